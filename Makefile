@@ -1,0 +1,55 @@
+# Everything a developer or a visitor runs. Needs cargo (with rustfmt and clippy) and Python >= 3.11.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+WHEELS := target/wheels
+
+.PHONY: demo test rust python long bench wheel clean
+.NOTPARALLEL:
+
+# Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
+demo: EXTRA := plot
+demo: wheel
+	$(BIN)/standfast run examples/clattering_rod.toml --plot clattering_rod.png
+
+test: rust python
+
+rust:
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --quiet
+	cargo test -p standfast
+
+python: EXTRA := test
+python: wheel
+	$(BIN)/ruff format --check python tests examples
+	$(BIN)/ruff check python tests examples
+	$(BIN)/python -m mypy
+	$(BIN)/python -m mypy.stubtest standfast
+	$(BIN)/python -m pytest
+
+# Larger campaigns of the same tests: minutes to hours.
+long: EXTRA := test
+long: wheel
+	cargo test -p standfast -- --ignored
+	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/test_oracle.py
+
+bench:
+	cargo bench -p standfast-benches
+
+# The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
+wheel: $(BIN)/maturin
+	rm -f $(WHEELS)/standfast-*.whl
+	$(BIN)/maturin build --release --out $(WHEELS)
+	$(PIP) install "$$(echo $(WHEELS)/standfast-*.whl)[$(EXTRA)]"
+	$(PIP) install --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
+
+$(BIN)/maturin:
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("standfast needs Python 3.11 or newer; say make PYTHON=/path/to/python3")'
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) install "maturin>=1.16,<2"
+
+clean:
+	cargo clean
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png

@@ -1,0 +1,75 @@
+//! What the caller got wrong. What physics answers, however unwelcome, is an [`Outcome`](crate::Outcome).
+
+use thiserror::Error;
+
+/// A wrong input, with the field, the value found there and what is allowed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number lies outside its range.
+    #[error("{field} = {value:?} is outside its range: {allowed}")]
+    OutOfRange {
+        /// Path of the field, such as `contacts.1.friction` (contacts count from 1).
+        field: String,
+        /// The value found.
+        value: f64,
+        /// The range allowed, in words.
+        allowed: &'static str,
+    },
+    /// A field cannot be used as it is given, for a reason that is not a range of numbers.
+    #[error("{field} = {value} cannot be used: {allowed}")]
+    Unusable {
+        /// Path of the field.
+        field: String,
+        /// The value found, as text.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// The start lies in the terrain.
+    #[error(
+        "q puts contact {contact} into the terrain: its gap {gap:?} m is below -{touch:?} m; allowed are gaps >= 0"
+    )]
+    Penetrating {
+        /// Contact number, from 1.
+        contact: usize,
+        /// Its gap, in m.
+        gap: f64,
+        /// The largest penetration that is taken for touching, in m.
+        touch: f64,
+    },
+    /// A scene file cannot be read.
+    #[error("{path}: {problem}")]
+    File {
+        /// The file.
+        path: String,
+        /// What is wrong, with line and column where there is one.
+        problem: String,
+    },
+}
+
+/// `value` if it lies in the range that `holds` describes.
+pub(crate) fn in_range(
+    field: impl Into<String>,
+    value: f64,
+    holds: bool,
+    allowed: &'static str,
+) -> Result<f64, Error> {
+    if holds { Ok(value) } else { Err(Error::OutOfRange { field: field.into(), value, allowed }) }
+}
+
+pub(crate) fn finite(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+    in_range(field, value, value.is_finite(), "finite")
+}
+
+pub(crate) fn positive(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+    in_range(field, value, value.is_finite() && value > 0.0, "finite and > 0")
+}
+
+pub(crate) fn non_negative(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+    in_range(field, value, value.is_finite() && value >= 0.0, "finite and >= 0")
+}
+
+pub(crate) fn restitution(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+    in_range(field, value, (0.0..1.0).contains(&value), "0 <= restitution < 1")
+}

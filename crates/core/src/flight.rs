@@ -1,0 +1,307 @@
+//! Ballistic arcs of a gap, and the next touchdown, guaranteed to be the earliest.
+//!
+//! In flight θ turns uniformly at ω and every gap obeys ḧ = −g − c ω² exactly, so that
+//!
+//! ```text
+//! h(t) = h + u t − g t²/2 − (1 − cos ωt) c − (ωt − sin ωt) b
+//! ```
+//!
+//! with b, c at t = 0. Without rotation this is a parabola. Everything is kept in gap coordinates: near
+//! an accumulation of impacts the gaps vanish beside the positions of the body.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::roots::bracketed;
+use crate::trig::Turn;
+
+/// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
+///
+/// `h ≥ 0` (m), and `u ≥ 0` (m/s) where `h = 0`. For u < 0 the quotient 2h/(s − u) is used: the textbook
+/// root (u + s)/g would lose every digit.
+#[inline]
+pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
+    let square = u * u + 2.0 * g * h;
+    if square < 0.0 {
+        return f64::INFINITY; // g < 0: turns round before it lands
+    }
+    if u < 0.0 {
+        2.0 * h / (square.sqrt() - u)
+    } else if g > 0.0 {
+        (u + square.sqrt()) / g
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// One gap in flight: constants of its arc at t = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arc {
+    /// Gap, in m.
+    pub h: f64,
+    /// Gap rate, in m/s.
+    pub u: f64,
+    /// Gravity into the terrain, in m/s².
+    pub g: f64,
+    /// b = ∂h/∂θ, in m.
+    pub b: f64,
+    /// c, in m; db/dθ = −c, dc/dθ = b.
+    pub c: f64,
+    /// Angular velocity ω, in rad/s.
+    pub omega: f64,
+}
+
+/// A touchdown: when, and how far the body has turned by then.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Touchdown {
+    pub(crate) dt: f64,
+    pub(crate) turn: Turn,
+}
+
+/// Newton steps on the effective gravity before the bracketed solver takes over.
+const STEPS: usize = 8;
+/// Relative step below which the turn is updated by its Taylor terms instead of computed again: the terms
+/// left out are below 1e-16 of it.
+const SHORT: f64 = 1e-8;
+
+/// Newton steps on a convex piece: quadratic for a crossing, halving for a graze; 64 bits are enough.
+const CONVEX_STEPS: usize = 128;
+
+impl Arc {
+    /// Gap after `dt`, in m.
+    #[must_use]
+    pub fn gap(&self, dt: f64) -> f64 {
+        self.gap_turned(dt, &Turn::by(self.omega * dt))
+    }
+
+    /// Gap rate after `dt`, in m/s.
+    #[must_use]
+    pub fn rate(&self, dt: f64) -> f64 {
+        self.rate_turned(dt, &Turn::by(self.omega * dt))
+    }
+
+    #[inline]
+    pub(crate) fn gap_turned(&self, dt: f64, turn: &Turn) -> f64 {
+        self.h + dt * (self.u - 0.5 * self.g * dt) - (turn.versed * self.c + turn.lag * self.b)
+    }
+
+    #[inline]
+    pub(crate) fn rate_turned(&self, dt: f64, turn: &Turn) -> f64 {
+        self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.versed * self.b)
+    }
+
+    /// Whether the arc is concave for ever: ω²|d| < g.
+    #[inline]
+    pub(crate) fn is_concave(&self) -> bool {
+        let w2 = self.omega * self.omega;
+        w2 * w2 * (self.b * self.b + self.c * self.c) < self.g * self.g
+    }
+
+    /// The earliest touchdown at a time > 0: gap zero, coming from above; `None` if there is none.
+    ///
+    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is
+    /// split at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where
+    /// `h = 0`. A gap that touches zero without crossing it is no touchdown, within rounding.
+    #[must_use]
+    pub fn touchdown(&self) -> Option<f64> {
+        self.find_touchdown().map(|found| found.dt)
+    }
+
+    #[inline]
+    pub(crate) fn find_touchdown(&self) -> Option<Touchdown> {
+        if self.is_concave()
+            && let Some(found) = self.concave_touchdown()
+        {
+            return Some(found);
+        }
+        if self.h == f64::INFINITY {
+            return None;
+        }
+        self.any_touchdown().map(|dt| Touchdown { dt, turn: Turn::by(self.omega * dt) })
+    }
+
+    /// Newton's method for t = touchdown of the parabola with the effective gravity
+    /// G(t) = g + 2[(1 − cos ωt)c + (ωt − sin ωt)b]/t².
+    ///
+    /// The parabola's quotient keeps all digits of t when the gap is tiny, as h(t)/ḣ(t) would not.
+    #[inline]
+    fn concave_touchdown(&self) -> Option<Touchdown> {
+        let mut dt = parabola_touchdown(self.h, self.u, self.g + self.c * self.omega * self.omega);
+        for _ in 0..STEPS {
+            let turn = Turn::by(self.omega * dt);
+            let gravity = self.g + 2.0 * (turn.versed * self.c + turn.lag * self.b) / (dt * dt);
+            let s = (self.u * self.u + 2.0 * gravity * self.h).sqrt();
+            let root =
+                if self.u < 0.0 { 2.0 * self.h / (s - self.u) } else { (self.u + s) / gravity };
+            let miss = root - dt;
+            let next = root - miss * (1.0 + s / self.rate_turned(dt, &turn));
+            if miss.abs() <= SHORT * dt {
+                return Some(Touchdown { dt: next, turn: turn.and(self.omega * (next - dt)) });
+            }
+            if !(next > 0.0 && next.is_finite()) {
+                return None;
+            }
+            dt = next;
+        }
+        None
+    }
+
+    /// The general case: pieces between inflections, one after the other.
+    #[cold]
+    fn any_touchdown(&self) -> Option<f64> {
+        let horizon = self.horizon();
+        let spin = self.omega.abs();
+        let arm = libm::hypot(self.b, self.c);
+        let f = |t: f64| {
+            let turn = Turn::by(self.omega * t);
+            (self.gap_turned(t, &turn), self.rate_turned(t, &turn))
+        };
+        // ḧ = −g − ω²|d| cos(ωt − phase), with c = |d| cos(phase), b = |d| sin(phase):
+        // convex where cos < −g/(ω²|d|), a window of half-width `half` around ωt − phase = π.
+        let threshold = self.g / (spin * spin * arm);
+        if threshold >= 1.0 || threshold.is_nan() {
+            return self.concave_piece(0.0, horizon, &f);
+        }
+        let half = libm::acos(threshold);
+        let phase = libm::atan2(if self.omega < 0.0 { -self.b } else { self.b }, self.c);
+        // Angle turned (always forwards) at the middle of the first convex window that is not yet over.
+        let mut middle = (phase + PI).rem_euclid(TAU);
+        if middle - half > TAU - 2.0 * half {
+            middle -= TAU;
+        }
+        let mut start = 0.0;
+        if self.h == 0.0 && self.u == 0.0 {
+            // Lifting off: the arc begins on the convex side, whatever rounding says of the inflection.
+            start = ((middle + half) / spin).max(0.0);
+            middle += TAU;
+        }
+        while start < horizon {
+            let (open, close) = ((middle - half) / spin, (middle + half) / spin);
+            if open > start {
+                if let Some(root) = self.concave_piece(start, open.min(horizon), &f) {
+                    return Some(root);
+                }
+                start = open;
+            }
+            if start < horizon && close > start {
+                if let Some(root) = convex_piece(start, close, &f) {
+                    return Some(root);
+                }
+                start = close;
+            }
+            middle += TAU;
+        }
+        None
+    }
+
+    /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.
+    fn horizon(&self) -> f64 {
+        let arm = libm::hypot(self.b, self.c);
+        // h(t) = [h − c + …] + (u − ωb) t − g t²/2 + |d|·(…): bounded by |d| around its mean.
+        let drift = self.u - self.omega * self.b;
+        let height = self.h - self.c + arm;
+        if self.g > 0.0 {
+            parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + 1e-9) + f64::MIN_POSITIVE
+        } else if self.omega == 0.0 {
+            if drift < 0.0 { self.h / -drift * (1.0 + 1e-9) } else { 0.0 }
+        } else {
+            // Without gravity the oscillation repeats: its lowest point within a turn decides.
+            let turns = TAU / self.omega.abs();
+            let swing = 2.0 * arm;
+            if drift < 0.0 { (self.h + swing) / -drift + turns } else { turns }
+        }
+    }
+
+    /// Concave and h ≥ 0 at its start: a root iff its end is negative.
+    fn concave_piece(&self, from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f64> {
+        if !(to > from && f(to).0 <= 0.0) {
+            return None;
+        }
+        // Leaving the ground: start where the gap is largest, so that zero at `from` is not found again.
+        let mut start = from;
+        if f(from).0 <= 0.0 {
+            start = bracketed(from, to, |t| {
+                let turn = Turn::by(self.omega * t);
+                (
+                    self.rate_turned(t, &turn),
+                    -self.g
+                        - self.omega
+                            * self.omega
+                            * (self.c * (1.0 - turn.versed) + self.b * turn.sin),
+                )
+            });
+            if f(start).0 <= 0.0 {
+                return Some(from.max(f64::MIN_POSITIVE));
+            }
+        }
+        Some(bracketed(start, to, f))
+    }
+}
+
+/// Convex and h > 0 at its start: Newton's method from the left never oversteps the first root; where it
+/// comes to a rate ≥ 0 there is none.
+fn convex_piece(from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f64> {
+    let mut t = from;
+    for _ in 0..CONVEX_STEPS {
+        let (h, rate) = f(t);
+        if h <= 0.0 && t > from {
+            return Some(t);
+        }
+        if rate >= 0.0 {
+            return None;
+        }
+        let next = t - h / rate;
+        if next >= to {
+            return None;
+        }
+        if next <= t {
+            return (h <= 0.0).then_some(t);
+        }
+        t = next;
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tiny_gap_is_not_lost() {
+        // u = −1, h = 1e-20: the textbook root (u + s)/g is zero.
+        let t = parabola_touchdown(1e-20, -1.0, 9.81);
+        assert!((t / 1e-20 - 1.0).abs() < 1e-15);
+        assert_eq!(parabola_touchdown(1.0, 1.0, 0.0), f64::INFINITY);
+        assert_eq!(parabola_touchdown(1.0, -1.0, -1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn slow_spin_agrees_with_the_bracketed_root() {
+        let arc = Arc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
+        assert!(arc.is_concave());
+        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown().unwrap());
+        assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
+        assert!(arc.gap(fast).abs() < 1e-16);
+    }
+
+    #[test]
+    fn fast_spin_meets_the_first_dip() {
+        // Without gravity, c = −1, h = 1.5 − … : the tip comes round after half a turn.
+        let arc = Arc { h: 1.5, u: 0.0, g: 0.0, b: 0.0, c: 1.0, omega: 300.0 };
+        let t = arc.touchdown().unwrap(); // 1.5 − (1 − cos ωt) = 0
+        assert!((t - libm::acos(-0.5) / 300.0).abs() < 1e-17, "{t}");
+        let high = Arc { h: 2.5, ..arc };
+        assert_eq!(high.touchdown(), None);
+    }
+
+    #[test]
+    fn leaving_the_ground_is_no_touchdown() {
+        for omega in [0.0, 1.0, 50.0, 900.0] {
+            for (b, c) in [(0.5, 0.1), (-0.5, 0.1), (0.3, -0.4), (-0.2, -0.6)] {
+                let arc = Arc { h: 0.0, u: 1e-3, g: 9.81, b, c, omega };
+                let t = arc.touchdown().unwrap();
+                assert!(t > 0.0 && arc.gap(0.5 * t) > 0.0, "{omega} {b} {c}: {t}");
+                assert!(arc.gap(t).abs() < 1e-14 * (1.0 + t * t), "{}", arc.gap(t));
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
+
+use nalgebra::Vector3;
+
+use crate::clatter::{advance, fly_for};
+use crate::clock::Clock;
+use crate::contact_motion::Step;
+use crate::local::LocalModel;
+use crate::log::Spin;
+use crate::posture::Posture;
+use crate::simulate::State;
+use crate::trig::Turn;
+use crate::tumble::{Body, Tumble};
+use crate::zeno::{Frozen, Gaps, Impulses};
+
+/// Everything that determines the motion from an instant on. In a frozen frame the impulses are own-rate
+/// jumps since its start; in the full model they are translational, per unit mass, since the run's start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Snapshot {
+    pub(crate) clock: Clock,
+    pub(crate) gaps: Gaps,
+    pub(crate) impulses: Impulses,
+    pub(crate) spin: Spin,
+}
+
+/// The start of a run and the body it moves.
+#[derive(Debug, Clone)]
+pub(crate) struct Base {
+    pub(crate) posture: Option<Posture>,
+    pub(crate) body: Option<Body>,
+    pub(crate) start: State,
+    /// Number of contacts.
+    pub(crate) count: usize,
+}
+
+impl Base {
+    pub(crate) fn of_body(posture: &Posture, body: Body, start: &State) -> Self {
+        let count = posture.contacts().len();
+        Self { posture: Some(posture.clone()), body: Some(body), start: *start, count }
+    }
+
+    pub(crate) fn of_parameters(theta: f64, omega: f64) -> Self {
+        let start = State::new([0.0, 0.0, theta], [0.0, 0.0, omega]);
+        Self { posture: None, body: None, start, count: 2 }
+    }
+
+    pub(crate) fn spin(&self) -> Spin {
+        Spin { theta: self.start.q.z, omega: self.start.qdot.z }
+    }
+
+    /// Gravity g, in m/s².
+    fn gravity(&self) -> f64 {
+        self.posture.as_ref().map_or(0.0, |p| p.fields().gravity)
+    }
+
+    /// (q, q̇) from a snapshot of the full model: r = r₀ + ṙ₀t − g t²/2 e_y + Σ n_i ∫P_i.
+    ///
+    /// Without a body only θ and ω mean anything.
+    pub(crate) fn state(&self, at: &Snapshot) -> State {
+        let t = at.clock.hi;
+        let mut q = self.start.q + self.start.qdot * t;
+        let mut qdot = self.start.qdot;
+        q.y -= 0.5 * self.gravity() * t * t;
+        qdot.y -= self.gravity() * t;
+        if let Some(body) = &self.body {
+            for i in 0..2 {
+                let n = body.contacts[i].normal;
+                q.x += n.x * at.impulses.path[i];
+                q.y += n.y * at.impulses.path[i];
+                qdot.x += n.x * at.impulses.jump[i];
+                qdot.y += n.y * at.impulses.jump[i];
+            }
+        }
+        (q.z, qdot.z) = (at.spin.theta, at.spin.omega);
+        State { q, qdot }
+    }
+
+    /// ρ²/(b_i² + ρ²) at rotation `theta`.
+    pub(crate) fn share(&self, i: usize, theta: f64) -> f64 {
+        self.body.as_ref().map_or(1.0, |body| {
+            let (b, _) = body.contacts[i].turned(libm::sin(theta), libm::cos(theta));
+            body.rho2 / (b * b + body.rho2)
+        })
+    }
+
+    /// q̈ under contact forces per unit mass and an angular acceleration.
+    pub(crate) fn acceleration(&self, force: [f64; 2], angular: f64) -> Vector3<f64> {
+        let mut qddot = Vector3::new(0.0, -self.gravity(), angular);
+        if let Some(body) = &self.body {
+            for i in 0..2 {
+                qddot.x += body.contacts[i].normal.x * force[i];
+                qddot.y += body.contacts[i].normal.y * force[i];
+            }
+        }
+        qddot
+    }
+}
+
+/// A set of equations and the instant from which they are used.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    /// In the coordinates of the full model.
+    pub(crate) start: Snapshot,
+    /// Frozen geometry; `None`: the full model.
+    pub(crate) frozen: Option<Frozen>,
+    /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
+    share: [f64; 2],
+}
+
+impl Frame {
+    /// The full model.
+    pub(crate) fn full(start: Snapshot) -> Self {
+        Self { start, frozen: None, share: [1.0; 2] }
+    }
+
+    /// The geometry of `at`, frozen.
+    pub(crate) fn frozen(start: Snapshot, at: &Tumble) -> Self {
+        Self { start, frozen: Some(Frozen::new(&at.frozen())), share: [at.share(0), at.share(1)] }
+    }
+
+    /// A local model without a body.
+    pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
+        Self { start, frozen: Some(Frozen::new(model)), share: [1.0; 2] }
+    }
+
+    /// Translational impulse per unit mass and own-rate jump at contact `i`.
+    pub(crate) fn share(&self, i: usize) -> f64 {
+        self.share[i]
+    }
+
+    /// A snapshot of this frame in the coordinates of the full model.
+    pub(crate) fn to_full(&self, raw: &Snapshot) -> Snapshot {
+        let Some(frozen) = &self.frozen else { return *raw };
+        let (start, sum) = (&self.start, &raw.impulses);
+        let dt = raw.clock.since(start.clock);
+        let mut full = *raw;
+        full.spin = Spin {
+            theta: start.spin.theta + start.spin.omega * dt
+                - (frozen.phi[0] * sum.path[0] + frozen.phi[1] * sum.path[1]),
+            omega: start.spin.omega - (frozen.phi[0] * sum.jump[0] + frozen.phi[1] * sum.jump[1]),
+        };
+        for i in 0..2 {
+            full.impulses.jump[i] = start.impulses.jump[i] + self.share[i] * sum.jump[i];
+            full.impulses.path[i] =
+                start.impulses.path[i] + start.impulses.jump[i] * dt + self.share[i] * sum.path[i];
+        }
+        full
+    }
+
+    /// Own-rate accelerations by which the held contacts keep their gaps at zero.
+    pub(crate) fn hold(frozen: &Frozen, held: [bool; 2]) -> [f64; 2] {
+        match held {
+            [true, true] => frozen.share(frozen.g),
+            [true, false] => [frozen.g[0], 0.0],
+            [false, true] => [0.0, frozen.g[1]],
+            [false, false] => [0.0, 0.0],
+        }
+    }
+
+    /// Contact forces in the full model's measure.
+    pub(crate) fn force(&self, own_rate: [f64; 2]) -> [f64; 2] {
+        [self.share[0] * own_rate[0], self.share[1] * own_rate[1]]
+    }
+
+    /// The state `dt` after `raw` in smooth motion: in flight, or with contacts held.
+    pub(crate) fn smooth(&self, base: &Base, raw: &Snapshot, held: [bool; 2], dt: f64) -> Snapshot {
+        let mut after = *raw;
+        after.clock = raw.clock.after(dt);
+        let Some(frozen) = &self.frozen else {
+            let Some(body) = base.body else { unreachable!("the full model has a body") };
+            let state = Tumble::new(body, raw.gaps, raw.impulses, raw.spin);
+            let mut next = state;
+            if held == [false, false] {
+                next.fly(dt, &Turn::by(raw.spin.omega * dt));
+            } else {
+                next = Step::new(&state, held).at(&state, dt);
+            }
+            return next.snapshot(after.clock);
+        };
+        let push = Self::hold(frozen, held);
+        let fall = [
+            frozen.g[0] - push[0] + frozen.psi[1] * push[1],
+            frozen.g[1] - push[1] + frozen.psi[0] * push[0],
+        ];
+        after.gaps = fly_for(fall, &raw.gaps, dt);
+        for i in 0..2 {
+            if held[i] {
+                (after.gaps.h[i], after.gaps.u[i]) = (0.0, 0.0);
+            }
+            after.impulses.jump[i] += push[i] * dt;
+            after.impulses.path[i] += 0.5 * push[i] * dt * dt;
+        }
+        let mut drift = raw.impulses;
+        advance(&mut drift, dt);
+        for i in 0..2 {
+            after.impulses.path[i] += drift.path[i] - raw.impulses.path[i];
+        }
+        after
+    }
+}
+
+impl Tumble {
+    pub(crate) fn snapshot(&self, clock: Clock) -> Snapshot {
+        Snapshot { clock, gaps: self.gaps, impulses: self.sum, spin: self.spin }
+    }
+}

@@ -1,0 +1,704 @@
+//! The completed hybrid system, frictionless: collisions, their accumulation, and on through the limit.
+//!
+//! ```text
+//! flight ── collisions ──► accumulation (Zeno point) ──► one contact held ──► the other lands (corner)
+//!   ▲                          │                              │                     │
+//!   └── lift-off ◄─────────────┼──────────────────────────────┘◄────────────────────┘
+//!                              └──► both held: at rest, or sliding without end
+//! ```
+
+use crate::clatter::{self, Halt};
+use crate::clock::Clock;
+use crate::contact_motion::{Step, StepEnd};
+use crate::flight::parabola_touchdown;
+use crate::frame::{Base, Frame, Snapshot};
+use crate::impact::{self, Hit, Sequence, Simultaneous};
+use crate::log::{Collision, Log};
+use crate::simulate::{Options, Stop};
+use crate::tolerance::STILL;
+use crate::trajectory::{Kind, Method, Outcome, Record, Span, ZenoRecord};
+use crate::tumble::Tumble;
+use crate::zeno::{Gaps, Impulses};
+
+/// The loop over the pieces of a motion.
+pub(crate) struct Driver<'a> {
+    base: Base,
+    frames: Vec<Frame>,
+    spans: Vec<Span>,
+    zeno: Vec<ZenoRecord>,
+    warnings: Vec<String>,
+    log: Log<'a>,
+    options: Options,
+    gaps: Gaps,
+    sum: Impulses,
+    /// The full model's own state; unused in a frozen frame.
+    tumble: Option<Tumble>,
+    /// Contact whose force has just come down to zero.
+    released: Option<usize>,
+    /// For each held contact: speed and time of the last landing of the other in this frame.
+    landings: [Option<(f64, Clock)>; 2],
+    acceleration: Option<[f64; 3]>,
+}
+
+impl<'a> Driver<'a> {
+    pub(crate) fn new(
+        first: Frame,
+        base: Base,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let tumble = match (&first.frozen, base.body) {
+            (None, Some(body)) => {
+                Some(Tumble::new(body, first.start.gaps, first.start.impulses, first.start.spin))
+            }
+            _ => None,
+        };
+        Self {
+            gaps: first.start.gaps,
+            sum: first.start.impulses,
+            frames: vec![first],
+            base,
+            spans: Vec::new(),
+            zeno: Vec::new(),
+            warnings,
+            log: Log::new(options.record, options.end(), options.event_limit, cancel),
+            options: *options,
+            tumble,
+            released: None,
+            landings: [None; 2],
+            acceleration: None,
+        }
+    }
+
+    /// A frozen stretch of another run, without any record: for looking into summed tails.
+    pub(crate) fn glance(frame: &Frame, base: &Base, raw: &Snapshot, dt: f64) -> Snapshot {
+        let options = Options {
+            stop: Stop::Time,
+            time_limit: Some(dt),
+            event_limit: GLANCE,
+            record: false,
+            ..Options::default()
+        };
+        let never = || false;
+        let mut driver = Driver::new(frame.clone(), base.clone(), &options, Vec::new(), &never);
+        (driver.gaps, driver.sum) = (raw.gaps, raw.impulses);
+        driver.motion();
+        Snapshot { clock: raw.clock.after(dt), ..driver.raw() }
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    pub(crate) fn run(mut self) -> Option<Record> {
+        let outcome = self.motion();
+        if self.log.cancelled {
+            return None;
+        }
+        let mut end = self.frame().to_full(&self.raw());
+        let mut state = self.base.state(&end);
+        if outcome == Outcome::Rest {
+            state.qdot.fill(0.0);
+            end.spin.omega = 0.0;
+        }
+        Some(Record {
+            outcome,
+            base: self.base,
+            frames: self.frames,
+            spans: self.spans,
+            zeno: self.zeno,
+            warnings: self.warnings,
+            collisions: self.log.collisions,
+            spins: self.log.spins,
+            hits: self.log.hits,
+            end,
+            state,
+            acceleration: self.acceleration,
+        })
+    }
+
+    fn frame(&self) -> &Frame {
+        &self.frames[self.frames.len() - 1]
+    }
+
+    /// Whether the full model is frozen for the last moments of an accumulation.
+    fn is_brief(&self) -> bool {
+        self.frames.len() > 1 && self.frame().frozen.is_some()
+    }
+
+    /// The state in the coordinates of the current frame.
+    fn raw(&self) -> Snapshot {
+        let clock = self.log.clock;
+        match &self.tumble {
+            Some(state) => state.snapshot(clock),
+            None => Snapshot { clock, gaps: self.gaps, impulses: self.sum, ..Snapshot::default() },
+        }
+    }
+
+    fn note(&mut self, kind: Kind) {
+        if self.log.record {
+            let raw = self.raw();
+            let mode = self.word(kind);
+            let first_collision = self.log.collisions.len();
+            self.spans.push(Span {
+                raw,
+                frame: self.frames.len() - 1,
+                kind,
+                mode,
+                first_collision,
+            });
+        }
+    }
+
+    /// The mode word: S in the air; a held contact slides right or left, or is fixed. The reduced model
+    /// knows no tangential motion: a held contact reads F there.
+    fn word(&self, kind: Kind) -> [u8; 2] {
+        let Kind::Held(held) = kind else { return *b"SS" };
+        let full = self.frame().to_full(&self.raw());
+        let state = self.base.state(&full);
+        [0, 1].map(|i| match (&self.base.body, held[i]) {
+            (_, false) => b'S',
+            (None, true) => b'F',
+            (Some(body), true) => {
+                let k = &body.contacts[i];
+                let (_, c) = k.turned(libm::sin(state.q.z), libm::cos(state.q.z));
+                let speed =
+                    k.tangent.x * state.qdot.x + k.tangent.y * state.qdot.y - c * state.qdot.z;
+                let still = STILL * self.speed_scale();
+                if speed.abs() <= still {
+                    b'F'
+                } else if speed > 0.0 {
+                    b'R'
+                } else {
+                    b'L'
+                }
+            }
+        })
+    }
+
+    /// The largest speed there can have been, roughly, in m/s.
+    fn speed_scale(&self) -> f64 {
+        let start = &self.base.start;
+        let Some(posture) = &self.base.posture else { return 0.0 };
+        libm::hypot(start.qdot.x, start.qdot.y)
+            + posture.size() * start.qdot.z.abs()
+            + posture.fields().gravity * self.log.clock.hi
+    }
+
+    /// The coupling of the contacts and the gravity into them at this moment.
+    fn model(&self) -> crate::zeno::Frozen {
+        match (&self.tumble, &self.frame().frozen) {
+            (None, Some(frozen)) => *frozen,
+            (Some(state), _) => crate::zeno::Frozen::new(&state.frozen()),
+            (None, None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    fn gaps(&self) -> Gaps {
+        self.tumble.as_ref().map_or(self.gaps, |state| state.gaps)
+    }
+
+    fn set_gaps(&mut self, gaps: Gaps) {
+        match &mut self.tumble {
+            Some(state) => state.gaps = gaps,
+            None => self.gaps = gaps,
+        }
+    }
+
+    /// Piece after piece until an outcome.
+    fn motion(&mut self) -> Outcome {
+        let mut fresh = true;
+        loop {
+            if !self.log.count() {
+                return Outcome::EventLimit;
+            }
+            if self.is_far() {
+                return Outcome::Escape;
+            }
+            let gaps = self.gaps();
+            let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
+            let end = if coming != [false, false] {
+                self.impact(coming)
+            } else {
+                let held = self.pressed(&gaps);
+                if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
+                    return Outcome::Zeno;
+                }
+                match held {
+                    [false, false] => self.fly(),
+                    [true, true] => self.stay(held),
+                    _ if self.base.count == 1 => self.stay(held),
+                    _ => self.hold(held),
+                }
+            };
+            fresh = false;
+            if let Some(outcome) = end {
+                return outcome;
+            }
+        }
+    }
+
+    fn is_far(&self) -> bool {
+        let limit = self.options.neighbourhood;
+        limit.is_finite() && self.base.body.is_some() && {
+            let q = self.base.state(&self.frame().to_full(&self.raw())).q;
+            libm::hypot(q.x, q.y) > limit
+        }
+    }
+
+    /// Which resting contacts gravity presses into the terrain: 0 ≤ λ ⊥ acceleration ≥ 0.
+    fn pressed(&mut self, gaps: &Gaps) -> [bool; 2] {
+        let model = self.model();
+        let released = self.released.take();
+        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0 && released != Some(i));
+        match rests {
+            [true, true] => {
+                let force = model.share(model.g);
+                if force[0] > 0.0 && force[1] >= 0.0 || force[0] >= 0.0 && force[1] > 0.0 {
+                    [true, true]
+                } else {
+                    [0, 1].map(|i| {
+                        let other = -model.g[1 - i] - model.psi[i] * model.g[i];
+                        model.g[i] > 0.0 && other >= 0.0
+                    })
+                }
+            }
+            _ => [0, 1].map(|i| rests[i] && model.g[i] > 0.0),
+        }
+    }
+
+    /// Contacts with zero gap approach: the impacts of this instant.
+    fn impact(&mut self, coming: [bool; 2]) -> Option<Outcome> {
+        let model = self.model();
+        let gaps = self.gaps();
+        let mut rates = gaps.u;
+        let mut hits: Vec<Hit> = Vec::new();
+        let both_touch = gaps.h == [0.0, 0.0];
+        let mut end = Sequence::Finite;
+        let mut together = false;
+        if coming == [true, true] {
+            self.warn_of_tie();
+            together = self.options.simultaneous == Simultaneous::Newton;
+        }
+        let first = match (coming, self.options.simultaneous) {
+            ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,
+            _ => 0,
+        };
+        let mut jump = [0.0; 2];
+        if together {
+            jump = impact::newton_together(&model, rates);
+            let after = impact::kicked(&model, rates, jump);
+            for contact in (0..2).filter(|&i| jump[i] > 0.0) {
+                hits.push(Hit { contact, before: rates, after });
+            }
+            rates = after;
+            for i in 0..2 {
+                // Newton's law itself, not its rounding.
+                if jump[0] > 0.0 && jump[1] > 0.0 {
+                    rates[i] = -model.e[i] * gaps.u[i];
+                }
+            }
+        } else if both_touch {
+            end = impact::in_zero_time(&model, first, &mut rates, |hit| {
+                jump[hit.contact] += hit.after[hit.contact] - hit.before[hit.contact];
+                if hits.len() < LISTED {
+                    hits.push(*hit);
+                }
+            });
+            if end == Sequence::Infinite {
+                jump = model.share([-gaps.u[0], -gaps.u[1]]);
+                rates = [0.0; 2];
+                hits.clear();
+            }
+        } else {
+            rates = impact::newton(&model, first, rates);
+            jump[first] = rates[first] - gaps.u[first];
+            hits.push(Hit { contact: first, before: gaps.u, after: rates });
+        }
+        if end == Sequence::Infinite {
+            // Both gaps are zero and stay so.
+            self.kick(jump, rates);
+            self.landings = [None; 2];
+            return self.zeno_here([true, true], Method::Chatter).then_some(Outcome::Zeno);
+        }
+        let before = gaps;
+        self.kick(jump, rates);
+        for hit in &hits {
+            self.log.hits += 1;
+            if self.log.record {
+                self.log.collisions.push(Collision {
+                    elapsed: self.log.clock,
+                    contact: hit.contact,
+                    before: hit.before,
+                    after: hit.after,
+                    jump: if together {
+                        jump[hit.contact]
+                    } else {
+                        hit.after[hit.contact] - hit.before[hit.contact]
+                    },
+                    other_gap: before.h[1 - hit.contact],
+                });
+            }
+        }
+        self.align_spins();
+        self.note(Kind::Flight);
+        if together && jump[0] > 0.0 && jump[1] > 0.0 {
+            return self.bounce_together(rates);
+        }
+        self.freeze_if_brief();
+        None
+    }
+
+    /// Own-rate jumps act; the rates they lead to are given exactly.
+    fn kick(&mut self, jump: [f64; 2], rates: [f64; 2]) {
+        match &mut self.tumble {
+            Some(state) => {
+                state.kick(jump);
+                state.gaps.u = rates;
+            }
+            None => {
+                self.gaps.u = rates;
+                self.sum.jump[0] += jump[0];
+                self.sum.jump[1] += jump[1];
+            }
+        }
+    }
+
+    /// One spin beside each collision.
+    fn align_spins(&mut self) {
+        let spin = self.tumble.as_ref().map(|state| state.spin).unwrap_or_default();
+        self.log.spins.resize(self.log.collisions.len(), spin);
+    }
+
+    fn warn_of_tie(&mut self) {
+        const TIE: &str = "contacts 1 and 2 collided at the same instant; the outcome depends on \
+                           the policy `simultaneous`";
+        if !self.warnings.iter().any(|warning| warning == TIE) {
+            self.warnings.push(TIE.into());
+        }
+    }
+
+    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both.
+    fn bounce_together(&mut self, rates: [f64; 2]) -> Option<Outcome> {
+        let model = self.model();
+        let turns = self.tumble.as_ref().is_some_and(|state| state.spin.omega != 0.0);
+        let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
+        let t = model.bounce[0] * rates[0];
+        if turns
+            || flight[0] != flight[1]
+            || model.e[0] != model.e[1]
+            || !(self.log.clock.hi + t <= self.log.end)
+        {
+            return None;
+        }
+        self.settle(t, Method::Bounce, true, 0.0)
+    }
+
+    /// Both contacts come to rest after `t`: the limit of an accumulation.
+    fn settle(&mut self, t: f64, method: Method, certified: bool, error: f64) -> Option<Outcome> {
+        let raw = self.raw();
+        let model = self.model();
+        let impulses = model.settle(&raw.gaps, t);
+        self.tail(t, impulses, Gaps::default());
+        self.zeno_point([true, true], method, certified, error).then_some(Outcome::Zeno)
+    }
+
+    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end.
+    fn tail(&mut self, t: f64, own: Impulses, end: Gaps) {
+        // A tail of the full model is evaluated in the geometry frozen at its start.
+        if let Some(state) = self.tumble {
+            let start = state.snapshot(self.log.clock);
+            let frame = Frame::frozen(start, &state);
+            let clock = self.log.clock.after(t);
+            if self.log.record {
+                self.frames.push(frame.clone());
+                self.spans.push(Span {
+                    raw: Snapshot { impulses: Impulses::default(), ..start },
+                    frame: self.frames.len() - 1,
+                    kind: Kind::Tail,
+                    mode: *b"SS",
+                    first_collision: self.log.collisions.len(),
+                });
+            }
+            let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
+            let full = frame.to_full(&raw);
+            self.log.clock = clock;
+            self.tumble = Some(Tumble::new(state.body, full.gaps, full.impulses, full.spin));
+            if self.log.record {
+                self.frames.push(Frame::full(full));
+            }
+        } else {
+            self.note(Kind::Tail);
+            for i in 0..2 {
+                self.sum.path[i] += self.sum.jump[i] * t + own.path[i];
+                self.sum.jump[i] += own.jump[i];
+            }
+            self.gaps = end;
+            self.log.clock = self.log.clock.after(t);
+        }
+    }
+
+    /// A Zeno point at this instant that needed no sum.
+    fn zeno_here(&mut self, closed: [bool; 2], method: Method) -> bool {
+        self.zeno_point(closed, method, true, 0.0)
+    }
+
+    /// Notes the Zeno point at this instant; true if the run ends here.
+    fn zeno_point(
+        &mut self,
+        closed: [bool; 2],
+        method: Method,
+        certified: bool,
+        error: f64,
+    ) -> bool {
+        let full = self.frame().to_full(&self.raw());
+        self.zeno.push(ZenoRecord {
+            closed,
+            method,
+            certified,
+            error,
+            first_summed: self.log.hits,
+            state: self.base.state(&full),
+            at: full,
+        });
+        self.options.stop == Stop::Zeno
+    }
+
+    /// Freezes the full model's geometry if what remains is too short to change it.
+    fn freeze_if_brief(&mut self) {
+        if let Some(state) = self.tumble
+            && state.may_freeze(&self.log)
+        {
+            self.freeze(&state);
+        }
+    }
+
+    fn freeze(&mut self, state: &Tumble) {
+        self.frames.push(Frame::frozen(state.snapshot(self.log.clock), state));
+        (self.gaps, self.sum) = (state.gaps, Impulses::default());
+        self.tumble = None;
+        self.landings = [None; 2];
+    }
+
+    /// Back to the full model.
+    fn thaw(&mut self) {
+        if self.is_brief()
+            && let Some(body) = self.base.body
+        {
+            let full = self.frame().to_full(&self.raw());
+            self.frames.push(Frame::full(full));
+            self.tumble = Some(Tumble::new(body, full.gaps, full.impulses, full.spin));
+        }
+    }
+
+    /// Flight and collisions.
+    fn fly(&mut self) -> Option<Outcome> {
+        self.note(Kind::Flight);
+        let halt = match &mut self.tumble {
+            Some(state) => state.collide(&mut self.log),
+            None => {
+                let model = self.model();
+                clatter::fly(&model, &mut self.gaps, &mut self.sum, &mut self.log)
+            }
+        };
+        self.align_spins();
+        match halt {
+            Halt::Bounce { contact, duration } => {
+                let model = self.model();
+                let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
+                self.tail(duration, own, end);
+                let closed = [contact == 0, contact == 1];
+                self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
+            }
+            Halt::Clatter { tail, certified } => {
+                self.settle(tail.duration, Method::Clatter, certified, tail.error)
+            }
+            Halt::Skip { contact } => {
+                let left = self.log.left();
+                let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);
+                self.tail(t, own, end);
+                None
+            }
+            Halt::Reached { remaining, self_similar } => {
+                let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
+                // The bound is crude, but below the rounding of the time.
+                self.settle(0.5 * remaining, method, false, 0.5 * remaining)
+            }
+            Halt::Freeze => {
+                if let Some(state) = self.tumble {
+                    self.freeze(&state);
+                }
+                None
+            }
+            Halt::Tie => None,
+            Halt::TimeLimit => Some(Outcome::TimeLimit),
+            Halt::EventLimit => Some(Outcome::EventLimit),
+            Halt::Never => Some(self.never(Outcome::Escape)),
+        }
+    }
+
+    /// Nothing ends this motion any more.
+    fn never(&mut self, outcome: Outcome) -> Outcome {
+        if self.log.end == f64::INFINITY {
+            return outcome;
+        }
+        let left = self.log.left().max(0.0);
+        let held = match self.spans.last() {
+            Some(Span { kind: Kind::Held(held), .. }) => *held,
+            _ => [false, false],
+        };
+        self.move_smoothly(held, left);
+        Outcome::TimeLimit
+    }
+
+    fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
+        let after = self.frame().smooth(&self.base, &self.raw(), held, dt);
+        self.log.clock = after.clock;
+        match &mut self.tumble {
+            Some(state) => {
+                *state = Tumble::new(state.body, after.gaps, after.impulses, after.spin);
+            }
+            None => (self.gaps, self.sum) = (after.gaps, after.impulses),
+        }
+    }
+
+    /// One contact is held, the other is in the air, until it lands or the held one lifts off.
+    fn hold(&mut self, held: [bool; 2]) -> Option<Outcome> {
+        if self.tumble.is_some() {
+            return self.hold_full(held);
+        }
+        self.note(Kind::Held(held));
+        let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
+        let model = self.model();
+        let gaps = self.gaps;
+        let gravity = model.g[b] + model.psi[a] * model.g[a];
+        let resting = gaps.h[b] == 0.0 && gaps.u[b] == 0.0;
+        let t =
+            if resting { f64::INFINITY } else { parabola_touchdown(gaps.h[b], gaps.u[b], gravity) };
+        if self.log.clock.hi + t > self.log.end {
+            let left = self.log.left().max(0.0);
+            self.move_smoothly(held, left);
+            return Some(Outcome::TimeLimit);
+        }
+        if t == f64::INFINITY {
+            return Some(Outcome::Escape);
+        }
+        self.move_smoothly(held, t);
+        let speed = (gaps.u[b] * gaps.u[b] + 2.0 * gravity * gaps.h[b]).max(0.0).sqrt();
+        let mut landed = Gaps::default();
+        landed.u[b] = -speed;
+        self.set_gaps(landed);
+        self.nested(a, speed)
+    }
+
+    /// A landing while `a` is held: everything after it is determined by its speed, up to scale. If the
+    /// same landing came before at a higher speed, the motion in between repeats on a smaller and smaller
+    /// scale, with all times and speeds multiplied by `ratio`: a Zeno point of Zeno points.
+    fn nested(&mut self, a: usize, speed: f64) -> Option<Outcome> {
+        let now = self.log.clock;
+        let last = self.landings[a].replace((speed, now));
+        let (before, then) = last?;
+        let ratio = speed / before;
+        if !(ratio < 1.0) {
+            return None;
+        }
+        let t = now.since(then) * ratio / (1.0 - ratio);
+        if !(now.hi + t <= self.log.end) {
+            return None;
+        }
+        // Rounding of the ratio is amplified by the sum.
+        let error = ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
+        self.settle(t, Method::Nested, true, error)
+    }
+
+    fn hold_full(&mut self, held: [bool; 2]) -> Option<Outcome> {
+        loop {
+            self.note(Kind::Held(held));
+            let state = self.tumble?;
+            let step = Step::new(&state, held);
+            let (t, end) = step.first_event(self.log.left());
+            if t == f64::INFINITY {
+                return Some(Outcome::Escape);
+            }
+            let mut next = step.at(&state, t);
+            self.log.clock = self.log.clock.after(t);
+            match end {
+                StepEnd::Reach => {
+                    self.tumble = Some(next);
+                    if self.log.left() <= 0.0 {
+                        return Some(Outcome::TimeLimit);
+                    }
+                    if !self.log.count() {
+                        return Some(Outcome::EventLimit);
+                    }
+                    if self.is_far() {
+                        return Some(Outcome::Escape);
+                    }
+                }
+                StepEnd::Landing(b) => {
+                    next.gaps.h[b] = 0.0;
+                    next.gaps.u[b] = next.gaps.u[b].min(0.0);
+                    self.tumble = Some(next);
+                    return None;
+                }
+                StepEnd::LiftOff(i) => {
+                    self.released = Some(i);
+                    self.tumble = Some(next);
+                    return None;
+                }
+            }
+        }
+    }
+
+    /// Every contact is held: at rest, or sliding for ever.
+    fn stay(&mut self, held: [bool; 2]) -> Option<Outcome> {
+        self.thaw();
+        let (force, angular, steady) = match &self.tumble {
+            Some(state) => {
+                let step = Step::new(state, held);
+                let (force, angular) = step.push();
+                (force, angular, step.is_steady())
+            }
+            None => {
+                let model = self.model();
+                let push = Frame::hold(&model, held);
+                let angular = -(model.phi[0] * push[0] + model.phi[1] * push[1]);
+                (self.frame().force(push), angular, true)
+            }
+        };
+        let qddot = self.base.acceleration(force, angular);
+        let state = self.base.state(&self.frame().to_full(&self.raw()));
+        let rests = self.base.posture.as_ref().is_none_or(|posture| {
+            let (size, still) = (posture.size(), STILL * self.speed_scale());
+            let slow = |v: &nalgebra::Vector3<f64>, limit: f64| {
+                v.x.abs().max(v.y.abs()).max(size * v.z.abs()) <= limit
+            };
+            slow(&state.qdot, still) && slow(&qddot, STILL * posture.fields().gravity)
+        });
+        self.note(Kind::Held(held));
+        if self.options.stop != Stop::Time {
+            if rests {
+                return Some(Outcome::Rest);
+            }
+            self.acceleration = Some([qddot.x, qddot.y, qddot.z]);
+            return Some(Outcome::Sliding);
+        }
+        if rests || steady {
+            if let Some(tumble) = &mut self.tumble
+                && rests
+            {
+                tumble.spin.omega = 0.0;
+            }
+            let left = self.log.left().max(0.0);
+            self.move_smoothly(held, left);
+            return Some(Outcome::TimeLimit);
+        }
+        self.spans.pop();
+        self.hold_full(held)
+    }
+}
+
+/// Events after which a look into a summed tail is given up.
+const GLANCE: usize = 100_000;
+/// Impacts of one instant that are listed one by one.
+const LISTED: usize = 64;
+/// Roundings in the ratio of two landing speeds of a nested accumulation.
+const ROUNDINGS: f64 = 64.0;

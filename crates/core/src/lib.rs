@@ -1,0 +1,58 @@
+//! Exact hybrid dynamics of planar rigid bodies on frictional contacts.
+//!
+//! A body on two contacts is dropped: it flies, bounces and clatters, infinitely often in finite time, and
+//! comes to rest. This crate computes that motion event by event and sums the infinitely many impacts to
+//! their limit (the *Zeno point*) in closed form, after Y. Or and E. Rimon, "On the Hybrid Dynamics of
+//! Planar Mechanisms Supported by Frictional Contacts. II", ICRA 2008.
+//!
+//! ```
+//! use standfast::{Options, Posture, State, Stop, simulate};
+//!
+//! // A rod with its mass near the middle is dropped, one end lower than the other.
+//! let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+//! let start = State::at_rest([0.0, 0.011, 0.002_f64.asin()]);
+//! let run = simulate(&rod, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
+//!
+//! let zeno = &run.zeno_points()[0];
+//! assert_eq!(zeno.kind, "2-zeno");                       // both ends come to rest at once
+//! assert!((zeno.time - 0.04778480706422020).abs() < 2e-17);
+//! assert!(run.impacts().len() <= 10);                    // the rest is summed
+//! # Ok::<(), standfast::Error>(())
+//! ```
+//!
+//! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
+
+#![forbid(unsafe_code)]
+
+// In the order in which a motion meets them.
+mod clatter;
+mod clock;
+mod contact;
+mod contact_motion;
+mod error;
+mod flight;
+mod frame;
+mod hybrid;
+mod impact;
+mod local;
+mod log;
+mod posture;
+mod roots;
+mod scene;
+mod simulate;
+mod tolerance;
+mod trajectory;
+mod trig;
+mod tumble;
+mod zeno;
+
+pub use contact::Contact;
+pub use error::Error;
+pub use flight::Arc;
+pub use impact::Simultaneous;
+pub use local::LocalModel;
+pub use posture::{Fields, MAX_CONTACTS, Posture};
+pub use scene::Scene;
+pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};
+pub use tolerance::TOUCH;
+pub use trajectory::{ContactNumber, ImpactRecord, Instant, Outcome, Phase, Trajectory, ZenoPoint};

@@ -1,0 +1,93 @@
+//! What a run writes down while it goes: the clock, the collisions, and the limits it must keep.
+
+use crate::clock::Clock;
+
+/// One collision, as it was simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Collision {
+    pub(crate) elapsed: Clock,
+    pub(crate) contact: usize,
+    pub(crate) before: [f64; 2],
+    pub(crate) after: [f64; 2],
+    /// Own-rate jump (1+e)|w| of the impact, in m/s.
+    pub(crate) jump: f64,
+    /// Gap of the contact that is not hit, in m.
+    pub(crate) other_gap: f64,
+}
+
+/// Rotation right after a collision of the full model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Spin {
+    pub(crate) theta: f64,
+    pub(crate) omega: f64,
+}
+
+/// Collisions between two looks at the limits and at the cancel flag.
+const CHUNK: usize = 1024;
+
+/// Clock, collisions and limits of one run.
+pub(crate) struct Log<'a> {
+    pub(crate) clock: Clock,
+    pub(crate) collisions: Vec<Collision>,
+    /// Beside each collision of the full model; elsewhere default values.
+    pub(crate) spins: Vec<Spin>,
+    pub(crate) record: bool,
+    /// Elapsed time at which the run ends, in s.
+    pub(crate) end: f64,
+    /// Collisions so far.
+    pub(crate) hits: usize,
+    /// Other events so far.
+    steps: usize,
+    pub(crate) event_limit: usize,
+    pub(crate) cancelled: bool,
+    cancel: &'a dyn Fn() -> bool,
+}
+
+impl<'a> Log<'a> {
+    pub(crate) fn new(
+        record: bool,
+        end: f64,
+        event_limit: usize,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        Self {
+            clock: Clock::default(),
+            collisions: Vec::new(),
+            spins: Vec::new(),
+            record,
+            end,
+            hits: 0,
+            steps: 0,
+            event_limit,
+            cancelled: false,
+            cancel,
+        }
+    }
+
+    /// How many collisions may come before the next look at the limits; zero: the run is over.
+    pub(crate) fn chunk(&mut self) -> usize {
+        self.cancelled = self.cancelled || (self.cancel)();
+        if self.cancelled {
+            0
+        } else {
+            CHUNK.min(self.event_limit.saturating_sub(self.hits + self.steps))
+        }
+    }
+
+    /// Counts one event that is no collision of a loop; false where no more is allowed.
+    pub(crate) fn count(&mut self) -> bool {
+        if self.hits + self.steps >= self.event_limit {
+            return false;
+        }
+        self.steps += 1;
+        !self.steps.is_multiple_of(CHUNK) || {
+            self.cancelled = self.cancelled || (self.cancel)();
+            !self.cancelled
+        }
+    }
+
+    /// Time left before the limit, in s.
+    pub(crate) fn left(&self) -> f64 {
+        Clock { hi: self.end, lo: 0.0 }.since(self.clock)
+    }
+}

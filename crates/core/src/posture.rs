@@ -1,0 +1,385 @@
+//! The body and its contacts.
+//!
+//! A planar rigid body of mass m and radius of gyration ρ stands in its *nominal posture*: centre of
+//! mass at x, contact point i at x_i on terrain with normal n_i. A configuration q = (r_x, r_y, θ) is
+//! the displacement r of the centre of mass from x and the rotation θ, counterclockwise, so that q = 0
+//! is the nominal posture. The arm of contact i is d_i = x_i − x.
+//!
+//! ```text
+//!            x (centre of mass)             h_i = n_i·(r + R(θ)d_i − d_i)        gap
+//!           / \                             b_i = t_i·R(θ)d_i = ∂h_i/∂θ
+//!      d_1 /   \ d_2                        c_i = n_i·R(θ)d_i,  db/dθ = −c,  dc/dθ = b
+//!         /     \
+//!   ____x_1_____x_2____                     gravity g points down, −e_y
+//! ```
+
+use nalgebra::{Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::Contact;
+use crate::error::{Error, finite, in_range, non_negative, positive, restitution};
+use crate::local::LocalModel;
+
+/// The largest number of contacts a posture may have.
+pub const MAX_CONTACTS: usize = 64;
+
+/// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
+///
+/// ```
+/// use standfast::{Contact, Posture};
+///
+/// let rod = Posture::rod(0.5, 0.5, 0.1, 0.0, 9.81)?; // all mass at the ends: ρ = L
+/// assert_eq!(rod.psi()?, [0.0, 0.0]);                // so the ends do not feel each other
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Fields", into = "Fields")]
+pub struct Posture {
+    fields: Fields,
+    geometry: Vec<Geometry>,
+}
+
+/// What a posture is made of, before validation. SI units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fields {
+    /// Mass m > 0, in kg.
+    pub mass: f64,
+    /// Radius of gyration ρ > 0, in m.
+    pub gyration_radius: f64,
+    /// Nominal centre of mass x, world axes, in m.
+    pub center_of_mass: [f64; 2],
+    /// The contacts, numbered from 1.
+    pub contacts: Vec<Contact>,
+    /// Coefficient of restitution e in [0, 1), dimensionless.
+    pub restitution: f64,
+    /// Gravity g ≥ 0, downwards, in m/s².
+    pub gravity: f64,
+}
+
+/// Constants of one contact: its frame and arm in the nominal posture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Geometry {
+    /// t_i
+    pub(crate) tangent: Vector2<f64>,
+    /// n_i
+    pub(crate) normal: Vector2<f64>,
+    /// b_i at θ = 0, in m.
+    pub(crate) b: f64,
+    /// c_i at θ = 0, in m.
+    pub(crate) c: f64,
+    /// g_i = g n_i·e_y, in m/s².
+    pub(crate) gravity: f64,
+    /// e_i
+    pub(crate) restitution: f64,
+}
+
+impl TryFrom<Fields> for Posture {
+    type Error = Error;
+
+    fn try_from(fields: Fields) -> Result<Self, Error> {
+        Self::new(fields)
+    }
+}
+
+impl From<Posture> for Fields {
+    fn from(posture: Posture) -> Self {
+        posture.fields
+    }
+}
+
+impl Posture {
+    /// Validates `fields`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
+    pub fn new(fields: Fields) -> Result<Self, Error> {
+        positive("mass", fields.mass)?;
+        positive("gyration_radius", fields.gyration_radius)?;
+        finite("center_of_mass.x", fields.center_of_mass[0])?;
+        finite("center_of_mass.y", fields.center_of_mass[1])?;
+        restitution("restitution", fields.restitution)?;
+        non_negative("gravity", fields.gravity)?;
+        let count = fields.contacts.len();
+        if count == 0 || count > MAX_CONTACTS {
+            return Err(Error::Unusable {
+                field: "contacts".into(),
+                value: format!("[{count} contacts]"),
+                allowed: format!("1 to {MAX_CONTACTS} contacts"),
+            });
+        }
+        let mut geometry = Vec::with_capacity(count);
+        for (index, contact) in fields.contacts.iter().enumerate() {
+            let at = format!("contacts.{}.", index + 1);
+            contact.validate(&at)?;
+            let (tangent, normal) = (contact.tangent(), contact.normal());
+            let arm = Vector2::from(contact.point) - Vector2::from(fields.center_of_mass);
+            // The impact matrix holds b²/ρ²: it must not overflow.
+            let reach = arm.norm() / fields.gyration_radius;
+            in_range(
+                format!("{at}point"),
+                reach,
+                reach < 1e150,
+                "distance from the centre of mass over gyration_radius < 1e150",
+            )?;
+            geometry.push(Geometry {
+                tangent,
+                normal,
+                b: tangent.dot(&arm),
+                c: normal.dot(&arm),
+                gravity: fields.gravity * normal.y,
+                restitution: contact.restitution.unwrap_or(fields.restitution),
+            });
+        }
+        Ok(Self { fields, geometry })
+    }
+
+    /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.
+    ///
+    /// | argument | meaning | unit |
+    /// | --- | --- | --- |
+    /// | `half_length` | L | m |
+    /// | `gyration_radius` | ρ | m |
+    /// | `restitution`, `friction` | e, μ of both ends | 1 |
+    /// | `gravity` | g | m/s² |
+    ///
+    /// # Errors
+    ///
+    /// As [`Posture::new`]; `half_length` must be finite and > 0.
+    pub fn rod(
+        half_length: f64,
+        gyration_radius: f64,
+        restitution: f64,
+        friction: f64,
+        gravity: f64,
+    ) -> Result<Self, Error> {
+        positive("half_length", half_length)?;
+        let end = |x| Contact { friction, ..Contact::at(x, 0.0) };
+        Self::new(Fields {
+            mass: 1.0,
+            gyration_radius,
+            center_of_mass: [0.0, 0.0],
+            contacts: vec![end(-half_length), end(half_length)],
+            restitution,
+            gravity,
+        })
+    }
+
+    /// The validated fields.
+    #[must_use]
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+
+    /// The contacts, in order.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        &self.fields.contacts
+    }
+
+    pub(crate) fn geometry(&self) -> &[Geometry] {
+        &self.geometry
+    }
+
+    /// ρ², in m².
+    pub(crate) fn gyration_squared(&self) -> f64 {
+        self.fields.gyration_radius * self.fields.gyration_radius
+    }
+
+    /// Size of the body: the longest arm or ρ, in m.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        self.geometry
+            .iter()
+            .map(|k| libm::hypot(k.b, k.c))
+            .fold(self.fields.gyration_radius, f64::max)
+    }
+
+    /// Gaps h_i = n_i·(r + R(θ)d_i − d_i) at configuration `q`, in m [Or & Rimon 2008, (1)].
+    ///
+    /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller
+    /// than the displacements keeps its digits.
+    #[must_use]
+    pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
+        self.geometry.iter().map(|k| k.gap(q)).collect()
+    }
+
+    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s.
+    #[must_use]
+    pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
+        self.geometry.iter().map(|k| k.gap_rate(q, qdot)).collect()
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
+    #[must_use]
+    pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
+        let f = &self.fields;
+        let kinetic = qdot.x * qdot.x + qdot.y * qdot.y + self.gyration_squared() * qdot.z * qdot.z;
+        f.mass * (0.5 * kinetic + f.gravity * q.y)
+    }
+
+    /// The two contacts of a two-contact posture.
+    fn pair(&self) -> Result<[Geometry; 2], Error> {
+        <[Geometry; 2]>::try_from(self.geometry.as_slice()).map_err(|_| Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{} contacts]", self.geometry.len()),
+            allowed: "exactly 2 contacts for this question".into(),
+        })
+    }
+
+    /// Couplings (ψ_1, ψ_2) at q = 0, dimensionless [Or & Rimon 2008, (6)]; see [`LocalModel`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn psi(&self) -> Result<[f64; 2], Error> {
+        Ok(self.local(0.0)?.psi())
+    }
+
+    /// Couplings (φ_1, φ_2) at q = 0, in 1/m [Or & Rimon 2008, (6)]; see [`LocalModel`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn phi(&self) -> Result<[f64; 2], Error> {
+        Ok(self.local(0.0)?.phi())
+    }
+
+    /// Gravity (g_1, g_2) into the terrain, g_i = g n_i·e_y, in m/s².
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn normal_gravity(&self) -> Result<[f64; 2], Error> {
+        Ok(self.pair()?.map(|k| k.gravity))
+    }
+
+    /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn local(&self, theta: f64) -> Result<LocalModel, Error> {
+        let pair = self.pair()?;
+        let arms = pair.map(|k| k.turned(libm::sin(theta), libm::cos(theta)));
+        let n12 = pair[0].normal.dot(&pair[1].normal);
+        let (psi, phi) = couplings(arms[0].0, arms[1].0, n12, self.gyration_squared());
+        LocalModel::new(pair.map(|k| k.gravity), psi, phi, pair.map(|k| k.restitution))
+    }
+}
+
+impl Geometry {
+    /// An absent contact: no normal, no arm, no gravity. Infinitely high, it never takes part.
+    pub(crate) const ABSENT: Self = Self {
+        tangent: Vector2::new(1.0, 0.0),
+        normal: Vector2::new(0.0, 0.0),
+        b: 0.0,
+        c: 0.0,
+        gravity: 0.0,
+        restitution: 0.0,
+    };
+
+    /// (b, c) at the rotation of the given sine and cosine.
+    pub(crate) fn turned(&self, sin: f64, cos: f64) -> (f64, f64) {
+        (self.b * cos - self.c * sin, self.c * cos + self.b * sin)
+    }
+
+    pub(crate) fn gap(&self, q: &Vector3<f64>) -> f64 {
+        let half = libm::sin(0.5 * q.z);
+        compensated_sum([
+            (self.normal.x, q.x),
+            (self.normal.y, q.y),
+            (self.b, libm::sin(q.z)),
+            (self.c, -2.0 * half * half),
+        ])
+    }
+
+    /// Gap of the local model, N_i·q with the rows frozen at q = 0.
+    pub(crate) fn local_gap(&self, q: &Vector3<f64>) -> f64 {
+        compensated_sum([(self.normal.x, q.x), (self.normal.y, q.y), (self.b, q.z)])
+    }
+
+    pub(crate) fn gap_rate(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
+        let (b, _) = self.turned(libm::sin(q.z), libm::cos(q.z));
+        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (b, qdot.z)])
+    }
+}
+
+/// (ψ, φ) of a pair: ψ_i = −(b_1b_2 + ρ² n_1·n_2)/(b_i² + ρ²), φ_i = −b_i/(b_i² + ρ²).
+pub(crate) fn couplings(b1: f64, b2: f64, n12: f64, rho2: f64) -> ([f64; 2], [f64; 2]) {
+    let cross = b1 * b2 + rho2 * n12;
+    let (own1, own2) = (b1 * b1 + rho2, b2 * b2 + rho2);
+    ([-cross / own1, -cross / own2], [-b1 / own1, -b2 / own2])
+}
+
+/// Σ aᵢbᵢ as if computed with twice the digits and rounded once (Ogita, Rump & Oishi 2005, Dot2).
+fn compensated_sum<const N: usize>(products: [(f64, f64); N]) -> f64 {
+    let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
+    for (a, b) in products {
+        let product = a * b;
+        let product_error = a.mul_add(b, -product);
+        let total = sum + product;
+        let part = total - sum;
+        rest += (sum - (total - part)) + (product - part) + product_error;
+        sum = total;
+    }
+    sum + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rod_couplings_by_hand() {
+        // ψ = (L² − ρ²)/(L² + ρ²): ½ for the uniform rod, ρ² = L²/3.
+        let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), 0.1, 0.0, 9.81).unwrap();
+        let [psi1, psi2] = rod.psi().unwrap();
+        assert!((psi1 - 0.5).abs() < 1e-15 && (psi2 - 0.5).abs() < 1e-15);
+        let [phi1, phi2] = rod.phi().unwrap();
+        assert!((phi1 - 1.5).abs() < 1e-15 && (phi2 + 1.5).abs() < 1e-15);
+        assert_eq!(rod.normal_gravity().unwrap(), [9.81, 9.81]);
+    }
+
+    #[test]
+    fn a_small_gap_keeps_its_digits() {
+        // Ends at .01 and .012: r_y = .011, sin θ = .002.
+        let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+        let gaps = rod.gaps(&Vector3::new(0.0, 0.011, 0.002f64.asin()));
+        assert!((gaps[0] - 0.01).abs() < 2e-18 && (gaps[1] - 0.012).abs() < 2e-18, "{gaps:?}");
+    }
+
+    #[test]
+    fn rates_are_derivatives_of_gaps() {
+        let fields = Fields {
+            mass: 2.0,
+            gyration_radius: 0.4,
+            center_of_mass: [0.1, 0.7],
+            contacts: vec![
+                Contact::at(-1.0, 0.1).on_slope(-0.4),
+                Contact::at(0.8, 0.3).on_slope(0.7),
+            ],
+            restitution: 0.3,
+            gravity: 9.81,
+        };
+        let posture = Posture::new(fields).unwrap();
+        let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));
+        let dt = 1e-5;
+        let (later, before) = (posture.gaps(&(q + v * dt)), posture.gaps(&(q - v * dt)));
+        for (i, rate) in posture.gap_rates(&q, &v).into_iter().enumerate() {
+            let difference = (later[i] - before[i]) / (2.0 * dt);
+            assert!((rate - difference).abs() < 1e-8, "contact {i}: {rate} {difference}");
+        }
+    }
+
+    #[test]
+    fn wrong_fields_are_named() {
+        let rod = |e: f64, rho: f64| Posture::rod(0.5, rho, e, 0.0, 9.81).unwrap_err().to_string();
+        assert!(rod(1.0, 0.2).starts_with("restitution = 1.0"), "{}", rod(1.0, 0.2));
+        assert!(rod(0.1, 0.0).starts_with("gyration_radius = 0.0"));
+        assert!(rod(f64::NAN, 0.2).starts_with("restitution = NaN"));
+        assert!(rod(0.1, f64::INFINITY).starts_with("gyration_radius = inf"));
+    }
+}

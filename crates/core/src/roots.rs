@@ -1,0 +1,151 @@
+//! Roots, earliest first and guaranteed.
+
+/// Halvings after which a bracket cannot shrink any more: the exponent range plus the fraction bits.
+const HALVINGS: usize = 2200;
+
+/// A sign change of `f` in [a, b], f(a) > 0 ≥ f(b), to the last bit.
+///
+/// Newton's method safeguarded by bisection: an iterate that leaves the bracket, or shrinks it by less
+/// than half, is replaced by the midpoint. Returns the upper end of the final bracket.
+pub(crate) fn bracketed(mut a: f64, mut b: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let mut x = b;
+    let mut last_width = f64::INFINITY;
+    for _ in 0..HALVINGS {
+        let (value, slope) = f(x);
+        if value > 0.0 {
+            a = x;
+        } else {
+            b = x;
+        }
+        let width = b - a;
+        let newton = x - value / slope;
+        x = if newton > a && newton < b && width < 0.5 * last_width {
+            newton
+        } else {
+            a + 0.5 * (b - a)
+        };
+        last_width = width;
+        if x <= a || x >= b {
+            break;
+        }
+    }
+    b
+}
+
+/// Largest number of coefficients of a polynomial here.
+pub(crate) const ORDER: usize = 21;
+
+/// First root in (0, end] of Σ cₖ tᵏ, where the polynomial goes from positive to negative; a root at
+/// t = 0 itself does not count.
+///
+/// Descartes' rule in the Bernstein basis: no sign change, no root; one sign change, exactly one root;
+/// otherwise the interval is halved (de Casteljau), earlier half first. A double root that touches zero
+/// without crossing can be missed within rounding; it is no collision.
+pub(crate) fn first_root(coefficients: &[f64; ORDER], end: f64) -> Option<f64> {
+    // Divide out the root at zero.
+    let zeros = coefficients.iter().position(|c| *c != 0.0)?;
+    let mut scaled = [0.0; ORDER];
+    let mut power = 1.0;
+    for k in 0..ORDER - zeros {
+        scaled[k] = coefficients[k + zeros] * power;
+        power *= end;
+    }
+    if scaled[0] < 0.0 {
+        return None; // below zero from the start: the caller's business, not a crossing
+    }
+    let value = |x: f64| {
+        let (mut p, mut dp) = (0.0, 0.0);
+        for c in scaled.iter().rev() {
+            dp = dp * x + p;
+            p = p * x + c;
+        }
+        (p, dp)
+    };
+    first_crossing(bernstein(&scaled), 0.0, 1.0, 0, &value).map(|x| x * end)
+}
+
+/// Bernstein coefficients on [0, 1]: βᵢ = Σ_{j≤i} C(i,j)/C(n,j) aⱼ.
+fn bernstein(a: &[f64; ORDER]) -> [f64; ORDER] {
+    let n = ORDER - 1;
+    let mut beta = [0.0; ORDER];
+    for (i, value) in beta.iter_mut().enumerate() {
+        let mut ratio = 1.0; // C(i,j)/C(n,j)
+        for (j, coefficient) in a.iter().enumerate().take(i + 1) {
+            *value += ratio * coefficient;
+            ratio *= (i - j) as f64 / (n - j).max(1) as f64;
+        }
+    }
+    beta
+}
+
+/// Deepest halving: below it an interval is a few roundings wide.
+const DEEPEST: usize = 48;
+
+fn first_crossing(
+    beta: [f64; ORDER],
+    from: f64,
+    to: f64,
+    depth: usize,
+    value: &impl Fn(f64) -> (f64, f64),
+) -> Option<f64> {
+    let changes = beta.windows(2).filter(|w| (w[0] > 0.0) != (w[1] > 0.0)).count();
+    if changes == 0 {
+        return None;
+    }
+    if changes == 1 || depth == DEEPEST {
+        return (value(from).0 > 0.0 && value(to).0 <= 0.0).then(|| bracketed(from, to, value));
+    }
+    let (mut left, mut right) = (beta, beta);
+    for level in 1..ORDER {
+        for k in (level..ORDER).rev() {
+            left[k] = 0.5 * (left[k - 1] + left[k]);
+        }
+        right[ORDER - 1 - level] = left[ORDER - 1];
+    }
+    let middle = 0.5 * (from + to);
+    first_crossing(left, from, middle, depth + 1, value)
+        .or_else(|| first_crossing(right, middle, to, depth + 1, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn poly(roots: &[f64]) -> [f64; ORDER] {
+        let mut c = [0.0; ORDER];
+        c[0] = 1.0;
+        for (degree, root) in roots.iter().enumerate() {
+            for k in (0..=degree + 1).rev() {
+                c[k] = c[k] - if k > 0 { c[k - 1] / root } else { 0.0 };
+            }
+        }
+        c
+    }
+
+    #[test]
+    fn the_first_of_many_roots() {
+        let c = poly(&[0.7, 0.3, 0.31, 2.0, -1.0]);
+        let root = first_root(&c, 1.0).unwrap();
+        assert!((root - 0.3).abs() < 1e-14, "{root}");
+        assert_eq!(first_root(&c, 0.29), None);
+        assert_eq!(first_root(&poly(&[2.0, -0.5]), 1.9), None);
+    }
+
+    #[test]
+    fn leaving_zero_is_no_root() {
+        let mut c = [0.0; ORDER];
+        (c[1], c[2]) = (1e-9, -1.0); // t (1e-9 − t)
+        let root = first_root(&c, 1.0).unwrap();
+        assert!((root - 1e-9).abs() < 1e-23, "{root}");
+        c[2] = 0.0;
+        assert_eq!(first_root(&c, 1.0), None);
+    }
+
+    #[test]
+    fn brackets_shrink_to_the_last_bit() {
+        let root = bracketed(0.0, 2.0, |x| (2.0 - x * x, -2.0 * x));
+        assert!((root - 2f64.sqrt()).abs() <= 2.3e-16);
+        let cubic = bracketed(0.0, 1.0, |x: f64| (1e-30 - x.powi(3), -3.0 * x * x));
+        assert!((cubic - 1e-10).abs() < 1e-25, "{cubic}");
+    }
+}

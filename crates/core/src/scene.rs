@@ -1,0 +1,283 @@
+//! Scene files: a posture, a start and the options of a run, as TOML or JSON.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::Contact;
+use crate::error::Error;
+use crate::posture::{Fields, Posture};
+use crate::simulate::{Options, State, simulate};
+use crate::trajectory::Trajectory;
+
+/// Largest scene file that is read, in bytes. A scene with 64 contacts takes a few thousand.
+pub(crate) const LARGEST_FILE: u64 = 1 << 20;
+
+/// A body on its contacts, where it starts, and how the run is made.
+///
+/// ```
+/// use standfast::{Outcome, Scene};
+///
+/// let scene = Scene::from_toml(r#"
+///     gravity = 10.0
+///     restitution = 0.5
+///     [body]
+///     mass = 1.0
+///     gyration_radius = 0.1
+///     center_of_mass = [0.0, 0.0]
+///     [[contact]]
+///     point = [0.0, 0.0]
+///     [start]
+///     q = [0.0, 5.0, 0.0]
+/// "#)?;
+/// let run = scene.simulate()?;
+/// assert_eq!((run.outcome(), run.time()), (Outcome::Rest, 3.0));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The body and its contacts.
+    pub posture: Posture,
+    /// The start.
+    pub start: State,
+    /// The keywords of [`simulate`].
+    pub options: Options,
+}
+
+/// The file as it is written.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "standfast scene")]
+struct File {
+    /// Gravity g ≥ 0, downwards, in m/s².
+    gravity: f64,
+    /// Coefficient of restitution e in [0, 1) of every contact that has none of its own.
+    restitution: f64,
+    body: BodyTable,
+    /// The contacts, numbered from 1.
+    contact: Vec<Contact>,
+    #[serde(default)]
+    start: StartTable,
+    #[serde(default)]
+    run: Options,
+}
+
+/// The rigid body.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct BodyTable {
+    /// Mass m > 0, in kg.
+    mass: f64,
+    /// Radius of gyration ρ > 0, in m.
+    gyration_radius: f64,
+    /// Nominal centre of mass, in m.
+    center_of_mass: [f64; 2],
+}
+
+/// Where the body starts.
+#[derive(Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct StartTable {
+    /// Displacement of the centre of mass (m, m) and rotation (rad).
+    q: [f64; 3],
+    /// Velocity, in m/s, m/s, rad/s.
+    qdot: [f64; 3],
+}
+
+impl Scene {
+    /// Reads a scene from TOML.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] with line and column, or what the values lack.
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        Self::of_file(toml::from_str(text).map_err(|e| malformed("scene", &e.to_string()))?)
+    }
+
+    /// Reads a scene from JSON.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] with line and column, or what the values lack.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        Self::of_file(serde_json::from_str(text).map_err(|e| malformed("scene", &e.to_string()))?)
+    }
+
+    /// Reads a scene file; a name that ends in `.json` is JSON, any other TOML.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if it cannot be read, is larger than 1 MiB, is no text or does not hold a scene.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        use std::io::Read;
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let problem = |problem: String| Error::File { path: name.clone(), problem };
+        let io = |e: std::io::Error| problem(e.to_string());
+        let file = std::fs::File::open(path).map_err(io)?;
+        if file.metadata().map_err(io)?.is_dir() {
+            return Err(problem("is a directory, not a scene file".into()));
+        }
+        // Read one byte more than allowed: a device has no length.
+        let mut bytes = Vec::new();
+        file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() as u64 > LARGEST_FILE {
+            return Err(problem("is larger than 1 MiB, the most a scene file may have".into()));
+        }
+        let text = String::from_utf8(bytes)
+            .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
+        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let scene = if json { Self::from_json(&text) } else { Self::from_toml(&text) };
+        scene.map_err(|e| match e {
+            Error::File { problem: text, .. } => problem(text),
+            other => problem(other.to_string()),
+        })
+    }
+
+    /// The scene as TOML. Reading it back gives the same bits.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(&self.to_file()).unwrap_or_else(|e| unreachable!("a scene is TOML: {e}"))
+    }
+
+    /// The scene as JSON. Reading it back gives the same bits.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(&self.to_file())
+            .unwrap_or_else(|e| unreachable!("a scene is JSON: {e}"))
+    }
+
+    /// JSON Schema of scene files.
+    #[must_use]
+    pub fn schema() -> String {
+        serde_json::to_string_pretty(&schemars::schema_for!(File))
+            .unwrap_or_else(|e| unreachable!("a schema is JSON: {e}"))
+    }
+
+    /// Runs the scene.
+    ///
+    /// # Errors
+    ///
+    /// As [`simulate`].
+    pub fn simulate(&self) -> Result<Trajectory, Error> {
+        simulate(&self.posture, &self.start, &self.options)
+    }
+
+    fn of_file(file: File) -> Result<Self, Error> {
+        let BodyTable { mass, gyration_radius, center_of_mass } = file.body;
+        let posture = Posture::new(Fields {
+            mass,
+            gyration_radius,
+            center_of_mass,
+            contacts: file.contact,
+            restitution: file.restitution,
+            gravity: file.gravity,
+        })?;
+        file.run.validate()?;
+        let start = State::new(file.start.q, file.start.qdot);
+        start.validate()?;
+        Ok(Self { posture, start, options: file.run })
+    }
+
+    fn to_file(&self) -> File {
+        let f = self.posture.fields();
+        File {
+            gravity: f.gravity,
+            restitution: f.restitution,
+            body: BodyTable {
+                mass: f.mass,
+                gyration_radius: f.gyration_radius,
+                center_of_mass: f.center_of_mass,
+            },
+            contact: f.contacts.clone(),
+            start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
+            run: self.options,
+        }
+    }
+}
+
+/// Parser messages on one line.
+fn malformed(path: &str, problem: &str) -> Error {
+    let lines: Vec<&str> = problem
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with(['|', '^']))
+        .map(|line| line.split_once(" | ").map_or(line, |(_, source)| source))
+        .collect();
+    Error::File { path: path.into(), problem: lines.join("; ") }
+}
+
+/// A number that may be infinite: JSON has no infinities, so they are the strings "inf" and "-inf".
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
+#[serde(untagged)]
+pub(crate) enum Extended {
+    /// A finite number.
+    Number(f64),
+    /// "inf" or "-inf".
+    Infinite(Infinity),
+}
+
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
+pub(crate) enum Infinity {
+    #[serde(rename = "inf")]
+    Positive,
+    #[serde(rename = "-inf")]
+    Negative,
+}
+
+impl From<f64> for Extended {
+    fn from(value: f64) -> Self {
+        if value == f64::INFINITY {
+            Self::Infinite(Infinity::Positive)
+        } else if value == f64::NEG_INFINITY {
+            Self::Infinite(Infinity::Negative)
+        } else {
+            Self::Number(value)
+        }
+    }
+}
+
+impl From<Extended> for f64 {
+    fn from(value: Extended) -> Self {
+        match value {
+            Extended::Number(value) => value,
+            Extended::Infinite(Infinity::Positive) => f64::INFINITY,
+            Extended::Infinite(Infinity::Negative) => f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// Serde for one extended number.
+pub(crate) mod extended {
+    use super::Extended;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+    pub(crate) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        Extended::from(*value).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Extended::deserialize(deserializer).map(f64::from)
+    }
+}
+
+/// Serde for a pair of extended numbers.
+pub(crate) mod extended_pair {
+    use super::Extended;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(
+        value: &[f64; 2],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        value.map(Extended::from).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<[f64; 2], D::Error> {
+        <[Extended; 2]>::deserialize(deserializer).map(|pair| pair.map(f64::from))
+    }
+}

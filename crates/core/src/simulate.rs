@@ -1,0 +1,340 @@
+//! What a run is asked for: its start, its options, and their checks.
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::clock::Clock;
+use crate::error::{Error, finite, positive};
+use crate::frame::{Base, Frame, Snapshot};
+use crate::hybrid::Driver;
+use crate::impact::Simultaneous;
+use crate::local::LocalModel;
+use crate::log::Spin;
+use crate::posture::Posture;
+use crate::tolerance::TOUCH;
+use crate::trajectory::Trajectory;
+use crate::tumble::{Body, Tumble};
+use crate::zeno::{Gaps, Impulses};
+
+/// Configuration and velocity of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// q = (r_x, r_y, θ), in m, m, rad.
+    pub q: Vector3<f64>,
+    /// q̇, in m/s, m/s, rad/s.
+    pub qdot: Vector3<f64>,
+}
+
+impl State {
+    /// A state from plain arrays.
+    #[must_use]
+    pub fn new(q: [f64; 3], qdot: [f64; 3]) -> Self {
+        Self { q: q.into(), qdot: qdot.into() }
+    }
+
+    /// Checks that every component is finite.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], naming the component.
+    pub fn validate(&self) -> Result<(), Error> {
+        for (name, value) in ["x", "y", "theta"].into_iter().zip(self.q.iter()) {
+            finite(format!("q.{name}"), *value)?;
+        }
+        for (name, value) in ["x", "y", "theta"].into_iter().zip(self.qdot.iter()) {
+            finite(format!("qdot.{name}"), *value)?;
+        }
+        Ok(())
+    }
+
+    /// At rest in configuration `q`.
+    #[must_use]
+    pub fn at_rest(q: [f64; 3]) -> Self {
+        Self::new(q, [0.0; 3])
+    }
+}
+
+/// Which equations are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Model {
+    /// The smallest that is exact for the scene: local where the body cannot turn, else full.
+    #[default]
+    Auto,
+    /// All Jacobian rows frozen at q = 0: the paper's linearisation.
+    Local,
+    /// Finite rotation.
+    Full,
+}
+
+/// The law of impact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Impact {
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)].
+    #[default]
+    Newton,
+}
+
+/// Where a run ends, unless a limit ends it before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stop {
+    /// At rest, or when it is decided that there will be none.
+    #[default]
+    Rest,
+    /// At the first Zeno point.
+    Zeno,
+    /// At `time_limit`, whatever happens until then.
+    Time,
+}
+
+/// How a run is made. The field names are the keywords of the Python face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Which equations are solved.
+    pub model: Model,
+    /// The law of impact.
+    pub impact: Impact,
+    /// What happens when several contacts arrive together.
+    pub simultaneous: Simultaneous,
+    /// Where the run ends.
+    pub stop: Stop,
+    /// Time on the clock at the start, in s.
+    pub time: f64,
+    /// Time on the clock at which the run ends at the latest, in s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_limit: Option<f64>,
+    /// Largest number of events (collisions, steps of a held contact).
+    pub event_limit: usize,
+    /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
+    /// the kind of motion changes.
+    #[serde(with = "crate::scene::extended")]
+    #[schemars(with = "crate::scene::Extended")]
+    pub neighbourhood: f64,
+    /// Largest relative error that `Model::Auto` may make.
+    pub tolerance: f64,
+    /// Whether the trajectory is kept.
+    pub record: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            model: Model::Auto,
+            impact: Impact::Newton,
+            simultaneous: Simultaneous::Newton,
+            stop: Stop::Rest,
+            time: 0.0,
+            time_limit: None,
+            event_limit: 1_000_000,
+            neighbourhood: f64::INFINITY,
+            tolerance: 1e-12,
+            record: true,
+        }
+    }
+}
+
+impl Options {
+    /// Checks every field.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub fn validate(&self) -> Result<(), Error> {
+        finite("time", self.time)?;
+        let unusable = |value: String, allowed: &str| Error::Unusable {
+            field: "time_limit".into(),
+            value,
+            allowed: allowed.into(),
+        };
+        match self.time_limit {
+            Some(limit) if limit.is_nan() || limit < self.time => {
+                Err(unusable(format!("{limit:?}"), "at or after `time`"))
+            }
+            None | Some(f64::INFINITY) if self.stop == Stop::Time => {
+                Err(unusable("none".into(), "a finite time_limit, because stop = \"time\""))
+            }
+            _ => Ok(()),
+        }?;
+        crate::error::in_range(
+            "neighbourhood",
+            self.neighbourhood,
+            self.neighbourhood > 0.0,
+            "> 0 (inf allowed)",
+        )?;
+        positive("tolerance", self.tolerance)?;
+        Ok(())
+    }
+
+    /// Elapsed time at which the run ends at the latest.
+    pub(crate) fn end(&self) -> f64 {
+        self.time_limit.map_or(f64::INFINITY, |limit| limit - self.time)
+    }
+}
+
+/// The motion of `posture` from `state` on.
+///
+/// # Errors
+///
+/// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
+/// the body; more contacts or more physics than are solved so far: at most two contacts, unbounded
+/// segments, and beyond the first Zeno point no friction.
+pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
+    simulate_until(posture, state, options, &|| false)
+        .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+}
+
+/// As [`simulate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_until(
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trajectory>, Error> {
+    options.validate()?;
+    solvable(posture, options)?;
+    state.validate()?;
+    let (model, reason) = choose(posture, state, options.model);
+    let geometry = posture.geometry();
+    let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+    for (i, k) in geometry.iter().enumerate() {
+        (gaps.h[i], gaps.u[i]) = match model {
+            Model::Local => (k.local_gap(&state.q), k.local_gap(&state.qdot)),
+            _ => (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot)),
+        };
+    }
+    let warnings = touch(&mut gaps, geometry.len(), TOUCH * posture.size())?;
+    let body = Body::new(geometry, posture.gyration_squared());
+    let base = Base::of_body(posture, body, state);
+    let start = Tumble::new(body, gaps, Impulses::default(), base.spin());
+    let first = match model {
+        Model::Local => {
+            let nominal = Tumble::new(body, gaps, Impulses::default(), Spin::default());
+            Frame::frozen(start.snapshot(Clock::default()), &nominal)
+        }
+        _ => Frame::full(start.snapshot(Clock::default())),
+    };
+    let run = Driver::new(first, base, options, warnings, cancel).run();
+    Ok(run.map(|record| Trajectory::new(record, model, reason, *options)))
+}
+
+impl LocalModel {
+    /// The motion of the gaps and of θ from a state on. `theta` in rad, `omega` in rad/s.
+    ///
+    /// # Errors
+    ///
+    /// A wrong option, a state that is not finite, or a negative gap.
+    pub fn simulate(
+        &self,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        theta: f64,
+        omega: f64,
+        options: &Options,
+    ) -> Result<Trajectory, Error> {
+        self.simulate_until(gaps, rates, theta, omega, options, &|| false)
+            .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+    }
+
+    /// As [`LocalModel::simulate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    ///
+    /// # Errors
+    ///
+    /// As [`LocalModel::simulate`].
+    pub fn simulate_until(
+        &self,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        theta: f64,
+        omega: f64,
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Result<Option<Trajectory>, Error> {
+        options.validate()?;
+        for i in 0..2 {
+            finite(format!("gaps.{}", i + 1), gaps[i])?;
+            finite(format!("rates.{}", i + 1), rates[i])?;
+        }
+        finite("theta", theta)?;
+        finite("omega", omega)?;
+        let mut gaps = Gaps { h: gaps, u: rates };
+        let warnings = touch(&mut gaps, 2, 0.0)?;
+        let base = Base::of_parameters(theta, omega);
+        let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
+        let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
+        Ok(run.map(|record| {
+            Trajectory::new(record, Model::Local, "given by its parameters", *options)
+        }))
+    }
+}
+
+/// What is not solved yet is refused by name.
+fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
+    let contacts = posture.contacts();
+    if contacts.len() > 2 {
+        return Err(Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{} contacts]", contacts.len()),
+            allowed: "1 or 2 contacts can be simulated so far".into(),
+        });
+    }
+    for (i, contact) in contacts.iter().enumerate() {
+        if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
+            return Err(Error::Unusable {
+                field: format!("contacts.{}.segment", i + 1),
+                value: format!("{:?}", contact.segment),
+                allowed: "only unbounded segments can be simulated so far".into(),
+            });
+        }
+        if contact.friction > 0.0 && options.stop != Stop::Zeno {
+            return Err(Error::OutOfRange {
+                field: format!("contacts.{}.friction", i + 1),
+                value: contact.friction,
+                allowed: "0 beyond the first Zeno point so far; use stop = \"zeno\" or friction = 0",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The model, and why.
+fn choose(posture: &Posture, state: &State, asked: Model) -> (Model, &'static str) {
+    let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
+    match asked {
+        Model::Local => (Model::Local, "asked for"),
+        Model::Full => (Model::Full, "asked for"),
+        Model::Auto if upright && posture.geometry().iter().all(|k| k.b == 0.0) => {
+            (Model::Local, "exact here: no impact turns the body")
+        }
+        Model::Auto => {
+            (Model::Full, "the body turns; only the full model has no linearisation error")
+        }
+    }
+}
+
+/// Gaps within `touch` of zero are zero; deeper ones are refused.
+fn touch(gaps: &mut Gaps, count: usize, touch: f64) -> Result<Vec<String>, Error> {
+    let mut warnings = Vec::new();
+    for i in 0..count {
+        let gap = gaps.h[i];
+        if gap < -touch || gap.is_nan() {
+            return Err(Error::Penetrating { contact: i + 1, gap, touch });
+        }
+        if gap < 0.0 {
+            gaps.h[i] = 0.0;
+            warnings.push(format!(
+                "contact {} starts {:?} m below the terrain, within rounding: taken as touching",
+                i + 1,
+                -gap
+            ));
+        }
+    }
+    Ok(warnings)
+}

@@ -1,0 +1,29 @@
+//! Every tolerance of the crate, with its reason. All are relative; none is a length or a time.
+
+/// Penetration of a start that counts as touching, relative to the size of the body.
+///
+/// Positions given in doubles carry rounding of order 1e-16 times their size; a start this close to the
+/// terrain means to stand on it. A larger value would hide a wrong start, a smaller one refuse a right one.
+pub const TOUCH: f64 = 1e-12;
+
+/// Error of a summed tail, relative to the time elapsed, below which the sum is taken.
+///
+/// A quarter of the rounding of the time itself: more collisions would not change a digit.
+pub(crate) const TAIL: f64 = 5e-17;
+
+/// Remaining time of an accumulation without a closed form, relative to the time elapsed, at which it
+/// counts as reached.
+pub(crate) const REACHED: f64 = 1e-17;
+
+/// Change of the scale-reduced state over one period that still counts as a repetition.
+pub(crate) const SELF_SIMILAR: f64 = 1e-6;
+
+/// Share of gravity in the coming flight, 2gh/(u² + 2gh), above which a clattering tail is not tried.
+///
+/// The tail's error shrinks with the square of this share; above it the sum cannot reach [`TAIL`].
+pub(crate) const GRAVITY_SHARE: f64 = 1e-2;
+
+/// Sliding speed at the end of an accumulation that counts as zero, relative to the largest speed there
+/// was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses
+/// leave residues of order 1e-15.
+pub(crate) const STILL: f64 = 1e-12;

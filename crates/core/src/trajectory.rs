@@ -1,0 +1,566 @@
+//! What a run returns: events, phases, and the motion at any time.
+
+use std::sync::OnceLock;
+
+use serde::{Serialize, Serializer};
+
+use crate::clock::Clock;
+use crate::error::Error;
+use crate::frame::{Base, Frame, Snapshot};
+use crate::hybrid::Driver;
+use crate::log::{Collision, Spin};
+use crate::posture::Posture;
+use crate::simulate::{Model, Options, State};
+
+/// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContactNumber(usize);
+
+impl ContactNumber {
+    pub(crate) fn of(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// From 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+
+    /// From 1.
+    #[must_use]
+    pub fn number(self) -> usize {
+        self.0 + 1
+    }
+}
+
+impl std::fmt::Display for ContactNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.number().fmt(f)
+    }
+}
+
+impl Serialize for ContactNumber {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.number().serialize(serializer)
+    }
+}
+
+/// How a run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Outcome {
+    /// All motion has ceased.
+    Rest,
+    /// The first Zeno point, where the run was asked to end.
+    Zeno,
+    /// The body leaves for ever, or left the neighbourhood asked for.
+    Escape,
+    /// The body slides on its contacts without end.
+    Sliding,
+    /// The time limit came first.
+    TimeLimit,
+    /// The event limit came first.
+    EventLimit,
+}
+
+impl Outcome {
+    /// The outcome as the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Zeno => "zeno",
+            Self::Escape => "escape",
+            Self::Sliding => "sliding",
+            Self::TimeLimit => "time-limit",
+            Self::EventLimit => "event-limit",
+        }
+    }
+}
+
+/// The argument by which a Zeno point was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Method {
+    Bounce,
+    Clatter,
+    Chatter,
+    Rest,
+    SelfSimilar,
+    Mixed,
+    Nested,
+}
+
+impl Method {
+    fn as_str(self) -> &'static str {
+        match self {
+            Self::Bounce => "bounce",
+            Self::Clatter => "clatter",
+            Self::Chatter => "chatter",
+            Self::Rest => "rest",
+            Self::SelfSimilar => "self-similar",
+            Self::Mixed => "mixed",
+            Self::Nested => "nested",
+        }
+    }
+}
+
+/// One collision that was simulated by itself.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImpactRecord {
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// The contact that is hit.
+    pub contact: ContactNumber,
+    /// Gap rates before, contact by contact, in m/s.
+    pub rates_before: Vec<f64>,
+    /// Gap rates after, contact by contact, in m/s.
+    pub rates_after: Vec<f64>,
+    /// Impulse (tangential, normal), in N s; NaN for a model without a mass.
+    pub impulse: [f64; 2],
+}
+
+/// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ZenoPoint {
+    /// "1-zeno" or "2-zeno": how many contacts come to rest.
+    pub kind: &'static str,
+    /// The contacts that come to rest.
+    pub contacts: Vec<ContactNumber>,
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s.
+    pub time_error: f64,
+    /// Configuration there; `None` for a model without a body.
+    pub q: Option<[f64; 3]>,
+    /// Velocity there.
+    pub qdot: Option<[f64; 3]>,
+    /// Rotation θ (rad) and angular velocity ω (rad/s) there.
+    pub rotation: [f64; 2],
+    /// Gaps there, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates there, in m/s.
+    pub gap_rates: Vec<f64>,
+    /// Whether the argument is a proof (within rounding), not an estimate.
+    pub certified: bool,
+    /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
+    pub method: &'static str,
+    /// Index of the first collision that was summed instead of simulated.
+    pub first_summed: usize,
+}
+
+/// A stretch of time with one contact mode.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Phase {
+    /// One letter a contact: S separate, F fixed, R or L sliding right or left (at the start of the phase).
+    pub mode: String,
+    /// On the clock, in s.
+    pub start: f64,
+    /// On the clock, in s.
+    pub end: f64,
+}
+
+/// The motion at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// q and q̇; without a body only θ and ω mean anything.
+    pub state: State,
+    /// Gaps, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates, in m/s.
+    pub rates: Vec<f64>,
+}
+
+/// Kinds of motion between two notes of the driver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Ballistic, with simple collisions in between.
+    Flight,
+    /// These contacts are held.
+    Held([bool; 2]),
+    /// A summed tail; the frame is frozen.
+    Tail,
+}
+
+/// From here on the motion is of this kind, until the next span.
+#[derive(Debug, Clone)]
+pub(crate) struct Span {
+    pub(crate) raw: Snapshot,
+    pub(crate) frame: usize,
+    pub(crate) kind: Kind,
+    pub(crate) mode: [u8; 2],
+    /// Index of the first collision after its start.
+    pub(crate) first_collision: usize,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct ZenoRecord {
+    pub(crate) closed: [bool; 2],
+    pub(crate) method: Method,
+    pub(crate) certified: bool,
+    pub(crate) error: f64,
+    pub(crate) first_summed: usize,
+    pub(crate) state: State,
+    pub(crate) at: Snapshot,
+}
+
+/// What the driver hands over.
+#[derive(Debug, Clone)]
+pub(crate) struct Record {
+    pub(crate) outcome: Outcome,
+    pub(crate) base: Base,
+    pub(crate) frames: Vec<Frame>,
+    pub(crate) spans: Vec<Span>,
+    pub(crate) zeno: Vec<ZenoRecord>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) collisions: Vec<Collision>,
+    pub(crate) spins: Vec<Spin>,
+    pub(crate) hits: usize,
+    pub(crate) end: Snapshot,
+    pub(crate) state: State,
+    pub(crate) acceleration: Option<[f64; 3]>,
+}
+
+/// A piece of smooth motion: between two collisions, or a whole span.
+#[derive(Debug, Clone)]
+struct Piece {
+    frame: usize,
+    raw: Snapshot,
+    kind: Kind,
+}
+
+/// The pieces of a run, and the normal impulse per own-rate jump and unit mass of each collision.
+#[derive(Debug, Clone, Default)]
+struct Expanded {
+    pieces: Vec<Piece>,
+    shares: Vec<f64>,
+}
+
+/// A run: its outcome, its events, and the motion at any time of it.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    record: Record,
+    options: Options,
+    model: Model,
+    model_reason: &'static str,
+    expanded: OnceLock<Expanded>,
+}
+
+/// Roundings in the clock of a run, counted into the error of a Zeno time.
+const CLOCK_ROUNDINGS: f64 = 4.0;
+
+impl Trajectory {
+    pub(crate) fn new(
+        record: Record,
+        model: Model,
+        model_reason: &'static str,
+        options: Options,
+    ) -> Self {
+        Self { record, options, model, model_reason, expanded: OnceLock::new() }
+    }
+
+    /// How the run ended.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.record.outcome
+    }
+
+    /// The model that was solved: `Local` or `Full`.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        self.model
+    }
+
+    /// Why it was that model.
+    #[must_use]
+    pub fn model_reason(&self) -> &'static str {
+        self.model_reason
+    }
+
+    /// The options of the run.
+    #[must_use]
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The posture; `None` for a run of a [`LocalModel`](crate::LocalModel) given by parameters.
+    #[must_use]
+    pub fn posture(&self) -> Option<&Posture> {
+        self.record.base.posture.as_ref()
+    }
+
+    /// Time on the clock when the outcome was reached, in s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.clock(self.record.end.clock)
+    }
+
+    /// Time from the start to the outcome, in s: not rounded to the clock.
+    #[must_use]
+    pub fn elapsed(&self) -> f64 {
+        self.record.end.clock.hi
+    }
+
+    /// The final state. Without a body only θ and ω mean anything.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.record.state
+    }
+
+    /// Final gaps, in m.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<f64> {
+        self.each(self.record.end.gaps.h)
+    }
+
+    /// Final gap rates, in m/s.
+    #[must_use]
+    pub fn rates(&self) -> Vec<f64> {
+        self.each(self.record.end.gaps.u)
+    }
+
+    /// Things the user should know: ties, a start taken as touching.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.record.warnings
+    }
+
+    /// Acceleration q̈ at the start of an endless slide, in m/s², m/s², rad/s².
+    #[must_use]
+    pub fn acceleration(&self) -> Option<[f64; 3]> {
+        self.record.acceleration
+    }
+
+    /// Number of collisions simulated one by one, recorded or not.
+    #[must_use]
+    pub fn collisions(&self) -> usize {
+        self.record.hits
+    }
+
+    /// The collisions simulated one by one, in order; empty unless recorded.
+    #[must_use]
+    pub fn impacts(&self) -> Vec<ImpactRecord> {
+        let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
+        let shares = &self.expanded().shares;
+        let record = &self.record;
+        record
+            .collisions
+            .iter()
+            .zip(shares)
+            .map(|(c, share)| ImpactRecord {
+                time: self.clock(c.elapsed),
+                elapsed: c.elapsed.hi,
+                contact: ContactNumber::of(c.contact),
+                rates_before: self.each(c.before),
+                rates_after: self.each(c.after),
+                impulse: [mass * 0.0, mass * share * c.jump],
+            })
+            .collect()
+    }
+
+    /// The Zeno points, in order.
+    #[must_use]
+    pub fn zeno_points(&self) -> Vec<ZenoPoint> {
+        self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect()
+    }
+
+    fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
+        let contacts: Vec<_> =
+            (0..self.count()).filter(|&i| zeno.closed[i]).map(ContactNumber::of).collect();
+        let elapsed = zeno.at.clock.hi;
+        let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
+        ZenoPoint {
+            kind: if contacts.len() == 1 { "1-zeno" } else { "2-zeno" },
+            contacts,
+            time: self.clock(zeno.at.clock),
+            elapsed,
+            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
+            q: vector(&zeno.state.q),
+            qdot: vector(&zeno.state.qdot),
+            rotation: [zeno.at.spin.theta, zeno.at.spin.omega],
+            gaps: self.each(zeno.at.gaps.h),
+            gap_rates: self.each(zeno.at.gaps.u),
+            certified: zeno.certified,
+            method: zeno.method.as_str(),
+            first_summed: zeno.first_summed,
+        }
+    }
+
+    /// The contact modes in order; empty unless recorded.
+    #[must_use]
+    pub fn phases(&self) -> Vec<Phase> {
+        let mut phases: Vec<Phase> = Vec::new();
+        for span in &self.record.spans {
+            let mode: String =
+                span.mode.iter().take(self.count()).map(|&letter| char::from(letter)).collect();
+            let start = self.clock(span.raw.clock);
+            match phases.last_mut() {
+                Some(last) if last.mode == mode => {}
+                Some(last) if last.start == start => last.mode = mode,
+                Some(last) => {
+                    last.end = start;
+                    phases.push(Phase { mode, start, end: start });
+                }
+                None => phases.push(Phase { mode, start, end: start }),
+            }
+        }
+        if let Some(last) = phases.last_mut() {
+            last.end = self.time();
+        }
+        phases
+    }
+
+    /// The motion at time `t` on the clock, exact within a phase. At an impact: after it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if nothing was recorded or `t` lies outside the run.
+    pub fn at(&self, t: f64) -> Result<Instant, Error> {
+        let pieces = self.pieces()?;
+        let (start, end) = (self.options.time, self.time());
+        if !(t >= start && t <= end) {
+            return Err(Error::Unusable {
+                field: "t".into(),
+                value: format!("{t:?}"),
+                allowed: format!("from {start:?} to {end:?}, the time of the run"),
+            });
+        }
+        if t == end {
+            return Ok(self.instant(&self.record.end, self.record.state));
+        }
+        let elapsed = t - start;
+        let next = pieces.partition_point(|piece| piece.raw.clock.hi <= elapsed);
+        let piece = &pieces[next.max(1) - 1];
+        let frame = &self.record.frames[piece.frame];
+        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock).max(0.0);
+        let base = &self.record.base;
+        let raw = match piece.kind {
+            Kind::Flight => frame.smooth(base, &piece.raw, [false, false], dt),
+            Kind::Held(held) => frame.smooth(base, &piece.raw, held, dt),
+            Kind::Tail => Driver::glance(frame, base, &piece.raw, dt),
+        };
+        let full = frame.to_full(&raw);
+        Ok(self.instant(&full, base.state(&full)))
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`Trajectory::at`].
+    pub fn energy(&self, t: f64) -> Result<f64, Error> {
+        let state = self.at(t)?.state;
+        Ok(self.posture().map_or(f64::NAN, |p| p.energy(&state.q, &state.qdot)))
+    }
+
+    /// `count` ≥ 2 times that show the run: half of them at its events and between them, so that they lie
+    /// dense where it is busy, the others evenly.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if nothing was recorded or `count < 2`.
+    pub fn sample_times(&self, count: usize) -> Result<Vec<f64>, Error> {
+        let pieces = self.pieces()?;
+        if count < 2 {
+            return Err(Error::Unusable {
+                field: "n".into(),
+                value: count.to_string(),
+                allowed: "at least 2".into(),
+            });
+        }
+        let (start, end) = (self.options.time, self.time());
+        let even = count.div_ceil(2);
+        let busy = count - even;
+        let at = |k: usize, n: usize| k as f64 / n as f64;
+        let mut times: Vec<f64> =
+            (0..even).map(|k| start + (end - start) * at(k, (even - 1).max(1))).collect();
+        for k in 0..busy {
+            // Evenly over the pieces: position x among them, in the middle of a share.
+            let x = (k as f64 + 0.5) / busy as f64 * pieces.len() as f64;
+            let index = (x as usize).min(pieces.len() - 1);
+            let from = self.clock(pieces[index].raw.clock);
+            let to = pieces.get(index + 1).map_or(end, |next| self.clock(next.raw.clock));
+            times.push(from + (to - from) * (x - index as f64));
+        }
+        for t in &mut times {
+            *t = t.clamp(start, end);
+        }
+        times.sort_by(f64::total_cmp);
+        Ok(times)
+    }
+
+    fn count(&self) -> usize {
+        self.record.base.count
+    }
+
+    fn each(&self, pair: [f64; 2]) -> Vec<f64> {
+        pair[..self.count()].to_vec()
+    }
+
+    fn clock(&self, elapsed: Clock) -> f64 {
+        elapsed.from_start(self.options.time)
+    }
+
+    fn instant(&self, full: &Snapshot, state: State) -> Instant {
+        Instant { state, gaps: self.each(full.gaps.h), rates: self.each(full.gaps.u) }
+    }
+
+    fn pieces(&self) -> Result<&[Piece], Error> {
+        let pieces = &self.expanded().pieces;
+        if !self.options.record || pieces.is_empty() {
+            return Err(Error::Unusable {
+                field: "record".into(),
+                value: "false".into(),
+                allowed: "record = true, so that the trajectory is kept".into(),
+            });
+        }
+        Ok(pieces)
+    }
+
+    fn expanded(&self) -> &Expanded {
+        self.expanded.get_or_init(|| self.expand())
+    }
+
+    /// Replays the collisions of each span into pieces of smooth motion.
+    fn expand(&self) -> Expanded {
+        let record = &self.record;
+        let mut expanded = Expanded::default();
+        for (k, span) in record.spans.iter().enumerate() {
+            let frame = &record.frames[span.frame];
+            let last = record
+                .spans
+                .get(k + 1)
+                .map_or(record.collisions.len(), |next| next.first_collision);
+            let mut raw = span.raw;
+            expanded.pieces.push(Piece { frame: span.frame, raw, kind: span.kind });
+            for index in span.first_collision..last {
+                let c = &record.collisions[index];
+                let i = c.contact;
+                let dt = c.elapsed.since(raw.clock);
+                for j in 0..2 {
+                    raw.impulses.path[j] += raw.impulses.jump[j] * dt;
+                }
+                raw.clock = c.elapsed;
+                (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);
+                raw.gaps.u = c.after;
+                let share = if frame.frozen.is_some() {
+                    raw.impulses.jump[i] += c.jump;
+                    frame.share(i)
+                } else {
+                    raw.spin = record.spins[index];
+                    let share = record.base.share(i, raw.spin.theta);
+                    raw.impulses.jump[i] += share * c.jump;
+                    share
+                };
+                expanded.shares.push(share);
+                expanded.pieces.push(Piece { frame: span.frame, raw, kind: Kind::Flight });
+            }
+        }
+        expanded
+    }
+}

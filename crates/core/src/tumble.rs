@@ -1,0 +1,330 @@
+//! Collisions of the full model: finite rotation, impacts at the configuration of the moment.
+//!
+//! The state is kept in gap coordinates (h, u) with b_i, c_i of the rotated arms; positions of the body
+//! follow from the impulses. Where what remains of an accumulation is so short that the geometry cannot
+//! change any more, the frozen model sums it.
+
+use nalgebra::Vector2;
+
+use crate::clatter::{Halt, advance, time_to_rest};
+use crate::flight::{Arc, Touchdown};
+use crate::local::LocalModel;
+use crate::log::{Collision, Log, Spin};
+use crate::posture::{Geometry, couplings};
+use crate::tolerance::{GRAVITY_SHARE, TAIL};
+use crate::trig::Turn;
+use crate::zeno::{Frozen, Gaps, Impulses};
+
+/// Constants of a body on two contacts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Body {
+    pub(crate) contacts: [Geometry; 2],
+    /// ρ²
+    pub(crate) rho2: f64,
+    /// n_1·n_2
+    pub(crate) n12: f64,
+}
+
+/// State of the full model in gap coordinates. `sum` counts translational impulses per unit mass.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tumble {
+    pub(crate) body: Body,
+    pub(crate) gaps: Gaps,
+    pub(crate) sum: Impulses,
+    pub(crate) spin: Spin,
+    /// b_i, c_i at θ.
+    pub(crate) b: [f64; 2],
+    pub(crate) c: [f64; 2],
+}
+
+/// Collisions between two computations of b, c from θ itself: in between they are turned step by step and
+/// collect a rounding each.
+const REFRESH: usize = 32;
+
+/// Time to rest, relative to the time elapsed, above which freezing is not even considered.
+const LONG: f64 = 1e-3;
+
+/// Safety factor on the change of the frozen geometry within a tail.
+const MARGIN: f64 = 4.0;
+
+impl Tumble {
+    pub(crate) fn new(body: Body, gaps: Gaps, sum: Impulses, spin: Spin) -> Self {
+        let mut state = Self { body, gaps, sum, spin, b: [0.0; 2], c: [0.0; 2] };
+        state.refresh();
+        state
+    }
+
+    pub(crate) fn refresh(&mut self) {
+        let (sin, cos) = (libm::sin(self.spin.theta), libm::cos(self.spin.theta));
+        for i in 0..2 {
+            (self.b[i], self.c[i]) = self.body.contacts[i].turned(sin, cos);
+        }
+    }
+
+    pub(crate) fn arc(&self, i: usize) -> Arc {
+        Arc {
+            h: self.gaps.h[i],
+            u: self.gaps.u[i],
+            g: self.body.contacts[i].gravity,
+            b: self.b[i],
+            c: self.c[i],
+            omega: self.spin.omega,
+        }
+    }
+
+    /// g_i + c_iω²: acceleration into terrain i.
+    pub(crate) fn effective_gravity(&self, i: usize) -> f64 {
+        self.body.contacts[i].gravity + self.c[i] * self.spin.omega * self.spin.omega
+    }
+
+    /// b_i² + ρ²
+    fn own(&self, i: usize) -> f64 {
+        self.b[i] * self.b[i] + self.body.rho2
+    }
+
+    /// ρ²/(b_i² + ρ²): translational impulse per unit mass and own-rate jump.
+    pub(crate) fn share(&self, i: usize) -> f64 {
+        self.body.rho2 / self.own(i)
+    }
+
+    /// The local model with the geometry and the effective gravity of this moment.
+    pub(crate) fn frozen(&self) -> LocalModel {
+        let (psi, phi) = couplings(self.b[0], self.b[1], self.body.n12, self.body.rho2);
+        let e = [0, 1].map(|i| self.body.contacts[i].restitution);
+        LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
+    }
+
+    /// Moves on by a flight.
+    pub(crate) fn fly(&mut self, dt: f64, turn: &Turn) {
+        for i in 0..2 {
+            let arc = self.arc(i);
+            self.gaps.h[i] = arc.gap_turned(dt, turn).max(0.0);
+            self.gaps.u[i] = arc.rate_turned(dt, turn);
+        }
+        for i in 0..2 {
+            let (b, c) = (self.b[i], self.c[i]);
+            self.b[i] = b - (b * turn.versed + c * turn.sin);
+            self.c[i] = c - (c * turn.versed - b * turn.sin);
+        }
+        self.spin.theta += self.spin.omega * dt;
+        advance(&mut self.sum, dt);
+    }
+
+    /// Applies own-rate jumps at the contacts to gaps, spin and impulses.
+    pub(crate) fn kick(&mut self, jump: [f64; 2]) {
+        let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
+        for i in 0..2 {
+            let per_own = jump[i] / self.own(i);
+            self.gaps.u[i] += jump[i];
+            self.gaps.u[1 - i] += cross * per_own; // −ψ_i J_i
+            self.spin.omega += self.b[i] * per_own; // −φ_i J_i
+            self.sum.jump[i] += self.body.rho2 * per_own;
+        }
+    }
+
+    /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]; returns its own-rate jump.
+    fn hit(&mut self, i: usize) -> f64 {
+        let (s, e) = (-self.gaps.u[i], self.body.contacts[i].restitution);
+        let jump = (1.0 + e) * s;
+        let per_own = jump / self.own(i);
+        let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
+        self.gaps.u[i] = e * s;
+        self.gaps.u[1 - i] += cross * per_own;
+        self.spin.omega += self.b[i] * per_own;
+        self.sum.jump[i] += self.body.rho2 * per_own;
+        jump
+    }
+
+    /// Which contact lands next: the contact, its touchdown, and whether both land at once. `active`: the
+    /// contact just hit.
+    fn next_landing(&self, active: Option<usize>) -> Option<(usize, Touchdown, bool)> {
+        let arcs = [self.arc(0), self.arc(1)];
+        if let Some(a) = active
+            && arcs[a].is_concave()
+            && let Some(landing) = arcs[1 - a].find_touchdown()
+        {
+            // A concave arc from the ground is above it until it lands: its sign decides.
+            let height = arcs[a].gap_turned(landing.dt, &landing.turn);
+            if height > 0.0 {
+                return Some((1 - a, landing, false));
+            }
+            let back = arcs[a].find_touchdown()?;
+            return Some(if back.dt < landing.dt {
+                (a, back, false)
+            } else {
+                (1 - a, landing, back.dt == landing.dt)
+            });
+        }
+        match (arcs[0].find_touchdown(), arcs[1].find_touchdown()) {
+            (Some(one), Some(two)) => {
+                Some(if two.dt < one.dt { (1, two, false) } else { (0, one, one.dt == two.dt) })
+            }
+            (Some(one), None) => Some((0, one, false)),
+            (None, Some(two)) => Some((1, two, false)),
+            (None, None) => None,
+        }
+    }
+
+    /// Flies and collides until something other than a simple collision happens.
+    pub(crate) fn collide(&mut self, log: &mut Log) -> Halt {
+        let mut active = None;
+        let mut budget = log.chunk().min(REFRESH);
+        let stop = loop {
+            if budget == 0 {
+                self.refresh();
+                budget = log.chunk().min(REFRESH);
+                if budget == 0 {
+                    return Halt::EventLimit;
+                }
+            }
+            let Some((contact, landing, tie)) = self.next_landing(active) else {
+                break Halt::Never;
+            };
+            if log.clock.hi + landing.dt > log.end {
+                break Halt::TimeLimit;
+            }
+            self.fly(landing.dt, &landing.turn);
+            log.clock = log.clock.after(landing.dt);
+            self.gaps.h[contact] = 0.0;
+            self.gaps.u[contact] = self.gaps.u[contact].min(0.0);
+            if tie {
+                self.gaps.h[1 - contact] = 0.0;
+                return Halt::Tie;
+            }
+            let before = self.gaps.u;
+            let jump = self.hit(contact);
+            log.hits += 1;
+            budget -= 1;
+            if log.record {
+                log.collisions.push(Collision {
+                    elapsed: log.clock,
+                    contact,
+                    before,
+                    after: self.gaps.u,
+                    jump,
+                    other_gap: self.gaps.h[1 - contact],
+                });
+                log.spins.push(self.spin);
+            }
+            if let Some(stop) = self.accumulates(contact, log) {
+                return stop;
+            }
+            active = (self.gaps.u[contact] > 0.0).then_some(contact);
+        };
+        if stop == Halt::TimeLimit || log.end.is_finite() {
+            let left = log.left().max(0.0);
+            self.fly(left, &Turn::by(self.spin.omega * left));
+            log.clock = log.clock.after(left);
+            return Halt::TimeLimit;
+        }
+        stop
+    }
+
+    /// Whether the tail that begins after an impact at `a` may be summed with frozen geometry.
+    fn accumulates(&self, a: usize, log: &Log) -> Option<Halt> {
+        let (b, e) = (1 - a, self.body.contacts[a].restitution);
+        let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
+        if !(gravity[a] > 0.0 && gravity[b] >= 0.0) {
+            return None;
+        }
+        let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
+        let now = log.clock.hi;
+
+        // Bouncing at a: T = 2u/(g(1−e)).
+        let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
+        let psi_a = -(self.b[0] * self.b[1] + self.body.rho2 * self.body.n12) / self.own(a);
+        let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
+        if end >= 0.0 && now + t <= log.end {
+            let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
+            let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
+            if t * drift.gravity[a] <= TAIL * (now + t) * gravity[a] && (end > miss || miss == 0.0)
+            {
+                let mut gaps = self.gaps;
+                gaps.h[a] = 0.0;
+                if Frozen::new(&self.frozen()).bounce_tail(a, &gaps).is_some() {
+                    return Some(Halt::Bounce { contact: a, duration: t });
+                }
+            }
+        }
+        if !(gravity[b] > 0.0) {
+            return None;
+        }
+        // Clattering.
+        let square = u_b * u_b;
+        if u_b < 0.0 && psi_a > 0.0 && 2.0 * gravity[b] * h_b <= GRAVITY_SHARE * square {
+            let frozen = Frozen::new(&self.frozen());
+            if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
+                && now + tail.duration <= log.end
+            {
+                let t = tail.duration;
+                let sum = frozen.settle(&self.gaps, t);
+                let drift = self.drift(t, sum.jump[a].abs(), sum.jump[b].abs());
+                let geometry = drift.psi / psi_a * frozen.sensitivity()
+                    + drift.gravity[0] * t / -u_b
+                    + drift.gravity[1] * t / -u_b;
+                if tail.error + MARGIN * t * geometry <= TAIL * now
+                    && frozen.certainly_clatters(a, &self.gaps)
+                {
+                    return Some(Halt::Clatter { tail, certified: true });
+                }
+            }
+        }
+        self.may_freeze(log).then_some(Halt::Freeze)
+    }
+
+    /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
+    pub(crate) fn may_freeze(&self, log: &Log) -> bool {
+        let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
+        if !(gravity[0] > 0.0 && gravity[1] > 0.0) {
+            return false;
+        }
+        let now = log.clock.hi;
+        let frozen = Frozen::new(&self.frozen());
+        let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
+        if t > LONG * now || now + t > log.end {
+            return false;
+        }
+        let most = gravity[0].max(gravity[1]) * t;
+        let drift = self.drift(t, most, most);
+        let geometry = drift.psi / frozen.psi[0].abs().min(frozen.psi[1].abs()).max(f64::EPSILON)
+            * frozen.sensitivity()
+            + drift.gravity[0] / gravity[0]
+            + drift.gravity[1] / gravity[1];
+        t * geometry <= TAIL * now
+    }
+
+    /// Bounds on how far g_i + c_iω² and ψ change within `t` while own-rate jumps of these sizes act at
+    /// the two contacts (order: any).
+    fn drift(&self, t: f64, jump_a: f64, jump_b: f64) -> Drift {
+        let (b, c, rho2) = (self.b, self.c, self.body.rho2);
+        let lever = [0, 1].map(|i| b[i].abs() / self.own(i));
+        let kick = (jump_a + jump_b) * lever[0].max(lever[1]);
+        let omega = self.spin.omega.abs() + kick;
+        let angle = omega * t;
+        let gravity = [0, 1].map(|i| {
+            2.0 * c[i].abs() * omega * kick
+                + omega * omega * angle * (b[i].abs() + c[i].abs() * angle)
+        });
+        let cross = b[0] * b[1] + rho2 * self.body.n12;
+        let slope = [0, 1].map(|i| {
+            let own = self.own(i);
+            ((c[0] * b[1] + b[0] * c[1]) / own + cross / (own * own) * -2.0 * b[i] * c[i]).abs()
+        });
+        let bend = (b[0] * b[1]).abs().max(c[0].abs() * c[1].abs()) / self.own(0).min(self.own(1));
+        Drift { gravity, psi: slope[0].max(slope[1]) * angle + 4.0 * bend * angle * angle }
+    }
+}
+
+struct Drift {
+    gravity: [f64; 2],
+    psi: f64,
+}
+
+impl Body {
+    /// The pair of contacts of a posture; a single contact gets an absent partner.
+    pub(crate) fn new(geometry: &[Geometry], rho2: f64) -> Self {
+        let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(Geometry::ABSENT)];
+        let n: [Vector2<f64>; 2] = contacts.map(|k| k.normal);
+        Self { contacts, rho2, n12: n[0].dot(&n[1]) }
+    }
+}

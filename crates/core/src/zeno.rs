@@ -1,0 +1,261 @@
+//! Zeno points: infinitely many impacts in finite time, recognised, certified and summed.
+//!
+//! Everything here is exact for frozen geometry (the local model). The full model comes here with its
+//! geometry frozen at a moment when what remains is too short for it to change.
+
+use crate::local::LocalModel;
+
+/// Gap coordinates of two contacts: gaps h (m) and gap rates u (m/s).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Gaps {
+    pub(crate) h: [f64; 2],
+    pub(crate) u: [f64; 2],
+}
+
+/// What impacts and contact forces have done to the gaps: for each contact its own-rate jump
+/// Σ(1+e)|w| (m/s) and the time integral of that sum (m).
+///
+/// ḣ_i(t) = ḣ_i(0) − g_i t + J_i − ψ_j J_j and θ̇(t) = θ̇(0) − φ_1 J_1 − φ_2 J_2.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Impulses {
+    pub(crate) jump: [f64; 2],
+    pub(crate) path: [f64; 2],
+}
+
+/// A local model with the constants that its formulas share.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frozen {
+    pub(crate) g: [f64; 2],
+    pub(crate) psi: [f64; 2],
+    pub(crate) phi: [f64; 2],
+    pub(crate) e: [f64; 2],
+    /// (1+e_i)ψ_i
+    pub(crate) kick: [f64; 2],
+    /// 2/(g_i(1−e_i)): duration of a bounce tail per take-off speed.
+    pub(crate) bounce: [f64; 2],
+    /// (g_j + e_iψ_i g_i)/2: fall of the other gap per squared duration of a bounce tail at i.
+    pub(crate) fall: [f64; 2],
+    clatter: Option<Clatter>,
+}
+
+/// Constants of a clattering tail; index: the contact that is hit next ("b"; "a" was hit last).
+#[derive(Debug, Clone, Copy)]
+struct Clatter {
+    lambda_plus: f64,
+    lambda_minus: f64,
+    /// c_i = λ₊-scaled weight of the gap rates, y/((1+e)ψ_i).
+    c: [f64; 2],
+    /// S
+    gravity: [f64; 2],
+    /// r = e c_1c_2 = λ₋/λ₊
+    r: f64,
+    /// g̃_i = √ψ_i g_i
+    reduced_gravity: [f64; 2],
+    e: f64,
+}
+
+/// A clattering tail: when both contacts come to rest, and how far that is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ClatterTail {
+    pub(crate) duration: f64,
+    pub(crate) error: f64,
+}
+
+impl Frozen {
+    pub(crate) fn new(model: &LocalModel) -> Self {
+        let (g, psi, phi, e) = (model.gravity(), model.psi(), model.phi(), model.restitution());
+        let each = |f: &dyn Fn(usize) -> f64| [f(0), f(1)];
+        Self {
+            g,
+            psi,
+            phi,
+            e,
+            kick: each(&|i| (1.0 + e[i]) * psi[i]),
+            bounce: each(&|i| 2.0 / (g[i] * (1.0 - e[i]))),
+            fall: each(&|i| 0.5 * (g[1 - i] + e[i] * psi[i] * g[i])),
+            clatter: Clatter::new(g, psi, e),
+        }
+    }
+
+    /// Whether a clattering tail can exist at all: ψ > 0, e_1 = e_2 and P = (1+e)ψ ≥ 2√e.
+    pub(crate) fn may_clatter(&self) -> bool {
+        self.clatter.is_some()
+    }
+
+    /// Duration of the bounce tail at `a` after an impact there left it with rate `u` [closed form:
+    /// T = 2u/(g(1−e))], if contact b stays clear of the terrain all along.
+    ///
+    /// For ψ_a ≥ 0 the gap of b at the end decides; for ψ_a < 0 its values at the impacts do, and they lie
+    /// on a quadratic in y = 1 − eʲ.
+    #[inline]
+    pub(crate) fn bounce_tail(&self, a: usize, gaps: &Gaps) -> Option<f64> {
+        let b = 1 - a;
+        let t = self.bounce[a] * gaps.u[a];
+        let end = gaps.h[b] + t * (gaps.u[b] - t * self.fall[a]);
+        (end >= 0.0 && (self.psi[a] >= 0.0 || self.clear_of_bounces(a, gaps, t))).then_some(t)
+    }
+
+    /// ψ_a < 0: whether the gap of b is positive at every impact of the bounce tail at a.
+    #[cold]
+    fn clear_of_bounces(&self, a: usize, gaps: &Gaps, t: f64) -> bool {
+        let (b, e) = (1 - a, self.e[a]);
+        // h_b at the j-th impact from now is h + p y − q y², y = 1 − eʲ in (0, 1); limit y = 1.
+        let lift = self.kick[a] * gaps.u[a] * t / (1.0 - e);
+        let p = gaps.u[b] * t + lift * (1.0 - e) / (1.0 + e);
+        let q = 0.5 * self.g[b] * t * t + lift / (1.0 + e);
+        let h = gaps.h[b];
+        let square = p * p + 4.0 * q * h;
+        if q >= 0.0 || p >= 0.0 || square <= 0.0 || e == 0.0 {
+            return true; // concave, or rising, or without roots: positive between its positive ends
+        }
+        // Negative between the roots y1 < y2 of the convex quadratic: an impact in there?
+        let root = square.sqrt();
+        let (y1, y2) = (2.0 * h / (root - p), (p - root) / (2.0 * q));
+        let (y1, y2) = (y1.min(y2), y1.max(y2));
+        if y1 >= 1.0 {
+            return true;
+        }
+        let first = (libm::log1p(-y1) / libm::log(e)).ceil().max(1.0);
+        libm::exp(first * libm::log(e)) < 1.0 - y2.min(1.0)
+    }
+
+    /// The state after the last impact within `left` of a bounce tail at `a` that is longer than that:
+    /// with x = eʲ, t = T(1 − x) and J = (1+e)u(1 − x)/(1 − e).
+    pub(crate) fn skip_bounces(&self, a: usize, gaps: &Gaps, left: f64) -> (f64, Gaps, Impulses) {
+        let (b, e, u) = (1 - a, self.e[a], gaps.u[a]);
+        let t_end = self.bounce[a] * u;
+        let count = (libm::log1p(-left / t_end) / libm::log(e)).floor().max(0.0);
+        let rest = libm::expm1(count * libm::log(e)); // x − 1
+        let t = -t_end * rest;
+        let mut sum = Impulses::default();
+        sum.jump[a] = -(1.0 + e) * u * rest / (1.0 - e);
+        sum.path[a] = t * (0.5 * self.g[a] * t - u);
+        let mut after = Gaps::default();
+        after.u[a] = u * (1.0 + rest);
+        after.u[b] = gaps.u[b] - self.g[b] * t - self.psi[a] * sum.jump[a];
+        after.h[b] = (gaps.h[b] + t * (gaps.u[b] - 0.5 * self.g[b] * t)
+            - self.psi[a] * sum.path[a])
+            .max(0.0);
+        (t, after, sum)
+    }
+
+    /// The limit of a bounce tail of duration `t` at `a`: gaps, rates and impulses.
+    pub(crate) fn end_bounce(&self, a: usize, gaps: &Gaps, t: f64) -> (Gaps, Impulses) {
+        let b = 1 - a;
+        let mut sum = Impulses::default();
+        sum.jump[a] = gaps.u[a] * (1.0 + self.e[a]) / (1.0 - self.e[a]);
+        sum.path[a] = 0.5 * self.e[a] * self.g[a] * t * t;
+        let mut end = Gaps::default();
+        end.h[b] = (gaps.h[b] + t * (gaps.u[b] - t * self.fall[a])).max(0.0);
+        end.u[b] = gaps.u[b] - self.g[b] * t - self.psi[a] * sum.jump[a];
+        (end, sum)
+    }
+
+    /// Impulses that bring both contacts to rest on the terrain within `t`.
+    ///
+    /// 0 = u_i − g_i t + J_i − ψ_j J_j, and the same once integrated. Contacts whose rows are parallel
+    /// share their impulse; it is given to the first.
+    pub(crate) fn settle(&self, gaps: &Gaps, t: f64) -> Impulses {
+        let fall = |i: usize| gaps.u[i] - self.g[i] * t;
+        let sink = |i: usize| gaps.h[i] + t * (gaps.u[i] - 0.5 * self.g[i] * t);
+        Impulses { jump: self.share([-fall(0), -fall(1)]), path: self.share([-sink(0), -sink(1)]) }
+    }
+
+    /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2.
+    pub(crate) fn share(&self, y: [f64; 2]) -> [f64; 2] {
+        let determinant = 1.0 - self.psi[0] * self.psi[1];
+        if determinant <= PARALLEL {
+            return [y[0], 0.0];
+        }
+        [(y[0] + self.psi[1] * y[1]) / determinant, (y[1] + self.psi[0] * y[0]) / determinant]
+    }
+
+    /// The clattering tail after an impact at `a`, if this state clatters for ever without gravity and
+    /// gravity is a small correction: T1 of the closed form, with its error estimate.
+    pub(crate) fn clatter_tail(&self, a: usize, gaps: &Gaps) -> Option<ClatterTail> {
+        let k = self.clatter.as_ref()?;
+        let (b, e) = (1 - a, k.e);
+        let (u_a, u_b, h_b) = (gaps.u[a], gaps.u[b], gaps.h[b]);
+        let d = -u_b - k.c[b] * u_a; // > 0: inside the cone
+        if !(u_b < 0.0 && d > 0.0) {
+            return None;
+        }
+        let zero_gravity = h_b / d; // T0, an upper bound
+        let duration = 2.0 * h_b / (d + (d * d + 2.0 * k.gravity[b] * h_b).sqrt());
+        let gap = zero_gravity - duration;
+        let (z, limit) = (u_a / -u_b, e * k.c[a]);
+        let shape = if z + limit > 0.0 { k.r * (z - limit).abs() / (z + limit) } else { 0.0 };
+        let error = if duration > 0.0 { gap * (gap / duration + shape) } else { 0.0 };
+        Some(ClatterTail { duration, error })
+    }
+
+    /// Whether impacts provably alternate for ever and end in a 2-Zeno, after an impact at `a`:
+    /// ϱ ≤ λ₊, κ = max(ϱ, λ₋)³/e² < 1, η < 1 and (g̃_b/g̃_a) κη(1−η) < 1, with
+    /// ϱ = √ψ_a u_a/(√ψ_b|u_b|) and η = g_aτ/(2u_a), τ the coming flight.
+    pub(crate) fn certainly_clatters(&self, a: usize, gaps: &Gaps) -> bool {
+        let Some(k) = &self.clatter else { return false };
+        let (b, e) = (1 - a, k.e);
+        let (u_a, u_b, h_b) = (gaps.u[a], gaps.u[b], gaps.h[b]);
+        if u_b >= 0.0 {
+            return false;
+        }
+        let ratio = (self.psi[a] / self.psi[b]).sqrt() * u_a / -u_b;
+        if ratio > k.lambda_plus {
+            return false;
+        }
+        if self.g == [0.0, 0.0] {
+            return true;
+        }
+        let kappa = ratio.max(k.lambda_minus).powi(3) / (e * e);
+        let eta = self.g[a] * parabola(h_b, u_b, self.g[b]) / (2.0 * u_a);
+        kappa < 1.0
+            && eta < 1.0
+            && k.reduced_gravity[b] * kappa * eta * (1.0 - eta) < k.reduced_gravity[a]
+    }
+
+    /// How much faster than ψ itself the tail changes with ψ: 1/√(1 − 4e/P²).
+    pub(crate) fn sensitivity(&self) -> f64 {
+        self.clatter.as_ref().map_or(1.0, |k| (1.0 + k.r) / (1.0 - k.r).max(f64::EPSILON))
+    }
+
+    /// Whether contact impacts without gravity alternate for ever: ψ > 0 and
+    /// p_1p_2 ≥ (√e_1 + √e_2)², p_i = (1+e_i)ψ_i (Goyal's bound, for unequal restitutions).
+    pub(crate) fn chatters(&self) -> bool {
+        let bound = self.e[0].sqrt() + self.e[1].sqrt();
+        self.psi[0] > 0.0 && self.kick[0] * self.kick[1] >= bound * bound
+    }
+}
+
+use crate::flight::parabola_touchdown as parabola;
+
+/// 1 − ψ_1ψ_2 below which two Jacobian rows count as parallel: it carries a few roundings.
+const PARALLEL: f64 = 16.0 * f64::EPSILON;
+
+impl Clatter {
+    fn new(g: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> Option<Self> {
+        let e = if e[0] == e[1] { e[0] } else { return None };
+        let p = (1.0 + e) * (psi[0] * psi[1]).sqrt();
+        if !(psi[0] > 0.0 && psi[1] > 0.0 && p >= 2.0 * e.sqrt()) {
+            return None;
+        }
+        let y = 2.0 / (1.0 + (1.0 - 4.0 * e / (p * p)).max(0.0).sqrt());
+        let lambda_plus = p / y;
+        let c = [y / ((1.0 + e) * psi[0]), y / ((1.0 + e) * psi[1])];
+        let r = e * c[0] * c[1];
+        let share = |b: usize| {
+            let a = 1 - b;
+            let (r2, r4) = (r * r, r * r * r * r);
+            (1.0 - r2) * ((g[b] + c[b] * g[a]) + (g[a] + c[a] * g[b]) * c[b] * r2)
+                / (1.0 - r4 * c[0] * c[1])
+        };
+        Some(Self {
+            lambda_plus,
+            lambda_minus: e / lambda_plus,
+            c,
+            gravity: [share(0), share(1)],
+            r,
+            reduced_gravity: [psi[0].sqrt() * g[0], psi[1].sqrt() * g[1]],
+            e,
+        })
+    }
+}

@@ -1,0 +1,70 @@
+"""Exact motion of planar rigid bodies on two contacts, through every impact.
+
+A body dropped on two contacts bounces and clatters, infinitely often in finite time.
+Every collision is computed as an event of its own, and the infinitely many that pile
+up are summed to their limit, the *Zeno point*.
+
+>>> import math
+>>> import standfast as sf
+>>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+>>> run = sf.simulate(rod, q=(0, 0.011, math.asin(0.002)), qdot=(0, 0, 0))
+>>> run.outcome
+'rest'
+>>> zeno = run.zeno_points[0]
+>>> zeno.kind, zeno.contacts, f"{zeno.time:.12f} s"
+('2-zeno', (1, 2), '0.047784807064 s')
+
+SI units; angles in rad, counterclockwise; pairs in the order (tangential, normal);
+contacts are numbered from 1.
+"""
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from standfast._core import (
+    Contact,
+    LocalModel,
+    Phase,
+    Posture,
+    Run,
+    Scene,
+    SolverError,
+    ZenoPoint,
+    __version__,
+    load,
+    schema,
+    simulate,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Contact",
+    "LocalModel",
+    "Phase",
+    "Posture",
+    "Run",
+    "Scene",
+    "SolverError",
+    "ZenoPoint",
+    "__version__",
+    "load",
+    "schema",
+    "simulate",
+]
+
+
+def _plot(self: Run, path: str | PathLike[str] | None = None) -> "Figure":
+    """Draw the gaps, their way into the Zeno point, and the body; see `standfast.plot`.
+
+    `path`: where to save the figure; the suffix says the format. Needs matplotlib.
+    """
+    from standfast.plot import plot
+
+    return plot(self, path)
+
+
+_plot.__name__ = "plot"
+_plot.__qualname__ = "Run.plot"
+Run.plot = _plot  # type: ignore[method-assign]

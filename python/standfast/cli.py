@@ -1,0 +1,322 @@
+"""The command line: `standfast run SCENE`, `standfast schema`.
+
+Exit code 0: the run has an outcome, whichever it is. 1: a solver failed. 2: wrong input, named in one
+line on stderr. 130: interrupted.
+"""
+
+import math
+import os
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from decimal import Decimal
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import App, CycloptsError, Parameter
+
+import standfast as sf
+
+#: Rows of a table that are printed; the JSON output has them all.
+ROWS = 20
+#: Formats of a picture.
+PICTURES = (".png", ".pdf", ".svg")
+
+app = App(
+    name="standfast",
+    help="Exact motion of planar rigid bodies on two contacts, through every impact.",
+    version=sf.__version__,
+    help_format="plaintext",
+    help_formatter="plain",
+    suppress_keyboard_interrupt=False,
+)
+
+
+@app.command
+def run(
+    scene: Path,
+    /,
+    *,
+    json: Annotated[Path | None, Parameter(negative=())] = None,
+    plot: Annotated[Path | None, Parameter(negative=())] = None,
+) -> None:
+    """Simulate a scene and tell the story of the run.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON.
+    json
+        Write the whole run to this file.
+    plot
+        Draw the run into this file: .png, .pdf or .svg. Needs matplotlib.
+    """
+    _writable(json, "--json")
+    _drawable(plot)
+    loaded = sf.load(scene)
+    result = loaded.simulate(**({} if plot is None else {"record": True}))
+    _say(story(result, scene.name))
+    if json is not None:
+        with _replacing(json) as path:
+            result.to_json(path)
+        _say(f"wrote {json}")
+    if plot is not None:
+        with _replacing(plot) as path:
+            result.plot(path)
+        _say(f"wrote {plot}")
+
+
+@app.command
+def schema() -> None:
+    """Print the JSON Schema of scene files."""
+    _say(sf.schema().rstrip())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    try:
+        app(
+            arguments,
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _complain("interrupted", 130)
+    except BrokenPipeError:
+        # The reader has gone, as in `standfast ... | head`: nothing is left to say.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
+    except sf.SolverError as error:
+        return _complain(str(error), 1)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _complain(f"{where}{error.strerror or error}", 2)
+    except (CycloptsError, ValueError) as error:
+        return _complain(str(error), 2)
+    return 0
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _complain(problem: str, code: int) -> int:
+    print(f"standfast: {_one_line(problem)}", file=sys.stderr)
+    return code
+
+
+def _one_line(text: str) -> str:
+    """A message without the lines that quote a file, as in `3 | mas = 1`."""
+    lines = [line for line in text.splitlines() if not re.match(r"\s*\d*\s*\|", line)]
+    return ": ".join(line.strip().rstrip(":") for line in lines if line.strip())
+
+
+def _writable(path: Path | None, option: str) -> None:
+    """Refuse a target that cannot be written before anything is computed for it."""
+    if path is None:
+        return
+    if path.is_dir():
+        raise ValueError(f"{option} {path}: is a directory")
+    if not path.parent.is_dir():
+        raise ValueError(f"{option} {path}: {path.parent} is not a directory")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"{option} {path}: cannot be written")
+
+
+def _drawable(path: Path | None) -> None:
+    if path is None:
+        return
+    if path.suffix.lower() not in PICTURES:
+        raise ValueError(f"--plot {path}: the name must end in {', '.join(PICTURES)}")
+    _writable(path, "--plot")
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise ValueError(
+            "--plot needs matplotlib: pip install 'standfast[plot]'"
+        ) from error
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside `path`, renamed to it once it is complete."""
+    path = path.resolve()
+    if path.exists() and not path.is_file():
+        yield path  # a device or a pipe
+        return
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+# The story of a run.
+
+
+def decimal(seconds: float) -> str:
+    """A time in decimal notation: all digits of the double, and at least 12 after the point.
+
+    >>> decimal(0.1), decimal(1.5e-15)
+    ('0.100000000000', '0.0000000000000015')
+    """
+    if not math.isfinite(seconds):
+        return str(seconds)
+    digits = format(Decimal(repr(float(seconds))), "f")
+    whole, _, fraction = digits.partition(".")
+    return f"{whole}.{fraction:0<12}"
+
+
+def bound(seconds: float) -> str:
+    """A bound of an error in decimal notation, rounded up to two digits.
+
+    >>> bound(1.234e-15), bound(0.0)
+    ('0.0000000000000013', '0.000000000000')
+    """
+    if not (0.0 < seconds < math.inf):
+        return decimal(seconds)
+    exact = Decimal(seconds)
+    step = Decimal(1).scaleb(exact.adjusted() - 1)
+    digits = format(-(-exact // step) * step, "f")
+    whole, _, fraction = digits.partition(".")
+    return f"{whole}.{fraction:0<12}"
+
+
+def story(run: sf.Run, title: str) -> str:
+    """What happened, for a person to read."""
+    lines = [title]
+
+    def tell(name: str, value: str) -> None:
+        lines.append(f"  {name:<11} {value}")
+
+    posture = run.posture
+    if posture is not None:
+        tell(
+            "body",
+            f"mass {posture.mass:g} kg, radius of gyration {posture.gyration_radius:g} m,"
+            f" centre of mass {_tuple(posture.center_of_mass)} m, gravity {posture.gravity:g} m/s^2",
+        )
+        for number, contact in enumerate(posture.contacts, start=1):
+            e = contact.restitution
+            tell(
+                f"contact {number}",
+                f"point {_tuple(contact.point)} m, slope {contact.slope:g} rad,"
+                f" friction {contact.friction:g},"
+                f" restitution {posture.restitution if e is None else e:g}",
+            )
+    tell("model", f"{run.model}: {run.model_reason}")
+
+    impacts = run.impacts
+    lines.append("")
+    if len(impacts):
+        lines.append(
+            "  impacts simulated one by one (rates: all gaps, in contact order)"
+        )
+        lines.extend(_impact_table(impacts[:ROWS]))
+        if len(impacts) > ROWS:
+            lines.append(f"    ... and {len(impacts) - ROWS} more (all with --json)")
+    else:
+        lines.append("  no impact was simulated")
+
+    lines.append("")
+    for point in run.zeno_points[:ROWS]:
+        lines.extend(_zeno_lines(point, len(impacts)))
+    if len(run.zeno_points) > ROWS:
+        lines.append(
+            f"  ... and {len(run.zeno_points) - ROWS} more Zeno points (all with --json)"
+        )
+    if not run.zeno_points:
+        lines.append("  no Zeno point")
+
+    lines.append("")
+    if run.phases:
+        lines.append("  phases (S separate, F held, one letter a contact)")
+        rows = [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
+        width = max(len(start) for _, start, _ in rows)
+        lines.extend(
+            f"    {mode}  from {start:<{width}} s to {end} s"
+            for mode, start, end in rows
+        )
+        if len(run.phases) > ROWS:
+            lines.append(f"    ... and {len(run.phases) - ROWS} more (all with --json)")
+        lines.append("")
+    tell("outcome", f"{run.outcome} at {decimal(run.time)} s")
+    if run.q is not None and run.qdot is not None:
+        tell("q", f"({_numbers(run.q)}) m, m, rad")
+        tell("qdot", f"({_numbers(run.qdot)}) m/s, m/s, rad/s")
+    else:
+        tell("theta", f"{run.theta!r} rad")
+        tell("omega", f"{run.omega!r} rad/s")
+    tell("gaps", f"({_numbers(run.gaps)}) m")
+    tell("gap rates", f"({_numbers(run.rates)}) m/s")
+    for warning in run.warnings:
+        tell("warning", warning)
+    return "\n".join(lines)
+
+
+def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
+    rows = [("#", "time / s", "contact", "rates before / (m/s)", "rates after / (m/s)")]
+    rows += [
+        (
+            str(number),
+            decimal(impact["time"]),
+            str(impact["contact"]),
+            " ".join(f"{rate: .6e}" for rate in impact["rates_before"]),
+            " ".join(f"{rate: .6e}" for rate in impact["rates_after"]),
+        )
+        for number, impact in enumerate(impacts, start=1)
+    ]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return [
+        "    "
+        + "  ".join(
+            f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
+
+
+#: How a Zeno point was found, for a person to read.
+METHODS = {
+    "bounce": "bouncing on one contact, summed in closed form",
+    "clatter": "clattering on both contacts in turn, summed in closed form",
+    "chatter": "infinitely many impacts in zero time",
+    "rest": "at rest on the contact from the start of this stretch",
+    "self-similar": "impacts repeat on a smaller and smaller scale, summed as a geometric series",
+    "mixed": "impacts without a pattern, followed until rounding ends them",
+    "nested": "Zeno points that themselves accumulate, summed as a geometric series",
+}
+
+
+def _zeno_lines(point: sf.ZenoPoint, simulated: int) -> list[str]:
+    who = " and ".join(str(number) for number in point.contacts)
+    plural = "contacts" if len(point.contacts) > 1 else "contact"
+    lines = [
+        f"  Zeno point ({point.kind}, {plural} {who})",
+        f"    time        {decimal(point.time)} s",
+        f"    time error  at most {bound(point.time_error)} s",
+        f"    method      {point.method}: {METHODS.get(point.method, 'see the documentation')}",
+        f"    certified   {'yes' if point.certified else 'no'}",
+    ]
+    if point.first_summed < simulated or point.method not in ("rest",):
+        lines.append(
+            f"    summed      every impact from number {point.first_summed + 1} on"
+        )
+    return lines
+
+
+def _tuple(values: Sequence[float]) -> str:
+    return f"({', '.join(f'{value:g}' for value in values)})"
+
+
+def _numbers(values: np.ndarray[Any, Any]) -> str:
+    return ", ".join(repr(float(value)) for value in values)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

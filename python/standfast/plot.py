@@ -1,0 +1,310 @@
+"""Pictures of a run: the gaps, their way into the Zeno point, and the body. Needs matplotlib."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from standfast._core import Run, ZenoPoint
+
+_Floats = npt.NDArray[np.float64]
+
+#: Okabe and Ito's colours: told apart with every kind of colour vision.
+COLORS = ("#0072B2", "#D55E00")
+LINES = ("-", (0, (5, 1.5)))
+MARKERS = ("o", "^")
+SHADE = "0.93"
+GROUND = "0.8"
+#: Width of a figure, in inches.
+WIDTH = 9.0
+
+#: Samples of a curve between two events, and of a whole curve.
+ARC, CURVE = 60, 6000
+#: Impacts that are marked one by one.
+MARKS = 500
+#: How far the approach is followed beyond the last simulated impact: share of the time then left.
+BEYOND = 1e-3
+#: Distances from an impact, relative to the time left, at which the curve into its cusp is sampled.
+CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
+#: Poses of the body that are drawn.
+POSES = 5
+
+
+def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
+    """Draw a run and, if `path` is given, save the figure there (the suffix says the format).
+
+    Panels, as far as the run has them:
+
+    1. the gaps over time, with the impacts marked on the terrain;
+    2. the same against the time that is left until the Zeno point, both axes logarithmic: impacts that
+       pile up in time stand evenly spaced here, and go on so for ever;
+    3. the body over its terrain at some moments, to scale.
+    """
+    point = accumulation(run)
+    heights = (
+        [3.2]
+        + [3.5] * (point is not None)
+        + [_body_height(run)] * (run.posture is not None)
+    )
+    size = (WIDTH, sum(heights) + 0.3 * len(heights))
+    if path is None:
+        import matplotlib.pyplot as plt
+
+        figure = plt.figure(figsize=size, dpi=110, layout="constrained")
+    else:
+        figure = Figure(figsize=size, dpi=110, layout="constrained")
+    grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+    axes = iter([figure.add_subplot(grid[row]) for row in range(len(heights))])
+
+    draw_gaps(next(axes), run)
+    if point is not None:
+        draw_approach(next(axes), run, point)
+    if run.posture is not None:
+        draw_body(next(axes), run)
+    if path is not None:
+        figure.savefig(path)
+    return figure
+
+
+def accumulation(run: Run) -> ZenoPoint | None:
+    """The first Zeno point that impacts have led to, if there is one."""
+    reached = (p for p in run.zeno_points if p.method != "rest" and p.time > start(run))
+    return next(reached, None)
+
+
+def start(run: Run) -> float:
+    """Time at which the run starts, in s."""
+    return run.time - run.elapsed
+
+
+def event_times(run: Run) -> _Floats:
+    """Start, impacts, ends of phases, Zeno points and end: the motion is smooth in between."""
+    times = [start(run), run.time]
+    times += [point.time for point in run.zeno_points]
+    times += [t for phase in run.phases for t in (phase.start, phase.end)]
+    known = np.concatenate([np.asarray(times), run.impacts["time"]])
+    known = known[(known >= start(run)) & (known <= run.time)]
+    return np.unique(known)
+
+
+def curve_times(run: Run) -> _Floats:
+    """Times at which the curves over time are sampled: dense where the motion is busy."""
+    events = event_times(run)
+    arc = max(3, min(ARC, CURVE // max(1, len(events))))
+    steps = np.linspace(0.0, 1.0, arc)
+    pieces = [a + (b - a) * steps for a, b in pairwise(events)]
+    for point in run.zeno_points[:MARKS]:
+        before = events[events < point.time]
+        if len(before):
+            pieces.append(
+                point.time
+                - (point.time - before[-1]) * np.geomspace(1e-6, 1.0, CURVE // 4)
+            )
+    times = np.unique(np.concatenate([events, *pieces]))
+    within: _Floats = times[(times >= events[0]) & (times <= events[-1])]
+    return within
+
+
+def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Every contact's index and the look of its line."""
+    for index in range(len(run.gaps)):
+        look = {"color": COLORS[index % 2], "linestyle": LINES[index % 2], "lw": 1.6}
+        yield index, look
+
+
+def _impact_times(run: Run, index: int) -> _Floats:
+    impacts = run.impacts
+    times: _Floats = impacts["time"][impacts["index"] == index]
+    return times
+
+
+def draw_gaps(axes: Axes, run: Run) -> None:
+    """Gaps over time; a marker on the terrain for every impact that was simulated."""
+    t = curve_times(run)
+    gaps, _ = run.gaps_at(t)
+    for index, look in _contacts(run):
+        axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
+    for index, _ in _contacts(run):
+        hits = _impact_times(run, index)
+        if 0 < len(hits) and len(run.impacts) <= MARKS:
+            axes.plot(
+                hits,
+                np.zeros_like(hits),
+                clip_on=False,
+                label=f"impact on {index + 1} ({len(hits)} simulated)",
+                **_mark(index),
+            )
+    for point in run.zeno_points[:MARKS]:
+        first = point is run.zeno_points[0]
+        label = "Zeno point" if first else None
+        axes.axvline(point.time, color="black", lw=1.0, ls=":", zorder=0, label=label)
+    axes.set_ylim(bottom=0.0)
+    axes.margins(x=0.03)
+    axes.set_xlabel("time / s")
+    axes.set_ylabel("gap / m")
+    axes.set_title(_headline(run), loc="left", fontsize=11)
+    axes.legend(loc="best", frameon=True, framealpha=0.9, fontsize=9)
+    _bare(axes)
+
+
+def _mark(index: int) -> dict[str, Any]:
+    """The look of an impact's marker."""
+    return {
+        "linestyle": "none",
+        "marker": MARKERS[index % 2],
+        "color": COLORS[index % 2],
+        "markerfacecolor": "white",
+        "markersize": 7,
+        "zorder": 5,
+    }
+
+
+def _headline(run: Run) -> str:
+    point = accumulation(run)
+    if point is None:
+        return f"Outcome: {run.outcome} at t = {run.time:.12f} s"
+    who = " and ".join(map(str, point.contacts))
+    contacts = f"contact {who}" if len(point.contacts) == 1 else f"contacts {who}"
+    return f"Infinitely many impacts on {contacts} end at t = {point.time:.12f} s"
+
+
+def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
+    """Gaps against the time left until a Zeno point, both logarithmic, time running to the right."""
+    impacts = run.impacts
+    before = impacts[(impacts["time"] < point.time) & (impacts["time"] >= start(run))]
+    left = point.elapsed - before["elapsed"]
+    whole = point.time - start(run)
+    left_at_last = float(left[-1]) if len(left) else whole
+    # The clock resolves no more than this of the time that is left.
+    finest = 256.0 * math.ulp(max(abs(point.time), abs(start(run))))
+    shortest = min(max(left_at_last * BEYOND, finest), 0.5 * whole)
+    around = np.outer(left, 1.0 + CUSP).ravel()
+    rest = np.concatenate([np.geomspace(whole, shortest, CURVE), around[:CURVE]])
+    rest = np.unique(rest[(rest >= shortest) & (rest <= whole)])[::-1]
+    gaps, _ = run.gaps_at(np.clip(point.time - rest, start(run), point.time))
+    low, high = _decades(gaps)
+    for index, look in _contacts(run):
+        axes.plot(rest, np.maximum(gaps[:, index], 1e-3 * low), **look)
+        hits = left[before["index"] == index]
+        if 0 < len(hits) and len(before) <= MARKS:
+            at_bottom = {"transform": axes.get_xaxis_transform(), **_mark(index)}
+            axes.plot(hits, np.full_like(hits, 0.05), **at_bottom)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(whole, shortest)
+    axes.set_ylim(low, high)
+    axes.axvspan(left_at_last, shortest, color=SHADE, zorder=-1)
+    axes.text(
+        0.985,
+        0.95,
+        "summed, not simulated\nand so on, for ever \u2192",
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        fontsize=9,
+    )
+    axes.set_title(
+        "The same against the time that is left: it repeats, ever smaller and ever faster",
+        loc="left",
+        fontsize=11,
+    )
+    axes.set_xlabel("time left until the Zeno point / s")
+    axes.set_ylabel("gap / m")
+    axes.xaxis.set_major_locator(LogLocator(numticks=20))
+    axes.yaxis.set_major_locator(LogLocator(numticks=9))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_minor_locator(NullLocator())
+    _bare(axes)
+
+
+def _decades(gaps: _Floats) -> tuple[float, float]:
+    """Limits of a logarithmic axis: from below the last bounces to above everything."""
+    high = float(gaps.max())
+    if not high > 0.0:
+        return 1e-3, 1.0
+    late = gaps[-max(1, len(gaps) // 6) :]
+    low = min((float(peak) for peak in late.max(axis=0) if peak > 0.0), default=high)
+    return 0.02 * low, 3.0 * high
+
+
+def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
+    """Times, and for each the corners of the body (m, 2): its contact points, then its centre of mass."""
+    posture = run.posture
+    if posture is None:
+        raise ValueError("run has no posture: it is of a LocalModel")
+    center = np.asarray(posture.center_of_mass)
+    arms = np.array([contact.point for contact in posture.contacts]) - center
+    point = accumulation(run)
+    times = np.unique(
+        np.linspace(start(run), run.time if point is None else point.time, POSES)
+    )
+    corners = []
+    for x, y, theta in run.at(times)[0]:
+        turn = np.array(
+            [[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]]
+        )
+        corners.append(np.vstack([arms @ turn.T, [0.0, 0.0]]) + center + [x, y])
+    return times, corners
+
+
+def _terrain(run: Run, corners: _Floats) -> list[_Floats]:
+    """The piece of every contact's terrain that is drawn, as its two ends (2, 2)."""
+    contacts = run.posture.contacts if run.posture else []
+    low, high = corners[:, 0].min(), corners[:, 0].max()
+    margin = 0.15 * max(high - low, float(np.ptp(corners[:, 1])), 1e-6)
+    points = [contact.point for contact in contacts]
+    # Two terrains meet halfway between their contacts.
+    middle = sum(x for x, _ in points) / len(points)
+    pieces = []
+    for contact in contacts:
+        px, py = contact.point
+        left, right = low - margin, high + margin
+        if len(points) > 1:
+            left, right = (left, middle) if px < middle else (middle, right)
+        x = np.array([left, right])
+        pieces.append(np.column_stack([x, py + math.tan(contact.slope) * (x - px)]))
+    return pieces
+
+
+def _body_height(run: Run) -> float:
+    """Height of the panel of the body, in inches: as its contents ask for, within reason."""
+    if run.posture is None:
+        return 0.0
+    corners = np.vstack(poses(run)[1])
+    everything = np.vstack([corners, *_terrain(run, corners)])
+    wide, high = np.ptp(everything, axis=0)
+    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.7, 1.3, 4.5))
+
+
+def draw_body(axes: Axes, run: Run) -> None:
+    """The body over its terrain, to scale, at some moments up to the first Zeno point."""
+    times, corners = poses(run)
+    for x, y in (piece.T for piece in _terrain(run, np.vstack(corners))):
+        depth = 0.03 * float(np.ptp(x))
+        axes.fill_between(x, y - depth, y, color=GROUND, lw=0.0, zorder=0)
+    shades = np.linspace(0.8, 0.0, len(times))
+    for t, shape, shade in zip(times, corners, shades, strict=True):
+        last = t == times[-1]
+        outline = np.vstack([shape, shape[:1]])
+        label = f"t = {t:.6g} s" if last or t == times[0] else None
+        axes.plot(*outline.T, color=str(shade), lw=1.8 if last else 1.0, label=label)
+        axes.plot(*shape[-1], marker="+", color=str(shade), markersize=7)
+        for index, corner in enumerate(shape[:-1]):
+            if last:
+                axes.plot(*corner, **{**_mark(index), "markersize": 6})
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x / m")
+    axes.set_ylabel("y / m")
+    axes.legend(loc="upper right", fontsize=9, ncols=2)
+    _bare(axes)
+
+
+def _bare(axes: Axes) -> None:
+    axes.spines[["top", "right"]].set_visible(False)

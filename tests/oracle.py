@@ -1,0 +1,681 @@
+"""Frictionless two-contact motion in arbitrary precision, up to its Zeno point.
+
+An oracle for the tests: event by event, in mpmath, with no step taken in double precision. Inputs
+are exact doubles. Two models share one loop (notation: docs/notation.md):
+
+* local: geometry frozen at the nominal posture, inputs ``e g1 g2 psi1 psi2 phi1 phi2`` and the state
+  ``h1 h2 theta u1 u2 omega`` [Or & Rimon 2008, eqs. 5 and 6];
+* full: finite rotation, inputs ``e g rho``, centre of mass ``x_x x_y``, points ``x1_x x1_y x2_x x2_y``,
+  slopes ``alpha1 alpha2``, configuration ``r_x r_y theta`` and velocity ``v_x v_y omega``.
+
+After every impact the rest of the motion is predicted from the geometry of that moment; ``orbit``
+stops when further impacts no longer change the predicted Zeno time.
+"""
+
+import math
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from types import SimpleNamespace
+
+import mpmath
+
+LOCAL_INPUTS = (
+    *("e", "g1", "g2", "psi1", "psi2", "phi1", "phi2"),
+    *("h1", "h2", "theta", "u1", "u2", "omega"),
+)
+FULL_INPUTS = (
+    *(
+        "e",
+        "g",
+        "rho",
+        "x_x",
+        "x_y",
+        "x1_x",
+        "x1_y",
+        "x2_x",
+        "x2_y",
+        "alpha1",
+        "alpha2",
+    ),
+    *("r_x", "r_y", "theta", "v_x", "v_y", "omega"),
+)
+LOCAL_STATE = ("h1", "h2", "theta", "u1", "u2", "omega")
+FULL_STATE = ("r_x", "r_y", "v_x", "v_y", *LOCAL_STATE)
+
+LOCAL_DIGITS = 40  # relative accuracy asked of the Zeno time
+FULL_DIGITS = 36
+GUARD_DIGITS = 40  # carried beyond them
+COLLISION_LIMIT = 200_000
+
+#: Gap below zero, relative to the size of the body, that still counts as touching.
+TOUCH = 1e-12
+#: A frozen one-contact tail is believed only if the other gap ends above this share of its terms.
+FROZEN_MARGIN = 1e-6
+#: What all later corrections of the Zeno time may add to the largest of the last three: they shrink
+#: at least by e^(1/3) a time, so their sum stays below 100 of them up to e = .97.
+CORRECTION_SUM = 100
+
+
+@dataclass
+class Collision:
+    """One impact: gap rates in m/s, gap of the other contact in m."""
+
+    time: object
+    contact: int
+    before: tuple
+    after: tuple
+    other_gap: object
+
+
+@dataclass
+class Zeno:
+    """Where the impacts accumulate: the time in s, an estimate of its error, the state there."""
+
+    kind: str
+    contact: int | None
+    method: str
+    certified: bool
+    time: object
+    error: object
+    state: dict
+
+
+@dataclass
+class Orbit:
+    """All impacts simulated one by one, and the Zeno point they lead to."""
+
+    zeno: Zeno
+    collisions: list = field(default_factory=list)
+
+
+@lru_cache
+def arithmetic(digits):
+    """Return an mpmath context of ``digits`` decimals."""
+    ctx = mpmath.mp.clone()
+    ctx.dps = digits
+    return ctx
+
+
+#: The same operations in double precision, for derivatives only.
+DOUBLE = SimpleNamespace(
+    mpf=float,
+    sqrt=math.sqrt,
+    cos_sin=lambda x: (math.cos(x), math.sin(x)),
+    eps=2.0**-52,
+    inf=math.inf,
+)
+
+
+def bounce_time(motion, a, margin=0):
+    """Duration of the bouncing at ``a`` alone, or None if the other contact lands on the way.
+
+    T = 2 u_a/(g_a (1 − e)). After bounce j the gap of b is a quadratic in x = e^j; b is pushed down
+    by every bounce if ψ_a ≥ 0, so that its gap is concave and only its end x = 0 matters. If ψ_a < 0
+    it is concave between bounces only, and every x = e^j is looked at [docs/notation.md].
+    """
+    e, b = motion.e, 1 - a
+    psi, g_a, g_b = motion.psi(a), motion.gravity(a), motion.gravity(b)
+    u_a, u_b, h_b = motion.u[a], motion.u[b], motion.h[b]
+    if g_a <= 0:
+        return None
+    T = 2 * u_a / (g_a * (1 - e))
+    kick = psi * u_a * T / (1 - e)
+
+    def gap(x):
+        y = 1 - x
+        return (
+            h_b
+            + y * (u_b * T - g_b * T**2 * y / 2)
+            - kick * (e * (1 - x * x) - (1 + e) * x * y)
+        )
+
+    end = gap(0)
+    if end <= margin * (h_b + abs(u_b) * T + abs(g_b) * T**2):
+        return None
+    if psi < 0:
+        # |gap(x) − gap(0)| ≤ slope · x on [0, 1]
+        slope = abs(u_b) * T + 2 * abs(g_b) * T**2 + 4 * abs(kick)
+        x = e
+        while slope * x > end:
+            if gap(x) <= 0:
+                return None
+            x *= e
+    return T
+
+
+def clatter_time(motion, a):
+    """Remaining time of the alternation that follows an impact at ``a``, without gravity, in s.
+
+    An upper bound of the time with gravity, and equal to it in the limit. None outside the cone
+    ψ_i > 0, P ≥ 2√e, √(ψ_a/ψ_b) u_a ≤ λ₊ |u_b|, u_b < 0. λ² − P λ + e = 0.
+    """
+    e, b = motion.e, 1 - a
+    psi_a, psi_b, u_a, u_b = motion.psi(a), motion.psi(b), motion.u[a], motion.u[b]
+    if not (psi_a > 0 and psi_b > 0 and u_b < 0):
+        return None
+    P = (1 + e) * motion.sqrt(psi_a * psi_b)
+    if P * P < 4 * e:
+        return None
+    root = motion.sqrt(psi_a / psi_b)
+    faster = (P + motion.sqrt(P * P - 4 * e)) / 2
+    closing = -u_b - root * u_a / faster
+    return motion.h[b] / closing if closing > 0 else None
+
+
+def alternates_for_ever(motion, a):
+    """Sufficient condition for endless alternation after an impact at ``a``, with gravity.
+
+    With ϱ = √ψ_a u_a/(√ψ_b |u_b|) ≤ λ₊, ϱ* = max(ϱ, λ₋), κ = ϱ*³/e²: κ < 1, η < 1 [Or & Rimon 2008,
+    eq. 8] and (g̃_b/g̃_a) κ η (1 − η) < 1, g̃_i = √ψ_i g_i.
+    """
+    e, b = motion.e, 1 - a
+    psi_a, psi_b, u_a, u_b = motion.psi(a), motion.psi(b), motion.u[a], motion.u[b]
+    g_a, g_b, h_b = motion.gravity(a), motion.gravity(b), motion.h[b]
+    if not (
+        e > 0 and psi_a > 0 and psi_b > 0 and u_b < 0 < u_a and g_a > 0 and g_b > 0
+    ):
+        return False
+    P = (1 + e) * motion.sqrt(psi_a * psi_b)
+    if P * P < 4 * e:
+        return False
+    faster = (P + motion.sqrt(P * P - 4 * e)) / 2
+    ratio = -motion.sqrt(psi_a / psi_b) * u_a / u_b
+    bound = max(ratio, e / faster)
+    kappa = bound**3 / e**2
+    eta = g_a * h_b / (u_a * (motion.sqrt(u_b * u_b + 2 * g_b * h_b) - u_b))
+    grow = motion.sqrt(psi_b / psi_a) * g_b / g_a * kappa * eta * (1 - eta)
+    return ratio <= faster and kappa < 1 and eta < 1 and grow < 1
+
+
+class LocalMotion:
+    """The frozen model: gaps (h_1, h_2) and θ on exact parabolas [Or & Rimon 2008, eqs. 5, 6]."""
+
+    exact_tails = True
+    state_names = LOCAL_STATE
+
+    def __init__(self, ctx, inputs):
+        v = {name: ctx.mpf(inputs[name]) for name in LOCAL_INPUTS}
+        self.ctx, self.sqrt = ctx, ctx.sqrt
+        self.t, self.e = ctx.mpf(0), v["e"]
+        self.h, self.u = [v["h1"], v["h2"]], [v["u1"], v["u2"]]
+        self.theta, self.omega = v["theta"], v["omega"]
+        self._psi, self._phi = (v["psi1"], v["psi2"]), (v["phi1"], v["phi2"])
+        self._g = (v["g1"], v["g2"])
+
+    def psi(self, i):
+        return self._psi[i]
+
+    def gravity(self, i):
+        return self._g[i]
+
+    def landing(self, i, limit):
+        """Time to the landing of contact ``i``, in s: the positive root of h + u t − g t²/2."""
+        return parabola_root(self.sqrt, self.h[i], self.u[i], self._g[i])
+
+    def advance(self, dt, landed):
+        for i in (0, 1):
+            h, u, g = self.h[i], self.u[i], self._g[i]
+            if i in landed:
+                self.h[i] = self.ctx.mpf(0)
+                self.u[i] = -self.sqrt(u * u + 2 * g * h)
+            else:
+                self.h[i] = max(h + dt * (u - g * dt / 2), self.ctx.mpf(0))
+                self.u[i] = u - g * dt
+        self.theta += self.omega * dt
+        self.t += dt
+
+    def strike(self, i):
+        """Newton impact: u_i⁺ = −e w, u_j⁺ = u_j + (1 + e) ψ_i w, ω⁺ = ω + (1 + e) φ_i w [eq. 6]."""
+        w = self.u[i]
+        self.u[i] = -self.e * w
+        self.u[1 - i] += (1 + self.e) * self._psi[i] * w
+        self.omega += (1 + self.e) * self._phi[i] * w
+
+    def settle_bounce(self, a, T):
+        """State at the end of the bouncing at ``a`` [docs/notation.md]."""
+        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.mpf(0)
+        psi, phi, g_a, g_b = self._psi[a], self._phi[a], self._g[a], self._g[b]
+        h, u = [zero, zero], [zero, zero]
+        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
+        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        theta = self.theta + self.omega * T - phi * u_a * T * e / (1 - e)
+        omega = self.omega - (1 + e) * phi * u_a / (1 - e)
+        return dict(zip(LOCAL_STATE, (*h, theta, *u, omega), strict=True))
+
+    def settle_both(self, T):
+        """State when both contacts have settled after the time ``T``.
+
+        No impact changes θ + a·h, a_1 = (φ_1 + ψ_1 φ_2)/(1 − ψ_1 ψ_2): it falls freely.
+        """
+        (psi1, psi2), (phi1, phi2) = self._psi, self._phi
+        det = 1 - psi1 * psi2
+        a = (phi1 + psi1 * phi2) / det, (phi2 + psi2 * phi1) / det
+        height, speed, pull = (
+            a[0] * v[0] + a[1] * v[1] for v in (self.h, self.u, self._g)
+        )
+        omega = self.omega + speed - pull * T
+        theta = self.theta + height + (omega + pull * T / 2) * T
+        zero = self.ctx.mpf(0)
+        return dict(
+            zip(LOCAL_STATE, (zero, zero, theta, zero, zero, omega), strict=True)
+        )
+
+
+class FullMotion:
+    """Finite rotation, in gap coordinates: no gap is ever a difference of positions after the start.
+
+    ``b[i]``, ``c[i]`` are ∂h_i/∂θ and its companion, db/dθ = −c, dc/dθ = b. Masses divided by m.
+    """
+
+    exact_tails = False
+    state_names = FULL_STATE
+
+    def __init__(self, ctx, inputs):
+        v = {name: ctx.mpf(inputs[name]) for name in FULL_INPUTS}
+        self.ctx, self.sqrt = ctx, ctx.sqrt
+        self.t, self.e, self.g, self.rho2 = ctx.mpf(0), v["e"], v["g"], v["rho"] ** 2
+        self.r, self.v = [v["r_x"], v["r_y"]], [v["v_x"], v["v_y"]]
+        self.theta, self.omega = v["theta"], v["omega"]
+        cos, sin = ctx.cos_sin(self.theta)
+        self.n, self.b, self.c, self.h, self.u, self.size = [], [], [], [], [], v["rho"]
+        for i in "12":
+            tx, ty = ctx.cos_sin(v["alpha" + i])
+            dx, dy = v[f"x{i}_x"] - v["x_x"], v[f"x{i}_y"] - v["x_y"]
+            turned = cos * dx - sin * dy, sin * dx + cos * dy
+            b = tx * turned[0] + ty * turned[1]
+            c = tx * turned[1] - ty * turned[0]
+            self.n.append((-ty, tx))
+            self.b.append(b)
+            self.c.append(c)
+            self.h.append(tx * (self.r[1] - dy) - ty * (self.r[0] - dx) + c)
+            self.u.append(tx * self.v[1] - ty * self.v[0] + b * self.omega)
+            self.size = max(self.size, self.sqrt(dx * dx + dy * dy))
+        for i in (0, 1):
+            if self.h[i] < 0:
+                if self.h[i] < -TOUCH * self.size:
+                    raise ValueError(
+                        f"contact {i + 1} starts below the terrain: {self.h[i]}"
+                    )
+                self.h[i] = ctx.mpf(0)
+        self.n_dot_n = self.n[0][0] * self.n[1][0] + self.n[0][1] * self.n[1][1]
+        self._g = [self.g * n[1] for n in self.n]
+
+    def psi(self, i):
+        return -(self.b[0] * self.b[1] + self.rho2 * self.n_dot_n) / (
+            self.b[i] ** 2 + self.rho2
+        )
+
+    def phi(self, i):
+        return -self.b[i] / (self.b[i] ** 2 + self.rho2)
+
+    def gravity(self, i):
+        return self._g[i] + self.c[i] * self.omega**2
+
+    def gap(self, i, dt):
+        """Gap, its rate and −(its acceleration) after the flight ``dt``, free of cancellation."""
+        w, g, b, c = self.omega, self._g[i], self.b[i], self.c[i]
+        cos, sin, one_less_cos, sin_less_x = turn(self.ctx, w * dt)
+        return (
+            self.h[i]
+            + dt * (self.u[i] - g * dt / 2)
+            - one_less_cos * c
+            + sin_less_x * b,
+            self.u[i] - g * dt - w * (sin * c + one_less_cos * b),
+            g + w * w * (cos * c + sin * b),
+        )
+
+    def landing(self, i, limit):
+        """Time to the first landing of contact ``i``, in s; infinity if it is later than ``limit``.
+
+        A guaranteed march: from a time where the gap is h ≥ 0 and its rate u, the gap stays above
+        h + u s − M s²/2 while −(acceleration) ≤ M, so the root of that parabola never oversteps the
+        first landing. M is the global bound g + ω²|d|, or, over steps s ≤ L, the present value plus
+        |ω|³|d| L. The march converges quadratically to a simple root.
+        """
+        w, size = abs(self.omega), self.sqrt(self.b[i] ** 2 + self.c[i] ** 2)
+        always = self._g[i] + w * w * size
+        drift = w**3 * size
+        t, h, u, pull = self.ctx.mpf(0), self.h[i], self.u[i], self.gravity(i)
+        while True:
+            reach = (
+                parabola_root(self.sqrt, h, u, pull) * 9 / 8
+                if pull > 0
+                else self.ctx.inf
+            )
+            bound = pull + drift * reach
+            if bound < always:
+                step = min(parabola_root(self.sqrt, h, u, bound), reach)
+            else:
+                step = parabola_root(self.sqrt, h, u, always)
+            t += step
+            if t > limit:
+                return self.ctx.inf
+            if step <= 4 * self.ctx.eps * t:
+                return t
+            h, u, pull = self.gap(i, t)
+            if h <= 0:
+                return t
+
+    def advance(self, dt, landed):
+        new = [self.gap(i, dt) for i in (0, 1)]
+        zero = self.ctx.mpf(0)
+        self.h = [zero if i in landed else max(new[i][0], zero) for i in (0, 1)]
+        self.u = [new[i][1] for i in (0, 1)]
+        cos, sin, _, _ = turn(self.ctx, self.omega * dt)
+        self.b, self.c = (
+            [b * cos - c * sin for b, c in zip(self.b, self.c, strict=True)],
+            [c * cos + b * sin for b, c in zip(self.b, self.c, strict=True)],
+        )
+        self.theta += self.omega * dt
+        self.r = [
+            self.r[0] + self.v[0] * dt,
+            self.r[1] + self.v[1] * dt - self.g * dt**2 / 2,
+        ]
+        self.v[1] -= self.g * dt
+        self.t += dt
+
+    def push(self, i, w):
+        """Velocity change by the impulse that changes the rate of contact ``i`` by ``w``."""
+        share = w * self.rho2 / (self.b[i] ** 2 + self.rho2)
+        return self.n[i][0] * share, self.n[i][1] * share, -w * self.phi(i)
+
+    def strike(self, i):
+        """Newton impact at the current configuration [Or & Rimon 2008, eq. 4]."""
+        w = self.u[i]
+        self.u[i] = -self.e * w
+        self.u[1 - i] += (1 + self.e) * self.psi(i) * w
+        dx, dy, turn_rate = self.push(i, -(1 + self.e) * w)
+        self.v[0] += dx
+        self.v[1] += dy
+        self.omega += turn_rate
+
+    def settle_bounce(self, a, T):
+        """State at the end of the bouncing at ``a``, geometry frozen for the short time ``T``."""
+        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.mpf(0)
+        psi, g_a, g_b = self.psi(a), self.gravity(a), self.gravity(b)
+        h, u = [zero, zero], [zero, zero]
+        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
+        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        jump = self.push(a, (1 + e) * u_a / (1 - e))
+        shift = self.push(a, u_a * T * e / (1 - e))
+        return self._state(T, jump, shift, h, u)
+
+    def settle_both(self, T):
+        """State when both contacts have settled after the short time ``T``: the free flight, moved
+        back to h = 0 and u = 0 along M⁻¹N_iᵀ, that is orthogonally in the mass metric."""
+        fall = [self.h[i] + self.u[i] * T - self.gravity(i) * T**2 / 2 for i in (0, 1)]
+        speed = [self.u[i] - self.gravity(i) * T for i in (0, 1)]
+        zero = self.ctx.mpf(0)
+        jump, shift = self._cancel(speed), self._cancel(fall)
+        return self._state(T, jump, shift, [zero, zero], [zero, zero])
+
+    def _cancel(self, w):
+        """The combination of pushes at both contacts that changes the rates by −w."""
+        psi1, psi2 = self.psi(0), self.psi(1)
+        det = 1 - psi1 * psi2
+        first = self.push(0, -(w[0] + psi2 * w[1]) / det)
+        second = self.push(1, -(w[1] + psi1 * w[0]) / det)
+        return [x + y for x, y in zip(first, second, strict=True)]
+
+    def _state(self, T, jump, shift, h, u):
+        r_x = self.r[0] + self.v[0] * T + shift[0]
+        r_y = self.r[1] + self.v[1] * T - self.g * T**2 / 2 + shift[1]
+        theta = self.theta + self.omega * T + shift[2]
+        v_x, v_y = self.v[0] + jump[0], self.v[1] - self.g * T + jump[1]
+        values = (r_x, r_y, v_x, v_y, *h, theta, *u, self.omega + jump[2])
+        return dict(zip(FULL_STATE, values, strict=True))
+
+
+def parabola_root(sqrt, h, u, g):
+    """Positive root of h + u t − g t²/2 for h ≥ 0, g > 0, in the form that does not cancel."""
+    s = sqrt(u * u + 2 * g * h)
+    if u >= 0:
+        return (u + s) / g
+    return 2 * h / (s - u)
+
+
+def turn(ctx, x):
+    """cos x, sin x, 1 − cos x and sin x − x, each to full relative accuracy."""
+    cos, sin = ctx.cos_sin(x / 2)
+    whole = 2 * sin * cos
+    if abs(x) > 0.5:
+        sin_less_x = whole - x
+    else:
+        term, k, sin_less_x = x, 1, x * 0
+        while abs(term) > ctx.eps * abs(sin_less_x) and k < 200:
+            term *= -x * x / ((k + 1) * (k + 2))
+            sin_less_x += term
+            k += 2
+    lost = 2 * sin * sin
+    return 1 - lost, whole, lost, sin_less_x
+
+
+def orbit(inputs, digits=None, ctx=None, at_least=0):
+    """Simulate the collisions until the Zeno time is known to ``digits`` digits.
+
+    ``at_least`` asks for more collisions, for a comparison one by one.
+    """
+    full = "rho" in inputs
+    digits = digits or (FULL_DIGITS if full else LOCAL_DIGITS)
+    ctx = ctx or arithmetic(digits + GUARD_DIGITS)
+    motion = (FullMotion if full else LocalMotion)(ctx, inputs)
+    tolerance = max(ctx.mpf(10) ** -digits, ctx.eps)
+    at_rest = [
+        i for i in (0, 1) if motion.h[i] == motion.u[i] == 0 and motion.gravity(i) > 0
+    ]
+    if at_rest:
+        return Orbit(_rest(motion, at_rest))
+    collisions, ends = [], []
+    while len(collisions) < COLLISION_LIMIT:
+        a = _collide(motion, collisions)
+        found = _predict(motion, a)
+        enough = len(collisions) >= at_least
+        if found is None:
+            if enough and _exhausted(collisions, tolerance):
+                found = ("2-zeno", "self-similar", False, motion.ctx.mpf(0))
+                return Orbit(
+                    _arrive(motion, a, found, _geometric_tail(collisions)), collisions
+                )
+            ends.clear()
+            continue
+        ends.append((found[0], motion.t + found[3]))
+        error = _correction(ends, motion.exact_tails)
+        if enough and error is not None and error <= tolerance * motion.t:
+            return Orbit(_arrive(motion, a, found, error), collisions)
+    raise RuntimeError(f"no Zeno point within {COLLISION_LIMIT} collisions")
+
+
+def _rest(motion, at_rest):
+    zero = motion.ctx.mpf(0)
+    if len(at_rest) == 2:
+        return Zeno("2-zeno", None, "rest", True, zero, zero, motion.settle_both(zero))
+    a = at_rest[0]
+    return Zeno(
+        "1-zeno", a + 1, "rest", True, zero, zero, motion.settle_bounce(a, zero)
+    )
+
+
+def _collide(motion, collisions):
+    """Fly to the next landing and strike; ties go to the lowest contact. Return its index."""
+    ctx = motion.ctx
+    guess = [
+        parabola_root(ctx.sqrt, motion.h[i], motion.u[i], abs(motion.gravity(i)))
+        for i in (0, 1)
+    ]
+    first = 0 if guess[0] <= guess[1] else 1
+    times = [None, None]
+    times[first] = motion.landing(first, ctx.inf)
+    same = 1 + 2**10 * ctx.eps
+    times[1 - first] = motion.landing(1 - first, times[first] * same)
+    dt = min(times)
+    landed = [i for i in (0, 1) if times[i] <= dt * same]
+    motion.advance(dt, landed)
+    a = next((i for i in landed if motion.u[i] < 0), landed[0])
+    before = tuple(motion.u)
+    motion.strike(a)
+    collisions.append(
+        Collision(motion.t, a + 1, before, tuple(motion.u), motion.h[1 - a])
+    )
+    return a
+
+
+def _predict(motion, a):
+    """(kind, method, certified, remaining time) of the Zeno point ahead, or None if unknown."""
+    T = bounce_time(motion, a, margin=0 if motion.exact_tails else FROZEN_MARGIN)
+    if T is not None:
+        return "1-zeno", "bounce", True, T
+    T = clatter_time(motion, a)
+    if T is None:
+        return None
+    if motion.h[1 - a] == 0:
+        return "2-zeno", "chatter", True, T
+    if alternates_for_ever(motion, a):
+        return "2-zeno", "clatter", True, T
+    return None
+
+
+def _correction(ends, exact_tails):
+    """Estimate of the error of the last predicted Zeno time, or None while too few are known."""
+    if exact_tails and ends[-1][0] == "1-zeno":
+        return 0
+    last = ends[-4:]
+    if len(last) < 4 or len({kind for kind, _ in last}) > 1:
+        return None
+    steps = [abs(x[1] - y[1]) for x, y in zip(last[1:], last[:-1], strict=True)]
+    return CORRECTION_SUM * max(steps)
+
+
+def _window(collisions):
+    """Durations of the last two stretches of 16 collisions."""
+    if len(collisions) < 33:
+        return None
+    now, mid, old = collisions[-1].time, collisions[-17].time, collisions[-33].time
+    return now - mid, mid - old
+
+
+def _exhausted(collisions, tolerance):
+    """Whether an accumulation without a closed form has nothing left that could be seen."""
+    window = _window(collisions)
+    if window is None:
+        return False
+    return (
+        2 * window[0] < window[1]
+        and _geometric_tail(collisions) <= tolerance * collisions[-1].time
+    )
+
+
+def _geometric_tail(collisions):
+    """Time still to come if stretches go on shrinking as they do, doubled."""
+    new, old = _window(collisions)
+    return 2 * new * new / (old - new) if new else new
+
+
+def _arrive(motion, a, found, error):
+    kind, method, certified, T = found
+    if kind == "1-zeno":
+        return Zeno(
+            kind,
+            a + 1,
+            method,
+            certified,
+            motion.t + T,
+            error,
+            motion.settle_bounce(a, T),
+        )
+    return Zeno(
+        kind, None, method, certified, motion.t + T, error, motion.settle_both(T)
+    )
+
+
+#: Relative size of the moves whose effect is divided back to one ulp.
+MOVE = 2.0**-28
+DOUBLE_DIGITS = 17
+
+
+@dataclass
+class Sensitivity:
+    """Changes {output: {input: change}} for one ulp; outputs are "time" and the state's names."""
+
+    changes: dict
+    verdict_stable: bool
+
+    def largest(self, output):
+        """Largest change of ``output`` when one input moves."""
+        return max(self.changes[output].values())
+
+    def total(self, output):
+        """Largest change of ``output`` when every input moves."""
+        return math.fsum(self.changes[output].values())
+
+
+def sensitivity(inputs):
+    """How the Zeno time and the state there change as each input moves by one ulp.
+
+    Every input in turn is moved to either side: by 2⁻²⁸ of itself in double precision, and where
+    the two sides disagree, by one ulp in high precision. An input that is 0 does not move.
+    """
+    outputs = ("time", *(FULL_STATE if "rho" in inputs else LOCAL_STATE))
+    changes = {name: {} for name in outputs}
+    rough, exact, stable = _outcome(inputs, DOUBLE_DIGITS, DOUBLE), None, True
+    for name, value in inputs.items():
+        ulp = math.ulp(value) if value else 0.0
+        move = MOVE * abs(value)
+        base, scale = rough, ulp / move if move else 0.0
+        moved = [value + move, value - move]
+        sides = [_outcome({**inputs, name: x}, DOUBLE_DIGITS, DOUBLE) for x in moved]
+        if not _smooth(base, sides):
+            exact = exact or _outcome(inputs)
+            base, scale, wide = exact, 1.0, arithmetic(FULL_DIGITS + GUARD_DIGITS)
+            moved = [wide.mpf(value) + ulp, wide.mpf(value) - ulp]
+            sides = [_outcome({**inputs, name: x}) for x in moved]
+            stable = stable and all(side[0] == base[0] for side in sides)
+        for out in outputs:
+            steps = [abs(side[1][out] - base[1][out]) for side in sides]
+            changes[out][name] = float(max(steps)) * scale
+    return Sensitivity(changes, stable)
+
+
+def _outcome(inputs, digits=None, ctx=None):
+    zeno = orbit(inputs, digits, ctx).zeno
+    return (zeno.kind, zeno.contact), {"time": zeno.time, **zeno.state}
+
+
+def _smooth(base, sides):
+    """Whether the verdict stays and the Zeno time moves alike to both sides, to 5 %."""
+    if any(side[0] != base[0] for side in sides):
+        return False
+    up, down = (side[1]["time"] - base[1]["time"] for side in sides)
+    noise = 64 * DOUBLE.eps * base[1]["time"]
+    return abs(up + down) <= 0.05 * max(abs(up), abs(down)) + noise
+
+
+def conditioning(inputs):
+    """Largest change of the Zeno time, in s, when one input moves by one ulp."""
+    return sensitivity(inputs).largest("time")
+
+
+@dataclass
+class Answer:
+    """What a test needs of a case: the verdict, the time exactly, its conditioning in s."""
+
+    kind: str
+    contact: int | None
+    time: Fraction
+    conditioning: float
+    verdict_stable: bool
+    collisions: int
+
+
+def answer(inputs):
+    """Solve and condition one case."""
+    result, change = orbit(inputs), sensitivity(inputs)
+    mantissa, exponent = result.zeno.time.man_exp
+    return Answer(
+        kind=result.zeno.kind,
+        contact=result.zeno.contact,
+        time=Fraction(int(mantissa)) * Fraction(2) ** int(exponent),
+        conditioning=change.largest("time"),
+        verdict_stable=change.verdict_stable,
+        collisions=len(result.collisions),
+    )

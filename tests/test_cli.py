@@ -1,0 +1,287 @@
+"""The command line: what it prints, what it writes, and how it refuses."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+import standfast as sf
+from standfast.cli import decimal, main
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+ROD = EXAMPLES / "clattering_rod.toml"
+ENDLESS = """
+restitution = 0.05
+gravity = 9.81
+[body]
+mass = 1.0
+gyration_radius = 0.5
+center_of_mass = [0.0, 0.2]
+[[contact]]
+point = [-1.0, 0.0]
+slope = -0.35
+[[contact]]
+point = [1.0, 0.0]
+slope = 0.35
+[start]
+q = [0.001, 0.01, 0.0]
+qdot = [0.0, 0.0, 0.0]
+[run]
+model = "full"
+stop = "time"
+time_limit = 1e12
+event_limit = 1000000000000
+record = false
+"""
+
+
+def refusal(capsys, *arguments, code=2):
+    """The one line on stderr with which these arguments are refused."""
+    assert main([str(argument) for argument in arguments]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.endswith("\n")
+    assert captured.err.count("\n") == 1, captured.err
+    assert captured.err.startswith("standfast: ")
+    return captured.err
+
+
+def scene(tmp_path, *, old="", new=""):
+    """The clattering rod with one text replaced, as a file."""
+    text = ROD.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "scene.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return path
+
+
+def test_run_tells_the_story(capsys):
+    assert main(["run", str(ROD)]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    run = sf.load(ROD).simulate()
+    for word in ("clattering_rod.toml", "full", "2-zeno", "clatter", "certified   yes"):
+        assert word in captured.out
+    assert "outcome     rest at 0.04778480706422020" in captured.out
+    for impact in run.impacts:
+        assert decimal(impact["time"]) in captured.out
+
+
+def test_times_are_decimal_and_lose_nothing(capsys):
+    main(["run", str(ROD)])
+    times = re.findall(r"(\S+) s\b", capsys.readouterr().out)
+    assert len(times) >= 4
+    for time in times:
+        assert re.fullmatch(r"\d+\.\d{12,}", time), time
+    for value in (0.1, 1 / 3, 1e-5, 5e-324, 12345.678, 0.0, 1e22, 0.04778480706422020):
+        assert float(decimal(value)) == value
+        assert re.fullmatch(r"\d+\.\d{12,}", decimal(value))
+
+
+def test_a_long_table_says_what_it_leaves_out(tmp_path, capsys):
+    # Restitution .5 is above the bound of clattering: many impacts are simulated one by one.
+    path = scene(tmp_path, old="restitution = 0.1", new="restitution = 0.5")
+    count = len(sf.load(path).simulate().impacts)
+    assert count > 20
+    assert main(["run", str(path)]) == 0
+    assert f"... and {count - 20} more" in capsys.readouterr().out
+
+
+def test_outputs_are_written(tmp_path, capsys):
+    out, picture = tmp_path / "run.json", tmp_path / "run.png"
+    assert main(["run", str(ROD), "--json", str(out), "--plot", str(picture)]) == 0
+    assert f"wrote {out}" in capsys.readouterr().out
+    run = json.loads(out.read_text(encoding="utf-8"))
+    assert run == sf.load(ROD).simulate().to_dict()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
+
+
+def test_an_output_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch, capsys):
+    out = tmp_path / "run.json"
+    out.write_text("old", encoding="utf-8")
+
+    def fail(self, path):
+        Path(path).write_text("half", encoding="utf-8")
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(sf.Run, "to_json", fail)
+    assert main(["run", str(ROD), "--json", str(out)]) == 2
+    assert "No space left on device" in capsys.readouterr().err
+    assert out.read_text(encoding="utf-8") == "old"
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_an_output_may_be_a_device(capsys):
+    assert main(["run", str(ROD), "--json", os.devnull]) == 0
+    assert not Path(os.devnull).is_file()
+
+
+def test_schema_is_the_published_one(capsys):
+    assert main(["schema"]) == 0
+    published = Path(__file__).parent.parent / "docs" / "scene.schema.json"
+    printed = capsys.readouterr().out
+    assert json.loads(printed) == json.loads(published.read_text(encoding="utf-8"))
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == sf.__version__
+
+
+def test_missing_file(tmp_path, capsys):
+    assert "nowhere.toml" in refusal(capsys, "run", tmp_path / "nowhere.toml")
+
+
+def test_directory(tmp_path, capsys):
+    assert str(tmp_path) in refusal(capsys, "run", tmp_path)
+
+
+def test_file_that_is_not_text(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(bytes(range(256)))
+    assert "scene.toml" in refusal(capsys, "run", path)
+
+
+def test_huge_file(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    message = refusal(capsys, "run", path)
+    assert "scene.toml" in message
+    assert "MiB" in message
+
+
+def test_empty_file(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    path.touch()
+    assert "missing field" in refusal(capsys, "run", path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("gravity = 9.81", "gravity = ", ["line"]),
+        ("gravity = 9.81", "gravity = 9.81\ngravitas = 1.0", ["gravitas", "unknown"]),
+        ("mass = 1.0", "mass = 1.0\ncolour = 'red'", ["colour", "unknown"]),
+        ('model = "full"', 'model = "ful"', ["ful", "auto", "local"]),
+        ("restitution = 0.1", "restitution = 1.0", ["restitution", "1", "< 1"]),
+        ("restitution = 0.1", "restitution = nan", ["restitution", "nan"]),
+        ("gyration_radius = 0.2", "gyration_radius = 0.0", ["gyration_radius", "> 0"]),
+        ("mass = 1.0", "mass = 0.0", ["mass", "> 0"]),
+        ("mass = 1.0", "mass = inf", ["mass", "inf", "finite"]),
+        ("gravity = 9.81", "gravity = -1.0", ["gravity", "-1", ">= 0"]),
+        ("point = [0.5, 0.0]", "point = [0.5]", ["point"]),
+        (
+            "point = [0.5, 0.0]",
+            "point = [0.5, 0.0]\nslope = 2.0",
+            ["slope", "2", "pi/2"],
+        ),
+        (
+            "point = [0.5, 0.0]",
+            "point = [0.5, 0.0]\nfriction = 0.5",
+            ["friction", "0.5"],
+        ),
+        ("q = [0.0, 0.011,", "q = [0.0, -0.011,", ["contact 1", "terrain"]),
+        ("q = [0.0, 0.011,", "q = [0.0, nan,", ["q", "nan"]),
+        ("q = [0.0, 0.011,", "q = [0.0, 'high',", ["q"]),
+        ('model = "full"', "time_limit = -1.0", ["time_limit", "-1"]),
+        ('model = "full"', "event_limit = -1", ["event_limit"]),
+        ('model = "full"', "tolerance = 0.0", ["tolerance", "0"]),
+    ],
+)
+def test_wrong_scenes(tmp_path, capsys, old, new, words):
+    message = refusal(capsys, "run", scene(tmp_path, old=old, new=new))
+    for word in words:
+        assert word.lower() in message.lower(), message
+
+
+@pytest.mark.parametrize("option", ["--json", "--plot"])
+def test_unwritable_outputs(tmp_path, capsys, option):
+    inside = tmp_path / "nowhere" / "run.png"
+    assert str(inside) in refusal(capsys, "run", ROD, option, inside)
+    folder = tmp_path / "folder.png"
+    folder.mkdir()
+    assert "directory" in refusal(capsys, "run", ROD, option, folder)
+
+
+@pytest.mark.parametrize("name", ["run.jpg", "run", "run.png.txt"])
+def test_wrong_suffix_of_a_picture(tmp_path, capsys, name):
+    message = refusal(capsys, "run", ROD, "--plot", tmp_path / name)
+    assert ".png" in message
+    assert not list(tmp_path.iterdir())
+
+
+def test_missing_matplotlib(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    message = refusal(capsys, "run", ROD, "--plot", tmp_path / "run.png")
+    assert "matplotlib" in message
+    assert "standfast[plot]" in message
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run"],
+        ["walk"],
+        ["run", ROD, "--colour"],
+        ["run", ROD, ROD],
+        ["run", ROD, "--json"],
+    ],
+)
+def test_wrong_usage(capsys, arguments):
+    refusal(capsys, *arguments)
+
+
+def test_interrupt(tmp_path, capsys):
+    path = tmp_path / "endless.toml"
+    path.write_text(ENDLESS, encoding="utf-8")
+    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
+    # A signal raised in a thread is handled by the main one, in the middle of the run.
+    timer.start()
+    message = refusal(capsys, "run", path, code=130)
+    timer.join()
+    assert message == "standfast: interrupted\n"
+
+
+def command(*arguments, **options):
+    """The installed command, in a process of its own."""
+    program = Path(sys.executable).with_name("standfast")
+    return subprocess.run(
+        [program, *arguments], capture_output=True, timeout=60, check=False, **options
+    )
+
+
+def test_the_installed_command(tmp_path):
+    done = command("run", ROD, cwd=tmp_path)
+    assert done.returncode == 0
+    assert b"2-zeno" in done.stdout
+    done = command("run", "nowhere.toml", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_the_story_is_plain_ascii():
+    done = command("run", ROD, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0
+    assert done.stdout.isascii()
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    program = Path(sys.executable).with_name("standfast")
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [program, "run", ROD],
+        stdout=write,
+        stderr=subprocess.PIPE,
+        timeout=60,
+        check=False,
+    )
+    os.close(write)
+    assert done.stderr == b""

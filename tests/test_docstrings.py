@@ -1,0 +1,95 @@
+"""Every example in a docstring or in the README runs and prints what it says."""
+
+import doctest
+import inspect
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import standfast
+import standfast._core
+import standfast.cli
+import standfast.plot
+from standfast.cli import main
+
+ROOT = Path(__file__).parent.parent
+OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def core_docstrings():
+    """Docstrings of the compiled module, which the doctest finder does not see by itself."""
+    for name, thing in vars(standfast._core).items():
+        if name.startswith("__") or not inspect.getdoc(thing):
+            continue
+        yield name, inspect.getdoc(thing)
+        if inspect.isclass(thing):
+            for part, member in vars(thing).items():
+                document = getattr(member, "__doc__", None)
+                if not part.startswith("__") and document:
+                    yield f"{name}.{part}", inspect.cleandoc(document)
+
+
+CORE = dict(core_docstrings())
+
+
+def run_text(text, name):
+    """Run the examples of a text; return how many there were."""
+    test = doctest.DocTestParser().get_doctest(text, {}, name, name, 0)
+    result = doctest.DocTestRunner(optionflags=OPTIONS).run(test)
+    assert result.failed == 0, name
+    return result.attempted
+
+
+@pytest.mark.parametrize(
+    "module", [standfast, standfast.cli, standfast.plot], ids=lambda m: m.__name__
+)
+def test_modules(module):
+    result = doctest.testmod(module, optionflags=OPTIONS)
+    assert result.failed == 0
+
+
+@pytest.mark.parametrize("name", CORE)
+def test_core(name):
+    run_text(CORE[name], name)
+
+
+def test_every_public_name_is_explained():
+    for name in standfast.__all__:
+        if name == "__version__":
+            continue
+        thing = getattr(standfast, name)
+        assert inspect.getdoc(thing), name
+        if inspect.isclass(thing) and not issubclass(thing, Exception):
+            for part, member in vars(thing).items():
+                if not part.startswith("_"):
+                    assert member.__doc__, f"{name}.{part}"
+
+
+def test_the_main_classes_show_an_example():
+    for name in ("Contact", "Posture", "LocalModel", "Scene", "simulate"):
+        assert ">>>" in CORE[name], name
+
+
+def blocks(language):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def test_readme_python():
+    examples = blocks("python")
+    assert examples
+    for example in examples:
+        assert run_text(example, "README.md") > 0
+
+
+def test_readme_commands(capsys, monkeypatch, tmp_path):
+    """What the README shows after `$ standfast …` is what the command prints."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    shown = [block for block in blocks("console") if block.startswith("$ standfast ")]
+    assert shown
+    for block in shown:
+        line, _, output = block.partition("\n")
+        assert main(shlex.split(line)[2:]) == 0
+        assert capsys.readouterr().out == output

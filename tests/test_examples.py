@@ -1,0 +1,135 @@
+"""Every example runs and shows the mechanics it is meant to show."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import standfast as sf
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
+
+
+def run_of(name, **override):
+    return sf.load(EXAMPLES / name).simulate(**override)
+
+
+def test_every_scene_is_judged_here():
+    here = Path(__file__).read_text(encoding="utf-8")
+    for name in SCENES:
+        assert f'run_of("{name}"' in here, name
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_scene_gains_energy_or_enters_the_terrain(name):
+    run = run_of(name)
+    t, _, _ = run.sample(2000)
+    gaps, _ = run.gaps_at(t)
+    assert gaps.min() >= 0.0
+    energy = run.energy(t)
+    # Rounding of the energy's largest term at the start.
+    scale = abs(energy).max()
+    assert np.diff(energy).max() <= 1e-12 * scale
+
+
+def test_clattering_rod():
+    run = run_of("clattering_rod.toml")
+    assert run.outcome == "rest"
+    (zeno,) = run.zeno_points
+    assert (zeno.kind, zeno.contacts, zeno.certified) == ("2-zeno", (1, 2), True)
+    assert abs(zeno.time - 0.04778480706422020) <= 2 * math.ulp(0.0477848)
+    assert len(run.impacts) <= 10
+    assert run.time == zeno.time
+    np.testing.assert_allclose(run.q, 0.0, atol=1e-15)
+
+
+def test_bouncing_ball():
+    run = run_of("bouncing_ball.toml")
+    assert (run.outcome, run.model) == ("rest", "local")
+    (zeno,) = run.zeno_points
+    assert (zeno.kind, zeno.contact, zeno.certified) == ("1-zeno", 1, True)
+    end = math.sqrt(2 / 9.81) * 1.7 / 0.3
+    assert abs(zeno.time - end) <= 4 * math.ulp(end)
+    # Between the impacts k and k + 1, e^k of the first speed is left.
+    first = math.sqrt(2 / 9.81)
+    speed = 9.81 * first
+    time = first
+    for k in range(1, 20):
+        time += 2 * 0.7**k * speed / 9.81
+        gaps, _ = run.gaps_at(time - 0.7**k * speed / 9.81)
+        # The top of each arc, e^2k of the first height; the time has a few roundings.
+        assert float(np.ravel(gaps)[0]) == pytest.approx(0.49**k, rel=1e-10)
+
+
+def test_rocking_block():
+    run = run_of("rocking_block.toml")
+    assert run.outcome == "rest"
+    assert run.time < 10.0
+    np.testing.assert_allclose(run.q, 0.0, atol=1e-12)
+    # It starts on its left corner, and turns about it until the right one lands: by the energy,
+    # ½(ρ² + ¼) ω² = g r_y, and the right corner comes down with 1 m · ω.
+    start = run.zeno_points[0]
+    assert (start.method, start.contact, start.time) == ("rest", 1, 0.0)
+    first = run.impacts[0]
+    speed = math.sqrt(2 * 9.81 * 0.08438459877846183 / (3.25 / 12 + 0.25))
+    assert first["contact"] == 2
+    assert first["rates_before"] == pytest.approx([0.0, -speed], rel=1e-13)
+    assert first["rates_after"][1] == pytest.approx(0.5 * speed, rel=1e-13)
+
+
+def test_v_terrain():
+    run = run_of("v_terrain.toml")
+    zeno = run.zeno_points[0]
+    assert (zeno.kind, zeno.method, zeno.certified) == ("2-zeno", "clatter", True)
+    np.testing.assert_array_equal(zeno.gaps, 0.0)
+    np.testing.assert_array_equal(zeno.gap_rates, 0.0)
+    # The velocity there: what is left of the fall along the only motion that keeps both contacts.
+    impact = run.impacts[-1]
+    _, velocity = run.at(impact["time"])
+    left = zeno.elapsed - impact["elapsed"]
+    posture = run.posture
+    rates = [posture.gap_rates(zeno.q, direction) for direction in np.eye(3)]
+    slide = np.cross(*np.transpose(rates))
+    mass = np.array([1.0, 1.0, posture.gyration_radius**2])
+    falling = velocity - np.array([0.0, 9.81 * left, 0.0])
+    expected = slide * (slide @ (mass * falling)) / (slide @ (mass * slide))
+    np.testing.assert_allclose(zeno.qdot, expected, atol=1e-9)
+    assert run.outcome == "sliding"
+
+
+def test_fast_spin():
+    run = run_of("fast_spin.toml")
+    first = run.impacts[0]["time"]
+    # The first touchdown: before it no end is in the floor, however closely one looks.
+    t = np.linspace(0.0, first, 1_000_001)[:-1]
+    end = 0.5 * np.sin(300.0 * t)
+    height = 2.0 - 0.5 * 9.81 * t**2
+    assert (height - abs(end)).min() > 0.0
+    assert 2.0 - 0.5 * 9.81 * first**2 == pytest.approx(
+        abs(0.5 * math.sin(300.0 * first)), abs=1e-12
+    )
+    # Nothing but impacts slows it: the first one takes (1−e²)w²/(2D) of the energy.
+    w = run.impacts[0]["rates_before"].min()
+    b = 0.5 * math.cos(300.0 * first)
+    lost = (1 - 0.1**2) * w**2 / (2 * (1 + b**2 / 0.2**2))
+    before, after = run.energy(np.array([0.0, first]))
+    assert before - after == pytest.approx(lost, rel=1e-9)
+    assert run.outcome == "rest"
+
+
+def test_python_example():
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "clattering_rod.py"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    lines = done.stdout.splitlines()
+    assert lines[-1] == "outcome: rest"
+    assert lines[-2] == "0.047784807064220 s: contacts (1, 2) are at rest (2-zeno)"
+    assert lines[0].endswith("contact 1 hits the floor")
+    assert done.stderr == ""

@@ -1,0 +1,584 @@
+"""The Python face: names, shapes, units, errors."""
+
+import copy
+import json
+import math
+import pickle
+import signal
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import standfast as sf
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+ROOT = Path(__file__).parent.parent
+ROD = ROOT / "examples" / "clattering_rod.toml"
+START = {"q": (0.0, 0.011, math.asin(0.002)), "qdot": (0.0, 0.0, 0.0)}
+
+
+def rod(**change):
+    fields = {
+        "half_length": 0.5,
+        "gyration_radius": 0.2,
+        "restitution": 0.1,
+        "friction": 0.0,
+        "gravity": 9.81,
+    }
+    return sf.Posture.rod(**(fields | change))
+
+
+def body(**change):
+    """A posture in which every field differs from its default."""
+    contacts = [
+        sf.Contact(point=(-0.5, 0.1), slope=-0.2, friction=0.5, restitution=0.3),
+        sf.Contact((0.75, 0.0), 0.1, 0.25, None, 0.125, (-1.0, math.inf)),
+    ]
+    fields = {
+        "mass": 2.0,
+        "gyration_radius": 0.4,
+        "center_of_mass": (0.1, 0.3),
+        "contacts": contacts,
+        "restitution": 0.2,
+        "gravity": 1.62,
+    }
+    return sf.Posture(**(fields | change))
+
+
+def local(**change):
+    fields = {
+        "gravity": (9.81, 9.81),
+        "psi": (0.7, 0.7),
+        "phi": (0.5, -0.5),
+        "restitution": 0.1,
+    }
+    return sf.LocalModel(**(fields | change))
+
+
+# Contacts and postures.
+
+
+def test_defaults():
+    contact = sf.Contact(point=(0.5, 0.0))
+    assert (contact.slope, contact.friction, contact.restitution) == (0.0, 0.0, None)
+    assert (contact.tangential_restitution, contact.segment) == (
+        0.0,
+        (-math.inf, math.inf),
+    )
+
+
+def test_fields_come_back():
+    posture = body()
+    assert (posture.mass, posture.gyration_radius, posture.center_of_mass) == (
+        2.0,
+        0.4,
+        (0.1, 0.3),
+    )
+    assert (posture.restitution, posture.gravity) == (0.2, 1.62)
+    first, second = posture.contacts
+    assert (first.point, first.slope, first.friction, first.restitution) == (
+        (-0.5, 0.1),
+        -0.2,
+        0.5,
+        0.3,
+    )
+    assert (second.tangential_restitution, second.segment) == (0.125, (-1.0, math.inf))
+
+
+def test_rod_is_the_posture_it_stands_for():
+    ends = [sf.Contact(point=(x, 0.0), friction=0.5) for x in (-0.5, 0.5)]
+    spelled = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.2,
+        center_of_mass=(0.0, 0.0),
+        contacts=ends,
+        restitution=0.1,
+        gravity=9.81,
+    )
+    assert rod(friction=0.5) == spelled
+    assert rod() != spelled
+
+
+def test_couplings_of_the_uniform_rod():
+    uniform = rod(gyration_radius=0.5 / math.sqrt(3))
+    assert uniform.psi == pytest.approx((0.5, 0.5), rel=1e-15)
+    assert uniform.phi == pytest.approx((1.5, -1.5), rel=1e-15)
+    assert uniform.normal_gravity == (9.81, 9.81)
+
+
+def test_gaps_and_rates_by_hand():
+    gaps = rod().gaps(START["q"])
+    np.testing.assert_allclose(gaps, [0.01, 0.012], rtol=0, atol=2e-18)
+    rates = rod().gap_rates((0.0, 0.0, 0.0), (5.0, 1.0, 2.0))
+    np.testing.assert_array_equal(rates, [0.0, 2.0])
+
+
+def test_gaps_are_vectorised_over_leading_axes():
+    posture, random = body(), np.random.default_rng(0)
+    q, qdot = random.normal(size=(2, 4, 5, 3))
+    gaps, rates = posture.gaps(q), posture.gap_rates(q, qdot)
+    assert gaps.shape == rates.shape == (4, 5, 2)
+    for index in np.ndindex(4, 5):
+        np.testing.assert_array_equal(gaps[index], posture.gaps(q[index]))
+        np.testing.assert_array_equal(
+            rates[index], posture.gap_rates(q[index], qdot[index])
+        )
+    assert posture.gaps(q[0, 0]).shape == (2,)
+    assert posture.gaps(np.empty((0, 3))).shape == (0, 2)
+
+
+def test_local_model_of_a_posture():
+    posture = body()
+    model = posture.local()
+    assert (model.psi, model.phi, model.gravity) == (
+        posture.psi,
+        posture.phi,
+        posture.normal_gravity,
+    )
+    assert model.restitution == (0.3, 0.2)
+    assert posture.local(q=(0, 0, 0)) == model
+    assert posture.local(q=(0, 0, 0.1)) != model
+
+
+def test_local_model_takes_one_restitution_or_two():
+    assert local(restitution=0.1) == local(restitution=(0.1, 0.1))
+    assert local(restitution=(0.1, 0.2)).restitution == (0.1, 0.2)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [body().contacts[0], body().contacts[1], body(), rod(), local()],
+    ids=lambda v: type(v).__name__,
+)
+def test_values_print_copy_and_compare(value):
+    names = {
+        "Contact": sf.Contact,
+        "Posture": sf.Posture,
+        "LocalModel": sf.LocalModel,
+        "inf": math.inf,
+    }
+    assert eval(repr(value), names) == value
+    for other in (
+        pickle.loads(pickle.dumps(value)),
+        copy.copy(value),
+        copy.deepcopy(value),
+    ):
+        assert other == value
+        assert repr(other) == repr(value)
+    assert value != 1
+    with pytest.raises(AttributeError):
+        value.restitution = 0.5
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: rod(restitution=1.0), ["restitution", "1"]),
+        (lambda: rod(restitution=-0.1), ["restitution", "-0.1"]),
+        (lambda: rod(restitution=math.nan), ["restitution"]),
+        (lambda: rod(gyration_radius=0.0), ["gyration_radius", "0", "> 0"]),
+        (lambda: rod(gravity=-1.0), ["gravity", "-1", ">= 0"]),
+        (lambda: rod(half_length=math.inf), ["half_length", "inf"]),
+        (lambda: rod(friction=-0.1), ["friction", "-0.1", ">= 0"]),
+        (lambda: body(mass=0.0), ["mass", "0", "> 0"]),
+        (lambda: body(center_of_mass=(math.nan, 0.0)), ["center_of_mass", "finite"]),
+        (lambda: body(contacts=[]), ["contacts"]),
+        (lambda: body(contacts=[sf.Contact((0, 0))]).psi, ["contacts", "2"]),
+        (
+            lambda: body(contacts=[sf.Contact((0, 0), slope=math.pi / 2)]),
+            ["slope", "pi/2"],
+        ),
+        (lambda: body(contacts=[sf.Contact((0, 0), slope=3.0)]), ["slope", "3"]),
+        (lambda: body(contacts=[sf.Contact((0, 0), segment=(1.0, 2.0))]), ["segment"]),
+        (lambda: local(psi=(2.0, 2.0)), ["psi"]),
+        (lambda: local(gravity=(1.0, -1.0)), ["gravity", "-1"]),
+        (lambda: local(restitution=(0.1, 1.0)), ["restitution", "1"]),
+        (lambda: sf.simulate(rod(), (0, -0.1, 0), (0, 0, 0)), ["contact 1", "gap"]),
+        (lambda: sf.simulate(rod(), (0, math.nan, 0), (0, 0, 0)), ["q"]),
+        (lambda: sf.simulate(rod(), (0, 1, 0), (0, math.inf, 0)), ["qdot", "inf"]),
+        (lambda: sf.simulate(rod(friction=0.5), **START), ["friction", "0.5"]),
+        (lambda: sf.simulate(rod(), **START, model="exact"), ["model", "exact"]),
+        (lambda: sf.simulate(rod(), **START, impact="moreau"), ["impact", "moreau"]),
+        (
+            lambda: sf.simulate(rod(), **START, simultaneous="both"),
+            ["simultaneous", "both"],
+        ),
+        (lambda: sf.simulate(rod(), **START, stop="never"), ["stop", "never"]),
+        (lambda: sf.simulate(rod(), **START, stop="time"), ["time_limit"]),
+        (
+            lambda: sf.simulate(rod(), **START, time=1.0, time_limit=0.5),
+            ["time_limit", "0.5"],
+        ),
+        (lambda: sf.simulate(rod(), **START, time=math.inf), ["time", "inf"]),
+        (lambda: sf.simulate(rod(), **START, tolerance=0.0), ["tolerance", "0"]),
+        (
+            lambda: sf.simulate(rod(), **START, neighbourhood=-1.0),
+            ["neighbourhood", "-1"],
+        ),
+        (
+            lambda: sf.simulate(
+                body(contacts=[sf.Contact((x, 0)) for x in range(3)]),
+                (0, 1, 0),
+                (0, 0, 0),
+            ),
+            ["contacts"],
+        ),
+        (
+            lambda: sf.simulate(
+                body(contacts=[sf.Contact((0, 0), segment=(-1, 1))]),
+                (0, 1, 0),
+                (0, 0, 0),
+            ),
+            ["segment"],
+        ),
+        (lambda: local().simulate(gaps=(-0.1, 0), rates=(0, 0)), ["contact 1", "gap"]),
+        (lambda: local().simulate(gaps=(0.1, 0), rates=(0, math.nan)), ["rates"]),
+    ],
+)
+def test_wrong_input_is_named(make, words):
+    with pytest.raises(ValueError) as error:  # noqa: PT011
+        make()
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: sf.Contact(point=(0.0, 0.0, 0.0)),
+        lambda: sf.Contact(point="ab"),
+        lambda: sf.simulate(rod(), (0, 1), (0, 0, 0)),
+        lambda: rod().gaps(np.zeros(2)),
+        lambda: rod().gaps("abc"),
+        lambda: sf.simulate(1.0, **START),
+        lambda: rod(mass=1.0),
+    ],
+)
+def test_wrong_shapes_and_types(make):
+    with pytest.raises((TypeError, ValueError)):
+        make()
+
+
+def test_a_start_within_rounding_of_the_terrain_is_taken_as_touching():
+    run = sf.simulate(rod(), (0, -1e-14, 0), (0, 0, 0))
+    assert any("contact 1" in warning for warning in run.warnings)
+    assert run.outcome == "rest"
+
+
+# Runs.
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sf.simulate(rod(), **START, model="full")
+
+
+def test_outcome_of_the_rod(run):
+    assert run.outcome == "rest"
+    assert (run.model, run.posture) == ("full", rod())
+    assert run.model_reason
+    assert run.time == run.elapsed == run.zeno_points[0].time
+    assert run.q.shape == run.qdot.shape == (3,)
+    np.testing.assert_array_equal(run.qdot, 0.0)
+    np.testing.assert_array_equal(run.gaps, 0.0)
+    np.testing.assert_array_equal(run.rates, 0.0)
+    assert run.theta == run.q[2]
+    assert run.omega == run.qdot[2]
+
+
+def test_impacts_are_an_array(run):
+    impacts = run.impacts
+    assert impacts.dtype.names == (
+        *(
+            "time",
+            "elapsed",
+            "contact",
+            "index",
+            "rates_before",
+            "rates_after",
+            "impulse",
+        ),
+    )
+    assert (
+        impacts["rates_before"].shape
+        == impacts["rates_after"].shape
+        == (len(impacts), 2)
+    )
+    assert impacts["impulse"].shape == (len(impacts), 2)
+    np.testing.assert_array_equal(impacts["contact"], impacts["index"] + 1)
+    assert (np.diff(impacts["time"]) >= 0).all()
+    for impact in impacts:
+        i = impact["index"]
+        before, after = impact["rates_before"], impact["rates_after"]
+        assert before[i] < 0.0
+        assert after[i] == pytest.approx(-0.1 * before[i], rel=1e-15)
+        # (tangential, normal): D_ii = 1 + b²/ρ², b the arm of this moment.
+        q, _ = run.at(impact["time"])
+        inertia = 1 + (0.5 * math.cos(q[2]) / 0.2) ** 2
+        assert impact["impulse"] == pytest.approx(
+            [0.0, -1.1 * before[i] / inertia], rel=1e-12
+        )
+
+
+def test_zeno_point_of_the_rod(run):
+    (zeno,) = run.zeno_points
+    assert (zeno.kind, zeno.contacts, zeno.contact) == ("2-zeno", (1, 2), None)
+    assert (zeno.method, zeno.certified) == ("clatter", True)
+    assert zeno.first_summed == len(run.impacts)
+    assert zeno.time == zeno.elapsed
+    assert 0.0 <= zeno.time_error <= math.ulp(zeno.time)
+    assert zeno.q.shape == zeno.qdot.shape == (3,)
+    np.testing.assert_array_equal(zeno.gaps, 0.0)
+    np.testing.assert_array_equal(zeno.gap_rates, 0.0)
+
+
+def test_stop_at_the_first_zeno_point():
+    stopped = sf.simulate(rod(friction=0.5), **START, model="full", stop="zeno")
+    assert stopped.outcome == "zeno"
+    assert len(stopped.zeno_points) == 1
+    assert stopped.time == stopped.zeno_points[0].time
+    np.testing.assert_array_equal(stopped.q, stopped.zeno_points[0].q)
+
+
+def test_hold_on_until_the_time_limit():
+    held = sf.simulate(rod(), **START, stop="time", time_limit=1.0)
+    assert (held.outcome, held.time) == ("time-limit", 1.0)
+    np.testing.assert_array_equal(held.gaps, 0.0)
+    early = sf.simulate(rod(), **START, stop="time", time_limit=0.01)
+    assert (early.outcome, early.time, len(early.impacts)) == ("time-limit", 0.01, 0)
+    assert early.q[1] == pytest.approx(0.011 - 0.5 * 9.81 * 0.01**2, rel=1e-15)
+
+
+def test_event_limit():
+    cut = sf.simulate(rod(), **START, model="full", event_limit=3)
+    assert cut.outcome == "event-limit"
+    assert len(cut.impacts) <= 3
+
+
+def test_a_late_start_keeps_elapsed_times(run):
+    late = sf.simulate(rod(), **START, model="full", time=1000.0)
+    assert late.elapsed == run.elapsed
+    assert late.time == 1000.0 + run.elapsed
+    np.testing.assert_array_equal(late.impacts["elapsed"], run.impacts["elapsed"])
+    np.testing.assert_array_equal(late.q, run.q)
+
+
+def test_phases_cover_the_run(run):
+    phases = run.phases
+    assert phases
+    assert phases[0].start == 0.0
+    assert phases[-1].end == run.time
+    for one, following in pairwise(phases):
+        assert one.end == following.start
+    assert phases[0].mode == "SS"
+
+
+def test_at_any_time(run):
+    q, qdot = run.at(0.0)
+    np.testing.assert_array_equal(q, START["q"])
+    np.testing.assert_array_equal(qdot, 0.0)
+    t = 0.02
+    q, qdot = run.at(t)
+    assert q.shape == qdot.shape == (3,)
+    np.testing.assert_allclose(
+        q, [0.0, 0.011 - 0.5 * 9.81 * t**2, math.asin(0.002)], rtol=1e-15
+    )
+    np.testing.assert_allclose(qdot, [0.0, -9.81 * t, 0.0], rtol=1e-15)
+    times = np.linspace(0.0, run.time, 7)
+    q, qdot = run.at(times)
+    assert q.shape == qdot.shape == (7, 3)
+    gaps, rates = run.gaps_at(times)
+    assert gaps.shape == rates.shape == (7, 2)
+    np.testing.assert_allclose(gaps, run.posture.gaps(q), atol=1e-15)
+    for k, moment in enumerate(times):
+        np.testing.assert_array_equal(q[k], run.at(moment)[0])
+    np.testing.assert_array_equal(run.at(run.time)[0], run.q)
+
+
+@pytest.mark.parametrize("t", [-1e-9, 1.0, math.nan])
+def test_times_outside_the_run(run, t):
+    with pytest.raises(ValueError, match="t"):
+        run.at(t)
+
+
+def test_sample(run):
+    t, q, qdot = run.sample(101)
+    assert (t.shape, q.shape, qdot.shape) == ((101,), (101, 3), (101, 3))
+    assert (t[0], t[-1]) == (0.0, run.time)
+    assert (np.diff(t) >= 0).all()
+    np.testing.assert_array_equal(q, run.at(t)[0])
+
+
+def test_energy(run):
+    assert run.energy(0.0) == pytest.approx(9.81 * 0.011, rel=1e-15)
+    energy = run.energy(run.sample(500)[0])
+    assert energy.shape == (500,)
+    assert np.diff(energy).max() <= 1e-15
+
+
+def test_without_a_record():
+    bare = sf.simulate(rod(), **START, record=False)
+    assert bare.outcome == "rest"
+    for ask in (lambda: bare.at(0.0), lambda: bare.energy(0.0), lambda: bare.sample(3)):
+        with pytest.raises(ValueError, match="record"):
+            ask()
+
+
+def test_a_run_of_a_local_model():
+    done = local().simulate(
+        gaps=(0.0, 0.01), rates=(0.1, -0.5), theta=0.25, omega=0.5, stop="zeno"
+    )
+    assert (done.q, done.qdot, done.posture, done.model) == (None, None, None, "local")
+    zeno = done.zeno_points[0]
+    assert (zeno.q, zeno.qdot) == (None, None)
+    assert done.gaps.shape == done.rates.shape == (2,)
+    assert isinstance(done.theta, float)
+    gaps, rates = done.gaps_at(0.0)
+    np.testing.assert_array_equal(gaps, [0.0, 0.01])
+    np.testing.assert_array_equal(rates, [0.1, -0.5])
+
+
+def test_runs_to_json(run, tmp_path):
+    path = tmp_path / "run.json"
+    run.to_json(path)
+    told = run.to_dict()
+    assert json.loads(path.read_text(encoding="utf-8")) == told
+    assert told["outcome"] == "rest"
+    assert told["time"] == run.time
+    assert len(told["impacts"]) == len(run.impacts)
+    assert told["zeno_points"][0]["kind"] == "2-zeno"
+    json.dumps(told, allow_nan=False)
+
+
+def test_repr_of_a_run(run):
+    text = repr(run)
+    assert "rest" in text
+    assert "2-zeno" in text
+
+
+def test_simulate_agrees_with_its_scene(run):
+    scene = sf.load(ROD)
+    assert scene.posture == rod()
+    other = scene.simulate()
+    np.testing.assert_array_equal(other.impacts, run.impacts)
+    assert scene.simulate(stop="zeno").outcome == "zeno"
+    with pytest.raises((TypeError, ValueError), match="colour"):
+        scene.simulate(colour="red")
+
+
+# Scenes and files.
+
+
+def scene():
+    return sf.Scene(
+        body(), (0.1, 0.2, 0.3), (1.0, 2.0, 3.0), {"stop": "zeno", "neighbourhood": 5.0}
+    )
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_scenes_round_trip(tmp_path, suffix):
+    path = tmp_path / f"scene.{suffix}"
+    first = scene()
+    first.save(path)
+    second = sf.load(path)
+    assert second == first
+    assert second.posture == first.posture
+    np.testing.assert_array_equal(second.q, first.q)
+    np.testing.assert_array_equal(second.qdot, first.qdot)
+    assert second.options == first.options
+    assert pickle.loads(pickle.dumps(first)) == first
+
+
+number = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(min_value=1e-3, max_value=1e3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    positive,
+    st.tuples(number, number, number),
+    st.tuples(number, number, number),
+    st.floats(0.0, 1.0, exclude_max=True),
+)
+def test_scenes_round_trip_to_the_bit(tmp_path_factory, mass, q, qdot, e):
+    first = sf.Scene(body(mass=mass, restitution=e), q, qdot)
+    for suffix in ("toml", "json"):
+        path = tmp_path_factory.getbasetemp() / f"scene.{suffix}"
+        first.save(path)
+        second = sf.load(path)
+        assert second.posture.mass == mass
+        assert second.posture.restitution == e
+        assert [x.hex() for x in second.q] == [float(x).hex() for x in q]
+        assert [x.hex() for x in second.qdot] == [float(x).hex() for x in qdot]
+
+
+def test_the_published_schema_holds():
+    published = json.loads(
+        (ROOT / "docs" / "scene.schema.json").read_text(encoding="utf-8")
+    )
+    assert published == json.loads(sf.schema())
+    jsonschema.Draft202012Validator.check_schema(published)
+    validator = jsonschema.Draft202012Validator(published)
+    written = json.loads(scene().to_json())
+    validator.validate(written)
+    assert not validator.is_valid(written | {"colour": "red"})
+    assert not validator.is_valid({k: v for k, v in written.items() if k != "start"})
+
+
+def test_infinities_in_json_are_strings(tmp_path):
+    path = tmp_path / "scene.json"
+    scene().save(path)
+    text = path.read_text(encoding="utf-8")
+    assert '"inf"' in text
+    json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+# Long runs.
+
+
+def endless(**options):
+    """A body that slides to and fro in a V for ever."""
+    contacts = [sf.Contact(point=(x, 0.0), slope=0.35 * x) for x in (-1.0, 1.0)]
+    posture = body(
+        contacts=contacts,
+        gyration_radius=0.5,
+        center_of_mass=(0.0, 0.2),
+        restitution=0.05,
+    )
+    options = {
+        "stop": "time",
+        "time_limit": 1e12,
+        "event_limit": 10**12,
+        "record": False,
+    } | options
+    return sf.simulate(posture, (0.001, 0.01, 0.0), (0, 0, 0), model="full", **options)
+
+
+def test_a_long_run_can_be_interrupted():
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        endless()
+    assert time.monotonic() - begin < 5.0
+
+
+def test_a_run_lets_other_threads_go_on():
+    count, done = 0, threading.Event()
+
+    def work():
+        endless(event_limit=300_000)
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    while not done.is_set():
+        count += 1
+        time.sleep(0.0005)
+    thread.join()
+    assert count > 3

@@ -1,0 +1,232 @@
+"""Zeno times of random motions inside [Or & Rimon 2008, eq. 10], against arbitrary precision.
+
+Errors are judged by the conditioning c: the largest change of the Zeno time, in s, when one input
+moves by one ulp. STANDFAST_ORACLE_CASES sets the number of local cases (1000); a tenth as many are
+full. The seed does not depend on it: a larger campaign contains the smaller one.
+"""
+
+import json
+import math
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from fractions import Fraction
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import oracle
+import pytest
+from two_contacts import simulate_full, simulate_local
+
+DATA = Path(__file__).parent / "data"
+CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "1000"))
+WORKERS = 2
+SEED = 2008
+DIGITS = 20
+
+
+def reference_cases():
+    for name in ("reference_local.json", "reference_full.json"):
+        yield from json.loads((DATA / name).read_text(encoding="utf-8"))["cases"]
+
+
+def digits(value, reference, scale=None):
+    """Digits to which ``value`` agrees with the decimal ``reference``."""
+    with mpmath.workdps(100):
+        value, reference = mpmath.mpf(value), mpmath.mpf(reference)
+        if value == reference:
+            return math.inf
+        scale = abs(reference) if scale is None else abs(mpmath.mpf(scale))
+        return float(-mpmath.log10(abs(value - reference) / scale)) if scale else 0.0
+
+
+@pytest.mark.parametrize("case", list(reference_cases()), ids=lambda c: c["id"])
+def test_the_oracle_reproduces_the_reference(case):
+    """Every collision, the Zeno time, the state and the conditioning."""
+    inputs = {k: float.fromhex(v["hex"]) for k, v in case["inputs"].items()}
+    collisions, zeno = case["expected"]["collisions"], case["expected"]["zeno"]
+    found = oracle.orbit(inputs, at_least=len(collisions))
+    assert (found.zeno.kind, found.zeno.contact) == (zeno["kind"], zeno["contact"])
+    assert digits(found.zeno.time, zeno["time"]) >= DIGITS
+    for mine, theirs in zip(found.collisions, collisions, strict=False):
+        assert mine.contact == theirs["contact"]
+        assert digits(mine.time, theirs["t"]) >= DIGITS
+        assert digits(mine.other_gap, theirs["h_other"]) >= DIGITS
+        for i in (0, 1):
+            assert digits(mine.before[i], theirs["v_pre"][i]) >= DIGITS
+            assert digits(mine.after[i], theirs["v_post"][i]) >= DIGITS
+    assert len(found.collisions) >= len(collisions)
+    for name, value in zeno["state"].items():
+        # An entry that ends at zero is as small as the digits carried make it.
+        scale = None if float(value) else 1
+        assert digits(found.zeno.state[name], value, scale) >= DIGITS, name
+    total = oracle.sensitivity(inputs).total("time")
+    assert total == pytest.approx(
+        case["conditioning"]["zeno_time_abs_per_ulp"], rel=0.01
+    )
+
+
+def test_the_double_precision_derivative_is_the_change_by_one_ulp():
+    """The two ways of ``oracle.sensitivity`` agree."""
+    rng = np.random.default_rng(SEED)
+    for inputs in [draw_local(rng) for _ in range(4)] + [draw_full(rng)]:
+        changes = oracle.sensitivity(inputs).changes["time"]
+        base, ctx = oracle.orbit(inputs).zeno.time, oracle.arithmetic(80)
+        for name, value in inputs.items():
+            ulp = math.ulp(value) if value else 0.0
+            moved = oracle.orbit({**inputs, name: ctx.mpf(value) + ulp}).zeno.time
+            expected = float(abs(moved - base))
+            # 1e-6 of the largest: what double precision leaves of a difference quotient.
+            assert changes[name] == pytest.approx(
+                expected, rel=1e-3, abs=1e-6 * max(changes.values())
+            )
+
+
+def least_coupling(e):
+    """Bound of [Or & Rimon 2008, eq. 10] on ψ: clattering converges above it."""
+    return (e ** (1 / 3) + e ** (2 / 3)) / (1 + e)
+
+
+def draw_restitution(rng):
+    """Half uniform, half uniform in the logarithm, in (.001, .9)."""
+    if rng.random() < 0.5:
+        return rng.uniform(0.001, 0.9)
+    return math.exp(rng.uniform(math.log(0.001), math.log(0.9)))
+
+
+def draw_local(rng):
+    """Asymmetric couplings and gravities inside [10]; heights from 1 µm to 1 m."""
+    e = draw_restitution(rng)
+    bound = least_coupling(e)
+    psi = bound + (1 - bound) * rng.uniform(0.02, 0.98)
+    skew = math.exp(rng.uniform(-1.5, 1.5))
+    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
+    height = 10 ** rng.uniform(-6, 0)
+    speed = math.sqrt(max(g) * height)
+    h = [height * rng.random() for _ in range(2)]
+    u = [speed * rng.normal() for _ in range(2)]
+    if rng.random() < 0.2:
+        # One contact has just been hit.
+        i = rng.integers(2)
+        h[i], u[i] = 0.0, abs(u[i])
+    values = (e, *g, psi * skew, psi / skew, *rng.uniform(-2, 2, size=2))
+    state = (*h, rng.uniform(-0.02, 0.02), *u, rng.normal() * speed)
+    names = oracle.LOCAL_INPUTS
+    return dict(zip(names, map(float, (*values, *state)), strict=True))
+
+
+def draw_full(rng):
+    """Bodies of about a metre, sloped terrain, [10] at the nominal posture; drops up to 10 cm."""
+    while True:
+        e, rho = draw_restitution(rng), rng.uniform(0.03, 0.9)
+        com = rng.uniform(-0.5, 0.5), rng.uniform(0.1, 1.0)
+        points = [
+            (-rng.uniform(0.5, 1.2), 0.0),
+            (rng.uniform(0.5, 1.2), rng.uniform(-0.2, 0.2)),
+        ]
+        slopes = -rng.uniform(-0.3, 0.7), rng.uniform(-0.3, 0.7)
+        if rng.random() < 0.3:
+            slopes = 0.0, 0.0
+        v = {"e": e, "g": 9.81, "rho": rho, "x_x": com[0], "x_y": com[1]}
+        for i in (0, 1):
+            v[f"x{i + 1}_x"], v[f"x{i + 1}_y"] = points[i]
+            v[f"alpha{i + 1}"] = slopes[i]
+        height = 10 ** rng.uniform(-3, -1)
+        speed = math.sqrt(9.81 * height)
+        v |= {"r_x": rng.normal() * height, "r_y": height * rng.uniform(0.2, 1.5)}
+        v |= {"theta": height * rng.uniform(-0.3, 0.3)}
+        v |= {"v_x": speed * rng.normal(), "v_y": speed * rng.normal()}
+        v |= {"omega": speed * rng.normal() * rng.random() ** 2}
+        v = {name: float(v[name]) for name in oracle.FULL_INPUTS}
+        motion = oracle.FullMotion(oracle.DOUBLE, v | {"r_y": v["r_y"] + 10})
+        gaps = [h - 10 * n[1] for h, n in zip(motion.h, motion.n, strict=True)]
+        nominal = oracle.FullMotion(
+            oracle.DOUBLE, v | {"r_x": 0.0, "r_y": 1.0, "theta": 0.0}
+        )
+        psi = nominal.psi(0), nominal.psi(1)
+        if min(psi) <= 0 or math.sqrt(psi[0] * psi[1]) <= least_coupling(e) + 1e-3:
+            continue
+        if min(gaps) > 1e-6:
+            return v
+
+
+def answers(cases):
+    """The oracle's answers, on two processes."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
+        return list(pool.map(oracle.answer, cases, chunksize=8))
+
+
+def table(title, rows):
+    """Quantiles of the errors, in ulp of the time and in units of c."""
+    lines = [
+        f"{title}: {len(rows)} cases",
+        f"{'':18}{'50 %':>9}{'90 %':>9}{'99 %':>9}{'max':>9}",
+    ]
+    for name, column in (("error / ulp", 0), ("error / c", 1), ("c / ulp", 2)):
+        values = np.array([row[column] for row in rows])
+        quantiles = [*np.quantile(values, (0.5, 0.9, 0.99)), values.max()]
+        lines.append(f"{name:18}" + "".join(f"{q:9.3g}" for q in quantiles))
+    return "\n".join(lines)
+
+
+def campaign(cases, simulate, tolerance, record_property, title):
+    """Run all cases, print the distribution of the errors, and judge."""
+    rows, failures, skipped = {"1-zeno": [], "2-zeno": []}, [], 0
+    for inputs, truth in zip(cases, answers(cases), strict=True):
+        if not truth.verdict_stable:
+            skipped += 1
+            continue
+        where = json.dumps({name: value.hex() for name, value in inputs.items()})
+        run = simulate(inputs)
+        found = run.zeno_points[0] if run.zeno_points else None
+        expected = truth.kind, truth.contact
+        if found is None or (found.kind, found.contact) != expected:
+            verdict = (found.kind, found.contact) if found else run.outcome
+            failures.append(f"{verdict} instead of {expected}: {where}")
+            continue
+        ulp, c = math.ulp(float(truth.time)), truth.conditioning
+        error = float(abs(Fraction(found.time) - truth.time))
+        rows[truth.kind].append((error / ulp, error / c, c / ulp))
+        if error > tolerance(ulp, c):
+            failures.append(
+                f"{truth.kind} off by {error / ulp:.2f} ulp = {error / c:.2f} c: {where}"
+            )
+    text = "\n".join(
+        table(f"{title}, {kind}", group) for kind, group in rows.items() if group
+    )
+    text += f"\nverdict changes within 1 ulp (not judged): {skipped}"
+    print(f"\n{text}")
+    record_property(title, text)
+    assert not failures, f"{len(failures)} of {len(cases)}\n" + "\n".join(failures[:10])
+    assert skipped <= len(cases) / 100
+    assert len(rows["2-zeno"]) >= len(cases) // 4
+
+
+def test_local_zeno_times(record_property):
+    """Within max(4 ulp, 2 c)."""
+    rng = np.random.default_rng(SEED)
+    cases = [draw_local(rng) for _ in range(CASES)]
+    for v in cases:
+        assert math.sqrt(v["psi1"] * v["psi2"]) > least_coupling(v["e"])
+    campaign(
+        cases,
+        simulate_local,
+        lambda ulp, c: max(4 * ulp, 2 * c),
+        record_property,
+        "local model",
+    )
+
+
+def test_full_zeno_times(record_property):
+    """Within 50 c + 4 ulp."""
+    rng = np.random.default_rng(SEED)
+    cases = [draw_full(rng) for _ in range(max(1, CASES // 10))]
+    campaign(
+        cases,
+        simulate_full,
+        lambda ulp, c: 50 * c + 4 * ulp,
+        record_property,
+        "full model",
+    )

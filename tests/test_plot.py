@@ -1,0 +1,151 @@
+"""Pictures of runs, judged by what is drawn."""
+
+import math
+from itertools import combinations
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import standfast as sf
+from matplotlib.text import Text
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def rod():
+    return sf.load(EXAMPLES / "clattering_rod.toml").simulate()
+
+
+def local():
+    model = sf.LocalModel(
+        gravity=(1, 1), psi=(0.9, 0.9), phi=(0.5, -0.5), restitution=0.1
+    )
+    return model.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9))
+
+
+def curves(axes):
+    """The lines of the contacts: neither markers nor vertical lines."""
+    return [line for line in axes.lines if line.get_linestyle() not in ("None", ":")]
+
+
+def marks(axes):
+    return [line for line in axes.lines if line.get_linestyle() == "None"]
+
+
+def test_gaps_over_time():
+    run = rod()
+    axes = run.plot().axes[0]
+    first, second = curves(axes)
+    for index, line in enumerate((first, second)):
+        t, gap = line.get_data()
+        assert (t[0], t[-1]) == (0.0, run.time)
+        np.testing.assert_array_equal(gap, run.gaps_at(t)[0][:, index])
+    assert first.get_color() != second.get_color()
+    assert first.get_linestyle() != second.get_linestyle()
+
+
+def test_impacts_are_marked_where_they_happen():
+    run = rod()
+    found = marks(run.plot().axes[0])
+    assert len({line.get_marker() for line in found}) == 2
+    for index, line in enumerate(found):
+        times = run.impacts["time"][run.impacts["index"] == index]
+        np.testing.assert_array_equal(line.get_xdata(), times)
+        np.testing.assert_array_equal(line.get_ydata(), 0.0)
+
+
+def test_zeno_points_are_marked():
+    run = rod()
+    (line,) = (line for line in run.plot().axes[0].lines if line.get_linestyle() == ":")
+    assert list(line.get_xdata()) == [run.zeno_points[0].time] * 2
+    assert "0.047784807064 s" in run.plot().axes[0].get_title(loc="left")
+
+
+def test_approach_is_logarithmic_and_runs_to_the_right():
+    run = rod()
+    axes = run.plot().axes[1]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    left, right = axes.get_xlim()
+    assert left == run.zeno_points[0].elapsed
+    assert 0.0 < right < 1e-6 * left
+    for index, line in enumerate(curves(axes)):
+        rest, height = line.get_data()
+        gaps = run.gaps_at(run.time - rest)[0][:, index]
+        shown = height > axes.get_ylim()[0]
+        np.testing.assert_array_equal(height[shown], gaps[shown])
+
+
+def test_impacts_are_evenly_spaced_in_the_end():
+    """Without gravity the time left shrinks by e/λ₊² from impact to impact."""
+    run = rod()
+    e, psi = 0.1, run.posture.psi[0]
+    product = (1 + e) * psi
+    ratio = e / (0.5 * (product + math.sqrt(product**2 - 4 * e))) ** 2
+    shown = np.concatenate([line.get_xdata() for line in marks(run.plot().axes[1])])
+    left = np.sort(shown)[::-1]
+    assert len(left) == len(run.impacts)
+    assert left[-1] / left[-2] == pytest.approx(ratio, rel=1e-2)
+
+
+def test_body_stands_on_its_contacts_in_the_end():
+    run = rod()
+    axes = run.plot().axes[2]
+    assert axes.get_aspect() == 1.0
+    corners = sorted(
+        (float(x), float(y))
+        for line in marks(axes)
+        for x, y in [line.get_xydata()[0]]
+        if line.get_marker() != "+"
+    )
+    np.testing.assert_allclose(corners, [(-0.5, 0.0), (0.5, 0.0)], atol=1e-15)
+    assert len(axes.get_legend().get_texts()) == 2
+
+
+def test_a_local_model_has_no_body():
+    assert len(local().plot().axes) == 2
+
+
+def test_a_run_without_impacts_has_no_approach():
+    resting = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    run = sf.simulate(resting, q=(0, 0, 0), qdot=(0, 0, 0))
+    assert run.outcome == "rest"
+    assert len(run.plot().axes) == 2
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_files(tmp_path, suffix):
+    path = tmp_path / f"run.{suffix}"
+    rod().plot(path)
+    begin = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix]
+    assert path.read_bytes().startswith(begin)
+
+
+def test_a_run_without_record_cannot_be_drawn():
+    run = sf.load(EXAMPLES / "clattering_rod.toml").simulate(record=False)
+    with pytest.raises(ValueError, match="record"):
+        run.plot()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_no_text_overlaps(name):
+    figure = sf.load(EXAMPLES / name).simulate().plot()
+    figure.canvas.draw()
+    boxes = [
+        (text.get_text(), text.get_window_extent())
+        for text in figure.findobj(Text)
+        if text.get_visible() and text.get_text()
+    ]
+    inside = figure.bbox
+    for text, box in boxes:
+        assert inside.x0 <= box.x0, text
+        assert box.x1 <= inside.x1, text
+    for (one, box), (other, second) in combinations(boxes, 2):
+        assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
