@@ -331,7 +331,7 @@ def test_zeno_point_of_the_rod(run):
     assert (zeno.method, zeno.certified) == ("clatter", True)
     assert zeno.first_summed == len(run.impacts)
     assert zeno.time == zeno.elapsed
-    assert 0.0 <= zeno.time_error <= math.ulp(zeno.time)
+    assert 0.0 <= zeno.time_error <= 10 * math.ulp(zeno.time)
     assert zeno.q.shape == zeno.qdot.shape == (3,)
     np.testing.assert_array_equal(zeno.gaps, 0.0)
     np.testing.assert_array_equal(zeno.gap_rates, 0.0)

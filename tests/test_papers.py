@@ -20,16 +20,24 @@ def test_links_lead_somewhere(paper):
         assert file.exists(), target
         if anchor:
             aim = file.read_text(encoding="utf-8").lower()
-            titles = [re.sub(r"[^\w -]", "", line.lstrip("# ")).replace(" ", "-") for line in aim.splitlines() if line.startswith("#")]
+            titles = [
+                re.sub(r"[^\w -]", "", line.lstrip("# ")).replace(" ", "-")
+                for line in aim.splitlines()
+                if line.startswith("#")
+            ]
             assert f'id="{anchor}"' in aim or anchor in titles, target
 
 
 def test_correspondence_names_files_and_tests_that_exist():
     text = (ROOT / "docs" / "correspondence.md").read_text(encoding="utf-8")
-    sources = [p for p in [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").glob("*.py")]]
+    sources = [
+        p for p in [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").glob("*.py")]
+    ]
     known = set()
     for source in sources:
-        known |= set(re.findall(r"\b(?:fn|def) (\w+)", source.read_text(encoding="utf-8")))
+        known |= set(
+            re.findall(r"\b(?:fn|def) (\w+)", source.read_text(encoding="utf-8"))
+        )
         known |= {source.name, source.stem}
     rows = [line for line in text.splitlines() if line.startswith("| ") and "`" in line]
     assert rows

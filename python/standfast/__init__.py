@@ -18,9 +18,6 @@ SI units; angles in rad, counterclockwise; pairs in the order (tangential, norma
 contacts are numbered from 1.
 """
 
-from os import PathLike
-from typing import TYPE_CHECKING
-
 from standfast._core import (
     Contact,
     LocalModel,
@@ -36,9 +33,6 @@ from standfast._core import (
     simulate,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 __all__ = [
     "Contact",
     "LocalModel",
@@ -53,18 +47,3 @@ __all__ = [
     "schema",
     "simulate",
 ]
-
-
-def _plot(self: Run, path: str | PathLike[str] | None = None) -> "Figure":
-    """Draw the gaps, their way into the Zeno point, and the body; see `standfast.plot`.
-
-    `path`: where to save the figure; the suffix says the format. Needs matplotlib.
-    """
-    from standfast.plot import plot
-
-    return plot(self, path)
-
-
-_plot.__name__ = "plot"
-_plot.__qualname__ = "Run.plot"
-Run.plot = _plot  # type: ignore[method-assign]

@@ -10,8 +10,9 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from decimal import Decimal
+from decimal import ROUND_UP, Decimal
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
@@ -146,7 +147,11 @@ def _replacing(path: Path) -> Iterator[Path]:
     """A temporary name beside `path`, renamed to it once it is complete."""
     path = path.resolve()
     if path.exists() and not path.is_file():
-        yield path  # a device or a pipe
+        # A device or a pipe: written to, never replaced.
+        with TemporaryDirectory() as folder:
+            temporary = Path(folder, path.name)
+            yield temporary
+            path.write_bytes(temporary.read_bytes())
         return
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
@@ -172,17 +177,17 @@ def decimal(seconds: float) -> str:
     return f"{whole}.{fraction:0<12}"
 
 
-def bound(seconds: float) -> str:
-    """A bound of an error in decimal notation, rounded up to two digits.
+def estimate(seconds: float) -> str:
+    """An error in decimal notation, rounded up to two digits.
 
-    >>> bound(1.234e-15), bound(0.0)
+    >>> estimate(1.234e-15), estimate(0.0)
     ('0.0000000000000013', '0.000000000000')
     """
     if not (0.0 < seconds < math.inf):
         return decimal(seconds)
     exact = Decimal(seconds)
     step = Decimal(1).scaleb(exact.adjusted() - 1)
-    digits = format(-(-exact // step) * step, "f")
+    digits = format(exact.quantize(step, ROUND_UP), "f")
     whole, _, fraction = digits.partition(".")
     return f"{whole}.{fraction:0<12}"
 
@@ -299,7 +304,7 @@ def _zeno_lines(point: sf.ZenoPoint, simulated: int) -> list[str]:
     lines = [
         f"  Zeno point ({point.kind}, {plural} {who})",
         f"    time        {decimal(point.time)} s",
-        f"    time error  at most {bound(point.time_error)} s",
+        f"    time error  about {estimate(point.time_error)} s",
         f"    method      {point.method}: {METHODS.get(point.method, 'see the documentation')}",
         f"    certified   {'yes' if point.certified else 'no'}",
     ]

@@ -141,9 +141,8 @@ def draw_gaps(axes: Axes, run: Run) -> None:
                 label=f"impact on {index + 1} ({len(hits)} simulated)",
                 **_mark(index),
             )
-    for point in run.zeno_points[:MARKS]:
-        first = point is run.zeno_points[0]
-        label = "Zeno point" if first else None
+    for number, point in enumerate(run.zeno_points[:MARKS]):
+        label = None if number else "Zeno point"
         axes.axvline(point.time, color="black", lw=1.0, ls=":", zorder=0, label=label)
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.03)

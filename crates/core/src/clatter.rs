@@ -234,11 +234,10 @@ fn collide<const RECORD: bool>(
                 break stop;
             }
             // A clattering tail, or the end of the digits?
-            if 2.0 * m.g[b] * h_b <= share * square || tau <= SHORT * clock.hi {
-                if let Some(stop) = accumulates(m, a, u_a, u_b, h_b, tau, &clock, log.end, !RECORD)
-                {
-                    break stop;
-                }
+            if (2.0 * m.g[b] * h_b <= share * square || tau <= SHORT * clock.hi)
+                && let Some(stop) = accumulates(m, a, u_a, u_b, h_b, tau, &clock, log.end, !RECORD)
+            {
+                break stop;
             }
         }
     };

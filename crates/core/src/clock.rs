@@ -28,7 +28,7 @@ impl Clock {
     }
 
     /// `t0` + elapsed, rounded once.
-    pub(crate) fn from_start(self, t0: f64) -> f64 {
+    pub(crate) fn added_to(self, t0: f64) -> f64 {
         let whole = Self { hi: t0, lo: 0.0 }.after(self.hi).after(self.lo);
         whole.hi + whole.lo
     }
@@ -45,6 +45,6 @@ mod tests {
             clock = clock.after(2f64.powi(-70));
         }
         assert_eq!(clock.since(Clock { hi: 1.0, lo: 0.0 }), 2f64.powi(-50));
-        assert_eq!(clock.from_start(-1.0), 2f64.powi(-50));
+        assert_eq!(clock.added_to(-1.0), 2f64.powi(-50));
     }
 }

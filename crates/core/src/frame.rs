@@ -157,8 +157,8 @@ impl Frame {
         }
     }
 
-    /// Contact forces in the full model's measure.
-    pub(crate) fn force(&self, own_rate: [f64; 2]) -> [f64; 2] {
+    /// Own-rate jumps, their paths or their rates in the full model's measure.
+    pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.share[0] * own_rate[0], self.share[1] * own_rate[1]]
     }
 

@@ -397,12 +397,13 @@ impl<'a> Driver<'a> {
         let raw = self.raw();
         let model = self.model();
         let impulses = model.settle(&raw.gaps, t);
-        self.tail(t, impulses, Gaps::default());
+        self.tail(t, impulses, Gaps::default(), [true, true]);
         self.zeno_point([true, true], method, certified, error).then_some(Outcome::Zeno)
     }
 
-    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end.
-    fn tail(&mut self, t: f64, own: Impulses, end: Gaps) {
+    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
+    /// contacts have come to rest.
+    fn tail(&mut self, t: f64, own: Impulses, end: Gaps, closed: [bool; 2]) {
         // A tail of the full model is evaluated in the geometry frozen at its start.
         if let Some(state) = self.tumble {
             let start = state.snapshot(self.log.clock);
@@ -421,7 +422,17 @@ impl<'a> Driver<'a> {
             let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
             let full = frame.to_full(&raw);
             self.log.clock = clock;
-            self.tumble = Some(Tumble::new(state.body, full.gaps, full.impulses, full.spin));
+            let mut after = Tumble::new(state.body, full.gaps, full.impulses, full.spin);
+            after.turn_tail(
+                &state,
+                t,
+                frame.translational(own.jump),
+                frame.translational(own.path),
+            );
+            let full = after.snapshot(clock);
+            after.stop_at(closed, &self.base.state(&full));
+            let full = after.snapshot(clock);
+            self.tumble = Some(after);
             if self.log.record {
                 self.frames.push(Frame::full(full));
             }
@@ -504,8 +515,8 @@ impl<'a> Driver<'a> {
             Halt::Bounce { contact, duration } => {
                 let model = self.model();
                 let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
-                self.tail(duration, own, end);
                 let closed = [contact == 0, contact == 1];
+                self.tail(duration, own, end, closed);
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
             Halt::Clatter { tail, certified } => {
@@ -514,7 +525,7 @@ impl<'a> Driver<'a> {
             Halt::Skip { contact } => {
                 let left = self.log.left();
                 let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);
-                self.tail(t, own, end);
+                self.tail(t, own, end, [false, false]);
                 None
             }
             Halt::Reached { remaining, self_similar } => {
@@ -661,7 +672,7 @@ impl<'a> Driver<'a> {
                 let model = self.model();
                 let push = Frame::hold(&model, held);
                 let angular = -(model.phi[0] * push[0] + model.phi[1] * push[1]);
-                (self.frame().force(push), angular, true)
+                (self.frame().translational(push), angular, true)
             }
         };
         let qddot = self.base.acceleration(force, angular);

@@ -54,5 +54,7 @@ pub use local::LocalModel;
 pub use posture::{Fields, MAX_CONTACTS, Posture};
 pub use scene::Scene;
 pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};
+/// A column of three: configurations (m, m, rad) and velocities.
+pub type Vector3 = nalgebra::Vector3<f64>;
 pub use tolerance::TOUCH;
 pub use trajectory::{ContactNumber, ImpactRecord, Instant, Outcome, Phase, Trajectory, ZenoPoint};

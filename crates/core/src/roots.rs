@@ -116,7 +116,7 @@ mod tests {
         c[0] = 1.0;
         for (degree, root) in roots.iter().enumerate() {
             for k in (0..=degree + 1).rev() {
-                c[k] = c[k] - if k > 0 { c[k - 1] / root } else { 0.0 };
+                c[k] -= if k > 0 { c[k - 1] / root } else { 0.0 };
             }
         }
         c

@@ -127,8 +127,7 @@ impl Scene {
         }
         let text = String::from_utf8(bytes)
             .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
-        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        let scene = if json { Self::from_json(&text) } else { Self::from_toml(&text) };
+        let scene = if is_json(path) { Self::from_json(&text) } else { Self::from_toml(&text) };
         scene.map_err(|e| match e {
             Error::File { problem: text, .. } => problem(text),
             other => problem(other.to_string()),
@@ -146,6 +145,18 @@ impl Scene {
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(&self.to_file())
             .unwrap_or_else(|e| unreachable!("a scene is JSON: {e}"))
+    }
+
+    /// Writes the scene; a name that ends in `.json` gets JSON, any other TOML. The file is complete or not
+    /// there: it is written under another name and renamed.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref();
+        let text = if is_json(path) { self.to_json() } else { self.to_toml() };
+        write_whole(path, &text)
     }
 
     /// JSON Schema of scene files.
@@ -195,6 +206,26 @@ impl Scene {
             run: self.options,
         }
     }
+}
+
+fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}
+
+/// Writes a file under a name of its own beside `path`, then renames it.
+pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
+    let file = |e: std::io::Error| Error::File {
+        path: path.display().to_string(),
+        problem: e.to_string(),
+    };
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let unfinished = path.with_file_name(name);
+    std::fs::write(&unfinished, text).map_err(file)?;
+    std::fs::rename(&unfinished, path).map_err(|e| {
+        let _ = std::fs::remove_file(&unfinished);
+        file(e)
+    })
 }
 
 /// Parser messages on one line.

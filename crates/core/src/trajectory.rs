@@ -251,6 +251,29 @@ pub struct Trajectory {
     expanded: OnceLock<Expanded>,
 }
 
+#[derive(Serialize)]
+struct Summary<'a> {
+    outcome: Outcome,
+    model: Model,
+    model_reason: &'a str,
+    time: f64,
+    elapsed: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    theta: f64,
+    omega: f64,
+    gaps: Vec<f64>,
+    rates: Vec<f64>,
+    acceleration: Option<[f64; 3]>,
+    collisions: usize,
+    impacts: Vec<ImpactRecord>,
+    zeno_points: Vec<ZenoPoint>,
+    phases: Vec<Phase>,
+    warnings: &'a [String],
+    options: &'a Options,
+    posture: Option<&'a Posture>,
+}
+
 /// Roundings in the clock of a run, counted into the error of a Zeno time.
 const CLOCK_ROUNDINGS: f64 = 4.0;
 
@@ -494,6 +517,46 @@ impl Trajectory {
         Ok(times)
     }
 
+    /// The whole run as JSON: outcome, final state, impacts, Zeno points, phases, warnings and the posture.
+    /// Numbers that do not exist (the impulses of a model without a mass) are null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let body = self.posture().is_some();
+        let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
+        let summary = Summary {
+            outcome: self.outcome(),
+            model: self.model,
+            model_reason: self.model_reason,
+            time: self.time(),
+            elapsed: self.elapsed(),
+            q: vector(&self.state().q),
+            qdot: vector(&self.state().qdot),
+            theta: self.state().q.z,
+            omega: self.state().qdot.z,
+            gaps: self.gaps(),
+            rates: self.rates(),
+            acceleration: self.acceleration(),
+            collisions: self.collisions(),
+            impacts: self.impacts(),
+            zeno_points: self.zeno_points(),
+            phases: self.phases(),
+            warnings: self.warnings(),
+            options: &self.options,
+            posture: self.posture(),
+        };
+        serde_json::to_string_pretty(&summary)
+            .unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+    }
+
+    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        crate::scene::write_whole(path.as_ref(), &self.to_json())
+    }
+
     fn count(&self) -> usize {
         self.record.base.count
     }
@@ -503,7 +566,7 @@ impl Trajectory {
     }
 
     fn clock(&self, elapsed: Clock) -> f64 {
-        elapsed.from_start(self.options.time)
+        elapsed.added_to(self.options.time)
     }
 
     fn instant(&self, full: &Snapshot, state: State) -> Instant {

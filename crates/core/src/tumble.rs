@@ -11,6 +11,7 @@ use crate::flight::{Arc, Touchdown};
 use crate::local::LocalModel;
 use crate::log::{Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
+use crate::simulate::State;
 use crate::tolerance::{GRAVITY_SHARE, TAIL};
 use crate::trig::Turn;
 use crate::zeno::{Frozen, Gaps, Impulses};
@@ -120,6 +121,33 @@ impl Tumble {
             self.spin.omega += self.b[i] * per_own; // −φ_i J_i
             self.sum.jump[i] += self.body.rho2 * per_own;
         }
+    }
+
+    /// First-order effect of the rotation during a tail of duration `t` that began at `start` and was summed
+    /// there: an impulse P at time τ acts on the arm b − c ωτ, so that
+    /// Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ P).
+    ///
+    /// Speeds shrink more slowly than times on the way to a 2-Zeno: this matters where the times do not.
+    pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
+        let omega = 0.5 * (start.spin.omega + self.spin.omega);
+        let moment: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
+        self.spin.omega -= omega * moment / self.body.rho2;
+    }
+
+    /// Takes from the body the velocity with which it would still move these contacts, after a tail that was
+    /// summed in the geometry of its start: the arms have turned a little since.
+    pub(crate) fn stop_at(&mut self, closed: [bool; 2], state: &State) {
+        let left = |i: usize| {
+            let n = self.body.contacts[i].normal;
+            -(n.x * state.qdot.x + n.y * state.qdot.y + self.b[i] * state.qdot.z)
+        };
+        let jump = match closed {
+            [true, true] => Frozen::new(&self.frozen()).share([left(0), left(1)]),
+            _ => [0, 1].map(|i| if closed[i] { left(i) } else { 0.0 }),
+        };
+        let rates = self.gaps.u;
+        self.kick(jump);
+        self.gaps.u = rates;
     }
 
     /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]; returns its own-rate jump.

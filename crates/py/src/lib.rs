@@ -1,1 +1,86 @@
+//! The Python face of standfast: it converts, calls and maps errors.
 
+use pyo3::prelude::*;
+
+mod error;
+mod options;
+mod posture;
+mod run;
+mod scene;
+
+#[pymodule]
+mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::error::SolverError;
+    #[pymodule_export]
+    use crate::posture::{PyContact, PyLocalModel, PyPosture};
+    #[pymodule_export]
+    use crate::run::{PyPhase, PyRun, PyZenoPoint};
+    #[pymodule_export]
+    use crate::scene::{PyScene, load, schema};
+
+    use crate::options::{call, stopped};
+    use standfast::{Options, State};
+
+    /// The motion of a posture from a state on, event by event.
+    ///
+    /// posture : Posture with one or two contacts. q, qdot : (3,) m, m, rad and per second.
+    ///
+    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the smallest
+    /// that is exact). impact : "newton", frictionless. simultaneous : what happens when both contacts arrive
+    /// together, "newton", "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
+    /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
+    /// run ends at the latest, s. event_limit : largest number of events. neighbourhood : displacement of the
+    /// centre of mass beyond which the body has escaped, m. tolerance : largest relative error "auto" may
+    /// make. record : whether the trajectory is kept.
+    ///
+    /// Raises ValueError naming the field, its value and the allowed range; so far also for friction > 0
+    /// unless stop="zeno", for more than two contacts and for bounded segments.
+    ///
+    /// >>> import standfast as sf
+    /// >>> ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0),
+    /// ...                   contacts=[sf.Contact(point=(0, 0))], restitution=0.5, gravity=10)
+    /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
+    /// 3.0
+    #[pyfunction]
+    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true))]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+    fn simulate(
+        py: Python<'_>,
+        posture: PyRef<'_, PyPosture>,
+        q: [f64; 3],
+        qdot: [f64; 3],
+        model: &str,
+        impact: &str,
+        simultaneous: &str,
+        stop: &str,
+        time: f64,
+        time_limit: Option<f64>,
+        event_limit: usize,
+        neighbourhood: f64,
+        tolerance: f64,
+        record: bool,
+    ) -> PyResult<PyRun> {
+        let options = Options {
+            model: call("model", model)?,
+            impact: call("impact", impact)?,
+            simultaneous: call("simultaneous", simultaneous)?,
+            stop: call("stop", stop)?,
+            time,
+            time_limit,
+            event_limit,
+            neighbourhood,
+            tolerance,
+            record,
+        };
+        let (body, state) = (posture.0.clone(), State::new(q, qdot));
+        stopped(py, |cancel| standfast::simulate_until(&body, &state, &options, cancel))
+    }
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

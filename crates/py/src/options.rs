@@ -1,0 +1,119 @@
+//! Keywords of `simulate`, and the call itself.
+
+use std::sync::Mutex;
+
+use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
+use serde::de::{Deserialize, IntoDeserializer};
+use standfast::{Error, Options, Trajectory};
+
+use crate::error::to_py;
+use crate::run::PyRun;
+
+/// An option that is one of a few words.
+pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResult<T> {
+    let words: StrDeserializer<'a, NoSuchVariant> = word.into_deserializer();
+    T::deserialize(words).map_err(|e| {
+        let text = e.to_string();
+        let allowed = text.split_once(", expected ").map_or(text.as_str(), |(_, allowed)| allowed);
+        to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("{word:?}"),
+            allowed: allowed.into(),
+        })
+    })
+}
+
+/// Runs without the GIL; Ctrl-C ends the run.
+pub(crate) fn stopped(
+    py: Python<'_>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
+) -> PyResult<PyRun> {
+    let raised = Mutex::new(None);
+    let cancel = || {
+        Python::attach(|py| match py.check_signals() {
+            Ok(()) => false,
+            Err(error) => {
+                if let Ok(mut slot) = raised.lock() {
+                    *slot = Some(error);
+                }
+                true
+            }
+        })
+    };
+    match py.detach(|| run(&cancel)).map_err(|e| to_py(&e))? {
+        Some(trajectory) => Ok(PyRun(trajectory)),
+        None => Err(raised
+            .into_inner()
+            .ok()
+            .flatten()
+            .unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
+    }
+}
+
+/// Sets options by name.
+pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResult<()> {
+    for (key, value) in keywords {
+        let key: String = key.extract()?;
+        match key.as_str() {
+            "model" => options.model = call("model", &value.extract::<String>()?)?,
+            "impact" => options.impact = call("impact", &value.extract::<String>()?)?,
+            "simultaneous" => {
+                options.simultaneous = call("simultaneous", &value.extract::<String>()?)?;
+            }
+            "stop" => options.stop = call("stop", &value.extract::<String>()?)?,
+            "time" => options.time = value.extract()?,
+            "time_limit" => options.time_limit = value.extract()?,
+            "event_limit" => options.event_limit = value.extract()?,
+            "neighbourhood" => options.neighbourhood = value.extract()?,
+            "tolerance" => options.tolerance = value.extract()?,
+            "record" => options.record = value.extract()?,
+            _ => {
+                return Err(PyTypeError::new_err(format!(
+                    "{key} is no option of simulate: model, impact, simultaneous, stop, time, time_limit, \
+                     event_limit, neighbourhood, tolerance, record"
+                )));
+            }
+        }
+    }
+    options.validate().map_err(|e| to_py(&e))
+}
+
+/// Options by name.
+pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("model", word(&options.model))?;
+    dict.set_item("impact", word(&options.impact))?;
+    dict.set_item("simultaneous", word(&options.simultaneous))?;
+    dict.set_item("stop", word(&options.stop))?;
+    dict.set_item("time", options.time)?;
+    dict.set_item("time_limit", options.time_limit)?;
+    dict.set_item("event_limit", options.event_limit)?;
+    dict.set_item("neighbourhood", options.neighbourhood)?;
+    dict.set_item("tolerance", options.tolerance)?;
+    dict.set_item("record", options.record)?;
+    Ok(dict)
+}
+
+/// `KebabCase` variants as the face spells them.
+pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
+    let mut text = String::new();
+    for letter in format!("{value:?}").chars() {
+        if letter.is_uppercase() && !text.is_empty() {
+            text.push('-');
+        }
+        text.extend(letter.to_lowercase());
+    }
+    text
+}
+
+/// A double as Python writes it.
+pub(crate) fn float(value: f64) -> String {
+    if value.is_finite() { format!("{value:?}") } else { format!("float('{value}')") }
+}
+
+pub(crate) fn pair_text(pair: [f64; 2]) -> String {
+    format!("({}, {})", float(pair[0]), float(pair[1]))
+}

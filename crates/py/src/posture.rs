@@ -1,0 +1,468 @@
+//! Contact, Posture and LocalModel.
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use standfast::{Contact, Error, Fields, LocalModel, Posture, State};
+
+use crate::error::to_py;
+use crate::options::{call, float, pair_text, stopped};
+use crate::run::PyRun;
+
+/// A point of the body on a straight piece of terrain.
+///
+/// point : (2,) m, where it touches in the nominal posture. slope : rad, |slope| < π/2; the terrain has
+/// tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ ≥ 0. restitution : in [0, 1), or None for
+/// the posture's. tangential_restitution : in [0, 1). segment : extent of the terrain along t, m.
+///
+/// Raises ValueError naming the field, its value and the allowed range.
+///
+/// >>> import standfast as sf
+/// >>> sf.Contact(point=(-0.5, 0.0), friction=0.5)
+/// Contact(point=(-0.5, 0.0), slope=0.0, friction=0.5)
+#[pyclass(frozen, eq, name = "Contact", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyContact(pub(crate) Contact);
+
+#[pymethods]
+impl PyContact {
+    #[new]
+    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(f64::NEG_INFINITY, f64::INFINITY)))]
+    fn new(
+        point: [f64; 2],
+        slope: f64,
+        friction: f64,
+        restitution: Option<f64>,
+        tangential_restitution: f64,
+        segment: (f64, f64),
+    ) -> PyResult<Self> {
+        let contact = Contact {
+            point,
+            slope,
+            friction,
+            restitution,
+            tangential_restitution,
+            segment: segment.into(),
+        };
+        contact.validate("").map_err(|e| to_py(&e))?;
+        Ok(Self(contact))
+    }
+
+    #[getter]
+    fn point(&self) -> (f64, f64) {
+        self.0.point.into()
+    }
+
+    #[getter]
+    fn slope(&self) -> f64 {
+        self.0.slope
+    }
+
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.0.friction
+    }
+
+    #[getter]
+    fn restitution(&self) -> Option<f64> {
+        self.0.restitution
+    }
+
+    #[getter]
+    fn tangential_restitution(&self) -> f64 {
+        self.0.tangential_restitution
+    }
+
+    #[getter]
+    fn segment(&self) -> (f64, f64) {
+        self.0.segment.into()
+    }
+
+    fn __repr__(&self) -> String {
+        let c = &self.0;
+        let mut text = format!(
+            "Contact(point={}, slope={}, friction={}",
+            pair_text(c.point),
+            float(c.slope),
+            float(c.friction)
+        );
+        if let Some(e) = c.restitution {
+            text += &format!(", restitution={}", float(e));
+        }
+        if c.tangential_restitution != 0.0 {
+            text += &format!(", tangential_restitution={}", float(c.tangential_restitution));
+        }
+        if c.segment != [f64::NEG_INFINITY, f64::INFINITY] {
+            text += &format!(", segment={}", pair_text(c.segment));
+        }
+        text + ")"
+    }
+
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __reduce__(
+        &self,
+        py: Python<'_>,
+    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64))) {
+        let c = &self.0;
+        let arguments = (
+            c.point,
+            c.slope,
+            c.friction,
+            c.restitution,
+            c.tangential_restitution,
+            c.segment.into(),
+        );
+        (py.get_type::<Self>().into_any().unbind(), arguments)
+    }
+}
+
+/// A planar rigid body and the contacts it may stand on.
+///
+/// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
+/// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
+///
+/// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
+/// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
+///
+/// >>> import standfast as sf
+/// >>> sf.Posture(mass=1.0, gyration_radius=0.2, center_of_mass=(0.0, 0.3),
+/// ...            contacts=[sf.Contact(point=(-0.5, 0.0)), sf.Contact(point=(0.5, 0.0))],
+/// ...            restitution=0.1, gravity=9.81).normal_gravity
+/// (9.81, 9.81)
+#[pyclass(frozen, eq, name = "Posture", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyPosture(pub(crate) Posture);
+
+#[pymethods]
+impl PyPosture {
+    #[new]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81))]
+    fn new(
+        mass: f64,
+        gyration_radius: f64,
+        center_of_mass: [f64; 2],
+        contacts: Vec<PyRef<'_, PyContact>>,
+        restitution: f64,
+        gravity: f64,
+    ) -> PyResult<Self> {
+        let contacts = contacts.iter().map(|contact| contact.0).collect();
+        Posture::new(Fields {
+            mass,
+            gyration_radius,
+            center_of_mass,
+            contacts,
+            restitution,
+            gravity,
+        })
+        .map(Self)
+        .map_err(|e| to_py(&e))
+    }
+
+    /// The symmetric rod of mass 1 on level ground: ends at (∓half_length, 0), centre at 0.
+    ///
+    /// half_length, gyration_radius : m. restitution, friction : of both ends. gravity : m/s².
+    ///
+    /// >>> import standfast as sf
+    /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).psi
+    /// (0.0, 0.0)
+    #[staticmethod]
+    #[pyo3(signature = (half_length, gyration_radius, restitution, friction=0.0, gravity=9.81))]
+    fn rod(
+        half_length: f64,
+        gyration_radius: f64,
+        restitution: f64,
+        friction: f64,
+        gravity: f64,
+    ) -> PyResult<Self> {
+        Posture::rod(half_length, gyration_radius, restitution, friction, gravity)
+            .map(Self)
+            .map_err(|e| to_py(&e))
+    }
+
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.fields().mass
+    }
+
+    #[getter]
+    fn gyration_radius(&self) -> f64 {
+        self.0.fields().gyration_radius
+    }
+
+    #[getter]
+    fn center_of_mass(&self) -> (f64, f64) {
+        self.0.fields().center_of_mass.into()
+    }
+
+    #[getter]
+    fn contacts(&self) -> Vec<PyContact> {
+        self.0.contacts().iter().copied().map(PyContact).collect()
+    }
+
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.0.fields().restitution
+    }
+
+    #[getter]
+    fn gravity(&self) -> f64 {
+        self.0.fields().gravity
+    }
+
+    /// Couplings (ψ_1, ψ_2) of the gap rates at q = 0, dimensionless. Two contacts only.
+    #[getter]
+    fn psi(&self) -> PyResult<(f64, f64)> {
+        self.0.psi().map(Into::into).map_err(|e| to_py(&e))
+    }
+
+    /// Couplings (φ_1, φ_2) to the rotation at q = 0, 1/m. Two contacts only.
+    #[getter]
+    fn phi(&self) -> PyResult<(f64, f64)> {
+        self.0.phi().map(Into::into).map_err(|e| to_py(&e))
+    }
+
+    /// Gravity (g_1, g_2) into the terrain, m/s². Two contacts only.
+    #[getter]
+    fn normal_gravity(&self) -> PyResult<(f64, f64)> {
+        self.0.normal_gravity().map(Into::into).map_err(|e| to_py(&e))
+    }
+
+    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3).
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    /// >>> rod.gaps([[0, 0, 0], [0, 0.25, 0]])
+    /// array([[0.  , 0.  ],
+    ///        [0.25, 0.25]])
+    fn gaps<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let q = triples(py, "q", q)?;
+        let values = rows(&q).flat_map(|row| self.0.gaps(&row.into())).collect();
+        shaped(py, values, q.as_array().shape(), self.0.contacts().len())
+    }
+
+    /// Gap rates of n contacts, (..., n) m/s, at q, qdot : (..., 3) of the same shape.
+    fn gap_rates<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qdot: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, qdot) = (triples(py, "q", q)?, triples(py, "qdot", qdot)?);
+        if q.as_array().shape() != qdot.as_array().shape() {
+            return Err(to_py(&Error::Unusable {
+                field: "qdot".into(),
+                value: format!("array of shape {:?}", qdot.as_array().shape()),
+                allowed: format!("the shape of q, {:?}", q.as_array().shape()),
+            }));
+        }
+        let values = rows(&q)
+            .zip(rows(&qdot))
+            .flat_map(|(q, qdot)| self.0.gap_rates(&q.into(), &qdot.into()))
+            .collect();
+        shaped(py, values, q.as_array().shape(), self.0.contacts().len())
+    }
+
+    /// The local model at the rotation of q : (3,): all Jacobian rows frozen there. Two contacts only.
+    #[pyo3(signature = (q=[0.0, 0.0, 0.0]))]
+    fn local(&self, q: [f64; 3]) -> PyResult<PyLocalModel> {
+        State::at_rest(q).validate().map_err(|e| to_py(&e))?;
+        self.0.local(q[2]).map(PyLocalModel).map_err(|e| to_py(&e))
+    }
+
+    fn __repr__(&self) -> String {
+        let f = self.0.fields();
+        let contacts: Vec<String> =
+            f.contacts.iter().map(|contact| PyContact(*contact).__repr__()).collect();
+        format!(
+            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={})",
+            float(f.mass),
+            float(f.gyration_radius),
+            pair_text(f.center_of_mass),
+            contacts.join(", "),
+            float(f.restitution),
+            float(f.gravity)
+        )
+    }
+
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __reduce__(
+        &self,
+        py: Python<'_>,
+    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64)) {
+        let f = self.0.fields();
+        let arguments = (
+            f.mass,
+            f.gyration_radius,
+            f.center_of_mass,
+            self.contacts(),
+            f.restitution,
+            f.gravity,
+        );
+        (py.get_type::<Self>().into_any().unbind(), arguments)
+    }
+}
+
+/// The paper's reduced, frictionless linearisation of a two-contact posture, given by its parameters.
+///
+/// gravity : (g_1, g_2) m/s², ≥ 0. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
+/// restitution : e, or (e_1, e_2), in [0, 1).
+///
+/// >>> import standfast as sf
+/// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+/// >>> run = local.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9), stop="zeno")
+/// >>> run.zeno_points[0].kind
+/// '2-zeno'
+#[pyclass(frozen, eq, name = "LocalModel", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyLocalModel(pub(crate) LocalModel);
+
+/// One restitution for both contacts, or one for each.
+#[derive(FromPyObject)]
+enum Restitution {
+    Both(f64),
+    Each([f64; 2]),
+}
+
+#[pymethods]
+impl PyLocalModel {
+    #[new]
+    fn new(
+        gravity: [f64; 2],
+        psi: [f64; 2],
+        phi: [f64; 2],
+        restitution: Restitution,
+    ) -> PyResult<Self> {
+        let e = match restitution {
+            Restitution::Both(e) => [e, e],
+            Restitution::Each(e) => e,
+        };
+        LocalModel::new(gravity, psi, phi, e).map(Self).map_err(|e| to_py(&e))
+    }
+
+    #[getter]
+    fn gravity(&self) -> (f64, f64) {
+        self.0.gravity().into()
+    }
+
+    #[getter]
+    fn psi(&self) -> (f64, f64) {
+        self.0.psi().into()
+    }
+
+    #[getter]
+    fn phi(&self) -> (f64, f64) {
+        self.0.phi().into()
+    }
+
+    #[getter]
+    fn restitution(&self) -> (f64, f64) {
+        self.0.restitution().into()
+    }
+
+    /// The motion of the gaps and of θ: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
+    ///
+    /// The keywords are those of `standfast.simulate`. The run has no q: see its gaps, rates, theta, omega.
+    ///
+    /// >>> import standfast as sf
+    /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
+    /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
+    /// 3.0
+    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true))]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        theta: f64,
+        omega: f64,
+        simultaneous: &str,
+        stop: &str,
+        time: f64,
+        time_limit: Option<f64>,
+        event_limit: usize,
+        record: bool,
+    ) -> PyResult<PyRun> {
+        let options = standfast::Options {
+            simultaneous: call("simultaneous", simultaneous)?,
+            stop: call("stop", stop)?,
+            time,
+            time_limit,
+            event_limit,
+            record,
+            ..Default::default()
+        };
+        stopped(py, |cancel| self.0.simulate_until(gaps, rates, theta, omega, &options, cancel))
+    }
+
+    fn __repr__(&self) -> String {
+        let m = &self.0;
+        format!(
+            "LocalModel(gravity={}, psi={}, phi={}, restitution={})",
+            pair_text(m.gravity()),
+            pair_text(m.psi()),
+            pair_text(m.phi()),
+            pair_text(m.restitution())
+        )
+    }
+
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, ([f64; 2], [f64; 2], [f64; 2], [f64; 2])) {
+        let m = &self.0;
+        let arguments = (m.gravity(), m.psi(), m.phi(), m.restitution());
+        (py.get_type::<Self>().into_any().unbind(), arguments)
+    }
+}
+
+/// Anything numpy takes for an array of doubles.
+pub(crate) fn doubles<'py>(
+    py: Python<'py>,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let array = py.import("numpy")?.call_method1("asarray", (value, "float64"))?;
+    Ok(array.cast_into::<PyArrayDyn<f64>>()?.readonly())
+}
+
+/// An array of shape (..., 3).
+fn triples<'py>(
+    py: Python<'py>,
+    name: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let array = doubles(py, value)?;
+    if array.as_array().shape().last() != Some(&3) {
+        return Err(to_py(&Error::Unusable {
+            field: name.into(),
+            value: format!("array of shape {:?}", array.as_array().shape()),
+            allowed: "an array of shape (..., 3)".into(),
+        }));
+    }
+    Ok(array)
+}
+
+fn rows<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> impl Iterator<Item = [f64; 3]> + use<'a> {
+    array
+        .as_array()
+        .rows()
+        .into_iter()
+        .map(|row| [row[0], row[1], row[2]])
+        .collect::<Vec<_>>()
+        .into_iter()
+}
+
+/// Values as an array whose last axis, of length 3 before, has length `last`.
+fn shaped<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+    last: usize,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let mut shape = shape.to_vec();
+    if let Some(axis) = shape.last_mut() {
+        *axis = last;
+    }
+    crate::run::array(py, values, &shape)
+}

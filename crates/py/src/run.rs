@@ -1,0 +1,408 @@
+//! Runs: the trajectory and its events as numpy arrays.
+
+use std::path::PathBuf;
+
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+use standfast::{Instant, Phase, Trajectory, ZenoPoint};
+
+use crate::error::to_py;
+use crate::options::word;
+use crate::posture::{PyPosture, doubles};
+
+/// A stretch of time with one contact mode.
+///
+/// mode : one letter a contact: S separate, F fixed, R or L sliding right or left at its start. The reduced
+/// model, which knows no tangential motion, says F. start, end : s.
+#[pyclass(frozen, eq, name = "Phase", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyPhase(Phase);
+
+#[pymethods]
+impl PyPhase {
+    #[getter]
+    fn mode(&self) -> &str {
+        &self.0.mode
+    }
+
+    #[getter]
+    fn start(&self) -> f64 {
+        self.0.start
+    }
+
+    #[getter]
+    fn end(&self) -> f64 {
+        self.0.end
+    }
+
+    fn __repr__(&self) -> String {
+        let Phase { mode, start, end } = &self.0;
+        format!("Phase(mode='{mode}', start={start:?}, end={end:?})")
+    }
+}
+
+/// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
+///
+/// kind : "1-zeno" or "2-zeno". contacts : their numbers; contact : the only one, or None. time, elapsed : s.
+/// time_error : estimated error of elapsed, s. q, qdot : (3,), None without a body. gaps, gap_rates : (n,).
+/// certified : whether the argument is a proof. method : the argument. first_summed : index of the first
+/// collision that was summed instead of simulated.
+#[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyZenoPoint(ZenoPoint);
+
+#[pymethods]
+impl PyZenoPoint {
+    #[getter]
+    fn kind(&self) -> &str {
+        self.0.kind
+    }
+
+    #[getter]
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.0.contacts.iter().map(|contact| contact.number()))
+    }
+
+    #[getter]
+    fn contact(&self) -> Option<usize> {
+        match self.0.contacts.as_slice() {
+            [only] => Some(only.number()),
+            _ => None,
+        }
+    }
+
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time
+    }
+
+    #[getter]
+    fn elapsed(&self) -> f64 {
+        self.0.elapsed
+    }
+
+    #[getter]
+    fn time_error(&self) -> f64 {
+        self.0.time_error
+    }
+
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.q.map(|q| q.to_vec().into_pyarray(py))
+    }
+
+    #[getter]
+    fn qdot<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.qdot.map(|qdot| qdot.to_vec().into_pyarray(py))
+    }
+
+    #[getter]
+    fn theta(&self) -> f64 {
+        self.0.rotation[0]
+    }
+
+    #[getter]
+    fn omega(&self) -> f64 {
+        self.0.rotation[1]
+    }
+
+    #[getter]
+    fn gaps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.gaps.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn gap_rates<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.gap_rates.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn certified(&self) -> bool {
+        self.0.certified
+    }
+
+    #[getter]
+    fn method(&self) -> &str {
+        self.0.method
+    }
+
+    #[getter]
+    fn first_summed(&self) -> usize {
+        self.0.first_summed
+    }
+
+    fn __repr__(&self) -> String {
+        let z = &self.0;
+        let contacts: Vec<String> = z.contacts.iter().map(ToString::to_string).collect();
+        format!(
+            "<{} of contact {} at {} s ± {:.1e} s, {}{}>",
+            z.kind,
+            contacts.join(" and "),
+            z.time,
+            z.time_error,
+            z.method,
+            if z.certified { ", certified" } else { "" }
+        )
+    }
+}
+
+/// A run: its outcome, its events, and the motion at any time of it.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
+/// >>> run.outcome, run.zeno_points[0].kind, [phase.mode for phase in run.phases]
+/// ('rest', '2-zeno', ['SS', 'FF'])
+/// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
+/// >>> float(qdot[1])
+/// -0.0981
+#[pyclass(frozen, name = "Run", module = "standfast")]
+pub(crate) struct PyRun(pub(crate) Trajectory);
+
+#[pymethods]
+impl PyRun {
+    /// How the run ended: "rest", "zeno", "escape", "sliding", "time-limit" or "event-limit".
+    #[getter]
+    fn outcome(&self) -> &str {
+        self.0.outcome().as_str()
+    }
+
+    /// The model that was solved, "local" or "full".
+    #[getter]
+    fn model(&self) -> String {
+        word(&self.0.model())
+    }
+
+    /// Why it was that model.
+    #[getter]
+    fn model_reason(&self) -> &str {
+        self.0.model_reason()
+    }
+
+    /// Time on the clock when the outcome was reached, s.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time()
+    }
+
+    /// Time from the start to the outcome, s, not rounded to the clock.
+    #[getter]
+    fn elapsed(&self) -> f64 {
+        self.0.elapsed()
+    }
+
+    /// Final configuration, (3,) m, m, rad; None without a body.
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.posture().map(|_| vector(py, &self.0.state().q))
+    }
+
+    /// Final velocity, (3,) m/s, m/s, rad/s; None without a body.
+    #[getter]
+    fn qdot<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.posture().map(|_| vector(py, &self.0.state().qdot))
+    }
+
+    /// Final gaps, (n,) m.
+    #[getter]
+    fn gaps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.gaps().into_pyarray(py)
+    }
+
+    /// Final gap rates, (n,) m/s.
+    #[getter]
+    fn rates<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.rates().into_pyarray(py)
+    }
+
+    /// Final rotation, rad.
+    #[getter]
+    fn theta(&self) -> f64 {
+        self.0.state().q.z
+    }
+
+    /// Final angular velocity, rad/s.
+    #[getter]
+    fn omega(&self) -> f64 {
+        self.0.state().qdot.z
+    }
+
+    /// Acceleration at the start of an endless slide, (3,) m/s², m/s², rad/s²; None otherwise.
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.acceleration().map(|a| a.to_vec().into_pyarray(py))
+    }
+
+    /// Number of collisions simulated one by one, recorded or not.
+    #[getter]
+    fn collisions(&self) -> usize {
+        self.0.collisions()
+    }
+
+    /// The posture; None for a run of a LocalModel given by parameters.
+    #[getter]
+    fn posture(&self) -> Option<PyPosture> {
+        self.0.posture().cloned().map(PyPosture)
+    }
+
+    /// The collisions simulated one by one: structured array with the fields time, elapsed (s), contact
+    /// (from 1), index (from 0), rates_before, rates_after ((n,) m/s), impulse ((2,) N s, tangential and
+    /// normal; NaN without a mass). Empty unless recorded.
+    #[getter]
+    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let impacts = self.0.impacts();
+        let n = self.0.gaps().len();
+        let numpy = py.import("numpy")?;
+        let dtype = PyList::empty(py);
+        for name in ["time", "elapsed"] {
+            dtype.append((name, "f8"))?;
+        }
+        for name in ["contact", "index"] {
+            dtype.append((name, "i8"))?;
+        }
+        for (name, width) in [("rates_before", n), ("rates_after", n), ("impulse", 2)] {
+            dtype.append((name, "f8", (width,)))?;
+        }
+        let table = numpy.call_method1("empty", (impacts.len(), dtype))?;
+        let column = |name: &str, values: Vec<f64>, width: usize| -> PyResult<()> {
+            let shape = if width == 0 { vec![impacts.len()] } else { vec![impacts.len(), width] };
+            table.set_item(name, array(py, values, &shape)?)
+        };
+        column("time", impacts.iter().map(|i| i.time).collect(), 0)?;
+        column("elapsed", impacts.iter().map(|i| i.elapsed).collect(), 0)?;
+        let numbers: Vec<i64> = impacts.iter().map(|i| i.contact.number() as i64).collect();
+        let indices: Vec<i64> = impacts.iter().map(|i| i.contact.index() as i64).collect();
+        table.set_item("contact", numbers.into_pyarray(py))?;
+        table.set_item("index", indices.into_pyarray(py))?;
+        column("rates_before", impacts.iter().flat_map(|i| i.rates_before.clone()).collect(), n)?;
+        column("rates_after", impacts.iter().flat_map(|i| i.rates_after.clone()).collect(), n)?;
+        column("impulse", impacts.iter().flat_map(|i| i.impulse).collect(), 2)?;
+        Ok(table)
+    }
+
+    /// The Zeno points in order.
+    #[getter]
+    fn zeno_points(&self) -> Vec<PyZenoPoint> {
+        self.0.zeno_points().into_iter().map(PyZenoPoint).collect()
+    }
+
+    /// The contact modes in order; empty unless recorded.
+    #[getter]
+    fn phases(&self) -> Vec<PyPhase> {
+        self.0.phases().into_iter().map(PyPhase).collect()
+    }
+
+    /// Things to know: ties, a start taken as touching.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings().to_vec()
+    }
+
+    /// (q, qdot), each (..., 3), at times t : (...) s of the run; exact within a phase, and after an impact
+    /// where t meets one. Raises ValueError if t lies outside the run or nothing was recorded.
+    fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
+        let posture = self.0.posture().is_some();
+        self.instants(py, t, 3, |instant| {
+            let row = |v: &standfast::Vector3| {
+                if posture { [v.x, v.y, v.z] } else { [f64::NAN, f64::NAN, v.z] }
+            };
+            (row(&instant.state.q).to_vec(), row(&instant.state.qdot).to_vec())
+        })
+    }
+
+    /// (gaps, rates), each (..., n) in m and m/s, at times t : (...) s of the run. As `at`.
+    fn gaps_at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
+        let n = self.0.gaps().len();
+        self.instants(py, t, n, |instant| (instant.gaps, instant.rates))
+    }
+
+    /// The trajectory at n ≥ 2 times, denser where it is busy: t (n,), q (n, 3), qdot (n, 3).
+    fn sample<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Sample<'py>> {
+        let t = self.0.sample_times(n).map_err(|e| to_py(&e))?.into_pyarray(py);
+        let (q, qdot) = self.at(py, t.as_any())?;
+        Ok((t, q, qdot))
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, J, at times t : (...) s of the run; NaN without a body.
+    fn energy<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let t = doubles(py, t)?;
+        let values: Result<Vec<f64>, _> = t.as_array().iter().map(|&t| self.0.energy(t)).collect();
+        array(py, values.map_err(|e| to_py(&e))?, t.as_array().shape())
+    }
+
+    /// Draw the gaps, their way into the Zeno point, and the body; see `standfast.plot`.
+    ///
+    /// path : where to save the figure; the suffix says the format. Needs matplotlib.
+    #[pyo3(signature = (path=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.plot")?.call_method1("plot", (slf, path))
+    }
+
+    /// The run as plain dictionaries, lists and numbers.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.0.to_json(),))
+    }
+
+    /// Writes the run as JSON.
+    fn to_json(&self, path: PathBuf) -> PyResult<()> {
+        self.0.save(path).map_err(|e| to_py(&e))
+    }
+
+    fn __repr__(&self) -> String {
+        let zeno = self.0.zeno_points();
+        let first = zeno.first().map_or(String::new(), |z| {
+            format!(", first {} at {} s ({})", z.kind, z.time, z.method)
+        });
+        format!(
+            "<Run: {} at {} s; {} model; {} collisions, {} Zeno points{first}>",
+            self.outcome(),
+            self.0.time(),
+            self.model(),
+            self.0.collisions(),
+            zeno.len(),
+        )
+    }
+}
+
+type Pair<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
+type Sample<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
+
+impl PyRun {
+    fn instants<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        width: usize,
+        rows: impl Fn(Instant) -> (Vec<f64>, Vec<f64>),
+    ) -> PyResult<Pair<'py>> {
+        let t = doubles(py, t)?;
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for &t in t.as_array() {
+            let (a, b) = rows(self.0.at(t).map_err(|e| to_py(&e))?);
+            first.extend(a);
+            second.extend(b);
+        }
+        let mut shape = t.as_array().shape().to_vec();
+        shape.push(width);
+        Ok((array(py, first, &shape)?, array(py, second, &shape)?))
+    }
+}
+
+/// Values in row-major order as an array.
+pub(crate) fn array<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    Ok(values.into_pyarray(py).reshape(shape.to_vec())?.to_dyn().clone())
+}
+
+pub(crate) fn vector<'py>(py: Python<'py>, v: &standfast::Vector3) -> Bound<'py, PyArray1<f64>> {
+    vec![v.x, v.y, v.z].into_pyarray(py)
+}

@@ -1,0 +1,129 @@
+//! Scene files.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use standfast::{Options, Scene, State};
+
+use crate::error::to_py;
+use crate::options::{get, set, stopped};
+use crate::posture::PyPosture;
+use crate::run::{PyRun, vector};
+
+/// A posture, its start, and the options of its run.
+///
+/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> scene = sf.Scene(rod, q=(0, 0.01, 0), qdot=(0, 0, 0), options={"stop": "zeno"})
+/// >>> scene.simulate(stop="rest").outcome
+/// 'rest'
+#[pyclass(frozen, eq, name = "Scene", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyScene(pub(crate) Scene);
+
+#[pymethods]
+impl PyScene {
+    #[new]
+    #[pyo3(signature = (posture, q, qdot, options=None))]
+    fn new(
+        posture: PyRef<'_, PyPosture>,
+        q: [f64; 3],
+        qdot: [f64; 3],
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut chosen = Options::default();
+        if let Some(keywords) = options {
+            set(&mut chosen, keywords)?;
+        }
+        let start = State::new(q, qdot);
+        start.validate().map_err(|e| to_py(&e))?;
+        Ok(Self(Scene { posture: posture.0.clone(), start, options: chosen }))
+    }
+
+    #[getter]
+    fn posture(&self) -> PyPosture {
+        PyPosture(self.0.posture.clone())
+    }
+
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
+        vector(py, &self.0.start.q)
+    }
+
+    #[getter]
+    fn qdot<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
+        vector(py, &self.0.start.qdot)
+    }
+
+    #[getter]
+    fn options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        get(py, &self.0.options)
+    }
+
+    /// Runs the scene; keywords of `standfast.simulate` override the scene's options.
+    #[pyo3(signature = (**r#override))]
+    fn simulate(&self, py: Python<'_>, r#override: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
+        let mut options = self.0.options;
+        if let Some(keywords) = r#override {
+            set(&mut options, keywords)?;
+        }
+        let scene = &self.0;
+        stopped(py, |cancel| {
+            standfast::simulate_until(&scene.posture, &scene.start, &options, cancel)
+        })
+    }
+
+    /// Writes the scene to a file: JSON if its name ends in .json, else TOML.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        self.0.save(path).map_err(|e| to_py(&e))
+    }
+
+    /// The scene as TOML text.
+    fn to_toml(&self) -> String {
+        self.0.to_toml()
+    }
+
+    /// The scene as JSON text.
+    fn to_json(&self) -> String {
+        self.0.to_json()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let triple = |v: [f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
+        Ok(format!(
+            "Scene({}, q={}, qdot={}, options={})",
+            self.posture().into_pyobject(py)?.repr()?,
+            triple(self.0.start.q.into()),
+            triple(self.0.start.qdot.into()),
+            get(py, &self.0.options)?.repr()?
+        ))
+    }
+
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Py<PyAny>, (PyPosture, [f64; 3], [f64; 3], Bound<'py, PyDict>))> {
+        let start = &self.0.start;
+        let options = get(py, &self.0.options)?;
+        let arguments = (self.posture(), start.q.into(), start.qdot.into(), options);
+        Ok((py.get_type::<Self>().into_any().unbind(), arguments))
+    }
+}
+
+/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
+///
+/// Raises ValueError naming the file, the place and what is wrong.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
+    py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
+}
+
+/// JSON Schema of scene files, as text.
+#[pyfunction]
+pub(crate) fn schema() -> String {
+    Scene::schema()
+}
