@@ -17,6 +17,7 @@ def simulate_local(v):
         theta=v["theta"],
         omega=v["omega"],
         stop="zeno",
+        simultaneous="first-contact-first",
     )
 
 

@@ -254,7 +254,7 @@ fn convex_piece(from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f6
             return None;
         }
         if next <= t {
-            return (h <= 0.0).then_some(t);
+            return Some(t); // the root lies within rounding
         }
         t = next;
     }
