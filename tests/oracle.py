@@ -112,7 +112,8 @@ def bounce_time(motion, a, margin=0):
 
     T = 2 u_a/(g_a (1 − e)). After bounce j the gap of b is a quadratic in x = e^j; b is pushed down
     by every bounce if ψ_a ≥ 0, so that its gap is concave and only its end x = 0 matters. If ψ_a < 0
-    it is concave between bounces only, and every x = e^j is looked at [docs/notation.md].
+    it is concave between bounces only, and every x = e^j is looked at [docs/notation.md]. Where the
+    other contact is accelerated away (fast spin), the gap must outweigh every fall there could be.
     """
     e, b = motion.e, 1 - a
     psi, g_a, g_b = motion.psi(a), motion.gravity(a), motion.gravity(b)
@@ -132,6 +133,8 @@ def bounce_time(motion, a, margin=0):
 
     end = gap(0)
     if end <= margin * (h_b + abs(u_b) * T + abs(g_b) * T**2):
+        return None
+    if g_b < 0 and h_b <= abs(u_b) * T - g_b * T**2 + 2 * abs(kick):
         return None
     if psi < 0:
         # |gap(x) − gap(0)| ≤ slope · x on [0, 1]
@@ -468,7 +471,7 @@ def orbit(inputs, digits=None, ctx=None, at_least=0):
         return Orbit(_rest(motion, at_rest))
     collisions, ends = [], []
     while len(collisions) < COLLISION_LIMIT:
-        a = _collide(motion, collisions)
+        a = collide(motion, collisions)
         found = _predict(motion, a)
         enough = len(collisions) >= at_least
         if found is None:
@@ -496,7 +499,7 @@ def _rest(motion, at_rest):
     )
 
 
-def _collide(motion, collisions):
+def collide(motion, collisions):
     """Fly to the next landing and strike; ties go to the lowest contact. Return its index."""
     ctx = motion.ctx
     guess = [

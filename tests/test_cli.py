@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -66,7 +65,7 @@ def test_run_tells_the_story(capsys):
     captured = capsys.readouterr()
     assert captured.err == ""
     run = sf.load(ROD).simulate()
-    for word in ("clattering_rod.toml", "full", "2-zeno", "clatter", "certified   yes"):
+    for word in ("clattering_rod.toml", "full", "2-zeno", "clatter", "certified"):
         assert word in captured.out
     assert "outcome     rest at 0.04778480706422020" in captured.out
     for impact in run.impacts:
@@ -75,8 +74,11 @@ def test_run_tells_the_story(capsys):
 
 def test_times_are_decimal_and_lose_nothing(capsys):
     main(["run", str(ROD)])
-    times = re.findall(r"(\d\S*) s\b", capsys.readouterr().out)
-    assert len(times) >= 4
+    told = capsys.readouterr().out
+    run = sf.load(ROD).simulate()
+    times = [decimal(time) for time in (*run.impacts["time"], run.time)]
+    assert all(time in told for time in times)
+    assert not re.search(r"\de[-+]?\d+ s\b", told)
     for time in times:
         assert re.fullmatch(r"\d+\.\d{12,}", time), time
     for value in (0.1, 1 / 3, 1e-5, 5e-324, 12345.678, 0.0, 1e22, 0.04778480706422020):
@@ -119,13 +121,9 @@ def test_an_output_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch, capsys
 
 
 def test_an_output_may_be_a_pipe(capsys):
-    # In a thread that reads: a pipe is written to, not replaced.
-    read, write = os.pipe()
-    with ThreadPoolExecutor() as pool, os.fdopen(read, encoding="utf-8") as reader:
-        told = pool.submit(reader.read)
-        assert main(["run", str(ROD), "--json", f"/dev/fd/{write}"]) == 0
-        os.close(write)
-        assert json.loads(told.result())["outcome"] == "rest"
+    done = command("run", ROD, "--json", "/dev/stderr")
+    assert json.loads(done.stderr)["outcome"] == "rest"
+    assert done.stdout.endswith(b"wrote /dev/stderr\n")
 
 
 def test_schema_is_the_published_one(capsys):
@@ -227,7 +225,6 @@ def test_missing_matplotlib(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     message = refusal(capsys, "run", ROD, "--plot", tmp_path / "run.png")
     assert "matplotlib" in message
-    assert "standfast[plot]" in message
 
 
 @pytest.mark.parametrize(

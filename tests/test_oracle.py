@@ -17,6 +17,7 @@ import mpmath
 import numpy as np
 import oracle
 import pytest
+import standfast as sf
 from two_contacts import simulate_full, simulate_local
 
 DATA = Path(__file__).parent / "data"
@@ -151,6 +152,26 @@ def draw_full(rng):
             return v
 
 
+def draw_spinning(rng):
+    """Any body and terrain, turning at up to tens of rad/s: gaps that accelerate upwards, several
+    turns between landings, [10] not asked for."""
+    while True:
+        v = draw_full(rng)
+        v["rho"], v["e"] = (
+            float(rng.uniform(0.05, 1.5)),
+            float(rng.uniform(0.001, 0.84)),
+        )
+        v["omega"] = float(rng.normal() * 10 ** rng.uniform(-1, 1.5))
+        v["theta"] = float(rng.uniform(-1, 1) * 10 ** rng.uniform(-3, 0))
+        v["r_y"] += float(rng.choice([0.0, 0.3, 1.5]))
+        try:
+            gaps = oracle.FullMotion(oracle.DOUBLE, v).h
+        except ValueError:
+            continue
+        if min(gaps) > 1e-6:
+            return v
+
+
 def answers(cases):
     """The oracle's answers, on two processes."""
     context = multiprocessing.get_context("spawn")
@@ -171,8 +192,11 @@ def table(title, rows):
     return "\n".join(lines)
 
 
-def campaign(cases, simulate, tolerance, record_property, title):
-    """Run all cases, print the distribution of the errors, and judge."""
+def campaign(cases, simulate, tolerance, record_property, title, unstable=0.01):
+    """Run all cases, print the distribution of the errors, and judge.
+
+    ``unstable``: share of the cases whose verdict one ulp may change.
+    """
     rows, failures, skipped = {"1-zeno": [], "2-zeno": []}, [], 0
     for inputs, truth in zip(cases, answers(cases), strict=True):
         if not truth.verdict_stable:
@@ -200,8 +224,9 @@ def campaign(cases, simulate, tolerance, record_property, title):
     print(f"\n{text}")
     record_property(title, text)
     assert not failures, f"{len(failures)} of {len(cases)}\n" + "\n".join(failures[:10])
-    assert skipped <= len(cases) / 100
-    assert len(rows["2-zeno"]) >= len(cases) // 4
+    assert skipped <= unstable * len(cases)
+    for kind, group in rows.items():
+        assert len(group) >= len(cases) // 10, kind
 
 
 def test_local_zeno_times(record_property):
@@ -229,4 +254,64 @@ def test_full_zeno_times(record_property):
         lambda ulp, c: 50 * c + 4 * ulp,
         record_property,
         "full model",
+    )
+
+
+def test_full_zeno_times_in_fast_spin(record_property):
+    """Within 50 c + 4 ulp; long bouncing between spins leaves some verdicts to the last bit."""
+    rng = np.random.default_rng(SEED)
+    cases = [draw_spinning(rng) for _ in range(max(1, CASES // 10))]
+    campaign(
+        cases,
+        simulate_full,
+        lambda ulp, c: 50 * c + 4 * ulp,
+        record_property,
+        "full model, fast spin",
+        unstable=0.1,
+    )
+
+
+@pytest.mark.parametrize("omega", [0.0, 2.0, 3.3, 4.0, 5.0, 8.0, -5.0, -8.0, 40.0])
+def test_a_landing_while_the_gap_accelerates_upwards(omega):
+    """Arm (−1, −1), 1 mm above the floor, 5 m/s down: at ω² > 9.81 s⁻² the gap is convex from the
+    start, and the landing after .2 ms is easily taken for a dip that stays above the floor."""
+    inputs = dict.fromkeys(oracle.FULL_INPUTS, 0.0)
+    inputs |= {"e": 0.3, "g": 9.81, "rho": 0.5, "x_y": 1.0, "x1_x": -1.0, "x2_x": 1.0}
+    inputs |= {"r_y": 0.001, "v_y": -5.0 + omega, "omega": omega}
+    motion = oracle.FullMotion(oracle.arithmetic(60), inputs)
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.5,
+        center_of_mass=(0.0, 1.0),
+        contacts=[sf.Contact(point=(-1.0, 0.0))],
+        restitution=0.3,
+        gravity=9.81,
+    )
+    start = {"q": (0.0, 0.001, 0.0), "qdot": (0.0, -5.0 + omega, omega)}
+    run = sf.simulate(posture, **start, model="full", stop="zeno")
+    expected = float(motion.landing(0, motion.ctx.inf))
+    # The rate −5 m/s is a sum of terms of at most 45 m/s, each rounded once.
+    tolerance = expected * 4 * math.ulp(45.0) / 5
+    assert abs(run.impacts["time"][0] - expected) <= tolerance
+
+
+def test_one_contact_bounces_while_the_other_is_flung_upwards():
+    """Effective gravity is negative at contact 2 (−.73 m/s²): contact 1 bounces to rest all the same,
+    and goes on neither through the floor nor for ever."""
+    inputs = {"e": 0.002, "g": 9.81, "rho": 0.062, "x_x": -0.243, "x_y": 0.449}
+    inputs |= {"x1_x": -0.585, "x1_y": 0.0, "alpha1": 0.044}
+    inputs |= {"x2_x": 0.875, "x2_y": -0.099, "alpha2": 0.062}
+    inputs |= {"r_x": -0.109, "r_y": 0.0736, "theta": -0.0165}
+    inputs |= {"v_x": -0.341, "v_y": 1.01, "omega": 0.269}
+    result = oracle.orbit(inputs)
+    motion = oracle.FullMotion(oracle.arithmetic(60), inputs)
+    for _ in result.collisions:
+        oracle.collide(motion, [])
+    assert motion.gravity(1) < 0 < motion.gravity(0)
+    point = simulate_full(inputs).zeno_points[0]
+    assert (point.kind, point.contact) == (result.zeno.kind, result.zeno.contact)
+    assert (point.kind, point.contact) == ("1-zeno", 1)
+    c = oracle.conditioning(inputs)
+    assert abs(point.time - float(result.zeno.time)) <= 50 * c + 4 * math.ulp(
+        point.time
     )

@@ -30,9 +30,7 @@ def test_links_lead_somewhere(paper):
 
 def test_correspondence_names_files_and_tests_that_exist():
     text = (ROOT / "docs" / "correspondence.md").read_text(encoding="utf-8")
-    sources = [
-        p for p in [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").glob("*.py")]
-    ]
+    sources = [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").glob("*.py")]
     known = set()
     for source in sources:
         known |= set(

@@ -31,6 +31,21 @@ _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
 ]
 
+__all__ = [
+    "Contact",
+    "LocalModel",
+    "Phase",
+    "Posture",
+    "Run",
+    "Scene",
+    "SolverError",
+    "ZenoPoint",
+    "__version__",
+    "load",
+    "schema",
+    "simulate",
+]
+
 __version__: Final[str]
 
 class SolverError(Exception): ...
@@ -190,6 +205,10 @@ class ZenoPoint:
     @property
     def qdot(self) -> _Floats | None: ...
     @property
+    def theta(self) -> float: ...
+    @property
+    def omega(self) -> float: ...
+    @property
     def gaps(self) -> _Floats: ...
     @property
     def gap_rates(self) -> _Floats: ...
@@ -224,6 +243,10 @@ class Run:
     def theta(self) -> float: ...
     @property
     def omega(self) -> float: ...
+    @property
+    def acceleration(self) -> _Floats | None: ...
+    @property
+    def collisions(self) -> int: ...
     @property
     def impacts(self) -> npt.NDArray[np.void]: ...
     @property

@@ -38,7 +38,6 @@ app = App(
 @app.command
 def run(
     scene: Path,
-    /,
     *,
     json: Annotated[Path | None, Parameter(negative=())] = None,
     plot: Annotated[Path | None, Parameter(negative=())] = None,
@@ -137,15 +136,12 @@ def _drawable(path: Path | None) -> None:
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise ValueError(
-            "--plot needs matplotlib: pip install 'standfast[plot]'"
-        ) from error
+        raise ValueError("--plot needs matplotlib: pip install matplotlib") from error
 
 
 @contextmanager
 def _replacing(path: Path) -> Iterator[Path]:
     """A temporary name beside `path`, renamed to it once it is complete."""
-    path = path.resolve()
     if path.exists() and not path.is_file():
         # A device or a pipe: written to, never replaced.
         with TemporaryDirectory() as folder:
@@ -153,6 +149,7 @@ def _replacing(path: Path) -> Iterator[Path]:
             yield temporary
             path.write_bytes(temporary.read_bytes())
         return
+    path = path.resolve()
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         yield temporary
@@ -229,24 +226,31 @@ def story(run: sf.Run, title: str) -> str:
         lines.append("  no impact was simulated")
 
     lines.append("")
-    for point in run.zeno_points[:ROWS]:
-        lines.extend(_zeno_lines(point, len(impacts)))
-    if len(run.zeno_points) > ROWS:
+    if run.zeno_points:
         lines.append(
-            f"  ... and {len(run.zeno_points) - ROWS} more Zeno points (all with --json)"
+            "  Zeno points: infinitely many impacts end, or contacts rest from the start"
         )
-    if not run.zeno_points:
+        lines.extend(_zeno_table(run.zeno_points[:ROWS]))
+        if len(run.zeno_points) > ROWS:
+            lines.append(
+                f"    ... and {len(run.zeno_points) - ROWS} more (all with --json)"
+            )
+        lines.extend(
+            f"    {method}: {meaning}"
+            for method, meaning in METHODS.items()
+            if method in {point.method for point in run.zeno_points}
+        )
+    else:
         lines.append("  no Zeno point")
 
     lines.append("")
     if run.phases:
-        lines.append("  phases (S separate, F held, one letter a contact)")
-        rows = [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
-        width = max(len(start) for _, start, _ in rows)
-        lines.extend(
-            f"    {mode}  from {start:<{width}} s to {end} s"
-            for mode, start, end in rows
+        lines.append(
+            "  phases (a letter for each contact: S separate, F held fast, R, L slides right, left)"
         )
+        rows = [("mode", "start / s", "end / s")]
+        rows += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
+        lines.extend(_table(rows))
         if len(run.phases) > ROWS:
             lines.append(f"    ... and {len(run.phases) - ROWS} more (all with --json)")
         lines.append("")
@@ -276,14 +280,13 @@ def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
         )
         for number, impact in enumerate(impacts, start=1)
     ]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "    "
-        + "  ".join(
-            f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)
-        ).rstrip()
-        for row in rows
-    ]
+    return _table(rows)
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Rows in aligned columns; the first one heads them."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["    " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 #: How a Zeno point was found, for a person to read.
@@ -291,28 +294,40 @@ METHODS = {
     "bounce": "bouncing on one contact, summed in closed form",
     "clatter": "clattering on both contacts in turn, summed in closed form",
     "chatter": "infinitely many impacts in zero time",
-    "rest": "at rest on the contact from the start of this stretch",
+    "rest": "the contact rests on the terrain, without an impact",
     "self-similar": "impacts repeat on a smaller and smaller scale, summed as a geometric series",
     "mixed": "impacts without a pattern, followed until rounding ends them",
     "nested": "Zeno points that themselves accumulate, summed as a geometric series",
 }
 
 
-def _zeno_lines(point: sf.ZenoPoint, simulated: int) -> list[str]:
-    who = " and ".join(str(number) for number in point.contacts)
-    plural = "contacts" if len(point.contacts) > 1 else "contact"
-    lines = [
-        f"  Zeno point ({point.kind}, {plural} {who})",
-        f"    time        {decimal(point.time)} s",
-        f"    time error  about {estimate(point.time_error)} s",
-        f"    method      {point.method}: {METHODS.get(point.method, 'see the documentation')}",
-        f"    certified   {'yes' if point.certified else 'no'}",
-    ]
-    if point.first_summed < simulated or point.method not in ("rest",):
-        lines.append(
-            f"    summed      every impact from number {point.first_summed + 1} on"
+def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
+    rows = [
+        (
+            "time / s",
+            "time error / s",
+            "kind",
+            "contacts",
+            "method",
+            "certified",
+            "summed",
         )
-    return lines
+    ]
+    rows += [
+        (
+            decimal(point.time),
+            "about " + estimate(point.time_error),
+            point.kind,
+            " and ".join(map(str, point.contacts)),
+            point.method,
+            "yes" if point.certified else "no",
+            "no impact"
+            if point.method == "rest"
+            else f"from impact {point.first_summed + 1} on",
+        )
+        for point in points
+    ]
+    return _table(rows)
 
 
 def _tuple(values: Sequence[float]) -> str:

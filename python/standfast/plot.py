@@ -1,7 +1,7 @@
 """Pictures of a run: the gaps, their way into the Zeno point, and the body. Needs matplotlib."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import LogLocator, NullLocator
 
-from standfast._core import Run, ZenoPoint
+from standfast._core import Posture, Run, ZenoPoint
 
 _Floats = npt.NDArray[np.float64]
 
@@ -27,6 +28,8 @@ WIDTH = 9.0
 
 #: Samples of a curve between two events, and of a whole curve.
 ARC, CURVE = 60, 6000
+#: Samples of a turn of the body.
+TURN = 20
 #: Impacts that are marked one by one.
 MARKS = 500
 #: How far the approach is followed beyond the last simulated impact: share of the time then left.
@@ -35,6 +38,8 @@ BEYOND = 1e-3
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
 #: Poses of the body that are drawn.
 POSES = 5
+#: Distances, in sizes of the body: of a journey that is long, and of what is near its end.
+JOURNEY, NEAR = 12.0, 3.0
 
 
 def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
@@ -97,19 +102,31 @@ def event_times(run: Run) -> _Floats:
 def curve_times(run: Run) -> _Floats:
     """Times at which the curves over time are sampled: dense where the motion is busy."""
     events = event_times(run)
-    arc = max(3, min(ARC, CURVE // max(1, len(events))))
-    steps = np.linspace(0.0, 1.0, arc)
-    pieces = [a + (b - a) * steps for a, b in pairwise(events)]
+    spin = abs(run.at(events[:-1])[1][:, 2])
+    arc = max(3, min(ARC, CURVE // len(events)))
+    pieces = [events]
+    for (begin, end), omega in zip(pairwise(events), spin, strict=True):
+        turns = omega * (end - begin) / (2.0 * math.pi)
+        pieces.append(np.linspace(begin, end, int(min(arc + TURN * turns, CURVE))))
     for point in run.zeno_points[:MARKS]:
         before = events[events < point.time]
         if len(before):
-            pieces.append(
-                point.time
-                - (point.time - before[-1]) * np.geomspace(1e-6, 1.0, CURVE // 4)
-            )
-    times = np.unique(np.concatenate([events, *pieces]))
-    within: _Floats = times[(times >= events[0]) & (times <= events[-1])]
-    return within
+            way = point.time - before[-1]
+            pieces.append(point.time - way * np.geomspace(1e-6, 1.0, CURVE // 4))
+    times = np.unique(np.concatenate(pieces))
+    times = times[(times >= events[0]) & (times <= events[-1])]
+    return sharpened(times, lambda t: run.gaps_at(t)[0])
+
+
+def sharpened(times: _Floats, gaps: Callable[[_Floats], _Floats]) -> _Floats:
+    """`times` with more of them around the lows of the gaps: impacts that were summed have no record."""
+    for _ in range(4):
+        height = gaps(times)
+        low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
+        at = 1 + np.flatnonzero(low.any(axis=1))[:MARKS]
+        around = np.linspace(times[at - 1], times[at + 1], 21).ravel()
+        times = np.unique(np.concatenate([times, around]))
+    return times
 
 
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
@@ -171,7 +188,11 @@ def _headline(run: Run) -> str:
         return f"Outcome: {run.outcome} at t = {run.time:.12f} s"
     who = " and ".join(map(str, point.contacts))
     contacts = f"contact {who}" if len(point.contacts) == 1 else f"contacts {who}"
-    return f"Infinitely many impacts on {contacts} end at t = {point.time:.12f} s"
+    count = sum(other.method != "rest" for other in run.zeno_points)
+    first = f" (first of {count} Zeno points)" if count > 1 else ""
+    return (
+        f"Infinitely many impacts on {contacts} end at t = {point.time:.12f} s{first}"
+    )
 
 
 def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
@@ -186,12 +207,18 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     shortest = min(max(left_at_last * BEYOND, finest), 0.5 * whole)
     around = np.outer(left, 1.0 + CUSP).ravel()
     rest = np.concatenate([np.geomspace(whole, shortest, CURVE), around[:CURVE]])
-    rest = np.unique(rest[(rest >= shortest) & (rest <= whole)])[::-1]
-    gaps, _ = run.gaps_at(np.clip(point.time - rest, start(run), point.time))
-    low, high = _decades(gaps)
+    rest = np.unique(rest[(rest >= shortest) & (rest <= whole)])
+
+    def gaps_before(rest: _Floats) -> _Floats:
+        return run.gaps_at(np.clip(point.time - rest, start(run), point.time))[0]
+
+    rest = sharpened(rest, gaps_before)[::-1]
+    gaps = gaps_before(rest)
+    low, high = _decades(rest, gaps)
     for index, look in _contacts(run):
-        axes.plot(rest, np.maximum(gaps[:, index], 1e-3 * low), **look)
         hits = left[before["index"] == index]
+        height = np.where(np.isin(rest, hits), 0.0, gaps[:, index])
+        axes.plot(rest, np.maximum(height, 1e-3 * low), **look)
         if 0 < len(hits) and len(before) <= MARKS:
             at_bottom = {"transform": axes.get_xaxis_transform(), **_mark(index)}
             axes.plot(hits, np.full_like(hits, 0.05), **at_bottom)
@@ -223,27 +250,40 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     _bare(axes)
 
 
-def _decades(gaps: _Floats) -> tuple[float, float]:
+def _decades(rest: _Floats, gaps: _Floats) -> tuple[float, float]:
     """Limits of a logarithmic axis: from below the last bounces to above everything."""
     high = float(gaps.max())
     if not high > 0.0:
         return 1e-3, 1.0
-    late = gaps[-max(1, len(gaps) // 6) :]
+    # The last sixth of the other axis.
+    late = gaps[rest <= rest.min() * (rest.max() / rest.min()) ** (1.0 / 6.0)]
     low = min((float(peak) for peak in late.max(axis=0) if peak > 0.0), default=high)
-    return 0.02 * low, 3.0 * high
+    low *= 0.02
+    return low, high * max(3.0, (high / low) ** 0.15)  # room for a text at the top
+
+
+def _posture(run: Run) -> Posture:
+    if run.posture is None:
+        raise ValueError("run has no posture: it is of a LocalModel")
+    return run.posture
 
 
 def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
-    """Times, and for each the corners of the body (m, 2): its contact points, then its centre of mass."""
-    posture = run.posture
-    if posture is None:
-        raise ValueError("run has no posture: it is of a LocalModel")
+    """Times, and for each the corners of the body (m, 2): its contact points, then its centre of mass.
+
+    From the start to the first Zeno point; of a long journey only the end, near where it leads.
+    """
+    posture = _posture(run)
     center = np.asarray(posture.center_of_mass)
     arms = np.array([contact.point for contact in posture.contacts]) - center
     point = accumulation(run)
-    times = np.unique(
-        np.linspace(start(run), run.time if point is None else point.time, POSES)
-    )
+    times = np.linspace(start(run), run.time if point is None else point.time, 400)
+    places = run.at(times)[0][:, :2]
+    size = max(posture.gyration_radius, *np.hypot(*arms.T))
+    away = np.hypot(*(places - places[-1]).T) / size
+    if away.max() > JOURNEY:
+        times = times[np.flatnonzero(away > NEAR)[-1] :]
+    times = np.unique(np.linspace(times[0], times[-1], POSES))
     corners = []
     for x, y, theta in run.at(times)[0]:
         turn = np.array(
@@ -255,7 +295,7 @@ def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
 
 def _terrain(run: Run, corners: _Floats) -> list[_Floats]:
     """The piece of every contact's terrain that is drawn, as its two ends (2, 2)."""
-    contacts = run.posture.contacts if run.posture else []
+    contacts = _posture(run).contacts
     low, high = corners[:, 0].min(), corners[:, 0].max()
     margin = 0.15 * max(high - low, float(np.ptp(corners[:, 1])), 1e-6)
     points = [contact.point for contact in contacts]
@@ -279,14 +319,16 @@ def _body_height(run: Run) -> float:
     corners = np.vstack(poses(run)[1])
     everything = np.vstack([corners, *_terrain(run, corners)])
     wide, high = np.ptp(everything, axis=0)
-    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.7, 1.3, 4.5))
+    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.7, 1.3, 3.2))
 
 
 def draw_body(axes: Axes, run: Run) -> None:
     """The body over its terrain, to scale, at some moments up to the first Zeno point."""
+    posture = _posture(run)
     times, corners = poses(run)
-    for x, y in (piece.T for piece in _terrain(run, np.vstack(corners))):
-        depth = 0.03 * float(np.ptp(x))
+    terrain = _terrain(run, np.vstack(corners))
+    depth = 0.02 * float(np.ptp(np.vstack(terrain)[:, 0]))
+    for x, y in (piece.T for piece in terrain):
         axes.fill_between(x, y - depth, y, color=GROUND, lw=0.0, zorder=0)
     shades = np.linspace(0.8, 0.0, len(times))
     for t, shape, shade in zip(times, corners, shades, strict=True):
@@ -295,6 +337,9 @@ def draw_body(axes: Axes, run: Run) -> None:
         label = f"t = {t:.6g} s" if last or t == times[0] else None
         axes.plot(*outline.T, color=str(shade), lw=1.8 if last else 1.0, label=label)
         axes.plot(*shape[-1], marker="+", color=str(shade), markersize=7)
+        if len(shape) == 2:  # one contact: the circle of gyration stands for the body
+            radius = posture.gyration_radius
+            axes.add_patch(Circle(shape[-1], radius, fill=False, edgecolor=str(shade)))
         for index, corner in enumerate(shape[:-1]):
             if last:
                 axes.plot(*corner, **{**_mark(index), "markersize": 6})

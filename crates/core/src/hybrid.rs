@@ -519,9 +519,7 @@ impl<'a> Driver<'a> {
                 self.tail(duration, own, end, closed);
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
-            Halt::Clatter { tail, certified } => {
-                self.settle(tail.duration, Method::Clatter, certified, tail.error)
-            }
+            Halt::Clatter(tail) => self.settle(tail.duration, Method::Clatter, true, tail.error),
             Halt::Skip { contact } => {
                 let left = self.log.left();
                 let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);

@@ -1,33 +1,37 @@
 //! Roots, earliest first and guaranteed.
 
-/// Halvings after which a bracket cannot shrink any more: the exponent range plus the fraction bits.
-const HALVINGS: usize = 2200;
+/// Steps after which a bracket cannot shrink any more: the exponent range plus the fraction bits.
+const STEPS: usize = 2200;
 
-/// A sign change of `f` in [a, b], f(a) > 0 ≥ f(b), to the last bit.
+/// A sign change of `f` in [a, b], f(a) > 0 ≥ f(b), to the last bit. `f` gives value and slope.
 ///
-/// Newton's method safeguarded by bisection: an iterate that leaves the bracket, or shrinks it by less
-/// than half, is replaced by the midpoint. Returns the upper end of the final bracket.
+/// Newton's method safeguarded by bisection (Dekker's scheme): a step that leaves the bracket, or is not half
+/// as long as the one before the last, is replaced by a halving.
 pub(crate) fn bracketed(mut a: f64, mut b: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let mut x = b;
-    let mut last_width = f64::INFINITY;
-    for _ in 0..HALVINGS {
+    let (mut step, mut before) = (b - a, b - a);
+    for _ in 0..STEPS {
         let (value, slope) = f(x);
         if value > 0.0 {
             a = x;
         } else {
             b = x;
         }
-        let width = b - a;
-        let newton = x - value / slope;
-        x = if newton > a && newton < b && width < 0.5 * last_width {
-            newton
+        let newton = -value / slope;
+        let next = x + newton;
+        let short = newton.abs() < 0.5 * before.abs();
+        before = step;
+        (step, x) = if next == x {
+            return x;
+        } else if short && next > a && next < b {
+            (newton, next)
         } else {
-            a + 0.5 * (b - a)
+            let middle = a + 0.5 * (b - a);
+            if middle <= a || middle >= b {
+                return b;
+            }
+            (middle - x, middle)
         };
-        last_width = width;
-        if x <= a || x >= b {
-            break;
-        }
     }
     b
 }

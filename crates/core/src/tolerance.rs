@@ -18,10 +18,12 @@ pub(crate) const REACHED: f64 = 1e-17;
 /// Change of the scale-reduced state over one period that still counts as a repetition.
 pub(crate) const SELF_SIMILAR: f64 = 1e-6;
 
-/// Share of gravity in the coming flight, 2gh/(u² + 2gh), above which a clattering tail is not tried.
+/// A clattering tail is tried once ε²τ is below this times the time elapsed, with τ the last flight and
+/// ε = 2gh/(u² + 2gh) the share of gravity in the next.
 ///
-/// The tail's error shrinks with the square of this share; above it the sum cannot reach [`TAIL`].
-pub(crate) const GRAVITY_SHARE: f64 = 1e-2;
+/// The error of the sum grows like ε²τ; the factor above [`TAIL`] covers its constant, so that the filter
+/// costs collisions nothing and is passed only a few of them too early.
+pub(crate) const TRY_TAIL: f64 = 1e3 * TAIL;
 
 /// Sliding speed at the end of an accumulation that counts as zero, relative to the largest speed there
 /// was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses

@@ -12,7 +12,7 @@ use crate::local::LocalModel;
 use crate::log::{Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
 use crate::simulate::State;
-use crate::tolerance::{GRAVITY_SHARE, TAIL};
+use crate::tolerance::{TAIL, TRY_TAIL};
 use crate::trig::Turn;
 use crate::zeno::{Frozen, Gaps, Impulses};
 
@@ -234,7 +234,7 @@ impl Tumble {
                 });
                 log.spins.push(self.spin);
             }
-            if let Some(stop) = self.accumulates(contact, log) {
+            if let Some(stop) = self.accumulates(contact, landing.dt, log) {
                 return stop;
             }
             active = (self.gaps.u[contact] > 0.0).then_some(contact);
@@ -249,7 +249,7 @@ impl Tumble {
     }
 
     /// Whether the tail that begins after an impact at `a` may be summed with frozen geometry.
-    fn accumulates(&self, a: usize, log: &Log) -> Option<Halt> {
+    fn accumulates(&self, a: usize, tau: f64, log: &Log) -> Option<Halt> {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         if !(gravity[a] > 0.0 && gravity[b] >= 0.0) {
@@ -278,8 +278,8 @@ impl Tumble {
             return None;
         }
         // Clattering.
-        let square = u_b * u_b;
-        if u_b < 0.0 && psi_a > 0.0 && 2.0 * gravity[b] * h_b <= GRAVITY_SHARE * square {
+        let (drop, square) = (2.0 * gravity[b] * h_b, u_b * u_b);
+        if u_b < 0.0 && psi_a > 0.0 && drop * drop * tau <= TRY_TAIL * now * (square * square) {
             let frozen = Frozen::new(&self.frozen());
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
                 && now + tail.duration <= log.end
@@ -293,7 +293,7 @@ impl Tumble {
                 if tail.error + MARGIN * t * geometry <= TAIL * now
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
-                    return Some(Halt::Clatter { tail, certified: true });
+                    return Some(Halt::Clatter(tail));
                 }
             }
         }
@@ -307,6 +307,16 @@ impl Tumble {
             return false;
         }
         let now = log.clock.hi;
+        // A look at the time to rest without a root or a division, before the closer one.
+        let e = self.body.contacts[0].restitution.max(self.body.contacts[1].restitution);
+        let brief = LONG * now * gravity[0].min(gravity[1]) * (1.0 - e);
+        let quick = |i: usize| {
+            let (u, h) = (self.gaps.u[i], self.gaps.h[i]);
+            64.0 * (u * u + 2.0 * gravity[i] * h) <= brief * brief
+        };
+        if !(quick(0) && quick(1)) {
+            return false;
+        }
         let frozen = Frozen::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
         if t > LONG * now || now + t > log.end {

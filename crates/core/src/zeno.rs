@@ -77,11 +77,6 @@ impl Frozen {
         }
     }
 
-    /// Whether a clattering tail can exist at all: ψ > 0, e_1 = e_2 and P = (1+e)ψ ≥ 2√e.
-    pub(crate) fn may_clatter(&self) -> bool {
-        self.clatter.is_some()
-    }
-
     /// Duration of the bounce tail at `a` after an impact there left it with rate `u` [closed form:
     /// T = 2u/(g(1−e))], if contact b stays clear of the terrain all along.
     ///
