@@ -272,14 +272,7 @@ impl Roles {
                 gain = of_b.lift * twice * s / sum;
                 tau = twice / sum;
             } else {
-                if of_b.g == 0.0 {
-                    return Some(if log.end < f64::INFINITY {
-                        Halt::TimeLimit
-                    } else {
-                        Halt::Never
-                    });
-                }
-                tau = (u_b + s) / of_b.g;
+                tau = if of_b.g > 0.0 { (u_b + s) / of_b.g } else { f64::INFINITY };
                 gain = of_b.lift * s * tau;
             }
             let w = u_a - of_a.g * tau;
@@ -315,6 +308,9 @@ impl Roles {
             }
             if self.clock.hi + tau > log.end {
                 return Some(Halt::TimeLimit);
+            }
+            if tau == f64::INFINITY {
+                return Some(Halt::Never);
             }
 
             // b lands.

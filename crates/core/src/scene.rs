@@ -212,20 +212,26 @@ fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
-/// Writes a file under a name of its own beside `path`, then renames it.
+/// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
+/// What is no regular file (a device, a pipe) is written to as it is; a link keeps pointing where it does.
 pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
     let file = |e: std::io::Error| Error::File {
         path: path.display().to_string(),
         problem: e.to_string(),
     };
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    if std::fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
+        return std::fs::write(&target, text).map_err(file);
+    }
+    let mut name = target.file_name().unwrap_or_default().to_os_string();
     name.push(format!(".{}.tmp", std::process::id()));
-    let unfinished = path.with_file_name(name);
-    std::fs::write(&unfinished, text).map_err(file)?;
-    std::fs::rename(&unfinished, path).map_err(|e| {
-        let _ = std::fs::remove_file(&unfinished);
-        file(e)
-    })
+    let unfinished = target.with_file_name(name);
+    std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, &target)).map_err(
+        |e| {
+            let _ = std::fs::remove_file(&unfinished);
+            file(e)
+        },
+    )
 }
 
 /// Parser messages on one line.

@@ -252,7 +252,7 @@ impl Tumble {
     fn accumulates(&self, a: usize, tau: f64, log: &Log) -> Option<Halt> {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        if !(gravity[a] > 0.0 && gravity[b] >= 0.0) {
+        if !(gravity[a] > 0.0) {
             return None;
         }
         let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
@@ -265,13 +265,18 @@ impl Tumble {
         if end >= 0.0 && now + t <= log.end {
             let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
             let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
-            if t * drift.gravity[a] <= TAIL * (now + t) * gravity[a] && (end > miss || miss == 0.0)
-            {
+            let clear = if gravity[b] >= 0.0 {
                 let mut gaps = self.gaps;
                 gaps.h[a] = 0.0;
-                if Frozen::new(&self.frozen()).bounce_tail(a, &gaps).is_some() {
-                    return Some(Halt::Bounce { contact: a, duration: t });
-                }
+                (end > miss || miss == 0.0)
+                    && Frozen::new(&self.frozen()).bounce_tail(a, &gaps).is_some()
+            } else {
+                // Flung upwards, b moves on a convex arc: out of reach of everything that can act on it.
+                let kicks = 2.0 * psi_a.abs() * u_a * t / (1.0 - e);
+                h_b >= miss + u_b.abs() * t + gravity[b].abs() * t * t + kicks
+            };
+            if clear && t * drift.gravity[a] <= TAIL * (now + t) * gravity[a] {
+                return Some(Halt::Bounce { contact: a, duration: t });
             }
         }
         if !(gravity[b] > 0.0) {

@@ -46,7 +46,7 @@ impl PyPhase {
 ///
 /// kind : "1-zeno" or "2-zeno". contacts : their numbers; contact : the only one, or None. time, elapsed : s.
 /// time_error : estimated error of elapsed, s. q, qdot : (3,), None without a body. gaps, gap_rates : (n,).
-/// certified : whether the argument is a proof. method : the argument. first_summed : index of the first
+/// theta, omega : rotation (rad) and angular velocity (rad/s) there. certified : whether the argument is a proof. method : the argument. first_summed : index of the first
 /// collision that was summed instead of simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
