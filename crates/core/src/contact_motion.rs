@@ -24,9 +24,9 @@ pub(crate) struct Step {
     pub(crate) omega: Series,
     pub(crate) h: [Series; 2],
     pub(crate) u: [Series; 2],
-    /// Translational impulses per unit mass and their path.
-    pub(crate) jump: [Series; 2],
-    pub(crate) path: [Series; 2],
+    /// Displacement and velocity of the centre of mass, (x, y).
+    r: [Series; 2],
+    v: [Series; 2],
     force: [Series; 2],
     held: [bool; 2],
     /// Time for which the series serve to the last digit, in s.
@@ -59,8 +59,8 @@ impl Step {
             omega: zero,
             h: [zero; 2],
             u: [zero; 2],
-            jump: [zero; 2],
-            path: [zero; 2],
+            r: [zero; 2],
+            v: [zero; 2],
             force: [zero; 2],
             held,
             reach: f64::INFINITY,
@@ -69,7 +69,7 @@ impl Step {
         for i in 0..2 {
             (b[i][0], c[i][0]) = (state.b[i], state.c[i]);
             (s.h[i][0], s.u[i][0]) = (state.gaps.h[i], state.gaps.u[i]);
-            (s.jump[i][0], s.path[i][0]) = (state.sum.jump[i], state.sum.path[i]);
+            (s.r[i][0], s.v[i][0]) = (state.center.r[i], state.center.v[i]);
         }
         let gravity = [0, 1].map(|i| state.body.contacts[i].gravity);
         let mut w2 = zero;
@@ -112,8 +112,11 @@ impl Step {
             for i in 0..2 {
                 b[i][k + 1] = -product(&c[i], &s.omega, k) * next;
                 c[i][k + 1] = product(&b[i], &s.omega, k) * next;
-                s.path[i][k + 1] = s.jump[i][k] * next;
-                s.jump[i][k + 1] = s.force[i][k] * next;
+                let pull = if k == 0 && i == 1 { -state.body.gravity } else { 0.0 };
+                let push: f64 =
+                    (0..2).map(|j| state.body.contacts[j].normal[i] * s.force[j][k]).sum();
+                s.r[i][k + 1] = s.v[i][k] * next;
+                s.v[i][k + 1] = (push + pull) * next;
                 if held[i] {
                     continue; // h_i = u_i = 0 exactly
                 }
@@ -183,8 +186,8 @@ impl Step {
                 after.gaps.h[i] = value(&self.h[i]).max(0.0);
                 after.gaps.u[i] = value(&self.u[i]);
             }
-            after.sum.jump[i] = value(&self.jump[i]);
-            after.sum.path[i] = value(&self.path[i]);
+            after.center.r[i] = value(&self.r[i]);
+            after.center.v[i] = value(&self.v[i]);
         }
         after.refresh();
         after
@@ -216,10 +219,10 @@ fn radius(series: &Series, share: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::Contact;
-    use crate::log::Spin;
+    use crate::log::{Center, Spin};
     use crate::posture::{Fields, Posture};
     use crate::tumble::Body;
-    use crate::zeno::{Gaps, Impulses};
+    use crate::zeno::Gaps;
 
     fn tall() -> Posture {
         Posture::new(Fields {
@@ -237,12 +240,12 @@ mod tests {
     #[test]
     fn energy_of_a_held_contact_is_kept() {
         let posture = tall();
-        let body = Body::new(posture.geometry(), posture.gyration_squared());
+        let body = Body::new(posture.geometry(), posture.gyration_squared(), 9.81);
         let q = nalgebra::Vector3::new(0.0, 0.0, -0.2);
         let mut gaps = Gaps::default();
         gaps.h[0] = posture.gaps(&q)[0] - posture.gaps(&q)[1];
         let spin = Spin { theta: -0.2, omega: 0.0 };
-        let mut state = Tumble::new(body, gaps, Impulses::default(), spin);
+        let mut state = Tumble::new(body, gaps, Center::default(), spin);
         let energy = |s: &Tumble| {
             let w = s.spin.omega;
             0.5 * w * w * (s.b[1] * s.b[1] + body.rho2) - 9.81 * s.c[1]

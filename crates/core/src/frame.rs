@@ -1,25 +1,26 @@
 //! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::clatter::{advance, fly_for};
 use crate::clock::Clock;
 use crate::contact_motion::Step;
 use crate::local::LocalModel;
-use crate::log::Spin;
+use crate::log::{Center, Spin};
 use crate::posture::Posture;
 use crate::simulate::State;
 use crate::trig::Turn;
 use crate::tumble::{Body, Tumble};
 use crate::zeno::{Frozen, Gaps, Impulses};
 
-/// Everything that determines the motion from an instant on. In a frozen frame the impulses are own-rate
-/// jumps since its start; in the full model they are translational, per unit mass, since the run's start.
+/// Everything that determines the motion from an instant on: in a frozen frame gaps and impulses since its
+/// start, in the full model gaps, centre of mass and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Snapshot {
     pub(crate) clock: Clock,
     pub(crate) gaps: Gaps,
     pub(crate) impulses: Impulses,
+    pub(crate) center: Center,
     pub(crate) spin: Spin,
 }
 
@@ -48,31 +49,18 @@ impl Base {
         Spin { theta: self.start.q.z, omega: self.start.qdot.z }
     }
 
-    /// Gravity g, in m/s².
-    fn gravity(&self) -> f64 {
-        self.posture.as_ref().map_or(0.0, |p| p.fields().gravity)
+    pub(crate) fn center(&self) -> Center {
+        let State { q, qdot } = &self.start;
+        Center { r: Vector2::new(q.x, q.y), v: Vector2::new(qdot.x, qdot.y) }
     }
 
-    /// (q, q̇) from a snapshot of the full model: r = r₀ + ṙ₀t − g t²/2 e_y + Σ n_i ∫P_i.
-    ///
-    /// Without a body only θ and ω mean anything.
-    pub(crate) fn state(&self, at: &Snapshot) -> State {
-        let t = at.clock.hi;
-        let mut q = self.start.q + self.start.qdot * t;
-        let mut qdot = self.start.qdot;
-        q.y -= 0.5 * self.gravity() * t * t;
-        qdot.y -= self.gravity() * t;
-        if let Some(body) = &self.body {
-            for i in 0..2 {
-                let n = body.contacts[i].normal;
-                q.x += n.x * at.impulses.path[i];
-                q.y += n.y * at.impulses.path[i];
-                qdot.x += n.x * at.impulses.jump[i];
-                qdot.y += n.y * at.impulses.jump[i];
-            }
+    /// (q, q̇) from a snapshot of the full model. Without a body only θ and ω mean anything.
+    pub(crate) fn state(at: &Snapshot) -> State {
+        let Snapshot { center, spin, .. } = at;
+        State {
+            q: Vector3::new(center.r.x, center.r.y, spin.theta),
+            qdot: Vector3::new(center.v.x, center.v.y, spin.omega),
         }
-        (q.z, qdot.z) = (at.spin.theta, at.spin.omega);
-        State { q, qdot }
     }
 
     /// ρ²/(b_i² + ρ²) at rotation `theta`.
@@ -85,8 +73,9 @@ impl Base {
 
     /// q̈ under contact forces per unit mass and an angular acceleration.
     pub(crate) fn acceleration(&self, force: [f64; 2], angular: f64) -> Vector3<f64> {
-        let mut qddot = Vector3::new(0.0, -self.gravity(), angular);
+        let mut qddot = Vector3::new(0.0, 0.0, angular);
         if let Some(body) = &self.body {
+            qddot.y = -body.gravity;
             for i in 0..2 {
                 qddot.x += body.contacts[i].normal.x * force[i];
                 qddot.y += body.contacts[i].normal.y * force[i];
@@ -105,22 +94,28 @@ pub(crate) struct Frame {
     pub(crate) frozen: Option<Frozen>,
     /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
     share: [f64; 2],
+    body: Option<Body>,
 }
 
 impl Frame {
     /// The full model.
     pub(crate) fn full(start: Snapshot) -> Self {
-        Self { start, frozen: None, share: [1.0; 2] }
+        Self { start, frozen: None, share: [1.0; 2], body: None }
     }
 
     /// The geometry of `at`, frozen.
     pub(crate) fn frozen(start: Snapshot, at: &Tumble) -> Self {
-        Self { start, frozen: Some(Frozen::new(&at.frozen())), share: [at.share(0), at.share(1)] }
+        Self {
+            start,
+            frozen: Some(Frozen::new(&at.frozen())),
+            share: [at.share(0), at.share(1)],
+            body: Some(at.body),
+        }
     }
 
     /// A local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
-        Self { start, frozen: Some(Frozen::new(model)), share: [1.0; 2] }
+        Self { start, frozen: Some(Frozen::new(model)), share: [1.0; 2], body: None }
     }
 
     /// Translational impulse per unit mass and own-rate jump at contact `i`.
@@ -139,10 +134,14 @@ impl Frame {
                 - (frozen.phi[0] * sum.path[0] + frozen.phi[1] * sum.path[1]),
             omega: start.spin.omega - (frozen.phi[0] * sum.jump[0] + frozen.phi[1] * sum.jump[1]),
         };
-        for i in 0..2 {
-            full.impulses.jump[i] = start.impulses.jump[i] + self.share[i] * sum.jump[i];
-            full.impulses.path[i] =
-                start.impulses.path[i] + start.impulses.jump[i] * dt + self.share[i] * sum.path[i];
+        full.center = start.center;
+        if let Some(body) = &self.body {
+            full.center.fly(body.gravity, dt);
+            for i in 0..2 {
+                let n = body.contacts[i].normal;
+                full.center.r += n * (self.share[i] * sum.path[i]);
+                full.center.v += n * (self.share[i] * sum.jump[i]);
+            }
         }
         full
     }
@@ -168,7 +167,7 @@ impl Frame {
         after.clock = raw.clock.after(dt);
         let Some(frozen) = &self.frozen else {
             let Some(body) = base.body else { unreachable!("the full model has a body") };
-            let state = Tumble::new(body, raw.gaps, raw.impulses, raw.spin);
+            let state = Tumble::new(body, raw.gaps, raw.center, raw.spin);
             let mut next = state;
             if held == [false, false] {
                 next.fly(dt, &Turn::by(raw.spin.omega * dt));
@@ -201,6 +200,12 @@ impl Frame {
 
 impl Tumble {
     pub(crate) fn snapshot(&self, clock: Clock) -> Snapshot {
-        Snapshot { clock, gaps: self.gaps, impulses: self.sum, spin: self.spin }
+        Snapshot {
+            clock,
+            gaps: self.gaps,
+            impulses: Impulses::default(),
+            center: self.center,
+            spin: self.spin,
+        }
     }
 }

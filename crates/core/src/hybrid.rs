@@ -50,7 +50,7 @@ impl<'a> Driver<'a> {
     ) -> Self {
         let tumble = match (&first.frozen, base.body) {
             (None, Some(body)) => {
-                Some(Tumble::new(body, first.start.gaps, first.start.impulses, first.start.spin))
+                Some(Tumble::new(body, first.start.gaps, first.start.center, first.start.spin))
             }
             _ => None,
         };
@@ -94,7 +94,7 @@ impl<'a> Driver<'a> {
             return None;
         }
         let mut end = self.frame().to_full(&self.raw());
-        let mut state = self.base.state(&end);
+        let mut state = Base::state(&end);
         if outcome == Outcome::Rest {
             state.qdot.fill(0.0);
             end.spin.omega = 0.0;
@@ -153,7 +153,7 @@ impl<'a> Driver<'a> {
     fn word(&self, kind: Kind) -> [u8; 2] {
         let Kind::Held(held) = kind else { return *b"SS" };
         let full = self.frame().to_full(&self.raw());
-        let state = self.base.state(&full);
+        let state = Base::state(&full);
         [0, 1].map(|i| match (&self.base.body, held[i]) {
             (_, false) => b'S',
             (None, true) => b'F',
@@ -239,7 +239,7 @@ impl<'a> Driver<'a> {
     fn is_far(&self) -> bool {
         let limit = self.options.neighbourhood;
         limit.is_finite() && self.base.body.is_some() && {
-            let q = self.base.state(&self.frame().to_full(&self.raw())).q;
+            let q = Base::state(&self.frame().to_full(&self.raw())).q;
             libm::hypot(q.x, q.y) > limit
         }
     }
@@ -412,7 +412,7 @@ impl<'a> Driver<'a> {
             if self.log.record {
                 self.frames.push(frame.clone());
                 self.spans.push(Span {
-                    raw: Snapshot { impulses: Impulses::default(), ..start },
+                    raw: start,
                     frame: self.frames.len() - 1,
                     kind: Kind::Tail,
                     mode: *b"SS",
@@ -422,15 +422,14 @@ impl<'a> Driver<'a> {
             let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
             let full = frame.to_full(&raw);
             self.log.clock = clock;
-            let mut after = Tumble::new(state.body, full.gaps, full.impulses, full.spin);
+            let mut after = Tumble::new(state.body, full.gaps, full.center, full.spin);
             after.turn_tail(
                 &state,
                 t,
                 frame.translational(own.jump),
                 frame.translational(own.path),
             );
-            let full = after.snapshot(clock);
-            after.stop_at(closed, &self.base.state(&full));
+            after.stop_at(closed);
             let full = after.snapshot(clock);
             self.tumble = Some(after);
             if self.log.record {
@@ -467,7 +466,7 @@ impl<'a> Driver<'a> {
             certified,
             error,
             first_summed: self.log.hits,
-            state: self.base.state(&full),
+            state: Base::state(&full),
             at: full,
         });
         self.options.stop == Stop::Zeno
@@ -496,7 +495,7 @@ impl<'a> Driver<'a> {
         {
             let full = self.frame().to_full(&self.raw());
             self.frames.push(Frame::full(full));
-            self.tumble = Some(Tumble::new(body, full.gaps, full.impulses, full.spin));
+            self.tumble = Some(Tumble::new(body, full.gaps, full.center, full.spin));
         }
     }
 
@@ -563,7 +562,7 @@ impl<'a> Driver<'a> {
         self.log.clock = after.clock;
         match &mut self.tumble {
             Some(state) => {
-                *state = Tumble::new(state.body, after.gaps, after.impulses, after.spin);
+                *state = Tumble::new(state.body, after.gaps, after.center, after.spin);
             }
             None => (self.gaps, self.sum) = (after.gaps, after.impulses),
         }
@@ -674,7 +673,7 @@ impl<'a> Driver<'a> {
             }
         };
         let qddot = self.base.acceleration(force, angular);
-        let state = self.base.state(&self.frame().to_full(&self.raw()));
+        let state = Base::state(&self.frame().to_full(&self.raw()));
         let rests = self.base.posture.as_ref().is_none_or(|posture| {
             let (size, still) = (posture.size(), STILL * self.speed_scale());
             let slow = |v: &nalgebra::Vector3<f64>, limit: f64| {

@@ -1,5 +1,7 @@
 //! What a run writes down while it goes: the clock, the collisions, and the limits it must keep.
 
+use nalgebra::Vector2;
+
 use crate::clock::Clock;
 
 /// One collision, as it was simulated.
@@ -20,6 +22,29 @@ pub(crate) struct Collision {
 pub(crate) struct Spin {
     pub(crate) theta: f64,
     pub(crate) omega: f64,
+}
+
+/// The centre of mass: its displacement (m) and velocity (m/s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Center {
+    pub(crate) r: Vector2<f64>,
+    pub(crate) v: Vector2<f64>,
+}
+
+impl Default for Center {
+    fn default() -> Self {
+        Self { r: Vector2::zeros(), v: Vector2::zeros() }
+    }
+}
+
+impl Center {
+    /// After a flight of `dt` under gravity `g`.
+    #[inline]
+    pub(crate) fn fly(&mut self, g: f64, dt: f64) {
+        self.r += self.v * dt;
+        self.r.y -= 0.5 * g * dt * dt;
+        self.v.y -= g * dt;
+    }
 }
 
 /// Collisions between two looks at the limits and at the cancel flag.

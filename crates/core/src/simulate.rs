@@ -10,12 +10,12 @@ use crate::frame::{Base, Frame, Snapshot};
 use crate::hybrid::Driver;
 use crate::impact::Simultaneous;
 use crate::local::LocalModel;
-use crate::log::Spin;
+use crate::log::{Center, Spin};
 use crate::posture::Posture;
 use crate::tolerance::TOUCH;
 use crate::trajectory::Trajectory;
 use crate::tumble::{Body, Tumble};
-use crate::zeno::{Gaps, Impulses};
+use crate::zeno::Gaps;
 
 /// Configuration and velocity of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -211,12 +211,12 @@ pub fn simulate_until(
         };
     }
     let warnings = touch(&mut gaps, geometry.len(), TOUCH * posture.size())?;
-    let body = Body::new(geometry, posture.gyration_squared());
+    let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
     let base = Base::of_body(posture, body, state);
-    let start = Tumble::new(body, gaps, Impulses::default(), base.spin());
+    let start = Tumble::new(body, gaps, base.center(), base.spin());
     let first = match model {
         Model::Local => {
-            let nominal = Tumble::new(body, gaps, Impulses::default(), Spin::default());
+            let nominal = Tumble::new(body, gaps, Center::default(), Spin::default());
             Frame::frozen(start.snapshot(Clock::default()), &nominal)
         }
         _ => Frame::full(start.snapshot(Clock::default())),

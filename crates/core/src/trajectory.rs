@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use serde::{Serialize, Serializer};
 
+use crate::clatter::advance;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
@@ -468,7 +469,7 @@ impl Trajectory {
             Kind::Tail => Driver::glance(frame, base, &piece.raw, dt),
         };
         let full = frame.to_full(&raw);
-        Ok(self.instant(&full, base.state(&full)))
+        Ok(self.instant(&full, Base::state(&full)))
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
@@ -605,19 +606,20 @@ impl Trajectory {
                 let c = &record.collisions[index];
                 let i = c.contact;
                 let dt = c.elapsed.since(raw.clock);
-                for j in 0..2 {
-                    raw.impulses.path[j] += raw.impulses.jump[j] * dt;
-                }
-                raw.clock = c.elapsed;
                 (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);
                 raw.gaps.u = c.after;
+                raw.clock = c.elapsed;
                 let share = if frame.frozen.is_some() {
+                    advance(&mut raw.impulses, dt);
                     raw.impulses.jump[i] += c.jump;
                     frame.share(i)
                 } else {
                     raw.spin = record.spins[index];
                     let share = record.base.share(i, raw.spin.theta);
-                    raw.impulses.jump[i] += share * c.jump;
+                    if let Some(body) = &record.base.body {
+                        raw.center.fly(body.gravity, dt);
+                        raw.center.v += body.contacts[i].normal * (share * c.jump);
+                    }
                     share
                 };
                 expanded.shares.push(share);

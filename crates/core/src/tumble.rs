@@ -6,15 +6,14 @@
 
 use nalgebra::Vector2;
 
-use crate::clatter::{Halt, advance, time_to_rest};
+use crate::clatter::{Halt, time_to_rest};
 use crate::flight::{Arc, Touchdown};
 use crate::local::LocalModel;
-use crate::log::{Collision, Log, Spin};
+use crate::log::{Center, Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
-use crate::simulate::State;
 use crate::tolerance::{TAIL, TRY_TAIL};
 use crate::trig::Turn;
-use crate::zeno::{Frozen, Gaps, Impulses};
+use crate::zeno::{Frozen, Gaps};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -24,14 +23,16 @@ pub(crate) struct Body {
     pub(crate) rho2: f64,
     /// n_1·n_2
     pub(crate) n12: f64,
+    /// g
+    pub(crate) gravity: f64,
 }
 
-/// State of the full model in gap coordinates. `sum` counts translational impulses per unit mass.
+/// State of the full model: gap coordinates, centre of mass and rotation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tumble {
     pub(crate) body: Body,
     pub(crate) gaps: Gaps,
-    pub(crate) sum: Impulses,
+    pub(crate) center: Center,
     pub(crate) spin: Spin,
     /// b_i, c_i at θ.
     pub(crate) b: [f64; 2],
@@ -49,8 +50,8 @@ const LONG: f64 = 1e-3;
 const MARGIN: f64 = 4.0;
 
 impl Tumble {
-    pub(crate) fn new(body: Body, gaps: Gaps, sum: Impulses, spin: Spin) -> Self {
-        let mut state = Self { body, gaps, sum, spin, b: [0.0; 2], c: [0.0; 2] };
+    pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
+        let mut state = Self { body, gaps, center, spin, b: [0.0; 2], c: [0.0; 2] };
         state.refresh();
         state
     }
@@ -108,7 +109,7 @@ impl Tumble {
             self.c[i] = c - (c * turn.versed - b * turn.sin);
         }
         self.spin.theta += self.spin.omega * dt;
-        advance(&mut self.sum, dt);
+        self.center.fly(self.body.gravity, dt);
     }
 
     /// Applies own-rate jumps at the contacts to gaps, spin and impulses.
@@ -119,7 +120,7 @@ impl Tumble {
             self.gaps.u[i] += jump[i];
             self.gaps.u[1 - i] += cross * per_own; // −ψ_i J_i
             self.spin.omega += self.b[i] * per_own; // −φ_i J_i
-            self.sum.jump[i] += self.body.rho2 * per_own;
+            self.center.v += self.body.contacts[i].normal * (self.body.rho2 * per_own);
         }
     }
 
@@ -136,10 +137,10 @@ impl Tumble {
 
     /// Takes from the body the velocity with which it would still move these contacts, after a tail that was
     /// summed in the geometry of its start: the arms have turned a little since.
-    pub(crate) fn stop_at(&mut self, closed: [bool; 2], state: &State) {
+    pub(crate) fn stop_at(&mut self, closed: [bool; 2]) {
         let left = |i: usize| {
             let n = self.body.contacts[i].normal;
-            -(n.x * state.qdot.x + n.y * state.qdot.y + self.b[i] * state.qdot.z)
+            -(n.dot(&self.center.v) + self.b[i] * self.spin.omega)
         };
         let jump = match closed {
             [true, true] => Frozen::new(&self.frozen()).share([left(0), left(1)]),
@@ -159,7 +160,7 @@ impl Tumble {
         self.gaps.u[i] = e * s;
         self.gaps.u[1 - i] += cross * per_own;
         self.spin.omega += self.b[i] * per_own;
-        self.sum.jump[i] += self.body.rho2 * per_own;
+        self.center.v += self.body.contacts[i].normal * (self.body.rho2 * per_own);
         jump
     }
 
@@ -365,9 +366,9 @@ struct Drift {
 
 impl Body {
     /// The pair of contacts of a posture; a single contact gets an absent partner.
-    pub(crate) fn new(geometry: &[Geometry], rho2: f64) -> Self {
+    pub(crate) fn new(geometry: &[Geometry], rho2: f64, gravity: f64) -> Self {
         let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(Geometry::ABSENT)];
         let n: [Vector2<f64>; 2] = contacts.map(|k| k.normal);
-        Self { contacts, rho2, n12: n[0].dot(&n[1]) }
+        Self { contacts, rho2, n12: n[0].dot(&n[1]), gravity }
     }
 }
