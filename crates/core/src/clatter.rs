@@ -239,7 +239,11 @@ impl Roles {
                 && drop * drop * self.tau <= TRY_TAIL * self.clock.hi * (self.square * self.square)
             {
                 look |= self.wait == 0;
-                self.wait = if look { self.looks * self.looks / EAGER } else { self.wait - 1 };
+                self.wait = if look {
+                    self.looks.saturating_mul(self.looks) / EAGER
+                } else {
+                    self.wait - 1
+                };
                 self.looks += u32::from(look);
             }
             if look

@@ -174,7 +174,14 @@ impl Arc {
             start = ((middle + half) / spin).max(0.0);
             middle += TAU;
         }
+        let (rise, fall) = self.aloft(arm);
         while start < horizon {
+            // While the mean of the gap is more than |d| above ground nothing lands: whole turns are skipped.
+            if start >= rise && fall - start > 2.0 * TAU / spin {
+                let turns = ((fall - start) * spin / TAU).floor() - 1.0;
+                middle += TAU * turns;
+                start += TAU / spin * turns;
+            }
             let (open, close) = ((middle - half) / spin, (middle + half) / spin);
             if open > start {
                 if let Some(root) = self.concave_piece(start, open.min(horizon), &f) {
@@ -191,6 +198,18 @@ impl Arc {
             middle += TAU;
         }
         None
+    }
+
+    /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0: nothing lands in there.
+    fn aloft(&self, arm: f64) -> (f64, f64) {
+        let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
+        let square = drift * drift + 2.0 * self.g * height;
+        if !(self.g > 0.0 && square > 0.0) {
+            return (f64::INFINITY, 0.0);
+        }
+        let root = square.sqrt();
+        let rise = if height >= 0.0 { 0.0 } else { -2.0 * height / (drift + root) };
+        (rise * (1.0 + 1e-9), (drift + root) / self.g * (1.0 - 1e-9))
     }
 
     /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.

@@ -16,7 +16,7 @@ use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::simulate::{Options, Stop};
 use crate::tolerance::STILL;
-use crate::trajectory::{Kind, Method, Outcome, Record, Span, ZenoRecord};
+use crate::trajectory::{Kind, Method, Outcome, Record, Span, Tail, ZenoRecord};
 use crate::tumble::Tumble;
 use crate::zeno::{Gaps, Impulses};
 
@@ -71,27 +71,64 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// A frozen stretch of another run, without any record: for looking into summed tails.
-    pub(crate) fn glance(frame: &Frame, base: &Base, raw: &Snapshot, dt: f64) -> Snapshot {
+    /// The state `dt` into a summed tail that begins at `raw`; `None` if too many collisions come before.
+    pub(crate) fn glance(
+        frame: &Frame,
+        base: &Base,
+        raw: &Snapshot,
+        tail: Tail,
+        dt: f64,
+    ) -> Option<Snapshot> {
+        let frozen = frame.frozen.as_ref()?;
+        let mut near = *raw;
+        let mut skip = |t: f64, gaps: Gaps, own: Impulses| {
+            for i in 0..2 {
+                near.impulses.path[i] += near.impulses.jump[i] * t + own.path[i];
+                near.impulses.jump[i] += own.jump[i];
+            }
+            (near.gaps, near.clock) = (gaps, raw.clock.after(t));
+            dt - t
+        };
+        let rest = match tail {
+            Tail::Bounce { contact } => {
+                let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
+                let rest = skip(t, gaps, own).max(0.0);
+                return Some(frame.smooth(base, &near, [false; 2], rest));
+            }
+            Tail::Cycle { ratio, duration } => {
+                let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
+                let scale = libm::pow(ratio, cycles);
+                let t = duration * (1.0 - scale);
+                let rates = raw.gaps.u.map(|u| u * scale);
+                let own = frozen.lead_to(rates, &raw.gaps, t);
+                skip(t, Gaps { h: [0.0; 2], u: rates }, own).max(0.0)
+            }
+            Tail::Collisions => dt,
+        };
         let options = Options {
             stop: Stop::Time,
-            time_limit: Some(dt),
+            time_limit: Some(rest),
             event_limit: GLANCE,
             record: false,
             ..Options::default()
         };
         let never = || false;
         let mut driver = Driver::new(frame.clone(), base.clone(), &options, Vec::new(), &never);
-        (driver.gaps, driver.sum) = (raw.gaps, raw.impulses);
-        driver.motion();
-        Snapshot { clock: raw.clock.after(dt), ..driver.raw() }
+        (driver.gaps, driver.sum) = (near.gaps, near.impulses);
+        let outcome = driver.motion();
+        let clock = raw.clock.after(dt);
+        (outcome == Outcome::TimeLimit).then(|| Snapshot { clock, ..driver.raw() })
     }
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<Record> {
+        self.note(Kind::Flight); // impacts of the first instant belong to a span, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
+        }
+        if outcome == Outcome::TimeLimit {
+            self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
         let mut end = self.frame().to_full(&self.raw());
         let mut state = Base::state(&end);
@@ -282,28 +319,27 @@ impl<'a> Driver<'a> {
             ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,
             _ => 0,
         };
-        let mut jump = [0.0; 2];
+        let (mut jump, mut count) = ([0.0; 2], 0);
         if together {
             jump = impact::newton_together(&model, rates);
-            let after = impact::kicked(&model, rates, jump);
+            let mut after = impact::kicked(&model, rates, jump);
+            if jump[0] > 0.0 && jump[1] > 0.0 {
+                after = [0, 1].map(|i| -model.e[i] * rates[i]); // the law itself, not its rounding
+            }
             for contact in (0..2).filter(|&i| jump[i] > 0.0) {
                 hits.push(Hit { contact, before: rates, after });
             }
             rates = after;
-            for i in 0..2 {
-                // Newton's law itself, not its rounding.
-                if jump[0] > 0.0 && jump[1] > 0.0 {
-                    rates[i] = -model.e[i] * gaps.u[i];
-                }
-            }
         } else if both_touch {
             end = impact::in_zero_time(&model, first, &mut rates, |hit| {
+                count += 1;
                 jump[hit.contact] += hit.after[hit.contact] - hit.before[hit.contact];
                 if hits.len() < LISTED {
                     hits.push(*hit);
                 }
             });
-            if end == Sequence::Infinite {
+            if end == Sequence::Infinite || rates == [0.0; 2] {
+                end = Sequence::Infinite; // or so long that its speeds are below any double
                 jump = model.share([-gaps.u[0], -gaps.u[1]]);
                 rates = [0.0; 2];
                 hits.clear();
@@ -317,12 +353,15 @@ impl<'a> Driver<'a> {
             // Both gaps are zero and stay so.
             self.kick(jump, rates);
             self.landings = [None; 2];
-            return self.zeno_here([true, true], Method::Chatter).then_some(Outcome::Zeno);
+            let certified = model.chatters();
+            return self
+                .zeno_point([true, true], Method::Chatter, certified, 0.0)
+                .then_some(Outcome::Zeno);
         }
         let before = gaps;
         self.kick(jump, rates);
+        self.log.hits += count.max(hits.len());
         for hit in &hits {
-            self.log.hits += 1;
             if self.log.record {
                 self.log.collisions.push(Collision {
                     elapsed: self.log.clock,
@@ -389,21 +428,28 @@ impl<'a> Driver<'a> {
         {
             return None;
         }
-        self.settle(t, Method::Bounce, true, 0.0)
+        self.settle(t, Method::Bounce, true, 0.0, Tail::Cycle { ratio: model.e[0], duration: t })
     }
 
     /// Both contacts come to rest after `t`: the limit of an accumulation.
-    fn settle(&mut self, t: f64, method: Method, certified: bool, error: f64) -> Option<Outcome> {
+    fn settle(
+        &mut self,
+        t: f64,
+        method: Method,
+        certified: bool,
+        error: f64,
+        tail: Tail,
+    ) -> Option<Outcome> {
         let raw = self.raw();
         let model = self.model();
         let impulses = model.settle(&raw.gaps, t);
-        self.tail(t, impulses, Gaps::default(), [true, true]);
+        self.tail(t, impulses, Gaps::default(), [true, true], tail);
         self.zeno_point([true, true], method, certified, error).then_some(Outcome::Zeno)
     }
 
     /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
     /// contacts have come to rest.
-    fn tail(&mut self, t: f64, own: Impulses, end: Gaps, closed: [bool; 2]) {
+    fn tail(&mut self, t: f64, own: Impulses, end: Gaps, closed: [bool; 2], tail: Tail) {
         // A tail of the full model is evaluated in the geometry frozen at its start.
         if let Some(state) = self.tumble {
             let start = state.snapshot(self.log.clock);
@@ -414,7 +460,7 @@ impl<'a> Driver<'a> {
                 self.spans.push(Span {
                     raw: start,
                     frame: self.frames.len() - 1,
-                    kind: Kind::Tail,
+                    kind: Kind::Tail(tail),
                     mode: *b"SS",
                     first_collision: self.log.collisions.len(),
                 });
@@ -436,7 +482,7 @@ impl<'a> Driver<'a> {
                 self.frames.push(Frame::full(full));
             }
         } else {
-            self.note(Kind::Tail);
+            self.note(Kind::Tail(tail));
             for i in 0..2 {
                 self.sum.path[i] += self.sum.jump[i] * t + own.path[i];
                 self.sum.jump[i] += own.jump[i];
@@ -515,20 +561,22 @@ impl<'a> Driver<'a> {
                 let model = self.model();
                 let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
                 let closed = [contact == 0, contact == 1];
-                self.tail(duration, own, end, closed);
+                self.tail(duration, own, end, closed, Tail::Bounce { contact });
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
-            Halt::Clatter(tail) => self.settle(tail.duration, Method::Clatter, true, tail.error),
+            Halt::Clatter(tail) => {
+                self.settle(tail.duration, Method::Clatter, true, tail.error, Tail::Collisions)
+            }
             Halt::Skip { contact } => {
                 let left = self.log.left();
                 let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);
-                self.tail(t, own, end, [false, false]);
+                self.tail(t, own, end, [false, false], Tail::Bounce { contact });
                 None
             }
             Halt::Reached { remaining, self_similar } => {
                 let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
                 // The bound is crude, but below the rounding of the time.
-                self.settle(0.5 * remaining, method, false, 0.5 * remaining)
+                self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
             }
             Halt::Freeze => {
                 if let Some(state) = self.tumble {
@@ -614,7 +662,7 @@ impl<'a> Driver<'a> {
         }
         // Rounding of the ratio is amplified by the sum.
         let error = ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
-        self.settle(t, Method::Nested, true, error)
+        self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
     }
 
     fn hold_full(&mut self, held: [bool; 2]) -> Option<Outcome> {
@@ -634,7 +682,7 @@ impl<'a> Driver<'a> {
                     if self.log.left() <= 0.0 {
                         return Some(Outcome::TimeLimit);
                     }
-                    if !self.log.count() {
+                    if !self.log.count_step() {
                         return Some(Outcome::EventLimit);
                     }
                     if self.is_far() {

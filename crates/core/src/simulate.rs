@@ -107,7 +107,7 @@ pub struct Options {
     /// Time on the clock at which the run ends at the latest, in s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
-    /// Largest number of events (collisions, steps of a held contact).
+    /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.

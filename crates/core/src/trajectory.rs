@@ -178,14 +178,25 @@ pub struct Instant {
 }
 
 /// Kinds of motion between two notes of the driver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
     /// Ballistic, with simple collisions in between.
     Flight,
     /// These contacts are held.
     Held([bool; 2]),
     /// A summed tail; the frame is frozen.
-    Tail,
+    Tail(Tail),
+}
+
+/// How a summed tail is looked into.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Tail {
+    /// A contact bounces by itself.
+    Bounce { contact: usize },
+    /// Gaps of zero come again after every cycle, with all rates multiplied by `ratio`, for `duration`.
+    Cycle { ratio: f64, duration: f64 },
+    /// Collision by collision.
+    Collisions,
 }
 
 /// From here on the motion is of this kind, until the next span.
@@ -466,7 +477,16 @@ impl Trajectory {
         let raw = match piece.kind {
             Kind::Flight => frame.smooth(base, &piece.raw, [false, false], dt),
             Kind::Held(held) => frame.smooth(base, &piece.raw, held, dt),
-            Kind::Tail => Driver::glance(frame, base, &piece.raw, dt),
+            Kind::Tail(tail) => {
+                Driver::glance(frame, base, &piece.raw, tail, dt).ok_or_else(|| {
+                    Error::Unusable {
+                        field: "t".into(),
+                        value: format!("{t:?}"),
+                        allowed: "too many collisions of a summed tail come before this time"
+                            .into(),
+                    }
+                })?
+            }
         };
         let full = frame.to_full(&raw);
         Ok(self.instant(&full, Base::state(&full)))

@@ -253,9 +253,6 @@ impl Tumble {
     fn accumulates(&self, a: usize, tau: f64, log: &Log) -> Option<Halt> {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        if !(gravity[a] > 0.0) {
-            return None;
-        }
         let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
 
@@ -263,7 +260,7 @@ impl Tumble {
         let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
         let psi_a = -(self.b[0] * self.b[1] + self.body.rho2 * self.body.n12) / self.own(a);
         let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
-        if end >= 0.0 && now + t <= log.end {
+        if gravity[a] > 0.0 && end >= 0.0 && now + t <= log.end {
             let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
             let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
             let clear = if gravity[b] >= 0.0 {
@@ -280,7 +277,7 @@ impl Tumble {
                 return Some(Halt::Bounce { contact: a, duration: t });
             }
         }
-        if !(gravity[b] > 0.0) {
+        if !(gravity[a] >= 0.0 && gravity[b] >= 0.0) {
             return None;
         }
         // Clattering.

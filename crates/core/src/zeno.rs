@@ -119,6 +119,10 @@ impl Frozen {
     pub(crate) fn skip_bounces(&self, a: usize, gaps: &Gaps, left: f64) -> (f64, Gaps, Impulses) {
         let (b, e, u) = (1 - a, self.e[a], gaps.u[a]);
         let t_end = self.bounce[a] * u;
+        if left >= t_end {
+            let (end, sum) = self.end_bounce(a, gaps, t_end);
+            return (t_end, end, sum);
+        }
         let count = (libm::log1p(-left / t_end) / libm::log(e)).floor().max(0.0);
         let rest = libm::expm1(count * libm::log(e)); // x − 1
         let t = -t_end * rest;
@@ -151,7 +155,12 @@ impl Frozen {
     /// 0 = u_i − g_i t + J_i − ψ_j J_j, and the same once integrated. Contacts whose rows are parallel
     /// share their impulse; it is given to the first.
     pub(crate) fn settle(&self, gaps: &Gaps, t: f64) -> Impulses {
-        let fall = |i: usize| gaps.u[i] - self.g[i] * t;
+        self.lead_to([0.0; 2], gaps, t)
+    }
+
+    /// Impulses that bring both gaps to zero, with these rates, within `t`.
+    pub(crate) fn lead_to(&self, rates: [f64; 2], gaps: &Gaps, t: f64) -> Impulses {
+        let fall = |i: usize| gaps.u[i] - self.g[i] * t - rates[i];
         let sink = |i: usize| gaps.h[i] + t * (gaps.u[i] - 0.5 * self.g[i] * t);
         Impulses { jump: self.share([-fall(0), -fall(1)]), path: self.share([-sink(0), -sink(1)]) }
     }

@@ -1,0 +1,750 @@
+//! Motions whose answer is known: closed forms, swept over their parameters, and plain summation.
+
+use standfast::{
+    Contact, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State, Stop,
+    Trajectory, simulate,
+};
+
+const EPS: f64 = f64::EPSILON;
+
+/// |x − y| in roundings of y.
+fn roundings(x: f64, y: f64) -> f64 {
+    (x - y).abs() / (EPS * y.abs().max(f64::MIN_POSITIVE))
+}
+
+fn until(stop: Stop) -> Options {
+    Options { stop, ..Options::default() }
+}
+
+fn model(g: [f64; 2], psi: [f64; 2], e: f64) -> LocalModel {
+    LocalModel::new(g, psi, [0.0; 2], [e; 2]).unwrap()
+}
+
+fn run(m: &LocalModel, h: [f64; 2], u: [f64; 2], stop: Stop) -> Trajectory {
+    m.simulate(h, u, 0.0, 0.0, &until(stop)).unwrap()
+}
+
+/// One body point under the centre of mass.
+fn ball(e: f64, g: f64) -> Posture {
+    Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.1,
+        center_of_mass: [0.0, 1.0],
+        contacts: vec![Contact::at(0.0, 0.0)],
+        restitution: e,
+        gravity: g,
+    })
+    .unwrap()
+}
+
+#[test]
+fn a_ball_comes_to_rest_at_the_sum_of_its_bounces() {
+    // Five roundings in the formula below, a few in the sum: 8 in all.
+    for e in [0.0, 1e-12, 0.01, 0.3, 0.5, 0.7, 0.9, 0.99, 0.99999, 1.0 - 1e-9, 1.0 - 1e-13] {
+        for k in (-150..=150).step_by(25) {
+            for g in [1e-6, 0.37, 1.0, 9.81, 1e6] {
+                let h = 10f64.powi(k);
+                let run = simulate(&ball(e, g), &State::at_rest([0.0, h, 0.0]), &until(Stop::Rest))
+                    .unwrap();
+                let exact = (2.0 * h / g).sqrt() * (1.0 + e) / (1.0 - e);
+                assert_eq!(run.outcome(), Outcome::Rest, "h {h} g {g} e {e}");
+                let off = roundings(run.elapsed(), exact);
+                assert!(off <= 8.0, "h {h} g {g} e {e}: {off} roundings");
+                assert!(run.collisions() <= 1 && run.zeno_points().len() == 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ball_thrown_up_is_caught_at_a_time_inside_its_tail() {
+    // Bounce j lands at T(1 − eʲ) after the first landing: the height at any time is a parabola's.
+    for e in [0.3, 0.7, 0.99, 0.99999] {
+        let (g, h) = (2.0_f64, 1.0_f64);
+        let (fall, speed) = ((2.0 * h / g).sqrt(), (2.0 * g * h).sqrt());
+        let tail = 2.0 * e * speed / (g * (1.0 - e));
+        for share in [0.1_f64, 0.5, 0.9, 0.999] {
+            let t = fall + share * tail;
+            let j = ((-share).ln_1p() / f64::ln(e)).floor();
+            let since = t - fall - tail * (1.0 - e.powf(j));
+            let height = since * (e.powf(j + 1.0) * speed - 0.5 * g * since);
+            for record in [true, false] {
+                if record && e > 0.999 {
+                    continue; // 70 000 bounces, all of them listed
+                }
+                let options = Options { time_limit: Some(t), record, ..until(Stop::Time) };
+                let run = simulate(&ball(e, g), &State::at_rest([0.0, h, 0.0]), &options).unwrap();
+                assert_eq!((run.outcome(), run.time()), (Outcome::TimeLimit, t));
+                // The phase within a bounce is known to eps·t of the time: e^j ≈ 1 − share.
+                let fair = 1e3 * EPS * speed * t;
+                assert!(
+                    (run.gaps()[0] - height).abs() <= fair,
+                    "e {e} share {share}: {} {height}",
+                    run.gaps()[0]
+                );
+            }
+            let whole =
+                simulate(&ball(e, g), &State::at_rest([0.0, h, 0.0]), &until(Stop::Rest)).unwrap();
+            let at = whole.at(t).unwrap();
+            assert!(
+                (at.gaps[0] - height).abs() <= 1e3 * EPS * speed * t,
+                "{} {height}",
+                at.gaps[0]
+            );
+            assert_eq!(whole.collisions(), 1);
+        }
+    }
+}
+
+/// Goyal's bound: a corner impact ends in zero time iff (1+e)ψ ≥ 2√e.
+#[test]
+fn chatter_on_both_sides_of_goyals_bound() {
+    for e in [1e-6_f64, 0.01, 0.0717, 0.2, 0.3, 0.6, 0.9] {
+        let bound = 2.0 * e.sqrt() / (1.0 + e);
+        for share in [1e-3, 1e-6] {
+            let above = run(
+                &model([1.0; 2], [bound + (1.0 - bound) * share; 2], e),
+                [0.0; 2],
+                [0.0, -1.0],
+                Stop::Zeno,
+            );
+            assert_eq!(above.outcome(), Outcome::Zeno, "e {e}");
+            let zeno = &above.zeno_points()[0];
+            assert_eq!((zeno.kind, zeno.method, zeno.elapsed), ("2-zeno", "chatter", 0.0), "e {e}");
+            assert_eq!(above.rates(), [0.0, 0.0]);
+
+            // Thousands of impacts, speeds below any double: see the rod.
+            let f = (1.0 - share).acos();
+            if e.ln() * 0.5 * (std::f64::consts::PI / f) < -650.0 {
+                continue;
+            }
+            let psi = bound * (1.0 - share);
+            let options = Options { time_limit: Some(0.0), ..until(Stop::Time) };
+            let below = model([1.0; 2], [psi; 2], e)
+                .simulate([0.0; 2], [0.0, -1.0], 0.0, 0.0, &options)
+                .unwrap();
+            // n = ⌈π/f⌉ − 1 impacts, cos f = P/(2√e).
+            let f = ((1.0 + e) * psi / (2.0 * e.sqrt())).acos();
+            let n = (std::f64::consts::PI / f).ceil() - 1.0;
+            assert_eq!(below.collisions() as f64, n, "e {e} psi {psi}");
+            let last = if n % 2.0 == 1.0 { 1 } else { 0 };
+            let leaving = e * e.powf(0.5 * (n - 1.0)) * (n * f).sin() / f.sin();
+            let other = -e.powf(0.5 * n) * ((n + 1.0) * f).sin() / f.sin();
+            // acos near 1 amplifies roundings by 1/f², the phase nf by n, the sine near π by n again.
+            let fair = 32.0 * EPS * n * n / (f * f);
+            let largest = leaving.abs().max(other.abs());
+            assert!(
+                (below.rates()[last] - leaving).abs() <= fair * largest,
+                "e {e}: {:?} {leaving}",
+                below.rates()
+            );
+            assert!(
+                (below.rates()[1 - last] - other).abs() <= fair * largest,
+                "e {e}: {:?} {other}",
+                below.rates()
+            );
+        }
+    }
+}
+
+/// The rod: ψ = (L² − ρ²)/(L² + ρ²); the uniform one clatters within [10] for e < 9 − 4√5, and within
+/// Goyal's bound for e < 7 − 4√3.
+#[test]
+fn thresholds_of_the_uniform_rod() {
+    let drop = |e: f64| {
+        let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), e, 0.0, 9.81).unwrap();
+        let start = State::at_rest([0.0, 0.011, 0.002_f64.asin()]);
+        let run =
+            simulate(&rod, &start, &Options { model: Model::Local, ..until(Stop::Zeno) }).unwrap();
+        run.zeno_points()[0].method
+    };
+    let corner = |e: f64| {
+        let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), e, 0.0, 9.81).unwrap();
+        let start = State::new([0.0; 3], [0.0, -0.5, -1.0]);
+        let run = simulate(&rod, &start, &until(Stop::Zeno)).unwrap();
+        (run.elapsed() == 0.0, run.zeno_points()[0].method)
+    };
+    let (converging, goyal) = (9.0 - 4.0 * 5f64.sqrt(), 7.0 - 4.0 * 3f64.sqrt());
+    assert_eq!(drop(converging * 0.9), "clatter");
+    assert_ne!(drop(converging * 1.1), "clatter");
+    assert_eq!(corner(goyal - 1e-9), (true, "chatter"));
+    assert_ne!(corner(goyal * 1.1).1, "chatter");
+    // Just above: thousands of impacts, and speeds below any double. That too is a Zeno point.
+    assert!(corner(goyal + 1e-6).0);
+}
+
+/// What a plain loop says: collisions of the local model one after the other, nothing summed in closed form.
+struct Plain {
+    time: f64,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    /// Contact and time of every collision.
+    hits: Vec<(usize, f64)>,
+}
+
+/// Until the speeds of the contacts hit have fallen to `rest` of the first one's, or `most` collisions.
+fn plain(m: &LocalModel, h: [f64; 2], u: [f64; 2], rest: f64, most: usize) -> Plain {
+    let (g, psi, e) = (m.gravity(), m.psi(), m.restitution());
+    let (mut h, mut u, mut hits, mut first) = (h, u, Vec::new(), 0.0);
+    // Flight times summed from the smallest up.
+    let mut flights: Vec<f64> = Vec::new();
+    let mut clock = 0.0;
+    for _ in 0..most {
+        let landing = |i: usize| {
+            let s = (u[i] * u[i] + 2.0 * g[i] * h[i]).sqrt();
+            if u[i] < 0.0 {
+                2.0 * h[i] / (s - u[i])
+            } else if g[i] > 0.0 {
+                (u[i] + s) / g[i]
+            } else {
+                f64::INFINITY
+            }
+        };
+        let t = [landing(0), landing(1)];
+        let a = usize::from(t[1] < t[0]);
+        if t[a] == f64::INFINITY {
+            break;
+        }
+        for i in 0..2 {
+            h[i] += t[a] * (u[i] - 0.5 * g[i] * t[a]);
+            u[i] -= g[i] * t[a];
+        }
+        h[a] = 0.0;
+        h[1 - a] = h[1 - a].max(0.0);
+        let s = -u[a];
+        if hits.is_empty() {
+            first = s;
+        }
+        u[a] = e[a] * s;
+        u[1 - a] -= (1.0 + e[a]) * psi[a] * s;
+        flights.push(t[a]);
+        clock += t[a];
+        hits.push((a, clock));
+        if s <= rest * first {
+            break;
+        }
+    }
+    let time = flights.iter().rev().sum();
+    Plain { time, gaps: h, rates: u, hits }
+}
+
+/// Every first Zeno point of a sweep, against plain summation.
+#[test]
+fn zeno_points_against_plain_summation() {
+    let mut kinds = [0, 0];
+    let mut other_first = 0;
+    for e in [0.02, 0.1, 0.3, 0.6] {
+        for psi in [-0.9, -0.5, -0.1, 0.0, 0.2, 0.6, 0.8, 0.95] {
+            for ratio in [0.6, 1.0, 1.5] {
+                for (h, u) in [
+                    ([0.3, 0.4], [0.0, 0.0]),
+                    ([0.0, 0.02], [1.0, -0.2]),
+                    ([0.1, 0.1], [-1.0, 0.3]),
+                    ([0.0, 0.05], [1.0, 0.1]),
+                ] {
+                    if psi * psi > 1.0 || psi * ratio > 1.5 {
+                        continue;
+                    }
+                    let m = model([1.0, 1.3], [psi * ratio, psi / ratio], e);
+                    let run = run(&m, h, u, Stop::Zeno);
+                    assert_eq!(run.outcome(), Outcome::Zeno, "{m:?} {h:?} {u:?}");
+                    if run.collisions() > 60 {
+                        continue; // plain rounding is amplified from collision to collision
+                    }
+                    let zeno = &run.zeno_points()[0];
+                    let sum = plain(&m, h, u, 1e-13, 4000);
+                    for (impact, hit) in run.impacts().iter().zip(&sum.hits) {
+                        assert_eq!(impact.contact.index(), hit.0, "{m:?} {h:?} {u:?}");
+                        assert!((impact.elapsed - hit.1).abs() <= 1e-12 * hit.1);
+                    }
+                    let both = zeno.contacts.len() == 2;
+                    kinds[usize::from(both)] += 1;
+                    other_first += usize::from(
+                        psi < 0.0
+                            && run
+                                .impacts()
+                                .iter()
+                                .any(|i| i.contact.index() != zeno.contacts[0].index()),
+                    );
+                    // What the loop leaves out, and gaps amplify roundings of the rates.
+                    assert!(
+                        (zeno.elapsed - sum.time).abs() <= 1e-10 * sum.time,
+                        "{m:?} {h:?} {u:?}: {} {}",
+                        zeno.elapsed,
+                        sum.time
+                    );
+                    for i in 0..2 {
+                        assert!(
+                            (zeno.gaps[i] - sum.gaps[i]).abs() <= 1e-10,
+                            "{m:?}: {:?} {:?}",
+                            zeno.gaps,
+                            sum.gaps
+                        );
+                        assert!(
+                            (zeno.gap_rates[i] - sum.rates[i]).abs() <= 1e-10,
+                            "{m:?}: {:?} {:?}",
+                            zeno.gap_rates,
+                            sum.rates
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(kinds[0] > 50 && kinds[1] > 20 && other_first > 5, "{kinds:?} {other_first}");
+}
+
+/// ψ < 0: an impact at one contact lifts the other, whose parabola may still come down in the middle of the
+/// tail of the first. The sweep moves the dip through the terrain; plain summation says who is hit when.
+#[test]
+fn the_other_contact_is_hit_in_the_middle_of_a_tail() {
+    let (mut hit, mut clear) = (0, 0);
+    for e in [0.5, 0.8, 0.9] {
+        for k in 0..200 {
+            // Contact 2 falls fast and is turned round by the lift of the bounces at contact 1.
+            let m = model([1.0, 0.1], [-0.8, -0.8], e);
+            let (h, u) = ([0.0, 0.02 * f64::from(k)], [1.0, -1.2]);
+            let run = run(&m, h, u, Stop::Zeno);
+            let sum = plain(&m, h, u, 1e-12, 2000);
+            let first_other = sum.hits.iter().find(|(contact, _)| *contact == 1);
+            let seen = run.impacts().iter().find(|i| i.contact.index() == 1).map(|i| i.elapsed);
+            match (first_other, seen) {
+                (Some((_, t)), Some(seen)) => {
+                    hit += 1;
+                    assert!((seen - t).abs() <= 1e-12 * t.max(1.0), "e {e} k {k}: {seen} {t}");
+                }
+                (None, None) => {
+                    clear += 1;
+                    assert!((run.elapsed() - sum.time).abs() <= 1e-10 * sum.time);
+                }
+                other => panic!("e {e} k {k}: {other:?}"),
+            }
+        }
+    }
+    assert!(hit > 50 && clear > 50, "{hit} {clear}");
+}
+
+/// Uniform rod, e = .5: bounces within bounces. The sum of the nested accumulations is known to 15 digits.
+#[test]
+fn nested_accumulations_end_in_rest() {
+    const REST: f64 = 0.102294201285086;
+    let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), 0.5, 0.0, 9.81).unwrap();
+    let start = State::at_rest([0.0, 0.011, 0.002_f64.asin()]);
+    let run = simulate(&rod, &start, &until(Stop::Rest)).unwrap();
+    assert_eq!(run.outcome(), Outcome::Rest);
+    assert!((run.elapsed() - REST).abs() <= 1e-12, "{}", run.elapsed());
+    assert!(run.collisions() < 1000 && run.zeno_points().len() < 100, "{}", run.collisions());
+}
+
+#[test]
+fn contacts_that_do_not_feel_each_other() {
+    // ψ = 0: two balls. The later one to rest ends the motion.
+    for e in [0.0, 0.3, 0.9] {
+        for h in [[1.0, 0.25], [0.1, 3.0], [1e-9, 1.0]] {
+            let run = run(&model([1.0, 2.0], [0.0, 0.0], e), h, [0.0; 2], Stop::Rest);
+            let end = |i: usize| (2.0 * h[i] / [1.0, 2.0][i]).sqrt() * (1.0 + e) / (1.0 - e);
+            assert_eq!(run.outcome(), Outcome::Rest);
+            let exact = end(0).max(end(1));
+            assert!(
+                roundings(run.elapsed(), exact) <= 64.0,
+                "e {e} {h:?}: {} {exact}",
+                run.elapsed()
+            );
+        }
+    }
+}
+
+#[test]
+fn plastic_impacts_stop_at_once() {
+    // e = 0: the first landing holds; the other lands on its parabola, g_2 + ψ_1 g_1.
+    for psi in [-0.4, 0.1, 0.5, 0.9] {
+        let run = run(&model([1.0, 1.0], [psi; 2], 0.0), [0.5, 2.0], [0.0; 2], Stop::Rest);
+        assert_eq!(run.outcome(), Outcome::Rest, "psi {psi}");
+        let t1 = 1.0;
+        assert_eq!(run.impacts()[0].elapsed, t1);
+        let zeno = &run.zeno_points()[0];
+        assert_eq!((zeno.elapsed, zeno.contacts[0].number()), (t1, 1));
+        // h_2 = 1.5, u_2 = −1 − ψ, gravity 1 + ψ from there on.
+        let (h, u, g) = (1.5, 1.0 + psi, 1.0 + psi);
+        let t2 = t1 + 2.0 * h / (u + (u * u + 2.0 * g * h).sqrt());
+        let landing = run.elapsed();
+        assert!(roundings(landing, t2) <= 8.0 || psi < 0.0, "psi {psi}: {landing} {t2}");
+    }
+}
+
+#[test]
+fn coincident_contacts_act_as_one() {
+    for e in [0.0, 0.5, 0.9] {
+        let two = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.1, 0.5],
+            contacts: vec![Contact::at(0.0, 0.0), Contact::at(0.0, 0.0)],
+            restitution: e,
+            gravity: 9.81,
+        })
+        .unwrap();
+        let one =
+            Posture::new(Fields { contacts: vec![Contact::at(0.0, 0.0)], ..two.fields().clone() })
+                .unwrap();
+        let start = State::new([0.0, 0.2, 0.3], [0.3, -0.1, 1.0]);
+        let (a, b) = (
+            simulate(&one, &start, &until(Stop::Zeno)).unwrap(),
+            simulate(&two, &start, &until(Stop::Zeno)).unwrap(),
+        );
+        assert!(
+            roundings(b.elapsed(), a.elapsed()) <= 64.0,
+            "e {e}: {} {}",
+            a.elapsed(),
+            b.elapsed()
+        );
+        let off = (a.state().q - b.state().q).norm();
+        assert!(off <= 1e-13, "e {e}: {off}");
+        assert!((a.state().qdot - b.state().qdot).norm() <= 1e-12);
+    }
+}
+
+#[test]
+fn without_gravity_nothing_returns() {
+    let m = model([0.0; 2], [0.3; 2], 0.5);
+    // One impact at each, then both leave: u = (−1, 1) → (.5, 1 − .45) both up.
+    let once = run(&m, [1.0, 1.0], [-1.0, 1.0], Stop::Rest);
+    assert_eq!(once.outcome(), Outcome::Escape);
+    assert_eq!(once.collisions(), 1);
+    assert_eq!(run(&m, [1.0, 1.0], [0.0, 0.0], Stop::Rest).outcome(), Outcome::Escape);
+    // Inside the cone the contacts chatter to rest: T0 = h_b/(|u_b| − u_a/λ₊).
+    for (e, psi) in [(0.1_f64, 0.9_f64), (0.2, 0.95), (0.01, 0.3)] {
+        let m = model([0.0; 2], [psi; 2], e);
+        let p = (1.0 + e) * psi;
+        let larger = 0.5 * (p + (p * p - 4.0 * e).sqrt());
+        let (u_a, u_b, h_b) = (0.1 * larger, -1.0, 0.3);
+        let run = run(&m, [0.0, h_b], [u_a, u_b], Stop::Zeno);
+        let exact = h_b / (1.0 - u_a / larger);
+        assert_eq!(run.outcome(), Outcome::Zeno);
+        assert!(roundings(run.elapsed(), exact) <= 16.0, "e {e}: {} {exact}", run.elapsed());
+    }
+}
+
+fn tall(e: f64, g: f64) -> Posture {
+    Posture::new(Fields {
+        mass: 2.0,
+        gyration_radius: 0.4,
+        center_of_mass: [0.0, 0.75],
+        contacts: vec![Contact::at(-0.5, 0.0), Contact::at(0.5, 0.0)],
+        restitution: e,
+        gravity: g,
+    })
+    .unwrap()
+}
+
+/// Without gravity a spinning body touches where h − … = 0: the angle is known.
+#[test]
+fn the_first_touch_of_a_fast_spin_is_not_missed() {
+    for omega in [1.0, -30.0, 700.0, 1e6] {
+        for height in [1.05, 1.2, 1.4] {
+            let posture = Posture::rod(0.5, 0.3, 0.5, 0.0, 0.0).unwrap();
+            let start = State::new([0.0, height * 0.5 * 0.6, 0.0], [0.0, 0.0, omega]);
+            // h = y − L |sin θ| meets zero at sin θ = .6 height.
+            let run = simulate(
+                &posture,
+                &start,
+                &Options { time_limit: Some(7.0 / omega.abs()), ..until(Stop::Time) },
+            )
+            .unwrap();
+            let exact = (0.6 * height).asin() / omega.abs();
+            let first = &run.impacts()[0];
+            assert!(
+                roundings(first.elapsed, exact) <= 32.0,
+                "omega {omega}: {} {exact}",
+                first.elapsed
+            );
+            assert_eq!(first.contact.number(), if omega > 0.0 { 1 } else { 2 });
+        }
+    }
+}
+
+/// g + cω² < 0: a contact at rest cannot be held; it lifts off at once. Just below, it is held.
+#[test]
+fn a_resting_contact_lifts_off_when_the_body_spins_too_fast() {
+    // One contact straight below the centre of mass: c = −1, held iff ω² < g.
+    for (omega, held) in [(3.0, true), (3.1, true), (3.15, false), (10.0, false)] {
+        let posture = ball(0.5, 9.81); // √9.81 = 3.132…
+        let start = State::new([0.0; 3], [0.0, 0.0, omega]);
+        let options = Options { time_limit: Some(1e-3), ..until(Stop::Time) };
+        let run = simulate(&posture, &start, &options).unwrap();
+        assert_eq!(run.gaps()[0] == 0.0, held, "omega {omega}: {:?}", run.gaps());
+        if !held {
+            // ḧ = −g + ω² cos ωt.
+            let (w, t) = (omega, 1e-3);
+            let exact = 0.5 * t * t * (w * w - 9.81);
+            assert!(
+                (run.gaps()[0] / exact - 1.0).abs() < 1e-4 * w * w,
+                "{} {exact}",
+                run.gaps()[0]
+            );
+        }
+    }
+}
+
+/// While one contact is held without friction nothing is lost, and the centre of mass keeps its drift.
+#[test]
+fn held_contacts_keep_the_energy() {
+    for angle in [0.05, 0.2, 0.4] {
+        for e in [0.0, 0.3] {
+            let posture = tall(e, 9.81);
+            let y = -posture
+                .gaps(&standfast::Vector3::new(0.0, 0.0, -angle))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            let start = State::new([0.0, y, -angle], [0.25, 0.0, 0.0]);
+            let run =
+                simulate(&posture, &start, &Options { time_limit: Some(3.0), ..until(Stop::Time) })
+                    .unwrap();
+            let landing = run
+                .impacts()
+                .iter()
+                .map(|i| i.time)
+                .chain(run.zeno_points().iter().map(|z| z.time))
+                .filter(|t| *t > 1e-6) // a rounding of height at the start
+                .fold(run.time(), f64::min);
+            assert!(landing > 0.01, "{landing}");
+            let before = run.energy(0.0).unwrap();
+            for k in 0..200 {
+                let t = landing * f64::from(k) / 200.0;
+                let energy = run.energy(t).unwrap();
+                assert!(
+                    (energy - before).abs() <= 1e-12 * before.abs(),
+                    "angle {angle}: {energy} {before}"
+                );
+                let at = run.at(t).unwrap();
+                assert!((at.state.q.x - 0.25 * t).abs() <= 1e-15);
+                assert!(at.gaps[1] <= 1e-16, "{}", at.gaps[1]);
+                let gap = posture.gaps(&at.state.q)[1];
+                assert!(gap.abs() <= 1e-14, "{gap}");
+            }
+        }
+    }
+}
+
+/// A needle on its tip swings up towards the vertical, faster and faster: where g + cω² = 0 its force is gone.
+#[test]
+fn a_held_contact_lifts_off_when_its_force_vanishes() {
+    for (angle, omega) in [(-0.3, 3.19), (-0.2, 3.15), (0.3, -3.19)] {
+        let posture = ball(0.0, 9.81);
+        let q = State::at_rest([0.0, f64::cos(angle) - 1.0, angle]);
+        let spin = State::new([0.0; 3], [0.0, 0.0, omega]);
+        let rate = posture.gap_rates(&q.q, &spin.qdot)[0];
+        let start = State { q: q.q, qdot: [0.0, -rate, omega].into() };
+        let run =
+            simulate(&posture, &start, &Options { time_limit: Some(0.5), ..until(Stop::Time) })
+                .unwrap();
+        let held = run.phases().iter().position(|p| p.mode != "S").expect("held at first");
+        let lift = run.phases()[held].end;
+        assert!(lift < 0.5 && run.phases()[held + 1].mode == "S", "{:?}", run.phases());
+        let at = run.at(lift).unwrap().state;
+        let weight = 9.81 - at.q.z.cos() * at.qdot.z.powi(2);
+        assert!(weight.abs() <= 1e-10, "{weight}");
+        assert!((run.energy(lift).unwrap() - run.energy(0.0).unwrap()).abs() <= 1e-12 * 9.81);
+        let later = run.at(0.5 * (lift + run.phases()[held + 1].end)).unwrap();
+        assert!(later.gaps[0] > 0.0);
+    }
+}
+
+#[test]
+fn a_start_at_rest_is_a_zeno_point_of_its_own() {
+    let rod = Posture::rod(0.5, 0.2, 0.3, 0.0, 9.81).unwrap();
+    for stop in [Stop::Zeno, Stop::Rest] {
+        let run = simulate(&rod, &State::at_rest([0.0; 3]), &until(stop)).unwrap();
+        assert_eq!(run.outcome(), if stop == Stop::Zeno { Outcome::Zeno } else { Outcome::Rest });
+        assert_eq!((run.elapsed(), run.collisions()), (0.0, 0));
+        assert_eq!((run.zeno_points()[0].kind, run.zeno_points()[0].method), ("2-zeno", "rest"));
+    }
+    let still = simulate(
+        &rod,
+        &State::at_rest([0.0; 3]),
+        &Options { time_limit: Some(2.5), ..until(Stop::Time) },
+    )
+    .unwrap();
+    assert_eq!((still.outcome(), still.time()), (Outcome::TimeLimit, 2.5));
+    assert_eq!(still.gaps(), [0.0, 0.0]);
+    assert!(still.state().q.norm() <= 1e-14, "{:?}", still.state());
+}
+
+#[test]
+fn touching_and_leaving_is_no_collision() {
+    for u in [1e-12, 0.3, 5.0] {
+        let run = run(&model([1.0, 1.0], [0.2; 2], 0.5), [0.0, 0.0], [u, 2.0 * u], Stop::Zeno);
+        assert_eq!(run.impacts()[0].elapsed, 2.0 * u, "the first comes back after 2u/g");
+        assert_eq!(run.impacts()[0].contact.number(), 1);
+    }
+}
+
+/// The outcome of a tie depends on the policy, and the run says so.
+#[test]
+fn ties_follow_the_policy_and_are_named() {
+    let tie = |psi: f64, simultaneous| {
+        let options = Options { simultaneous, time_limit: Some(1.0), ..until(Stop::Time) };
+        let m = model([1.0; 2], [psi; 2], 0.3);
+        m.simulate([0.5, 0.5], [0.0, 0.0], 0.0, 0.0, &options).unwrap()
+    };
+    for (policy, expected) in [
+        (Simultaneous::Newton, [0.3, 0.3]),
+        (Simultaneous::FirstContactFirst, [0.5275, 0.105]),
+        (Simultaneous::LastContactFirst, [0.105, 0.5275]),
+    ] {
+        let run = tie(-0.5, policy);
+        assert!(run.warnings()[0].contains("same instant"), "{:?}", run.warnings());
+        for i in 0..2 {
+            assert!(
+                (run.rates()[i] - expected[i]).abs() <= 4.0 * EPS,
+                "{policy:?}: {:?}",
+                run.rates()
+            );
+        }
+    }
+    // ψ = ½: the first impact lifts nothing, the second is hit harder.
+    let run = tie(0.5, Simultaneous::FirstContactFirst);
+    // (−1,−1) → (.3, −1.65) → (.3 − 1.0725, .495) → hit 1 again …
+    let mut u = [-1.0_f64, -1.0];
+    let mut k = 0;
+    while u[k] < 0.0 {
+        let s = -u[k];
+        u[k] = 0.3 * s;
+        u[1 - k] -= 1.3 * 0.5 * s;
+        k = 1 - k;
+    }
+    for i in 0..2 {
+        assert!((run.rates()[i] - u[i]).abs() <= 4.0 * EPS, "{:?} {u:?}", run.rates());
+    }
+    let apart = model([1.0; 2], [0.5; 2], 0.3)
+        .simulate([0.5, 0.6], [0.0; 2], 0.0, 0.0, &until(Stop::Zeno))
+        .unwrap();
+    assert!(apart.warnings().is_empty());
+}
+
+/// λ = D⁻¹g has a negative entry: two contacts never come to rest together. The run ends on contact 1 alone,
+/// and contact 2 then leaves.
+#[test]
+fn one_contact_stays_and_the_other_leaves() {
+    let m = model([1.0, 0.5], [-0.8; 2], 0.5);
+    for k in 0..40 {
+        let x = f64::from(k) / 40.0;
+        let run = run(&m, [0.1 + x, 1.3 - x], [-x, x - 0.5], Stop::Rest);
+        assert_eq!(run.outcome(), Outcome::Escape, "{x}");
+        let zeno = run.zeno_points();
+        let last = &zeno[zeno.len() - 1];
+        assert_eq!((last.kind, last.contacts[0].number()), ("1-zeno", 1));
+        assert_eq!(run.phases().last().unwrap().mode, "FS");
+    }
+}
+
+#[test]
+fn far_scales_change_nothing() {
+    for k in [-150, -75, 0, 75, 140] {
+        let s = 2f64.powi(k);
+        let m = model([s, s], [0.9; 2], 0.1);
+        let run = run(&m, [0.0, 0.1 * s], [0.1 * s, -1.9 * s], Stop::Zeno);
+        let here = model([1.0; 2], [0.9; 2], 0.1)
+            .simulate([0.0, 0.1], [0.1, -1.9], 0.0, 0.0, &until(Stop::Zeno))
+            .unwrap();
+        assert_eq!(run.elapsed(), here.elapsed(), "2^{k}");
+        assert_eq!(run.collisions(), here.collisions());
+    }
+}
+
+#[test]
+fn wrong_numbers_are_refused_by_name() {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for k in 0..3 {
+            let mut start = State::at_rest([0.0, 1.0, 0.0]);
+            start.q[k] = bad;
+            assert!(simulate(&rod, &start, &Options::default()).is_err());
+            let mut start = State::at_rest([0.0, 1.0, 0.0]);
+            start.qdot[k] = bad;
+            assert!(simulate(&rod, &start, &Options::default()).is_err());
+        }
+        assert!(LocalModel::new([bad, 1.0], [0.5; 2], [0.0; 2], [0.1; 2]).is_err());
+        assert!(LocalModel::new([1.0; 2], [bad, 0.5], [0.0; 2], [0.1; 2]).is_err());
+        assert!(LocalModel::new([1.0; 2], [0.5; 2], [0.0, bad], [0.1; 2]).is_err());
+        assert!(LocalModel::new([1.0; 2], [0.5; 2], [0.0; 2], [0.1, bad]).is_err());
+        assert!(Posture::rod(bad, 0.2, 0.1, 0.0, 9.81).is_err());
+        assert!(Posture::rod(0.5, bad, 0.1, 0.0, 9.81).is_err());
+        assert!(Posture::rod(0.5, 0.2, bad, 0.0, 9.81).is_err());
+        assert!(Posture::rod(0.5, 0.2, 0.1, bad, 9.81).is_err());
+        assert!(Posture::rod(0.5, 0.2, 0.1, 0.0, bad).is_err());
+        let m = model([1.0; 2], [0.5; 2], 0.1);
+        assert!(m.simulate([bad, 0.0], [0.0; 2], 0.0, 0.0, &Options::default()).is_err());
+        assert!(m.simulate([0.0; 2], [bad, 0.0], 0.0, 0.0, &Options::default()).is_err());
+        assert!(m.simulate([0.0; 2], [0.0; 2], bad, 0.0, &Options::default()).is_err());
+        let options = Options { time: bad, ..Options::default() };
+        assert!(m.simulate([0.0; 2], [0.0; 2], 0.0, 0.0, &options).is_err());
+    }
+    let below = simulate(&rod, &State::at_rest([0.0, -1e-3, 0.0]), &Options::default())
+        .unwrap_err()
+        .to_string();
+    assert!(below.contains("contact 1") && below.contains("-0.001"), "{below}");
+    assert!(LocalModel::new([1.0; 2], [0.5, -0.5], [0.0; 2], [0.1; 2]).is_err());
+    assert!(LocalModel::new([1.0; 2], [1.5, 0.9], [0.0; 2], [0.1; 2]).is_err());
+    assert!(
+        Posture::rod(0.5, 0.2, 1.0, 0.0, 9.81).is_err()
+            && Posture::rod(0.5, 0.0, 0.1, 0.0, 9.81).is_err()
+    );
+}
+
+/// Both ends of a rod hit the ground at the start: each impact is listed, with its own impulse.
+#[test]
+fn impacts_of_the_first_instant_are_listed() {
+    let rod = Posture::rod(0.5, 0.5, 0.5, 0.0, 9.81).unwrap(); // ψ = 0
+    let start = State::new([0.0; 3], [0.0, -1.0, 0.5]);
+    let run =
+        simulate(&rod, &start, &Options { time_limit: Some(0.01), ..until(Stop::Time) }).unwrap();
+    let impacts = run.impacts();
+    assert_eq!((impacts.len(), run.collisions()), (2, 2));
+    for impact in impacts {
+        // P = (1+e)|w|/D_ii, D = (1 + b²/ρ²)/m = 2.
+        let exact = 1.5 * -impact.rates_before[impact.contact.index()] / 2.0;
+        assert!(roundings(impact.impulse[1], exact) <= 8.0, "{impact:?} {exact}");
+    }
+}
+
+/// A heavy rim turns thousands of times while the body is high above the ground: no turn is looked at.
+#[test]
+fn a_long_flight_of_a_fast_spin_is_no_work() {
+    let posture = Posture::rod(0.5, 100.0, 0.99, 0.0, 1.0).unwrap();
+    let clock = std::time::Instant::now();
+    for k in 0..200 {
+        let start = State::new([0.0, 1.0, 0.0], [0.0, 2000.0, 500.0 + f64::from(k)]);
+        let run =
+            simulate(&posture, &start, &Options { time_limit: Some(4100.0), ..until(Stop::Time) })
+                .unwrap();
+        let first = run.impacts()[0].elapsed;
+        assert!(first > 3999.5 && first < 4000.5, "{first}");
+    }
+    assert!(clock.elapsed().as_secs_f64() < 1.0, "{:?}", clock.elapsed());
+}
+
+/// Bounces at contact 1 while the spin throws contact 2 upwards, g + cω² < 0: their sum does not ask for it.
+#[test]
+fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
+    let posture = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 3.0,
+        center_of_mass: [0.0, 0.0],
+        contacts: vec![Contact::at(0.0, 0.5), Contact::at(0.0, -2.0)],
+        restitution: 0.4,
+        gravity: 1.0,
+    })
+    .unwrap();
+    // Contact 1 lies above the centre of mass (c > 0), contact 2 below: c ω² = −2·1 < −g at θ = π, reversed.
+    let start = State::new([0.0, 2.001, 0.0], [0.0, 0.0, 1.2]);
+    let run =
+        simulate(&posture, &start, &Options { event_limit: 5000, ..until(Stop::Zeno) }).unwrap();
+    assert!(run.collisions() < 200, "{}", run.collisions());
+    for t in run.sample_times(200).unwrap() {
+        let at = run.at(t).unwrap();
+        for gap in posture.gaps(&at.state.q) {
+            assert!(gap > -1e-12, "{gap} at {t}");
+        }
+    }
+}
