@@ -748,3 +748,52 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
         }
     }
 }
+
+/// Inside a nested tail, anywhere: gaps stay at zero or above, and energy only falls on the way to its end.
+#[test]
+fn a_nested_tail_may_be_looked_into_anywhere() {
+    for psi in [-0.5, -0.99, -0.9999, -0.999_999] {
+        let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [0.5; 2]).unwrap();
+        let run = model.simulate([0.1, 0.2], [0.0, -1.0], 0.0, 0.0, &Options::default()).unwrap();
+        let points = run.zeno_points();
+        let [.., before, last] = points.as_slice() else { panic!("{points:?}") };
+        assert_eq!((last.method, run.outcome()), ("nested", Outcome::Rest));
+        // E = ½u·D⁻¹u + λ·h with D ∝ [[1, −ψ], [−ψ, 1]].
+        let det = 1.0 - psi * psi;
+        let energy = |h: &[f64], u: &[f64]| {
+            let force = (1.0 + psi) / det;
+            0.5 * (u[0] * u[0] + u[1] * u[1] + 2.0 * psi * u[0] * u[1]) / det
+                + force * (h[0] + h[1])
+        };
+        let mut last_energy = f64::INFINITY;
+        for k in 0..=200 {
+            let t = before.time + (last.time - before.time) * f64::from(k) / 200.0;
+            let now = run.at(t).unwrap();
+            let e = energy(&now.gaps, &now.rates);
+            assert!(now.gaps.iter().all(|h| *h >= 0.0));
+            // The energy is a small difference where D is nearly singular.
+            assert!(
+                e <= last_energy * (1.0 + 1e-9) + 1e-15 / det,
+                "psi {psi}, {k}: {e} {last_energy}"
+            );
+            last_energy = e;
+        }
+        assert!(last_energy <= 1e-12, "{last_energy}");
+    }
+}
+
+/// Without gravity the full model clatters like the local one, and is summed like it.
+#[test]
+fn clattering_without_gravity_is_summed_in_both_models() {
+    let posture = Posture::rod(0.5, 0.2, 0.1, 0.0, 0.0).unwrap();
+    let start = State::new([0.0, 1e-3, 1e-4], [0.0, -1.0, 0.0]);
+    let time = |model| {
+        let options = Options { model, stop: Stop::Zeno, ..Options::default() };
+        let run = simulate(&posture, &start, &options).unwrap();
+        assert_eq!(run.zeno_points()[0].kind, "2-zeno");
+        assert!(run.collisions() < 40, "{}", run.collisions());
+        run.time()
+    };
+    let (local, full) = (time(Model::Local), time(Model::Full));
+    assert!((local - full).abs() < 1e-4 * local, "{local} {full}");
+}

@@ -236,7 +236,10 @@ impl Yardstick {
             + (2.0 * f.gravity * size).sqrt()
             + impulses;
         let q = &start.q;
-        let length = size * (1.0 + q.z.abs()) + q.x.hypot(q.y) + speed * t;
+        // The angle ωt is rounded; an impact turns that into a rate of ω|d| times as much, and the rate into a
+        // way: a change of ω by one ulp does the same.
+        let turned = size * (spin * t).powi(2);
+        let length = size * (1.0 + q.z.abs()) + q.x.hypot(q.y) + speed * t + turned;
         let slim = (size / f.gyration_radius).powi(2).max(1.0);
         Self {
             speed,
