@@ -67,7 +67,7 @@ def test_run_tells_the_story(capsys):
     run = sf.load(ROD).simulate()
     for word in ("clattering_rod.toml", "full", "2-zeno", "clatter", "certified"):
         assert word in captured.out
-    assert "outcome     rest at 0.04778480706422020" in captured.out
+    assert "outcome     rest at 0.0477848070642202" in captured.out
     for impact in run.impacts:
         assert decimal(impact["time"]) in captured.out
 

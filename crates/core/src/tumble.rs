@@ -25,6 +25,8 @@ pub(crate) struct Body {
     pub(crate) n12: f64,
     /// g
     pub(crate) gravity: f64,
+    /// 1 − e of the more elastic contact
+    least_loss: f64,
 }
 
 /// State of the full model: gap coordinates, centre of mass and rotation.
@@ -97,13 +99,12 @@ impl Tumble {
     }
 
     /// Moves on by a flight.
+    #[inline]
     pub(crate) fn fly(&mut self, dt: f64, turn: &Turn) {
         for i in 0..2 {
             let arc = self.arc(i);
             self.gaps.h[i] = arc.gap_turned(dt, turn).max(0.0);
             self.gaps.u[i] = arc.rate_turned(dt, turn);
-        }
-        for i in 0..2 {
             let (b, c) = (self.b[i], self.c[i]);
             self.b[i] = b - (b * turn.versed + c * turn.sin);
             self.c[i] = c - (c * turn.versed - b * turn.sin);
@@ -256,30 +257,19 @@ impl Tumble {
         let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
 
-        // Bouncing at a: T = 2u/(g(1−e)).
-        let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
-        let psi_a = -(self.b[0] * self.b[1] + self.body.rho2 * self.body.n12) / self.own(a);
-        let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
-        if gravity[a] > 0.0 && end >= 0.0 && now + t <= log.end {
-            let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
-            let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
-            let clear = if gravity[b] >= 0.0 {
-                let mut gaps = self.gaps;
-                gaps.h[a] = 0.0;
-                (end > miss || miss == 0.0)
-                    && Frozen::new(&self.frozen()).bounce_tail(a, &gaps).is_some()
-            } else {
-                // Flung upwards, b moves on a convex arc: out of reach of everything that can act on it.
-                let kicks = 2.0 * psi_a.abs() * u_a * t / (1.0 - e);
-                h_b >= miss + u_b.abs() * t + gravity[b].abs() * t * t + kicks
-            };
-            if clear && t * drift.gravity[a] <= TAIL * (now + t) * gravity[a] {
-                return Some(Halt::Bounce { contact: a, duration: t });
-            }
+        // Bouncing at a, T = 2u/(g(1−e)): first whether h_b(T) ≥ 0, without a division.
+        let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12; // −ψ_a (b_a² + ρ²)
+        let (own, scale, t) = (self.own(a), gravity[a] * (1.0 - e), 2.0 * u_a);
+        let fall = gravity[b] * own - e * cross * gravity[a];
+        if gravity[a] > 0.0
+            && (h_b * scale + t * u_b) * scale * own >= 0.5 * t * t * fall
+            && let Some(halt) = self.bounces(a, gravity, log)
+        {
+            return Some(halt);
         }
         // Clattering.
         let (drop, square) = (2.0 * gravity[b] * h_b, u_b * u_b);
-        if u_b < 0.0 && psi_a > 0.0 && drop * drop * tau <= TRY_TAIL * now * (square * square) {
+        if u_b < 0.0 && cross < 0.0 && drop * drop * tau <= TRY_TAIL * now * (square * square) {
             // The closed form knows gravity into the terrain only; any other is left out, and bounded.
             let (model, left_out) = if gravity[0] >= 0.0 && gravity[1] >= 0.0 {
                 (self.frozen(), 0.0)
@@ -294,7 +284,7 @@ impl Tumble {
                 let sum = frozen.settle(&self.gaps, t);
                 let drift = self.drift(t, sum.jump[a].abs(), sum.jump[b].abs());
                 let pull = left_out + drift.gravity[0] + drift.gravity[1];
-                let geometry = drift.psi / psi_a * frozen.sensitivity() + pull * t / -u_b;
+                let geometry = drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -u_b;
                 if tail.error + MARGIN * t * geometry <= TAIL * now
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
@@ -305,23 +295,50 @@ impl Tumble {
         self.may_freeze(log).then_some(Halt::Freeze)
     }
 
-    /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
-    pub(crate) fn may_freeze(&self, log: &Log) -> bool {
-        let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        if !(gravity[0] > 0.0 && gravity[1] > 0.0) {
-            return false;
-        }
+    /// Whether the bounce tail at `a` may be summed with frozen geometry.
+    #[cold]
+    fn bounces(&self, a: usize, gravity: [f64; 2], log: &Log) -> Option<Halt> {
+        let (b, e) = (1 - a, self.body.contacts[a].restitution);
+        let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
-        // A look at the time to rest without a root or a division, before the closer one.
-        let e = self.body.contacts[0].restitution.max(self.body.contacts[1].restitution);
-        let brief = LONG * now * gravity[0].min(gravity[1]) * (1.0 - e);
+        let frozen = Frozen::new(&self.frozen());
+        let psi_a = frozen.psi[a];
+        let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
+        let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
+        if !(end >= 0.0 && now + t <= log.end) {
+            return None;
+        }
+        let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
+        let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
+        let clear = if gravity[b] >= 0.0 {
+            let mut gaps = self.gaps;
+            gaps.h[a] = 0.0;
+            (end > miss || miss == 0.0) && frozen.bounce_tail(a, &gaps).is_some()
+        } else {
+            // Flung upwards, b moves on a convex arc: out of reach of everything that can act on it.
+            let kicks = 2.0 * psi_a.abs() * u_a * t / (1.0 - e);
+            h_b >= miss + u_b.abs() * t + gravity[b].abs() * t * t + kicks
+        };
+        (clear && t * drift.gravity[a] <= TAIL * (now + t) * gravity[a])
+            .then_some(Halt::Bounce { contact: a, duration: t })
+    }
+
+    /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
+    #[inline]
+    pub(crate) fn may_freeze(&self, log: &Log) -> bool {
+        // Without a root or a division: 8 speed/(g(1−e)) bounds the time to rest.
+        let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
+        let brief = LONG * log.clock.hi * gravity[0].min(gravity[1]) * self.body.least_loss;
         let quick = |i: usize| {
             let (u, h) = (self.gaps.u[i], self.gaps.h[i]);
             64.0 * (u * u + 2.0 * gravity[i] * h) <= brief * brief
         };
-        if !(quick(0) && quick(1)) {
-            return false;
-        }
+        brief > 0.0 && quick(0) && quick(1) && self.is_brief(gravity, log)
+    }
+
+    #[cold]
+    fn is_brief(&self, gravity: [f64; 2], log: &Log) -> bool {
+        let now = log.clock.hi;
         let frozen = Frozen::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
         if t > LONG * now || now + t > log.end {
@@ -368,6 +385,7 @@ impl Body {
     pub(crate) fn new(geometry: &[Geometry], rho2: f64, gravity: f64) -> Self {
         let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(Geometry::ABSENT)];
         let n: [Vector2<f64>; 2] = contacts.map(|k| k.normal);
-        Self { contacts, rho2, n12: n[0].dot(&n[1]), gravity }
+        let least_loss = 1.0 - contacts[0].restitution.max(contacts[1].restitution);
+        Self { contacts, rho2, n12: n[0].dot(&n[1]), gravity, least_loss }
     }
 }
