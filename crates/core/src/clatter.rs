@@ -17,7 +17,7 @@ use crate::clock::Clock;
 use crate::flight::parabola_touchdown;
 use crate::impact;
 use crate::log::{Collision, Log};
-use crate::tolerance::{REACHED, SELF_SIMILAR, TAIL, TRY_TAIL};
+use crate::tolerance::{REACHED, SELF_SIMILAR, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
 
 /// Why a sequence of collisions is left.
@@ -53,11 +53,9 @@ pub(crate) enum Halt {
 
 /// Ratio of remaining flight (2u_a − g_aτ)/u_a below which the order of landing is decided with care.
 const CLOSE: f64 = 1e-14;
-/// Share of gravity 2gh/(u² + 2gh) in the coming flight above which a clattering tail is not thought of.
-const SHARE: f64 = 1e-2;
-/// After n looks for a sum in vain, n²/EAGER collisions go by before the next: close to the bounds of
-/// clattering the filter lets all collisions pass long before there is a sum.
-const EAGER: u32 = 16;
+/// After n collisions, the next look for a sum comes n/PATIENCE collisions later: it costs as much as a
+/// collision, and at most that share of them is simulated in vain.
+const PATIENCE: usize = 16;
 /// τ relative to the elapsed time below which the accumulation may be all but reached.
 const SHORT: f64 = 1e-16;
 
@@ -117,9 +115,9 @@ pub(crate) fn fly(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log
             jump,
             other_gap: gaps.h[1 - contact],
         });
-        collide::<true>(m, contact, tau, gaps, sum, log)
+        collide::<true>(m, contact, gaps, sum, log)
     } else {
-        collide::<false>(m, contact, tau, gaps, sum, log)
+        collide::<false>(m, contact, gaps, sum, log)
     }
 }
 
@@ -133,36 +131,38 @@ struct Side {
     weight: f64,
     /// 2(1+e)ψ g of the other contact.
     lift: f64,
-    bounce: f64,
-    fall: f64,
 }
 
-/// The state of the loop in roles: contact a was hit last, after a flight of `tau`.
+/// The state of the loop in roles: contact a was hit last.
+#[derive(Clone, Copy)]
 struct Roles {
+    a: usize,
     u_a: f64,
     u_b: f64,
     h_b: f64,
     /// s² of the next landing of b.
     square: f64,
-    tau: f64,
     clock: Clock,
-    /// Since the loop began.
-    since: f64,
-    /// Own-rate jumps, and their sum weighted with the time, by contact.
-    jump: [f64; 2],
-    moment: [f64; 2],
-    /// Collisions since the limits were last looked at, and allowed until then.
-    done: usize,
-    budget: usize,
-    /// Looks for a clattering tail so far, and collisions until the next.
-    looks: u32,
-    wait: u32,
+    /// Own-rate jumps of contact 1, and their sum weighted with the time since the loop began; those of
+    /// contact 2 follow from its gap.
+    jump: f64,
+    moment: f64,
+    /// Collisions until the next look at the limits and for a sum.
+    left: usize,
+}
+
+/// What does not change in the loop.
+struct Course {
+    sides: [Side; 2],
+    /// Elapsed time at which the loop began, in s.
+    from: f64,
+    /// The time limit, or the largest double: one comparison tells a flight beyond it and one without end.
+    end: f64,
 }
 
 fn collide<const RECORD: bool>(
     m: &Frozen,
     contact: usize,
-    tau: f64,
     gaps: &mut Gaps,
     sum: &mut Impulses,
     log: &mut Log,
@@ -173,168 +173,208 @@ fn collide<const RECORD: bool>(
         kick: m.kick[i],
         weight: 2.0 * m.g[i],
         lift: 2.0 * m.kick[i] * m.g[1 - i],
-        bounce: m.bounce[i],
-        fall: m.fall[i],
     });
+    let course = Course { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
     let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
-    let mut r = Roles {
-        u_a,
-        u_b,
-        h_b,
-        square: u_b * u_b + sides[1 - contact].weight * h_b,
-        tau,
-        clock: log.clock,
-        since: 0.0,
-        jump: [0.0; 2],
-        moment: [0.0; 2],
-        done: 0,
-        budget: log.chunk(),
-        looks: 0,
-        wait: 0,
+    let square = u_b * u_b + sides[1 - contact].weight * h_b;
+    let (clock, left) = (log.clock, 0);
+    let mut r = Roles { a: contact, u_a, u_b, h_b, square, clock, jump: 0.0, moment: 0.0, left };
+    let (first, mut granted) = (log.hits, 0);
+    let stop = loop {
+        if r.left == 0 {
+            log.hits += granted;
+            granted = 0;
+            if let Some(halt) = accumulates(m, &r, log.end, !RECORD) {
+                break halt;
+            }
+            granted = log.chunk().min(1 + (log.hits - first) / PATIENCE);
+            r.left = granted;
+            if granted == 0 {
+                break Halt::EventLimit;
+            }
+        }
+        if let Some(halt) = r.next::<RECORD>(m, &course, log) {
+            break halt;
+        }
+        if r.a == 0 {
+            course.alternate::<RECORD>(&mut r, &mut log.collisions);
+        }
     };
 
-    // Written out for a = 1 and a = 2 in turn, so that no role is looked up in the loop.
-    let mut stop = if contact == 1 { r.hop::<RECORD, 1>(m, &sides, log) } else { None };
-    let (a, stop) = loop {
-        if let Some(stop) = stop {
-            break (1, stop);
-        }
-        if let Some(stop) = r.hop::<RECORD, 0>(m, &sides, log) {
-            break (0, stop);
-        }
-        stop = r.hop::<RECORD, 1>(m, &sides, log);
-    };
-
-    log.hits += r.done;
-    *gaps = in_roles(a, r.u_a, r.u_b, r.h_b);
-    for i in 0..2 {
-        sum.path[i] += sum.jump[i] * r.since + (r.jump[i] * r.since - r.moment[i]);
-        sum.jump[i] += r.jump[i];
+    log.hits += granted - r.left;
+    log.clock = r.clock.renormalised();
+    let (start, t) = (*gaps, log.clock.since(clock));
+    *gaps = r.gaps();
+    advance(sum, t);
+    let path = r.jump * (r.clock.hi - course.from) - r.moment;
+    sum.jump[0] += r.jump;
+    sum.path[0] += path;
+    if gaps.h[1] < f64::INFINITY {
+        let (g, h, u) = (m.g[1], start.h[1], start.u[1]);
+        sum.jump[1] += gaps.u[1] - (u - g * t) + m.psi[0] * r.jump;
+        sum.path[1] += gaps.h[1] - (h + t * (u - 0.5 * g * t)) + m.psi[0] * path;
     }
-    log.clock = r.clock;
     if stop == Halt::TimeLimit {
         rest_of_time(m, gaps, sum, log);
     }
     stop
 }
 
+impl Course {
+    /// Collisions in turn, as long as nothing else happens and no look is due. Starts and ends after an
+    /// impact; the first is at contact 1.
+    ///
+    /// Written out for both roles, so that none is looked up.
+    #[inline(never)]
+    fn alternate<const RECORD: bool>(&self, roles: &mut Roles, collisions: &mut Vec<Collision>) {
+        let mut r = *roles;
+        let a = loop {
+            if !r.hop::<RECORD, 0>(self, collisions) {
+                break 0;
+            }
+            if !r.hop::<RECORD, 1>(self, collisions) {
+                break 1;
+            }
+        };
+        r.a = a;
+        *roles = r;
+    }
+}
+
 impl Roles {
-    /// From an impact at contact `A` to the next at the other one, over any number of bounces at `A`: the
-    /// roles have changed then, unless the loop is left.
+    fn gaps(&self) -> Gaps {
+        let mut gaps = Gaps::default();
+        let (a, b) = (self.a, 1 - self.a);
+        (gaps.u[a], gaps.u[b], gaps.h[b]) = (self.u_a, self.u_b, self.h_b);
+        gaps
+    }
+
+    /// The next collision, if it is of the plain kind: b falls on the terrain before a is back, within the
+    /// limits. Otherwise nothing changes.
     #[inline(always)]
     fn hop<const RECORD: bool, const A: usize>(
         &mut self,
+        course: &Course,
+        collisions: &mut Vec<Collision>,
+    ) -> bool {
+        let (of_a, of_b) = (&course.sides[A], &course.sides[1 - A]);
+        let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
+        if u_b >= 0.0 || self.left == 0 {
+            return false;
+        }
+        // 2K g_aτ has a division of its own, ahead of that of τ, so that the next square root waits for one
+        // addition only; it adds to a square, and nothing cancels.
+        let s = self.square.sqrt();
+        let (twice, sum) = (2.0 * h_b, s - u_b);
+        let gain = of_b.lift * twice * s / sum;
+        if gain < 0.0 {
+            return false;
+        }
+        let tau = twice / sum;
+        let w = u_a - of_a.g * tau;
+        let climb = u_a + w;
+        if climb <= CLOSE * u_a {
+            return false;
+        }
+        let clock = self.clock.unnormalised_after(tau);
+        if clock.hi > course.end {
+            return false;
+        }
+        let kick = of_b.kick * s;
+        let d = u_a - kick;
+        let hit = of_b.e * s;
+        self.square = d * d + gain;
+        self.clock = clock;
+        if A == 1 {
+            let blow = s + hit;
+            self.jump += blow;
+            self.moment += blow * (clock.hi - course.from);
+        }
+        self.left -= 1;
+        (self.u_a, self.u_b, self.h_b) = (hit, w - kick, 0.5 * tau * climb);
+        if RECORD {
+            let (after, h) = ([self.u_a, self.u_b], self.h_b);
+            collisions.push(in_order(clock.renormalised(), 1 - A, [-s, w], after, s + hit, h));
+        }
+        true
+    }
+
+    /// The next event, whatever it is.
+    #[inline(never)]
+    fn next<const RECORD: bool>(
+        &mut self,
         m: &Frozen,
-        sides: &[Side; 2],
+        course: &Course,
         log: &mut Log,
     ) -> Option<Halt> {
-        let (of_a, of_b) = (&sides[A], &sides[1 - A]);
-        loop {
-            // Does the motion from here on have a sum?
-            let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
-            let t = of_a.bounce * u_a;
-            let drop = of_b.weight * h_b;
-            let mut look = h_b + t * (u_b - t * of_a.fall) >= 0.0;
-            if (drop <= SHARE * self.square || self.tau <= SHORT * self.clock.hi)
-                && drop * drop * self.tau <= TRY_TAIL * self.clock.hi * (self.square * self.square)
-            {
-                look |= self.wait == 0;
-                self.wait = if look {
-                    self.looks.saturating_mul(self.looks) / EAGER
-                } else {
-                    self.wait - 1
-                };
-                self.looks += u32::from(look);
+        let (a, b) = (self.a, 1 - self.a);
+        let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
+        let (g_a, g_b) = (m.g[a], m.g[b]);
+        let s = self.square.sqrt();
+        let tau = if u_b < 0.0 {
+            2.0 * h_b / (s - u_b)
+        } else if g_b > 0.0 {
+            (u_b + s) / g_b
+        } else {
+            f64::INFINITY
+        };
+        let w = u_a - g_a * tau;
+        let climb = u_a + w;
+        let back = 2.0 * u_a / g_a;
+        if climb <= CLOSE * u_a && back <= tau && g_a > 0.0 {
+            // a is back before b lands.
+            if let Some(halt) = bounces(m, a, &self.gaps(), self.clock.hi, log.end, !RECORD) {
+                return Some(halt);
             }
-            if look
-                && let Some(stop) = accumulates(
-                    m,
-                    A,
-                    &in_roles(A, u_a, u_b, h_b),
-                    self.tau,
-                    self.clock.hi,
-                    log.end,
-                    !RECORD,
-                )
-            {
-                return Some(stop);
-            }
-            if self.done == self.budget {
-                log.hits += self.done;
-                (self.done, self.budget) = (0, log.chunk());
-                if self.budget == 0 {
-                    return Some(Halt::EventLimit);
-                }
-            }
-
-            // The next landing of b. gain = 2K g_aτ: where u_b < 0 it has a division of its own, beside that
-            // of τ, so that the next square root waits for one addition only.
-            let s = self.square.sqrt();
-            let (tau, gain);
-            if u_b < 0.0 {
-                let (twice, sum) = (2.0 * h_b, s - u_b);
-                gain = of_b.lift * twice * s / sum;
-                tau = twice / sum;
-            } else {
-                tau = if of_b.g > 0.0 { (u_b + s) / of_b.g } else { f64::INFINITY };
-                gain = of_b.lift * s * tau;
-            }
-            let w = u_a - of_a.g * tau;
-            let climb = u_a + w;
-            if climb <= CLOSE * u_a {
-                // a is back before b lands, or nearly: decide with care.
-                let back = 2.0 * u_a / of_a.g;
-                if back <= tau && of_a.g > 0.0 {
-                    if self.clock.hi + back > log.end {
-                        return Some(Halt::TimeLimit);
-                    }
-                    self.since += back;
-                    self.clock = self.clock.after(back);
-                    if back == tau {
-                        (self.u_a, self.u_b, self.h_b) = (-u_a, -s, 0.0);
-                        return Some(Halt::Tie);
-                    }
-                    let w = u_b - of_b.g * back;
-                    let blow = (1.0 + of_a.e) * u_a;
-                    let h = (h_b + 0.5 * back * (u_b + w)).max(0.0);
-                    let (hit, other) = (of_a.e * u_a, w - of_a.kick * u_a);
-                    self.jump[A] += blow;
-                    self.moment[A] += blow * self.since;
-                    self.done += 1;
-                    if RECORD {
-                        let clock = self.clock;
-                        log.collisions.push(in_order(clock, A, [-u_a, w], [hit, other], blow, h));
-                    }
-                    (self.u_a, self.u_b, self.h_b, self.tau) = (hit, other, h, back);
-                    self.square = other * other + of_b.weight * h;
-                    continue;
-                }
-            }
-            if self.clock.hi + tau > log.end {
+            if self.clock.hi + back > course.end {
                 return Some(Halt::TimeLimit);
             }
-            if tau == f64::INFINITY {
-                return Some(Halt::Never);
+            self.clock = self.clock.after(back);
+            if back == tau {
+                (self.u_a, self.u_b, self.h_b) = (-u_a, -s, 0.0);
+                return Some(Halt::Tie);
             }
-
-            // b lands.
-            let kick = of_b.kick * s;
-            let d = u_a - kick;
-            let (hit, blow) = (of_b.e * s, s + of_b.e * s);
-            self.square = d * d + gain;
-            self.tau = tau;
-            self.since += tau;
-            self.clock = self.clock.after(tau);
-            self.jump[1 - A] += blow;
-            self.moment[1 - A] += blow * self.since;
-            self.done += 1;
-            (self.u_a, self.u_b, self.h_b) = (hit, w - kick, 0.5 * tau * climb);
-            if RECORD {
-                let after = [self.u_a, self.u_b];
-                let (clock, h) = (self.clock, self.h_b);
-                log.collisions.push(in_order(clock, 1 - A, [-s, w], after, blow, h));
-            }
+            let w = u_b - g_b * back;
+            let blow = (1.0 + m.e[a]) * u_a;
+            let h = (h_b + 0.5 * back * (u_b + w)).max(0.0);
+            let (hit, other) = (m.e[a] * u_a, w - m.kick[a] * u_a);
+            self.land::<RECORD>(a, [-u_a, w], [hit, other], blow, h, course, log);
+            self.square = other * other + course.sides[b].weight * h;
             return None;
+        }
+        if self.clock.hi + tau > course.end {
+            let forever = log.end == f64::INFINITY;
+            return Some(if forever { Halt::Never } else { Halt::TimeLimit });
+        }
+        self.clock = self.clock.after(tau);
+        let (kick, hit) = (m.kick[b] * s, m.e[b] * s);
+        let d = u_a - kick;
+        self.a = b;
+        self.land::<RECORD>(b, [-s, w], [hit, w - kick], s + hit, 0.5 * tau * climb, course, log);
+        self.square = d * d + course.sides[b].lift * s * tau;
+        None
+    }
+
+    /// Puts down an impact at the contact `at`, rates given as (own, other).
+    #[inline(always)]
+    fn land<const RECORD: bool>(
+        &mut self,
+        at: usize,
+        before: [f64; 2],
+        after: [f64; 2],
+        blow: f64,
+        other_gap: f64,
+        course: &Course,
+        log: &mut Log,
+    ) {
+        (self.u_a, self.u_b, self.h_b) = (after[0], after[1], other_gap);
+        if at == 0 {
+            self.jump += blow;
+            self.moment += blow * (self.clock.hi - course.from);
+        }
+        self.left -= 1;
+        if RECORD {
+            log.collisions.push(in_order(self.clock, at, before, after, blow, other_gap));
         }
     }
 }
@@ -368,29 +408,21 @@ pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
     }
 }
 
-fn in_roles(a: usize, u_a: f64, u_b: f64, h_b: f64) -> Gaps {
-    let mut gaps = Gaps::default();
-    (gaps.u[a], gaps.u[1 - a], gaps.h[1 - a]) = (u_a, u_b, h_b);
-    gaps
+/// The sum of the bounces at a, if the motion from here on consists of nothing else.
+fn bounces(m: &Frozen, a: usize, gaps: &Gaps, now: f64, end: f64, skip: bool) -> Option<Halt> {
+    let duration = m.bounce_tail(a, gaps)?;
+    if now + duration <= end {
+        return Some(Halt::Bounce { contact: a, duration });
+    }
+    let several = end - now > duration * (1.0 - m.e[a] * m.e[a]);
+    (skip && several).then_some(Halt::Skip { contact: a })
 }
 
 /// How the motion from here on is summed, if it is: bouncing, clattering, or the end of the digits.
-#[cold]
-fn accumulates(
-    m: &Frozen,
-    a: usize,
-    gaps: &Gaps,
-    tau: f64,
-    now: f64,
-    end: f64,
-    skip: bool,
-) -> Option<Halt> {
-    if let Some(duration) = m.bounce_tail(a, gaps) {
-        if now + duration <= end {
-            return Some(Halt::Bounce { contact: a, duration });
-        }
-        let several = end - now > duration * (1.0 - m.e[a] * m.e[a]);
-        return (skip && several).then_some(Halt::Skip { contact: a });
+fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
+    let (a, gaps, now) = (r.a, &r.gaps(), r.clock.hi);
+    if let Some(halt) = bounces(m, a, gaps, now, end, skip) {
+        return Some(halt);
     }
     if let Some(tail) = m.clatter_tail(a, gaps)
         && tail.error <= TAIL * now
@@ -399,7 +431,7 @@ fn accumulates(
     {
         return Some(Halt::Clatter(tail));
     }
-    if tau > SHORT * now {
+    if parabola_touchdown(r.h_b, r.u_b, m.g[1 - a]) > SHORT * now {
         return None;
     }
     let remaining = time_to_rest(m, gaps)?;

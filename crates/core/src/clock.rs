@@ -11,15 +11,26 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// The clock after a further `dt` (Knuth's two-sum, then renormalised).
+    /// The clock after a further `dt`.
     #[inline]
     pub(crate) fn after(self, dt: f64) -> Self {
-        let sum = self.hi + dt;
-        let part = sum - self.hi;
-        let error = (self.hi - (sum - part)) + (dt - part);
-        let lo = self.lo + error;
-        let hi = sum + lo;
-        Self { hi, lo: lo - (hi - sum) }
+        self.unnormalised_after(dt).renormalised()
+    }
+
+    /// The same, with |lo| as large as the roundings of all steps since the last renormalisation (Knuth's
+    /// two-sum).
+    #[inline]
+    pub(crate) fn unnormalised_after(self, dt: f64) -> Self {
+        let hi = self.hi + dt;
+        let part = hi - self.hi;
+        let error = (self.hi - (hi - part)) + (dt - part);
+        Self { hi, lo: self.lo + error }
+    }
+
+    #[inline]
+    pub(crate) fn renormalised(self) -> Self {
+        let hi = self.hi + self.lo;
+        Self { hi, lo: self.lo - (hi - self.hi) }
     }
 
     /// Time from `earlier` to here, in s.
