@@ -356,7 +356,7 @@ impl Roles {
     }
 
     /// Puts down an impact at the contact `at`, rates given as (own, other).
-    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "an impact has so many sides")]
     fn land<const RECORD: bool>(
         &mut self,
         at: usize,

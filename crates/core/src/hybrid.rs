@@ -422,7 +422,7 @@ impl<'a> Driver<'a> {
         let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
         let t = model.bounce[0] * rates[0];
         if turns
-            || flight[0] != flight[1]
+            || !(flight[0] == flight[1] && flight[0] > 0.0 && flight[0] < f64::INFINITY)
             || model.e[0] != model.e[1]
             || !(self.log.clock.hi + t <= self.log.end)
         {

@@ -165,13 +165,18 @@ impl Frozen {
         Impulses { jump: self.share([-fall(0), -fall(1)]), path: self.share([-sink(0), -sink(1)]) }
     }
 
-    /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2.
+    /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
+    /// equations then hold to rounding however close to parallel they are.
     pub(crate) fn share(&self, y: [f64; 2]) -> [f64; 2] {
         let determinant = 1.0 - self.psi[0] * self.psi[1];
         if determinant <= PARALLEL {
             return [y[0], 0.0];
         }
-        [(y[0] + self.psi[1] * y[1]) / determinant, (y[1] + self.psi[0] * y[0]) / determinant]
+        let (i, j) = if self.psi[0].abs() <= self.psi[1].abs() { (0, 1) } else { (1, 0) };
+        let mut x = [0.0; 2];
+        x[j] = (y[j] + self.psi[i] * y[i]) / determinant;
+        x[i] = y[i] + self.psi[j] * x[j];
+        x
     }
 
     /// The clattering tail after an impact at `a`, if this state clatters for ever without gravity and

@@ -797,3 +797,14 @@ fn clattering_without_gravity_is_summed_in_both_models() {
     let (local, full) = (time(Model::Local), time(Model::Full));
     assert!((local - full).abs() < 1e-4 * local, "{local} {full}");
 }
+
+#[test]
+fn without_gravity_two_contacts_struck_together_escape() {
+    for psi in [-0.5, 0.0] {
+        let m = model([0.0; 2], [psi; 2], 0.5);
+        let free = run(&m, [0.0; 2], [-1.0; 2], Stop::Rest);
+        assert_eq!((free.outcome(), free.elapsed()), (Outcome::Escape, 0.0));
+        assert!(free.zeno_points().is_empty());
+        assert!(free.rates().iter().all(|u| *u > 0.0));
+    }
+}
