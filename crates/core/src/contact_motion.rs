@@ -17,20 +17,22 @@ use crate::tumble::Tumble;
 
 type Series = [f64; ORDER];
 
-/// The motion as Taylor series in the time since the start of a step.
+/// The motion as Taylor series in the time since the start of a step, with `unit` as unit of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    pub(crate) theta: Series,
-    pub(crate) omega: Series,
-    pub(crate) h: [Series; 2],
-    pub(crate) u: [Series; 2],
+    theta: Series,
+    omega: Series,
+    h: [Series; 2],
+    u: [Series; 2],
     /// Displacement and velocity of the centre of mass, (x, y).
     r: [Series; 2],
     v: [Series; 2],
     force: [Series; 2],
     held: [bool; 2],
-    /// Time for which the series serve to the last digit, in s.
-    pub(crate) reach: f64,
+    /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
+    unit: f64,
+    /// Time for which the series serve to the last digit, in units.
+    reach: f64,
 }
 
 /// How a step ends.
@@ -53,6 +55,8 @@ impl Step {
     pub(crate) fn new(state: &Tumble, held: [bool; 2]) -> Self {
         let zero = [0.0; ORDER];
         let (rho2, n12) = (state.body.rho2, state.body.n12);
+        let unit = unit_of_time(state);
+        let square = unit * unit;
         let (mut b, mut c) = ([zero; 2], [zero; 2]);
         let mut s = Self {
             theta: zero,
@@ -63,15 +67,16 @@ impl Step {
             v: [zero; 2],
             force: [zero; 2],
             held,
+            unit,
             reach: f64::INFINITY,
         };
-        (s.theta[0], s.omega[0]) = (state.spin.theta, state.spin.omega);
+        (s.theta[0], s.omega[0]) = (state.spin.theta, state.spin.omega * unit);
         for i in 0..2 {
             (b[i][0], c[i][0]) = (state.b[i], state.c[i]);
-            (s.h[i][0], s.u[i][0]) = (state.gaps.h[i], state.gaps.u[i]);
-            (s.r[i][0], s.v[i][0]) = (state.center.r[i], state.center.v[i]);
+            (s.h[i][0], s.u[i][0]) = (state.gaps.h[i], state.gaps.u[i] * unit);
+            (s.r[i][0], s.v[i][0]) = (state.center.r[i], state.center.v[i] * unit);
         }
-        let gravity = [0, 1].map(|i| state.body.contacts[i].gravity);
+        let gravity = [0, 1].map(|i| state.body.contacts[i].gravity * square);
         let mut w2 = zero;
         // m[i][j] = n_i·n_j + b_i b_j/ρ², need[i] = g_i + c_i ω², det = m11 m22 − m12².
         let (mut m, mut need, mut det) = ([[zero; 2]; 2], [zero; 2], zero);
@@ -112,7 +117,7 @@ impl Step {
             for i in 0..2 {
                 b[i][k + 1] = -product(&c[i], &s.omega, k) * next;
                 c[i][k + 1] = product(&b[i], &s.omega, k) * next;
-                let pull = if k == 0 && i == 1 { -state.body.gravity } else { 0.0 };
+                let pull = if k == 0 && i == 1 { -state.body.gravity * square } else { 0.0 };
                 let push: f64 =
                     (0..2).map(|j| state.body.contacts[j].normal[i] * s.force[j][k]).sum();
                 s.r[i][k + 1] = s.v[i][k] * next;
@@ -132,8 +137,13 @@ impl Step {
         s
     }
 
-    /// The first event within the step, and when. `limit`: no event later than this matters.
+    /// The first event within the step, and when, in s. `limit`: no event later than this matters.
     pub(crate) fn first_event(&self, limit: f64) -> (f64, StepEnd) {
+        let (t, event) = self.first_event_in_units(limit / self.unit);
+        (t * self.unit, event)
+    }
+
+    fn first_event_in_units(&self, limit: f64) -> (f64, StepEnd) {
         let mut end = (self.reach.min(limit), StepEnd::Reach);
         if end.0 == f64::INFINITY {
             // Nothing turns: the free gap is a parabola.
@@ -172,26 +182,37 @@ impl Step {
 
     /// Forces of the held contacts per unit mass, and the angular acceleration, at the start.
     pub(crate) fn push(&self) -> ([f64; 2], f64) {
-        ([self.force[0][0], self.force[1][0]], self.omega[1])
+        let square = self.unit * self.unit;
+        ([self.force[0][0] / square, self.force[1][0] / square], self.omega[1] / square)
     }
 
-    /// The state after `t ≤ reach`.
+    /// The state after `t` (s), which is within reach.
     pub(crate) fn at(&self, state: &Tumble, t: f64) -> Tumble {
-        let value = |series: &Series| Self::evaluate(series, t);
+        let value = |series: &Series| Self::evaluate(series, t / self.unit);
+        let rate = |series: &Series| value(series) / self.unit;
         let mut after = *state;
         after.spin.theta = value(&self.theta);
-        after.spin.omega = value(&self.omega);
+        after.spin.omega = rate(&self.omega);
         for i in 0..2 {
             if state.gaps.h[i].is_finite() {
                 after.gaps.h[i] = value(&self.h[i]).max(0.0);
-                after.gaps.u[i] = value(&self.u[i]);
+                after.gaps.u[i] = rate(&self.u[i]);
             }
             after.center.r[i] = value(&self.r[i]);
-            after.center.v[i] = value(&self.v[i]);
+            after.center.v[i] = rate(&self.v[i]);
         }
         after.refresh();
         after
     }
+}
+
+/// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
+/// where that is shorter.
+fn unit_of_time(state: &Tumble) -> f64 {
+    let size = (0..2).map(|i| libm::hypot(state.b[i], state.c[i])).fold(0.0, f64::max);
+    let size = size + state.body.rho2.sqrt();
+    let rate = state.spin.omega.abs().max((state.body.gravity / size).sqrt());
+    if rate > 0.0 { libm::ldexp(1.0, -libm::ilogb(rate)) } else { 1.0 }
 }
 
 /// Coefficient k of top/bottom, given the ones before it.

@@ -58,16 +58,21 @@ pub(crate) fn in_range(
     if holds { Ok(value) } else { Err(Error::OutOfRange { field: field.into(), value, allowed }) }
 }
 
+/// The largest size of a length, a speed or any other number given: its square does not overflow, and the
+/// square of its inverse does not vanish.
+const LARGEST: f64 = 1e150;
+
 pub(crate) fn finite(field: impl Into<String>, value: f64) -> Result<f64, Error> {
-    in_range(field, value, value.is_finite(), "finite")
+    in_range(field, value, value.abs() <= LARGEST, "finite, at most 1e150 in size")
 }
 
 pub(crate) fn positive(field: impl Into<String>, value: f64) -> Result<f64, Error> {
-    in_range(field, value, value.is_finite() && value > 0.0, "finite and > 0")
+    let holds = (1.0 / LARGEST..=LARGEST).contains(&value);
+    in_range(field, value, holds, "finite and > 0, from 1e-150 to 1e150")
 }
 
 pub(crate) fn non_negative(field: impl Into<String>, value: f64) -> Result<f64, Error> {
-    in_range(field, value, value.is_finite() && value >= 0.0, "finite and >= 0")
+    in_range(field, value, (0.0..=LARGEST).contains(&value), "finite and >= 0, at most 1e150")
 }
 
 pub(crate) fn restitution(field: impl Into<String>, value: f64) -> Result<f64, Error> {

@@ -66,6 +66,12 @@ const SHORT: f64 = 2e-6;
 /// Newton steps on a convex piece: quadratic for a crossing, halving for a graze; 64 bits are enough.
 const CONVEX_STEPS: usize = 128;
 
+/// Turns aloft from which on angles are counted anew: the sum of so many keeps ten digits of a turn.
+const MANY_TURNS: f64 = 1e6;
+
+/// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad.
+pub(crate) const PHASE_LOST: f64 = 1e12;
+
 impl Arc {
     /// Gap after `dt`, in m.
     #[must_use]
@@ -116,7 +122,7 @@ impl Arc {
         if self.h == f64::INFINITY {
             return None;
         }
-        self.any_touchdown().map(|dt| Touchdown { dt, turn: Turn::by(self.omega * dt) })
+        self.any_touchdown()
     }
 
     /// Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
@@ -147,7 +153,8 @@ impl Arc {
     /// The general case: pieces between inflections, one after the other.
     #[cold]
     #[inline(never)]
-    fn any_touchdown(&self) -> Option<f64> {
+    fn any_touchdown(&self) -> Option<Touchdown> {
+        let found = |dt: f64| Some(Touchdown { dt, turn: Turn::by(self.omega * dt) });
         let horizon = self.horizon();
         let spin = self.omega.abs();
         let arm = libm::hypot(self.b, self.c);
@@ -159,7 +166,7 @@ impl Arc {
         // convex where cos < −g/(ω²|d|), a window of half-width `half` around ωt − phase = π.
         let threshold = self.g / (spin * spin * arm);
         if threshold >= 1.0 || threshold.is_nan() {
-            return self.concave_piece(0.0, horizon, &f);
+            return self.concave_piece(0.0, horizon, &f).and_then(found);
         }
         let half = libm::acos(threshold);
         let phase = libm::atan2(if self.omega < 0.0 { -self.b } else { self.b }, self.c);
@@ -179,19 +186,22 @@ impl Arc {
             // While the mean of the gap is more than |d| above ground nothing lands: whole turns are skipped.
             if start >= rise && fall - start > 2.0 * TAU / spin {
                 let turns = ((fall - start) * spin / TAU).floor() - 1.0;
+                if turns > MANY_TURNS {
+                    return self.after_turning(start + TAU / spin * turns);
+                }
                 middle += TAU * turns;
                 start += TAU / spin * turns;
             }
             let (open, close) = ((middle - half) / spin, (middle + half) / spin);
             if open > start {
                 if let Some(root) = self.concave_piece(start, open.min(horizon), &f) {
-                    return Some(root);
+                    return found(root);
                 }
                 start = open;
             }
             if start < horizon && close > start {
                 if let Some(root) = convex_piece(start, close, &f) {
-                    return Some(root);
+                    return found(root);
                 }
                 start = close;
             }
@@ -200,16 +210,35 @@ impl Arc {
         None
     }
 
+    /// The touchdown as seen from a moment `dt` later, before which there is none: angles count from there.
+    fn after_turning(&self, dt: f64) -> Option<Touchdown> {
+        let before = libm::fmod(self.omega * dt, TAU);
+        let turn = Turn::by(before);
+        let later = Self {
+            h: self.gap(dt).max(f64::MIN_POSITIVE),
+            u: self.rate(dt),
+            b: self.b - (self.b * turn.versed + self.c * turn.sin),
+            c: self.c - (self.c * turn.versed - self.b * turn.sin),
+            ..*self
+        };
+        let landing = later.any_touchdown()?;
+        let total = Turn::by(before + self.omega * landing.dt);
+        let dt = dt + landing.dt;
+        Some(Touchdown { dt, turn: Turn { lag: self.omega * dt - total.sin, ..total } })
+    }
+
     /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0: nothing lands in there.
     fn aloft(&self, arm: f64) -> (f64, f64) {
         let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
         let square = drift * drift + 2.0 * self.g * height;
-        if !(self.g > 0.0 && square > 0.0) {
+        if square <= 0.0 || (height <= 0.0 && drift <= 0.0) || (self.g == 0.0 && drift >= 0.0) {
             return (f64::INFINITY, 0.0);
         }
         let root = square.sqrt();
         let rise = if height >= 0.0 { 0.0 } else { -2.0 * height / (drift + root) };
-        (rise * (1.0 + 1e-9), (drift + root) / self.g * (1.0 - 1e-9))
+        let fall =
+            if drift > 0.0 { (drift + root) / self.g } else { 2.0 * height / (root - drift) };
+        (rise * (1.0 + 1e-9), fall * (1.0 - 1e-9))
     }
 
     /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.
@@ -297,7 +326,7 @@ mod tests {
     fn slow_spin_agrees_with_the_bracketed_root() {
         let arc = Arc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
-        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown().unwrap());
+        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown().unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
         assert!(arc.gap(fast).abs() < 1e-16);
     }

@@ -130,6 +130,13 @@ impl<'a> Driver<'a> {
         if outcome == Outcome::TimeLimit {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
+        if self.log.phase_lost {
+            self.warnings.push(
+                "a flight turned by more than 1e12 rad: at most four digits of the rotation at its end \
+                 are left, and the motion after it is one of many"
+                    .into(),
+            );
+        }
         let mut end = self.frame().to_full(&self.raw());
         let mut state = Base::state(&end);
         if outcome == Outcome::Rest {

@@ -70,6 +70,8 @@ pub(crate) struct Log<'a> {
     asked: usize,
     pub(crate) event_limit: usize,
     pub(crate) cancelled: bool,
+    /// Whether a flight turned so far that its rotation is not known any more.
+    pub(crate) phase_lost: bool,
     cancel: &'a dyn Fn() -> bool,
 }
 
@@ -91,6 +93,7 @@ impl<'a> Log<'a> {
             asked: 0,
             event_limit,
             cancelled: false,
+            phase_lost: false,
             cancel,
         }
     }

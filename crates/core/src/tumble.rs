@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use crate::clatter::{Halt, time_to_rest};
-use crate::flight::{Arc, Touchdown};
+use crate::flight::{Arc, PHASE_LOST, Touchdown};
 use crate::local::LocalModel;
 use crate::log::{Center, Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
@@ -150,6 +150,10 @@ impl Tumble {
         let rates = self.gaps.u;
         self.kick(jump);
         self.gaps.u = rates;
+        let [one, two] = self.body.contacts;
+        if closed == [true, true] && one.normal == two.normal && self.b[0] != self.b[1] {
+            self.spin.omega = 0.0; // two points of level ground allow no rotation at all
+        }
     }
 
     /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]; returns its own-rate jump.
@@ -213,6 +217,7 @@ impl Tumble {
             if log.clock.hi + landing.dt > log.end {
                 break Halt::TimeLimit;
             }
+            log.phase_lost |= (self.spin.omega * landing.dt).abs() > PHASE_LOST;
             self.fly(landing.dt, &landing.turn);
             log.clock = log.clock.after(landing.dt);
             self.gaps.h[contact] = 0.0;

@@ -41,7 +41,7 @@ fn ball(e: f64, g: f64) -> Posture {
 fn a_ball_comes_to_rest_at_the_sum_of_its_bounces() {
     // Five roundings in the formula below, a few in the sum: 8 in all.
     for e in [0.0, 1e-12, 0.01, 0.3, 0.5, 0.7, 0.9, 0.99, 0.99999, 1.0 - 1e-9, 1.0 - 1e-13] {
-        for k in (-150..=150).step_by(25) {
+        for k in (-150..=125).step_by(25) {
             for g in [1e-6, 0.37, 1.0, 9.81, 1e6] {
                 let h = 10f64.powi(k);
                 let run = simulate(&ball(e, g), &State::at_rest([0.0, h, 0.0]), &until(Stop::Rest))
@@ -806,5 +806,89 @@ fn without_gravity_two_contacts_struck_together_escape() {
         assert_eq!((free.outcome(), free.elapsed()), (Outcome::Escape, 0.0));
         assert!(free.zeno_points().is_empty());
         assert!(free.rates().iter().all(|u| *u > 0.0));
+    }
+}
+
+#[test]
+fn a_rod_that_spins_beyond_all_digits_ends_and_says_so() {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let start = State::new([0.0, 0.5, 0.0], [0.0, 0.0, 1e10]);
+    let run = simulate(&rod, &start, &Options { event_limit: 200, ..until(Stop::Rest) }).unwrap();
+    assert!(run.warnings().iter().any(|w| w.contains("1e12 rad")), "{:?}", run.warnings());
+    // Weightless and sinking slowly: a million turns go by before the tips come into reach.
+    let body = Posture::rod(0.5, 0.2, 0.1, 0.0, 0.0).unwrap();
+    let start = State::new([0.0, 1000.0, 0.0], [0.0, -1e-3, 1e4]);
+    let run = simulate(&body, &start, &until(Stop::Rest)).unwrap();
+    let first = run.impacts()[0].time;
+    assert!((first - 999.5 / 1e-3).abs() < 1.0, "{first}");
+}
+
+#[test]
+fn time_and_length_have_no_scale_of_their_own() {
+    // A rocking block, which turns about its corners between its landings.
+    let rest = |length: f64, time: f64| {
+        let block = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.520_416_499_866_533_2 * length,
+            center_of_mass: [0.0, 0.75 * length],
+            contacts: vec![Contact::at(-0.5 * length, 0.0), Contact::at(0.5 * length, 0.0)],
+            restitution: 0.5,
+            gravity: 9.81 * length / time / time,
+        })
+        .unwrap();
+        let start = State::at_rest([0.0, 0.084_384_598_778_461_83 * length, 0.2]);
+        let run = simulate(&block, &start, &until(Stop::Rest)).unwrap();
+        assert_eq!(run.outcome(), Outcome::Rest, "length {length:e}, time {time:e}");
+        (run.time() / time, run.collisions())
+    };
+    let expected = rest(1.0, 1.0);
+    for (length, time) in [(0, 50), (0, 100), (0, -60), (0, -100), (100, 0), (-100, 40), (3, -2)] {
+        let scaled = rest(2f64.powi(length), 2f64.powi(time));
+        assert_eq!(scaled, expected, "length 2^{length}, time 2^{time}");
+    }
+}
+
+#[test]
+fn a_body_laid_down_without_gravity_stays() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.225_842_432_430_978_62,
+        center_of_mass: [0.386_951_971_733_938, -0.634_744_188_112_152_6],
+        contacts: vec![
+            Contact::at(-0.774_466_732_928_972, -0.081_225_378_455_512_2),
+            Contact::at(0.653_213_763_853_771_3, -0.139_734_651_250_642_36),
+        ],
+        restitution: 0.0,
+        gravity: 0.0,
+    })
+    .unwrap();
+    let start = State::new(
+        [0.083_554_093_803_626_63, 1.548_965_516_374_227_7, -0.219_388_346_066_897_5],
+        [1.010_041_471_667_665_1, -1.109_354_434_669_040_5, -6.760_320_952_105_914],
+    );
+    let run = simulate(&body, &start, &until(Stop::Rest)).unwrap();
+    assert_eq!((run.zeno_points().len(), run.state().qdot.z), (1, 0.0), "{:?}", run.outcome());
+    assert!(run.time() < 1.0, "{}", run.time());
+}
+
+#[test]
+fn numbers_whose_squares_overflow_are_refused() {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let refused = |q, v, name: &str| {
+        let error = simulate(&rod, &State::new(q, v), &until(Stop::Rest)).unwrap_err().to_string();
+        assert!(error.starts_with(name) && error.contains("1e150"), "{error}");
+    };
+    refused([0.0, 0.5, 0.0], [0.0, 1e160, 0.0], "qdot.y");
+    refused([0.0, 1e308, 0.0], [0.0; 3], "q.y");
+    let m = model([9.81; 2], [0.7; 2], 0.1);
+    assert!(m.simulate([1e300; 2], [0.0, -1e200], 0.0, 0.0, &until(Stop::Rest)).is_err());
+    // The largest allowed still come to rest.
+    for (h, v) in [(1e150, 0.0), (1.0, 1e150), (1e150, -1e150)] {
+        let run = simulate(
+            &ball(0.5, 9.81),
+            &State::new([0.0, h, 0.0], [0.0, v, 0.0]),
+            &until(Stop::Rest),
+        );
+        assert_eq!(run.unwrap().outcome(), Outcome::Rest);
     }
 }
