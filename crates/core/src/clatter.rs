@@ -267,7 +267,8 @@ impl Roles {
         let s = self.square.sqrt();
         let (twice, sum) = (2.0 * h_b, s - u_b);
         let gain = of_b.lift * twice * s / sum;
-        if gain < 0.0 {
+        let nothing_cancels = gain >= 0.0;
+        if !nothing_cancels {
             return false;
         }
         let tau = twice / sum;
@@ -277,7 +278,8 @@ impl Roles {
             return false;
         }
         let clock = self.clock.unnormalised_after(tau);
-        if clock.hi > course.end {
+        let in_time = clock.hi <= course.end;
+        if !in_time {
             return false;
         }
         let kick = of_b.kick * s;
@@ -310,14 +312,8 @@ impl Roles {
         let (a, b) = (self.a, 1 - self.a);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
         let (g_a, g_b) = (m.g[a], m.g[b]);
-        let s = self.square.sqrt();
-        let tau = if u_b < 0.0 {
-            2.0 * h_b / (s - u_b)
-        } else if g_b > 0.0 {
-            (u_b + s) / g_b
-        } else {
-            f64::INFINITY
-        };
+        let tau = parabola_touchdown(h_b, u_b, g_b);
+        let s = self.square.max(0.0).sqrt();
         let w = u_a - g_a * tau;
         let climb = u_a + w;
         let back = 2.0 * u_a / g_a;
@@ -348,10 +344,9 @@ impl Roles {
         }
         self.clock = self.clock.after(tau);
         let (kick, hit) = (m.kick[b] * s, m.e[b] * s);
-        let d = u_a - kick;
         self.a = b;
         self.land::<RECORD>(b, [-s, w], [hit, w - kick], s + hit, 0.5 * tau * climb, course, log);
-        self.square = d * d + course.sides[b].lift * s * tau;
+        self.square = self.u_b * self.u_b + course.sides[a].weight * self.h_b;
         None
     }
 
@@ -424,17 +419,17 @@ fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
     if let Some(halt) = bounces(m, a, gaps, now, end, skip) {
         return Some(halt);
     }
-    if let Some(tail) = m.clatter_tail(a, gaps)
+    let certain = m.clatter_tail(a, gaps).filter(|_| m.certainly_clatters(a, gaps));
+    if let Some(tail) = certain
         && tail.error <= TAIL * now
         && now + tail.duration <= end
-        && m.certainly_clatters(a, gaps)
     {
         return Some(Halt::Clatter(tail));
     }
     if parabola_touchdown(r.h_b, r.u_b, m.g[1 - a]) > SHORT * now {
         return None;
     }
-    let remaining = time_to_rest(m, gaps)?;
+    let remaining = certain.map(|tail| tail.duration).or_else(|| time_to_rest(m, gaps))?;
     (remaining <= REACHED * now)
         .then(|| Halt::Reached { remaining, self_similar: repeats(m, a, gaps) })
 }

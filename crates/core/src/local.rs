@@ -112,11 +112,6 @@ impl LocalModel {
         Self { gravity, psi, phi, restitution }
     }
 
-    /// The same without gravity.
-    pub(crate) fn weightless(self) -> Self {
-        Self { gravity: [0.0; 2], ..self }
-    }
-
     /// (g_1, g_2), in m/s².
     #[must_use]
     pub fn gravity(&self) -> [f64; 2] {

@@ -275,20 +275,14 @@ impl Tumble {
         // Clattering.
         let (drop, square) = (2.0 * gravity[b] * h_b, u_b * u_b);
         if u_b < 0.0 && cross < 0.0 && drop * drop * tau <= TRY_TAIL * now * (square * square) {
-            // The closed form knows gravity into the terrain only; any other is left out, and bounded.
-            let (model, left_out) = if gravity[0] >= 0.0 && gravity[1] >= 0.0 {
-                (self.frozen(), 0.0)
-            } else {
-                (self.frozen().weightless(), gravity[0].abs() + gravity[1].abs())
-            };
-            let frozen = Frozen::new(&model);
+            let frozen = Frozen::new(&self.frozen());
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
                 && now + tail.duration <= log.end
             {
                 let t = tail.duration;
                 let sum = frozen.settle(&self.gaps, t);
                 let drift = self.drift(t, sum.jump[a].abs(), sum.jump[b].abs());
-                let pull = left_out + drift.gravity[0] + drift.gravity[1];
+                let pull = drift.gravity[0] + drift.gravity[1];
                 let geometry = drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -u_b;
                 if tail.error + MARGIN * t * geometry <= TAIL * now
                     && frozen.certainly_clatters(a, &self.gaps)

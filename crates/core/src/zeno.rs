@@ -41,9 +41,7 @@ pub(crate) struct Frozen {
 /// Constants of a clattering tail; index: the contact that is hit next ("b"; "a" was hit last).
 #[derive(Debug, Clone, Copy)]
 struct Clatter {
-    lambda_plus: f64,
-    lambda_minus: f64,
-    /// c_i = λ₊-scaled weight of the gap rates, y/((1+e)ψ_i).
+    /// Weight of u_a beside |u_b|, y/((1+e)ψ_i): 1/c_i is λ₊, unscaled, the edge of the cone of endless clatter.
     c: [f64; 2],
     /// S
     gravity: [f64; 2],
@@ -51,7 +49,10 @@ struct Clatter {
     r: f64,
     /// g̃_i = √ψ_i g_i
     reduced_gravity: [f64; 2],
-    e: f64,
+    /// Where u_a/|u_b| tends to: λ₋, unscaled.
+    limit: [f64; 2],
+    /// |g_1| + |g_2| where the sum leaves gravity out.
+    left_out: f64,
 }
 
 /// A clattering tail: when both contacts come to rest, and how far that is off.
@@ -87,7 +88,9 @@ impl Frozen {
         let b = 1 - a;
         let t = self.bounce[a] * gaps.u[a];
         let end = gaps.h[b] + t * (gaps.u[b] - t * self.fall[a]);
-        (end >= 0.0 && (self.psi[a] >= 0.0 || self.clear_of_bounces(a, gaps, t))).then_some(t)
+        let falls_back = self.g[a] > 0.0;
+        (falls_back && end >= 0.0 && (self.psi[a] >= 0.0 || self.clear_of_bounces(a, gaps, t)))
+            .then_some(t)
     }
 
     /// ψ_a < 0: whether the gap of b is positive at every impact of the bounce tail at a.
@@ -183,7 +186,7 @@ impl Frozen {
     /// gravity is a small correction: T1 of the closed form, with its error estimate.
     pub(crate) fn clatter_tail(&self, a: usize, gaps: &Gaps) -> Option<ClatterTail> {
         let k = self.clatter.as_ref()?;
-        let (b, e) = (1 - a, k.e);
+        let b = 1 - a;
         let (u_a, u_b, h_b) = (gaps.u[a], gaps.u[b], gaps.h[b]);
         let d = -u_b - k.c[b] * u_a; // > 0: inside the cone
         if !(u_b < 0.0 && d > 0.0) {
@@ -192,9 +195,11 @@ impl Frozen {
         let zero_gravity = h_b / d; // T0, an upper bound
         let duration = 2.0 * h_b / (d + (d * d + 2.0 * k.gravity[b] * h_b).sqrt());
         let gap = zero_gravity - duration;
-        let (z, limit) = (u_a / -u_b, e * k.c[a]);
+        let (z, limit) = (u_a / -u_b, k.limit[b]);
         let shape = if z + limit > 0.0 { k.r * (z - limit).abs() / (z + limit) } else { 0.0 };
-        let error = if duration > 0.0 { gap * (gap / duration + shape) } else { 0.0 };
+        let pull = k.left_out * duration / -u_b * self.sensitivity();
+        let error =
+            if duration > 0.0 { gap * (gap / duration + shape) + pull * duration } else { 0.0 };
         Some(ClatterTail { duration, error })
     }
 
@@ -203,19 +208,28 @@ impl Frozen {
     /// ϱ = √ψ_a u_a/(√ψ_b|u_b|) and η = g_aτ/(2u_a), τ the coming flight.
     pub(crate) fn certainly_clatters(&self, a: usize, gaps: &Gaps) -> bool {
         let Some(k) = &self.clatter else { return false };
-        let (b, e) = (1 - a, k.e);
+        let (b, e) = (1 - a, self.e[0]);
         let (u_a, u_b, h_b) = (gaps.u[a], gaps.u[b], gaps.h[b]);
         if u_b >= 0.0 {
             return false;
         }
-        let ratio = (self.psi[a] / self.psi[b]).sqrt() * u_a / -u_b;
-        if ratio > k.lambda_plus {
-            return false;
+        let d = -u_b - k.c[b] * u_a;
+        if d < 0.0 {
+            return false; // outside the cone ϱ ≤ λ₊
         }
         if self.g == [0.0, 0.0] {
             return true;
         }
-        let kappa = ratio.max(k.lambda_minus).powi(3) / (e * e);
+        if k.left_out > 0.0 {
+            // Gravity that presses on lets d grow: d_a' = (d_b + (g_b + c_bg_a)τ)/c_b. What may happen is that
+            // it pulls the state out of the cone, or brings a contact back before the other lands.
+            let far = APART * self.sensitivity() * h_b;
+            let leaves = [(a, u_a), (b, -self.e[b] * u_b)];
+            return d * d >= far * k.left_out
+                && leaves.iter().all(|&(i, u)| self.g[i] <= 0.0 || d * u >= far * self.g[i]);
+        }
+        let scale = (self.psi[a] / self.psi[b]).sqrt();
+        let kappa = (scale * (u_a / -u_b).max(k.limit[b])).powi(3) / (e * e);
         let eta = self.g[a] * parabola(h_b, u_b, self.g[b]) / (2.0 * u_a);
         kappa < 1.0
             && eta < 1.0
@@ -237,18 +251,24 @@ impl Frozen {
 
 use crate::flight::parabola_touchdown as parabola;
 
+/// How much larger the speeds of a clattering state must be than gravity can make them during the rest of it,
+/// T0 = h_b/d, if the sum leaves gravity out.
+const APART: f64 = 16.0;
+
 /// 1 − ψ_1ψ_2 below which two Jacobian rows count as parallel: it carries a few roundings.
 const PARALLEL: f64 = 16.0 * f64::EPSILON;
 
 impl Clatter {
     fn new(g: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> Option<Self> {
-        let e = if e[0] == e[1] { e[0] } else { return None };
+        let e = match e {
+            [one, two] if one == two && g[0] >= 0.0 && g[1] >= 0.0 => one,
+            _ => return Self::weightless(g, psi, e),
+        };
         let p = (1.0 + e) * (psi[0] * psi[1]).sqrt();
         if !(psi[0] > 0.0 && psi[1] > 0.0 && p >= 2.0 * e.sqrt()) {
             return None;
         }
         let y = 2.0 / (1.0 + (1.0 - 4.0 * e / (p * p)).max(0.0).sqrt());
-        let lambda_plus = p / y;
         let c = [y / ((1.0 + e) * psi[0]), y / ((1.0 + e) * psi[1])];
         let r = e * c[0] * c[1];
         let share = |b: usize| {
@@ -258,13 +278,42 @@ impl Clatter {
                 / (1.0 - r4 * c[0] * c[1])
         };
         Some(Self {
-            lambda_plus,
-            lambda_minus: e / lambda_plus,
             c,
             gravity: [share(0), share(1)],
             r,
             reduced_gravity: [psi[0].sqrt() * g[0], psi[1].sqrt() * g[1]],
-            e,
+            limit: [e * c[1], e * c[0]],
+            left_out: 0.0,
+        })
+    }
+
+    /// For any two restitutions and any gravity, which is left out. z = u_a/|u_b| becomes e_b/(p_b − z) at each impact, with
+    /// p_i = (1+e_i)ψ_i, and T0 = h_b/(|u_b| − c_b u_a) with 1/c_b the fixed point of two impacts that repels,
+    ///
+    /// ```text
+    /// p_a z² − (p_a p_b + e_a − e_b) z + e_a p_b = 0.
+    /// ```
+    fn weightless(g: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> Option<Self> {
+        let p = [(1.0 + e[0]) * psi[0], (1.0 + e[1]) * psi[1]];
+        let bound = e[0].sqrt() + e[1].sqrt();
+        if !(psi[0] > 0.0 && psi[1] > 0.0 && p[0] * p[1] >= bound * bound) {
+            return None;
+        }
+        let c = [1, 0].map(|a| {
+            let b = 1 - a;
+            let sum = p[a] * p[b] + e[a] - e[b];
+            let root = (sum * sum - 4.0 * e[a] * p[a] * p[b]).max(0.0).sqrt();
+            2.0 * p[a] / (sum + root)
+        });
+        // Two impacts multiply d by their other root over this one, r.
+        let limit = [e[1] * p[0] * c[0] / p[1], e[0] * p[1] * c[1] / p[0]];
+        Some(Self {
+            c,
+            gravity: [0.0; 2],
+            r: limit[1] * c[1],
+            reduced_gravity: [0.0; 2],
+            limit,
+            left_out: g[0].abs() + g[1].abs(),
         })
     }
 }

@@ -892,3 +892,38 @@ fn numbers_whose_squares_overflow_are_refused() {
         assert_eq!(run.unwrap().outcome(), Outcome::Rest);
     }
 }
+
+#[test]
+fn without_gravity_unequal_ends_clatter_to_a_sum() {
+    for e in [[0.0, 0.9], [0.3, 0.1], [0.5, 0.2], [0.0, 0.0], [0.2, 0.2]] {
+        for share in [0.1, 0.5, 0.9] {
+            let m = LocalModel::new([0.0; 2], [0.95, 0.9], [0.0; 2], e).unwrap();
+            let p = [(1.0 + e[0]) * 0.95, (1.0 + e[1]) * 0.9];
+            if p[0] * p[1] < (e[0].sqrt() + e[1].sqrt()).powi(2) {
+                continue;
+            }
+            // The ratio u_1/|u_2| from which impacts go on for ever lies above a quarter of p_2.
+            let (u, h) = ([share * 0.25 * p[1], -1.0], 0.3);
+            let clatter = run(&m, [0.0, h], u, Stop::Zeno);
+            assert_eq!(clatter.zeno_points().len(), 1, "e {e:?}");
+            assert_eq!((clatter.zeno_points()[0].kind, clatter.collisions()), ("2-zeno", 1));
+            // Plainly, impact by impact.
+            let (mut t, mut h, mut ua, mut ub, mut b) = (0.0, h, u[0], u[1], 1);
+            for _ in 0..2000 {
+                let dt = h / -ub;
+                t += dt;
+                (h, ua, ub, b) = (ua * dt, -e[b] * ub, ua + p[b] * ub, 1 - b);
+                assert!(ub < 0.0 || h == 0.0, "e {e:?} share {share}: {ua} {ub}");
+                if h <= 1e-200 {
+                    break;
+                }
+            }
+            let off = roundings(clatter.elapsed(), t);
+            assert!(
+                off < 64.0,
+                "e {e:?} share {share}: {} {t}, {off} roundings",
+                clatter.elapsed()
+            );
+        }
+    }
+}
