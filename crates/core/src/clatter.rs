@@ -267,8 +267,7 @@ impl Roles {
         let s = self.square.sqrt();
         let (twice, sum) = (2.0 * h_b, s - u_b);
         let gain = of_b.lift * twice * s / sum;
-        let nothing_cancels = gain >= 0.0;
-        if !nothing_cancels {
+        if !(gain >= 0.0) {
             return false;
         }
         let tau = twice / sum;
@@ -278,8 +277,7 @@ impl Roles {
             return false;
         }
         let clock = self.clock.unnormalised_after(tau);
-        let in_time = clock.hi <= course.end;
-        if !in_time {
+        if !(clock.hi <= course.end) {
             return false;
         }
         let kick = of_b.kick * s;
@@ -435,17 +433,19 @@ fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
 }
 
 /// A time within which both contacts come to rest, by the energy argument, if they do at all: λ =
-/// D⁻¹(g_1, g_2) > 0 and every impact loses energy. In s.
+/// D⁻¹(g_1, g_2) > 0 and every impact loses energy. The weakest pull decides: of a contact in the air, or of
+/// one while the other is held. In s.
 pub(crate) fn time_to_rest(m: &Frozen, gaps: &Gaps) -> Option<f64> {
     let force = m.share(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {
         return None;
     }
     let speed = (0..2)
-        .map(|i| (gaps.u[i] * gaps.u[i] + 2.0 * m.g[i] * gaps.h[i]).sqrt())
+        .map(|i| (gaps.u[i] * gaps.u[i] + 2.0 * m.g[i].abs() * gaps.h[i]).sqrt())
         .fold(0.0, f64::max);
-    let least = m.g[0].min(m.g[1]) * (1.0 - m.e[0].max(m.e[1]));
-    Some(8.0 * speed / least)
+    let pulls = [m.g[0], m.g[1], m.held_gravity(0), m.held_gravity(1)];
+    let weakest = pulls.into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
+    Some(8.0 * speed / (weakest * (1.0 - m.e[0].max(m.e[1]))))
 }
 
 /// Whether two more collisions lead back to the same state on a smaller scale.

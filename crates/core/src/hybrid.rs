@@ -632,7 +632,7 @@ impl<'a> Driver<'a> {
         let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
         let model = self.model();
         let gaps = self.gaps;
-        let gravity = model.g[b] + model.psi[a] * model.g[a];
+        let gravity = model.held_gravity(b);
         let resting = gaps.h[b] == 0.0 && gaps.u[b] == 0.0;
         let t =
             if resting { f64::INFINITY } else { parabola_touchdown(gaps.h[b], gaps.u[b], gravity) };

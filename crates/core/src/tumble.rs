@@ -325,9 +325,9 @@ impl Tumble {
     /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
     #[inline]
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
-        // Without a root or a division: 8 speed/(g(1−e)) bounds the time to rest.
+        // First without a root or a division: the time to rest is at least 8 speed/(g(1−e)).
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        let brief = LONG * log.clock.hi * gravity[0].min(gravity[1]) * self.body.least_loss;
+        let brief = LONG * log.clock.hi * gravity[0].max(gravity[1]) * self.body.least_loss;
         let quick = |i: usize| {
             let (u, h) = (self.gaps.u[i], self.gaps.h[i]);
             64.0 * (u * u + 2.0 * gravity[i] * h) <= brief * brief
@@ -343,12 +343,19 @@ impl Tumble {
         if t > LONG * now || now + t > log.end {
             return false;
         }
-        let most = gravity[0].max(gravity[1]) * t;
+        let most = gravity[0].abs().max(gravity[1].abs()) * t;
         let drift = self.drift(t, most, most);
         let geometry = drift.psi / frozen.psi[0].abs().min(frozen.psi[1].abs()).max(f64::EPSILON)
             * frozen.sensitivity()
-            + drift.gravity[0] / gravity[0]
-            + drift.gravity[1] / gravity[1];
+            + (0..2)
+                .map(|i| {
+                    let j = 1 - i;
+                    let change = drift.gravity[i]
+                        + frozen.psi[j].abs() * drift.gravity[j]
+                        + drift.psi * gravity[j].abs();
+                    drift.gravity[i] / gravity[i].abs() + change / frozen.held_gravity(i)
+                })
+                .sum::<f64>();
         t * geometry <= TAIL * now
     }
 

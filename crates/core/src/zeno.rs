@@ -81,16 +81,31 @@ impl Frozen {
     /// Duration of the bounce tail at `a` after an impact there left it with rate `u` [closed form:
     /// T = 2u/(g(1−e))], if contact b stays clear of the terrain all along.
     ///
-    /// For ψ_a ≥ 0 the gap of b at the end decides; for ψ_a < 0 its values at the impacts do, and they lie
-    /// on a quadratic in y = 1 − eʲ.
+    /// For ψ_a ≥ 0 and g_b ≥ 0 the gap of b at the end decides; for ψ_a < 0 its values at the impacts do, and
+    /// they lie on a quadratic in y = 1 − eʲ.
     #[inline]
     pub(crate) fn bounce_tail(&self, a: usize, gaps: &Gaps) -> Option<f64> {
         let b = 1 - a;
         let t = self.bounce[a] * gaps.u[a];
         let end = gaps.h[b] + t * (gaps.u[b] - t * self.fall[a]);
-        let falls_back = self.g[a] > 0.0;
-        (falls_back && end >= 0.0 && (self.psi[a] >= 0.0 || self.clear_of_bounces(a, gaps, t)))
-            .then_some(t)
+        let clear = || {
+            (self.psi[a] >= 0.0 || self.clear_of_bounces(a, gaps, t))
+                && (self.g[b] >= 0.0 || self.clear_of_dips(a, gaps, t))
+        };
+        (self.g[a] > 0.0 && end >= 0.0 && clear()).then_some(t)
+    }
+
+    /// g_b < 0: whether the gap of b, convex between the impacts at a, stays positive there too. After an impact
+    /// its rate is u_b + y (|g_b|T − ψ_a J), with J the sum of all jumps.
+    #[cold]
+    fn clear_of_dips(&self, a: usize, gaps: &Gaps, t: f64) -> bool {
+        let (b, e) = (1 - a, self.e[a]);
+        let rise = -self.g[b] * t;
+        let kicks = self.psi[a] * gaps.u[a] * (1.0 + e) / (1.0 - e);
+        let u = gaps.u[b];
+        let rises = u >= 0.0 && u + rise - kicks >= 0.0;
+        let falls = u + rise - kicks.min(0.0) <= 0.0;
+        rises || falls || gaps.h[b] + t * (u.min(0.0) - kicks.max(0.0)) >= 0.0
     }
 
     /// ψ_a < 0: whether the gap of b is positive at every impact of the bounce tail at a.
@@ -166,6 +181,11 @@ impl Frozen {
         let fall = |i: usize| gaps.u[i] - self.g[i] * t - rates[i];
         let sink = |i: usize| gaps.h[i] + t * (gaps.u[i] - 0.5 * self.g[i] * t);
         Impulses { jump: self.share([-fall(0), -fall(1)]), path: self.share([-sink(0), -sink(1)]) }
+    }
+
+    /// Gravity g_i + ψ_jg_j into the terrain i while the other contact is held, in m/s².
+    pub(crate) fn held_gravity(&self, i: usize) -> f64 {
+        self.g[i] + self.psi[1 - i] * self.g[1 - i]
     }
 
     /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
