@@ -927,3 +927,67 @@ fn without_gravity_unequal_ends_clatter_to_a_sum() {
         }
     }
 }
+
+/// A body in a valley, its spin strong enough to pull contact 1 off the terrain while contact 2 bounces.
+#[test]
+fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.779_145_557_897_242_4,
+        center_of_mass: [-0.166_444_518_232_363_78, 0.822_648_863_145_855],
+        contacts: vec![
+            Contact::at(-0.794_891_236_324_748_5, -0.996_094_144_152_741_1)
+                .on_slope(1.180_712_098_907_089_6),
+            Contact::at(0.348_185_265_591_956_4, 0.0).on_slope(-0.951_208_369_704_792_2),
+        ],
+        restitution: 0.539_692_309_037_840_4,
+        gravity: 0.3,
+    })
+    .unwrap();
+    let start = State::new(
+        [-0.215_130_517_167_394_65, 0.301_604_367_152_928_27, 0.0],
+        [1.993_373_723_312_597_7, -0.490_538_203_756_816_2, 0.0],
+    );
+    let run = simulate(&body, &start, &until(Stop::Rest)).unwrap();
+    let points = run.zeno_points();
+    let (last, before) = points.split_last().unwrap();
+    assert_eq!((run.outcome(), last.kind, last.method), (Outcome::Sliding, "2-zeno", "nested"));
+    // The 1-Zeno points of contact 2 on the way converge geometrically: Aitken's limit.
+    let [.., x, y, z] = before.iter().map(|p| p.time).collect::<Vec<_>>()[..12] else { panic!() };
+    let limit = z - (z - y).powi(2) / ((z - y) - (y - x));
+    assert!((limit - last.time).abs() < 1e-8, "{limit} {}", last.time);
+}
+
+/// A huge flywheel on two level contacts: what gravity does to the one in the air says nothing of how slowly
+/// the body tips over the other.
+#[test]
+fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
+    let wheel = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 340.660_788_255_338_9,
+        center_of_mass: [0.0, 0.0],
+        contacts: vec![
+            Contact::at(0.0, -0.710_336_664_976_763),
+            Contact::at(0.488_795_646_439_502_1, 0.0),
+        ],
+        restitution: 0.0,
+        gravity: 0.3,
+    })
+    .unwrap();
+    let start = State::new([0.0; 3], [0.0, -1.524_977_574_835_2, 0.0]);
+    let options = Options {
+        simultaneous: Simultaneous::LastContactFirst,
+        event_limit: 4000,
+        ..until(Stop::Rest)
+    };
+    let run = simulate(&wheel, &start, &options).unwrap();
+    for impact in run.impacts() {
+        // ψ of the body as it lies at that moment.
+        let (i, j) = (impact.contact.index(), 1 - impact.contact.index());
+        let theta = run.at(impact.time).unwrap().state.q.z;
+        let psi = wheel.local(theta).unwrap().psi()[i];
+        let jump = impact.rates_after[i] - impact.rates_before[i];
+        let off = impact.rates_after[j] - impact.rates_before[j] + psi * jump;
+        assert!(off.abs() < 1e-12 * jump, "{impact:?}: {off}");
+    }
+}
