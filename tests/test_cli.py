@@ -167,6 +167,14 @@ def test_empty_file(tmp_path, capsys):
     assert "missing field" in refusal(capsys, "run", path)
 
 
+def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/zero", "/dev/null"):
+        message = refusal(capsys, "run", path)
+        assert f"{path}: is a pipe or a device" in message
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

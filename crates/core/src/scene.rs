@@ -108,19 +108,25 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be read, is larger than 1 MiB, is no text or does not hold a scene.
+    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 1 MiB, is no text or does not
+    /// hold a scene.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
         let name = path.display().to_string();
         let problem = |problem: String| Error::File { path: name.clone(), problem };
         let io = |e: std::io::Error| problem(e.to_string());
-        let file = std::fs::File::open(path).map_err(io)?;
-        if file.metadata().map_err(io)?.is_dir() {
+        let found = std::fs::metadata(path).map_err(io)?;
+        if found.is_dir() {
             return Err(problem("is a directory, not a scene file".into()));
         }
-        // Read one byte more than allowed: a device has no length.
+        // To open a pipe may take for ever, and to read a device as well.
+        if !found.is_file() {
+            return Err(problem("is a pipe or a device; a scene file is a regular file".into()));
+        }
+        // One byte more than allowed: the length of a file may change, and some have none.
         let mut bytes = Vec::new();
+        let file = std::fs::File::open(path).map_err(io)?;
         file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > LARGEST_FILE {
             return Err(problem("is larger than 1 MiB, the most a scene file may have".into()));
