@@ -669,6 +669,17 @@ def test_infinities_in_json_are_strings(tmp_path):
     json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
 
 
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_byte_order_mark_is_skipped(tmp_path, suffix):
+    path = tmp_path / f"scene.{suffix}"
+    scene().save(path)
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert sf.load(path) == scene()
+    path.write_text(path.read_text(encoding="utf-8-sig"), encoding="utf-16")
+    with pytest.raises(ValueError, match="UTF-8"):
+        sf.load(path)
+
+
 # Long runs.
 
 

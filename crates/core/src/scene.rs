@@ -133,7 +133,9 @@ impl Scene {
         }
         let text = String::from_utf8(bytes)
             .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
-        let scene = if is_json(path) { Self::from_json(&text) } else { Self::from_toml(&text) };
+        // Some editors begin a UTF-8 text with a byte-order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let scene = if is_json(path) { Self::from_json(text) } else { Self::from_toml(text) };
         scene.map_err(|e| match e {
             Error::File { problem: text, .. } => problem(text),
             other => problem(other.to_string()),
