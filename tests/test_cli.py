@@ -164,7 +164,9 @@ def test_huge_file(tmp_path, capsys):
 def test_empty_file(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.touch()
-    assert "missing field" in refusal(capsys, "run", path)
+    assert refusal(capsys, "run", path) == (
+        f"standfast: {path}: line 1, column 1: missing field `gravity`\n"
+    )
 
 
 def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
@@ -175,12 +177,30 @@ def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
         assert f"{path}: is a pipe or a device" in message
 
 
+def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
+    for old, new in [
+        ('"full"', f'"{"x" * 5000}"'),
+        ("gravity", "x" * 100_000),
+        ("0.011", "[" * 200_000),
+    ]:
+        message = refusal(capsys, "run", scene(tmp_path, old=old, new=new))
+        assert len(message) < 400
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ("gravity = 9.81", "gravity = ", ["line"]),
         ("gravity = 9.81", "gravity = 9.81\ngravitas = 1.0", ["gravitas", "unknown"]),
         ("mass = 1.0", "mass = 1.0\ncolour = 'red'", ["colour", "unknown"]),
+        ("mass = 1.0", "mass = '1'", ["line 6, column 8, body.mass: ", "a number\n"]),
+        ("mass = 1.0", f"mass = {10**30}", ["body.mass", f"{10**30}`, expected a num"]),
+        ("[0.0, 0.0]", "[0.0, 0.0, 0.0]", ["center_of_mass", "length 2\n"]),
+        ("q = [0.0,", "q = [0.0, 0.0,", ["start.q", "length 4", "of length 3\n"]),
+        ('model = "full"', "model = 3", ["line 17", "run.model", "a string"]),
+        ('model = "full"', "record = 0", ["run.record", "true or false\n"]),
+        ('model = "full"', "neighbourhood = 'x'", ["neighbourhood", "a number"]),
+        ("[run]", "[[run]]", ["run"]),
         ('model = "full"', 'model = "ful"', ["ful", "auto", "local"]),
         ("restitution = 0.1", "restitution = 1.0", ["restitution", "1", "< 1"]),
         ("restitution = 0.1", "restitution = nan", ["restitution", "nan"]),
@@ -203,7 +223,7 @@ def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
         ("q = [0.0, 0.011,", "q = [0.0, nan,", ["q", "nan"]),
         ("q = [0.0, 0.011,", "q = [0.0, 'high',", ["q"]),
         ('model = "full"', "time_limit = -1.0", ["time_limit", "-1"]),
-        ('model = "full"', "event_limit = -1", ["event_limit"]),
+        ('model = "full"', "event_limit = -1", ["event_limit", "an integer >= 0\n"]),
         ('model = "full"', "tolerance = 0.0", ["tolerance", "0"]),
     ],
 )

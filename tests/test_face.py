@@ -680,6 +680,24 @@ def test_a_byte_order_mark_is_skipped(tmp_path, suffix):
         sf.load(path)
 
 
+def test_wrong_json_names_the_key(tmp_path):
+    path = tmp_path / "scene.json"
+    text = scene().to_json()
+    for old, new, words in [
+        ('"mass": 2.0', '"mass": "2"', 'mass: * string "2", expected a number'),
+        ('"stop": "zeno"', '"event_limit": -1', "event_limit: * an integer >= 0"),
+        ('"stop": "zeno"', '"record" : 0', "record: * true or false"),
+        ('"stop": "zeno"', '"colour": 0', "* unknown field `colour`"),
+    ]:
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        message = f"{path}: line *, column *{words}"
+        with pytest.raises(ValueError, match="line") as error:
+            sf.load(path)
+        pattern = ".*".join(re.escape(word) for word in message.split("*"))
+        assert re.match(pattern, str(error.value)), error.value
+
+
 # Long runs.
 
 

@@ -6,7 +6,6 @@ line on stderr. 130: interrupted.
 
 import math
 import os
-import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -110,9 +109,8 @@ def _complain(problem: str, code: int) -> int:
 
 
 def _one_line(text: str) -> str:
-    """A message without the lines that quote a file, as in `3 | mas = 1`."""
-    lines = [line for line in text.splitlines() if not re.match(r"\s*\d*\s*\|", line)]
-    return ": ".join(line.strip().rstrip(":") for line in lines if line.strip())
+    """A message of several lines as one."""
+    return ": ".join(line.strip().rstrip(":") for line in text.splitlines() if line)
 
 
 def _writable(path: Path | None, option: str) -> None:
