@@ -177,6 +177,11 @@ def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
         assert f"{path}: is a pipe or a device" in message
 
 
+@pytest.mark.parametrize("arguments", [[""], [ROD, "--json", ""], [ROD, "--plot", ""]])
+def test_an_empty_path_is_refused(capsys, arguments):
+    assert "path is empty" in refusal(capsys, "run", *arguments)
+
+
 def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
     for old, new in [
         ('"full"', f'"{"x" * 5000}"'),

@@ -680,6 +680,12 @@ def test_a_byte_order_mark_is_skipped(tmp_path, suffix):
         sf.load(path)
 
 
+def test_an_empty_path_is_quoted():
+    for use in (sf.load, scene().save):
+        with pytest.raises(ValueError, match=r'^"": '):
+            use("")
+
+
 def test_wrong_json_names_the_key(tmp_path):
     path = tmp_path / "scene.json"
     text = scene().to_json()

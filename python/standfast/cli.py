@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, Token
 
 import standfast as sf
 
@@ -34,12 +34,19 @@ app = App(
 )
 
 
+def _path(_: object, tokens: Sequence[Token]) -> Path:
+    """A path as it was given; an empty one would be taken for the current folder."""
+    if not tokens[0].value:
+        raise ValueError("the path is empty")
+    return Path(tokens[0].value)
+
+
 @app.command
 def run(
-    scene: Path,
+    scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=())] = None,
-    plot: Annotated[Path | None, Parameter(negative=())] = None,
+    json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and tell the story of the run.
 

@@ -116,7 +116,7 @@ impl Scene {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
-        let name = path.display().to_string();
+        let name = quoted(path);
         let problem = |problem: String| Error::File { path: name.clone(), problem };
         let io = |e: std::io::Error| problem(e.to_string());
         let found = std::fs::metadata(path).map_err(io)?;
@@ -223,13 +223,15 @@ fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
+/// A path as messages name it.
+fn quoted(path: &Path) -> String {
+    if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
+}
+
 /// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
 /// What is no regular file (a device, a pipe) is written to as it is; a link keeps pointing where it does.
 pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let file = |e: std::io::Error| Error::File {
-        path: path.display().to_string(),
-        problem: e.to_string(),
-    };
+    let file = |e: std::io::Error| Error::File { path: quoted(path), problem: e.to_string() };
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     if std::fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
         return std::fs::write(&target, text).map_err(file);
