@@ -120,6 +120,26 @@ def test_an_output_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch, capsys
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_standard_output_that_fails_is_named():
+    for arguments in (["run", ROD], ["--version"], ["--help"]):
+        with open("/dev/full", "w") as full:
+            done = command(*arguments, stdout=full)
+        assert done.returncode == 2
+        assert done.stderr.startswith(b"standfast: standard output: ")
+        assert done.stderr.count(b"\n") == 1
+
+
+def test_a_closed_standard_output_is_left_alone():
+    for arguments in (["run", ROD], ["--version"], ["--help"]):
+        done = command(*arguments, preexec_fn=lambda: os.close(1))
+        assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_closed_standard_error_stays_closed():
+    done = command("run", "nowhere.toml", preexec_fn=lambda: os.close(2))
+    assert (done.returncode, done.stdout) == (2, b"")
+
+
 def test_an_output_may_be_a_pipe(capsys):
     done = command("run", ROD, "--json", "/dev/stderr")
     assert json.loads(done.stderr)["outcome"] == "rest"
@@ -288,8 +308,9 @@ def test_interrupt(tmp_path, capsys):
 def command(*arguments, **options):
     """The installed command, in a process of its own."""
     program = Path(sys.executable).with_name("standfast")
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.run(
-        [program, *arguments], capture_output=True, timeout=60, check=False, **options
+        [program, *arguments], timeout=60, check=False, **(streams | options)
     )
 
 

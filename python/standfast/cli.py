@@ -83,18 +83,17 @@ def schema() -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
-        app(
-            arguments,
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
-        sys.stdout.flush()
+        with _printing():
+            app(
+                arguments,
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
     except BrokenPipeError:
         # The reader has gone, as in `standfast ... | head`: nothing is left to say.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 1
     except sf.SolverError as error:
         return _complain(str(error), 1)
@@ -106,12 +105,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextmanager
+def _printing() -> Iterator[None]:
+    """Name standard output if it cannot be written."""
+    try:
+        yield
+        if sys.stdout is not None:  # None: it was closed from the start.
+            sys.stdout.flush()
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # What could not be written goes nowhere, or the interpreter would try again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        raise OSError(error.errno, error.strerror, "standard output") from error
+
+
 def _say(text: str) -> None:
     print(text, flush=True)
 
 
 def _complain(problem: str, code: int) -> int:
-    print(f"standfast: {_one_line(problem)}", file=sys.stderr)
+    if sys.stderr is not None:
+        print(f"standfast: {_one_line(problem)}", file=sys.stderr)
     return code
 
 
