@@ -105,19 +105,36 @@ def test_outputs_are_written(tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
 
 
-def test_an_output_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda path: OSError(28, "No space left on device", path),
+        lambda path: ValueError(f"{path}: No space left on device"),
+    ],
+)
+def test_an_output_is_replaced_whole_or_not_at_all(
+    tmp_path, monkeypatch, capsys, error
+):
     out = tmp_path / "run.json"
     out.write_text("old", encoding="utf-8")
 
     def fail(self, path):
         Path(path).write_text("half", encoding="utf-8")
-        raise OSError(28, "No space left on device", str(path))
+        raise error(str(path))
 
     monkeypatch.setattr(sf.Run, "to_json", fail)
     assert main(["run", str(ROD), "--json", str(out)]) == 2
-    assert "No space left on device" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert told == f"standfast: {out}: No space left on device\n"
     assert out.read_text(encoding="utf-8") == "old"
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_device_that_fails_is_named():
+    done = command("run", ROD, "--json", "/dev/full")
+    assert done.returncode == 2
+    assert done.stderr.count(b"\n") == 1
+    assert done.stderr.startswith(b"standfast: /dev/full: No space")
 
 
 def test_standard_output_that_fails_is_named():

@@ -167,15 +167,28 @@ def _replacing(path: Path) -> Iterator[Path]:
         with TemporaryDirectory() as folder:
             temporary = Path(folder, path.name)
             yield temporary
-            path.write_bytes(temporary.read_bytes())
+            with _instead_of(temporary, path):
+                path.write_bytes(temporary.read_bytes())
         return
-    path = path.resolve()
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    whole = path.resolve()
+    temporary = whole.with_name(f".{whole.stem}.{os.getpid()}{whole.suffix}")
     try:
-        yield temporary
-        os.replace(temporary, path)
+        with _instead_of(temporary, path):
+            yield temporary
+            os.replace(temporary, whole)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _instead_of(temporary: Path, path: Path) -> Iterator[None]:
+    """In an error, the path that was asked for instead of the temporary one."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except ValueError as error:
+        raise ValueError(str(error).replace(str(temporary), str(path))) from error
 
 
 # The story of a run.
