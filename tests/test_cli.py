@@ -157,6 +157,14 @@ def test_a_closed_standard_error_stays_closed():
     assert (done.returncode, done.stdout) == (2, b"")
 
 
+def test_a_run_without_record_counts_its_impacts(tmp_path, capsys):
+    path = scene(tmp_path, old='model = "full"', new="record = false")
+    assert main(["run", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert "impacts simulated one by one: 9, none of them recorded" in told
+    assert "no impact" not in told
+
+
 def test_an_output_may_be_a_pipe(capsys):
     done = command("run", ROD, "--json", "/dev/stderr")
     assert json.loads(done.stderr)["outcome"] == "rest"

@@ -255,6 +255,10 @@ def story(run: sf.Run, title: str) -> str:
         lines.extend(_impact_table(impacts[:ROWS]))
         if len(impacts) > ROWS:
             lines.append(f"    ... and {len(impacts) - ROWS} more (all with --json)")
+    elif run.collisions:
+        lines.append(
+            f"  impacts simulated one by one: {run.collisions}, none of them recorded (record = false)"
+        )
     else:
         lines.append("  no impact was simulated")
 
