@@ -342,7 +342,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
     rows = [
         (
             "time / s",
-            "time error / s",
+            "error of the sum / s",
             "kind",
             "contacts",
             "method",
