@@ -105,19 +105,64 @@ def test_outputs_are_written(tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
 
 
-def test_an_output_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda path: OSError(28, "No space left on device", path),
+        lambda path: ValueError(f"{path}: No space left on device"),
+    ],
+)
+def test_an_output_is_replaced_whole_or_not_at_all(
+    tmp_path, monkeypatch, capsys, error
+):
     out = tmp_path / "run.json"
     out.write_text("old", encoding="utf-8")
 
     def fail(self, path):
         Path(path).write_text("half", encoding="utf-8")
-        raise OSError(28, "No space left on device", str(path))
+        raise error(str(path))
 
     monkeypatch.setattr(sf.Run, "to_json", fail)
     assert main(["run", str(ROD), "--json", str(out)]) == 2
-    assert "No space left on device" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert told == f"standfast: {out}: No space left on device\n"
     assert out.read_text(encoding="utf-8") == "old"
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_device_that_fails_is_named():
+    done = command("run", ROD, "--json", "/dev/full")
+    assert done.returncode == 2
+    assert done.stderr.count(b"\n") == 1
+    assert done.stderr.startswith(b"standfast: /dev/full: No space")
+
+
+def test_standard_output_that_fails_is_named():
+    for arguments in (["run", ROD], ["--version"], ["--help"]):
+        with open("/dev/full", "w") as full:
+            done = command(*arguments, stdout=full)
+        assert done.returncode == 2
+        assert done.stderr.startswith(b"standfast: standard output: ")
+        assert done.stderr.count(b"\n") == 1
+
+
+def test_a_closed_standard_output_is_left_alone():
+    for arguments in (["run", ROD], ["--version"], ["--help"]):
+        done = command(*arguments, preexec_fn=lambda: os.close(1))
+        assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_closed_standard_error_stays_closed():
+    done = command("run", "nowhere.toml", preexec_fn=lambda: os.close(2))
+    assert (done.returncode, done.stdout) == (2, b"")
+
+
+def test_a_run_without_record_counts_its_impacts(tmp_path, capsys):
+    path = scene(tmp_path, old='model = "full"', new="record = false")
+    assert main(["run", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert "impacts simulated one by one: 9, none of them recorded" in told
+    assert "no impact" not in told
 
 
 def test_an_output_may_be_a_pipe(capsys):
@@ -164,7 +209,32 @@ def test_huge_file(tmp_path, capsys):
 def test_empty_file(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.touch()
-    assert "missing field" in refusal(capsys, "run", path)
+    assert refusal(capsys, "run", path) == (
+        f"standfast: {path}: line 1, column 1: missing field `gravity`\n"
+    )
+
+
+def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/zero", "/dev/null"):
+        message = refusal(capsys, "run", path)
+        assert f"{path}: is a pipe or a device" in message
+
+
+@pytest.mark.parametrize("arguments", [[""], [ROD, "--json", ""], [ROD, "--plot", ""]])
+def test_an_empty_path_is_refused(capsys, arguments):
+    assert "path is empty" in refusal(capsys, "run", *arguments)
+
+
+def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
+    for old, new in [
+        ('"full"', f'"{"x" * 5000}"'),
+        ("gravity", "x" * 100_000),
+        ("0.011", "[" * 200_000),
+    ]:
+        message = refusal(capsys, "run", scene(tmp_path, old=old, new=new))
+        assert len(message) < 400
 
 
 @pytest.mark.parametrize(
@@ -173,6 +243,14 @@ def test_empty_file(tmp_path, capsys):
         ("gravity = 9.81", "gravity = ", ["line"]),
         ("gravity = 9.81", "gravity = 9.81\ngravitas = 1.0", ["gravitas", "unknown"]),
         ("mass = 1.0", "mass = 1.0\ncolour = 'red'", ["colour", "unknown"]),
+        ("mass = 1.0", "mass = '1'", ["line 6, column 8, body.mass: ", "a number\n"]),
+        ("mass = 1.0", f"mass = {10**30}", ["body.mass", f"{10**30}`, expected a num"]),
+        ("[0.0, 0.0]", "[0.0, 0.0, 0.0]", ["center_of_mass", "length 2\n"]),
+        ("q = [0.0,", "q = [0.0, 0.0,", ["start.q", "length 4", "of length 3\n"]),
+        ('model = "full"', "model = 3", ["line 17", "run.model", "a string"]),
+        ('model = "full"', "record = 0", ["run.record", "true or false\n"]),
+        ('model = "full"', "neighbourhood = 'x'", ["neighbourhood", "a number"]),
+        ("[run]", "[[run]]", ["run"]),
         ('model = "full"', 'model = "ful"', ["ful", "auto", "local"]),
         ("restitution = 0.1", "restitution = 1.0", ["restitution", "1", "< 1"]),
         ("restitution = 0.1", "restitution = nan", ["restitution", "nan"]),
@@ -195,7 +273,7 @@ def test_empty_file(tmp_path, capsys):
         ("q = [0.0, 0.011,", "q = [0.0, nan,", ["q", "nan"]),
         ("q = [0.0, 0.011,", "q = [0.0, 'high',", ["q"]),
         ('model = "full"', "time_limit = -1.0", ["time_limit", "-1"]),
-        ('model = "full"', "event_limit = -1", ["event_limit"]),
+        ('model = "full"', "event_limit = -1", ["event_limit", "an integer >= 0\n"]),
         ('model = "full"', "tolerance = 0.0", ["tolerance", "0"]),
     ],
 )
@@ -255,8 +333,9 @@ def test_interrupt(tmp_path, capsys):
 def command(*arguments, **options):
     """The installed command, in a process of its own."""
     program = Path(sys.executable).with_name("standfast")
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.run(
-        [program, *arguments], capture_output=True, timeout=60, check=False, **options
+        [program, *arguments], timeout=60, check=False, **(streams | options)
     )
 
 

@@ -4,9 +4,12 @@ import copy
 import json
 import math
 import pickle
+import re
 import signal
 import threading
 import time
+from decimal import Decimal
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
@@ -236,7 +239,8 @@ def test_values_print_copy_and_compare(value):
             ),
             ["segment"],
         ),
-        (lambda: local().simulate(gaps=(-0.1, 0), rates=(0, 0)), ["contact 1", "gap"]),
+        (lambda: local().simulate((-1e-30, 1), (0, 0)), ["gaps.1 = -1e-30", ">= 0"]),
+        (lambda: local().simulate((0, -1), (0, 0)), ["gaps.2 = -1.0", ">= 0"]),
         (lambda: local().simulate(gaps=(0.1, 0), rates=(0, math.nan)), ["rates"]),
     ],
 )
@@ -262,6 +266,133 @@ def test_wrong_input_is_named(make, words):
 def test_wrong_shapes_and_types(make):
     with pytest.raises((TypeError, ValueError)):
         make()
+
+
+def simulate(q=START["q"], qdot=START["qdot"], **options):
+    return sf.simulate(rod(), q, qdot, **options)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: simulate(q=(0, 0.011)),
+            "q = (0, 0.011) * 3 numbers are needed, not 2",
+        ),
+        (lambda: simulate(qdot=np.zeros(2)), "qdot = * 3 numbers * not 2"),
+        (lambda: rod().local(q=(0, 0)), "q = (0, 0) * 3 numbers"),
+        (lambda: sf.Scene(rod(), (0, 1), (0, 0, 0)), "q = (0, 1) * 3 numbers"),
+        (lambda: local().simulate((0,), (0, 0)), "gaps = (0,) * 2 numbers"),
+        (lambda: local().simulate((0, 1), (0, 0, 0)), "rates = (0, 0, 0) * 2 numbers"),
+        (lambda: sf.Contact(point=range(10**9)), "point = range(0, 1000000000) * 2 n"),
+        (lambda: sf.Contact((0, 0), segment=(1,)), "segment = (1,) * 2 numbers"),
+        (lambda: body(center_of_mass=[0]), "center_of_mass = [0] * 2 numbers"),
+        (lambda: local(psi=(1,)), "psi = (1,) * 2 numbers"),
+        (lambda: local(phi=(1, 2, 3)), "phi = (1, 2, 3) * 2 numbers"),
+        (lambda: local(gravity=()), "gravity = () * 2 numbers"),
+        (lambda: local(restitution=(0.1,)), "restitution = (0.1,) * 2 numbers"),
+        (lambda: rod().gap_rates((0, 0, 0), (0, 0)), "qdot = * shape"),
+    ],
+)
+def test_a_wrong_length_is_named(make, words):
+    assert_refused(make, ValueError, words)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: simulate(event_limit=-1), "event_limit = -1 * an integer from 0 to"),
+        (lambda: simulate(event_limit=10**30), "event_limit = 1000* an integer from"),
+        (lambda: simulate(event_limit=10**5000), "event_limit = * an integer from 0"),
+        (lambda: rod(gyration_radius=10**400), "gyration_radius = inf * finite"),
+        (lambda: simulate(q=(0, -(10**400), 0)), "q.y = -inf * finite"),
+        (lambda: simulate(time=10**5000), "time = inf * finite"),
+    ],
+)
+def test_a_huge_integer_is_named(make, words):
+    assert_refused(make, ValueError, words)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: body(mass="1"), "mass = '1' * a number is needed"),
+        (lambda: body(mass=None), "mass = None * a number"),
+        (lambda: body(mass=True), "mass = True * a number"),
+        (lambda: body(mass=np.True_), "mass = np.True_ * a number"),
+        (lambda: body(mass=np.complex128(1)), "mass = * a number"),
+        (lambda: body(mass=np.ones(1)), "mass = array([1.]) * a number"),
+        (
+            lambda: local(restitution="x"),
+            "restitution = 'x' * a number * or one for each",
+        ),
+        (lambda: local(restitution=(0, "x")), "restitution = (0, 'x') * a number"),
+        (lambda: simulate(q=None), "q = None * 3 numbers"),
+        (lambda: simulate(q="abc"), "q = 'abc' * 3 numbers"),
+        (lambda: simulate(q={0: 0, 1: 1, 2: 0}), "q = {0: 0, 1: 1, 2: 0} * 3 numbers"),
+        (lambda: simulate(q=(0, True, 0)), "q = (0, True, 0) * 3 numbers"),
+        (lambda: simulate(q=np.array([0, 1j, 0])), "q = array([* 3 numbers"),
+        (lambda: simulate(q=np.ones((3, 1))), "q = array([[1.], [1.], [1.]]) * 3 n"),
+        (lambda: simulate(time_limit="1"), "time_limit = '1' * a number"),
+        (lambda: simulate(event_limit=1.5), "event_limit = 1.5 * an integer"),
+        (lambda: simulate(event_limit=True), "event_limit = True * an integer"),
+        (lambda: simulate(record=0), "record = 0 * True or False"),
+        (lambda: simulate(stop=None), "stop = None * a string"),
+        (lambda: scene().simulate(time="1"), "time = '1' * a number"),
+        (lambda: scene().simulate(record=0), "record = 0 * True or False"),
+        (lambda: scene().simulate(model=None), "model = None * a string"),
+        (lambda: rod().gaps(None), "q = None * numbers"),
+        (lambda: rod().gaps([[0, 0], [0]]), "q = [[0, 0], [0]] * numbers"),
+        (lambda: rod().gaps(np.zeros(3, complex)), "q = * numbers"),
+    ],
+)
+def test_a_wrong_type_is_named(make, words):
+    assert_refused(make, TypeError, words)
+
+
+@pytest.mark.parametrize("t", ["0.01", None, True, 0.01 + 0j, [0.01, None], object()])
+def test_times_are_numbers(run, t):
+    for ask in (run.at, run.gaps_at, run.energy):
+        assert_refused(lambda ask=ask: ask(t), TypeError, "t = * numbers")
+
+
+@pytest.mark.parametrize("n", [-1, 1, 10**12, 10**30])
+def test_a_wrong_number_of_samples_is_named(run, n):
+    assert_refused(lambda: run.sample(n), ValueError, f"n = {n} * from 2 to 10000000 *")
+
+
+def assert_refused(make, kind, words):
+    """The error is of this kind, and its one short line has the words, `*` for any others."""
+    with pytest.raises(kind) as error:
+        make()
+    message = str(error.value)
+    pattern = ".*".join(re.escape(word) for word in words.split("*"))
+    assert re.match(pattern, message), message
+    assert "\n" not in message
+    assert len(message) < 250
+
+
+def test_long_words_are_shortened():
+    x = "x" * 100_000
+    assert_refused(lambda: simulate(model=x), ValueError, 'model = "xxx*… cannot be')
+    assert_refused(lambda: body(mass=x), TypeError, "mass = 'xxx*… cannot be")
+    assert_refused(lambda: scene().simulate(**{x: 1}), TypeError, "option = xxx*… can")
+
+
+def test_every_kind_of_real_number_is_taken():
+    for two in (
+        2,
+        2.0,
+        np.float32(2),
+        np.int64(2),
+        np.array(2),
+        Fraction(2),
+        Decimal(2),
+    ):
+        assert body(mass=two).mass == 2.0
+        assert local(phi=(0, two)).phi == (0.0, 2.0)
+        assert rod().gaps([0, two, 0]).tolist() == [2.0, 2.0]
+    assert local(restitution=np.array([0.1, 0.2])).restitution == (0.1, 0.2)
 
 
 def test_a_start_within_rounding_of_the_terrain_is_taken_as_touching():
@@ -536,6 +667,41 @@ def test_infinities_in_json_are_strings(tmp_path):
     text = path.read_text(encoding="utf-8")
     assert '"inf"' in text
     json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_byte_order_mark_is_skipped(tmp_path, suffix):
+    path = tmp_path / f"scene.{suffix}"
+    scene().save(path)
+    path.write_text(path.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert sf.load(path) == scene()
+    path.write_text(path.read_text(encoding="utf-8-sig"), encoding="utf-16")
+    with pytest.raises(ValueError, match="UTF-8"):
+        sf.load(path)
+
+
+def test_an_empty_path_is_quoted():
+    for use in (sf.load, scene().save):
+        with pytest.raises(ValueError, match=r'^"": '):
+            use("")
+
+
+def test_wrong_json_names_the_key(tmp_path):
+    path = tmp_path / "scene.json"
+    text = scene().to_json()
+    for old, new, words in [
+        ('"mass": 2.0', '"mass": "2"', 'mass: * string "2", expected a number'),
+        ('"stop": "zeno"', '"event_limit": -1', "event_limit: * an integer >= 0"),
+        ('"stop": "zeno"', '"record" : 0', "record: * true or false"),
+        ('"stop": "zeno"', '"colour": 0', "* unknown field `colour`"),
+    ]:
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        message = f"{path}: line *, column *{words}"
+        with pytest.raises(ValueError, match="line") as error:
+            sf.load(path)
+        pattern = ".*".join(re.escape(word) for word in message.split("*"))
+        assert re.match(pattern, str(error.value)), error.value
 
 
 # Long runs.

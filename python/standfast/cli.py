@@ -6,7 +6,6 @@ line on stderr. 130: interrupted.
 
 import math
 import os
-import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, Token
 
 import standfast as sf
 
@@ -35,12 +34,19 @@ app = App(
 )
 
 
+def _path(_: object, tokens: Sequence[Token]) -> Path:
+    """A path as it was given; an empty one would be taken for the current folder."""
+    if not tokens[0].value:
+        raise ValueError("the path is empty")
+    return Path(tokens[0].value)
+
+
 @app.command
 def run(
-    scene: Path,
+    scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=())] = None,
-    plot: Annotated[Path | None, Parameter(negative=())] = None,
+    json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and tell the story of the run.
 
@@ -77,18 +83,17 @@ def schema() -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
-        app(
-            arguments,
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
-        sys.stdout.flush()
+        with _printing():
+            app(
+                arguments,
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
     except BrokenPipeError:
         # The reader has gone, as in `standfast ... | head`: nothing is left to say.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 1
     except sf.SolverError as error:
         return _complain(str(error), 1)
@@ -100,19 +105,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextmanager
+def _printing() -> Iterator[None]:
+    """Name standard output if it cannot be written."""
+    try:
+        yield
+        if sys.stdout is not None:  # None: it was closed from the start.
+            sys.stdout.flush()
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # What could not be written goes nowhere, or the interpreter would try again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        raise OSError(error.errno, error.strerror, "standard output") from error
+
+
 def _say(text: str) -> None:
     print(text, flush=True)
 
 
 def _complain(problem: str, code: int) -> int:
-    print(f"standfast: {_one_line(problem)}", file=sys.stderr)
+    if sys.stderr is not None:
+        print(f"standfast: {_one_line(problem)}", file=sys.stderr)
     return code
 
 
 def _one_line(text: str) -> str:
-    """A message without the lines that quote a file, as in `3 | mas = 1`."""
-    lines = [line for line in text.splitlines() if not re.match(r"\s*\d*\s*\|", line)]
-    return ": ".join(line.strip().rstrip(":") for line in lines if line.strip())
+    """A message of several lines as one."""
+    return ": ".join(line.strip().rstrip(":") for line in text.splitlines() if line)
 
 
 def _writable(path: Path | None, option: str) -> None:
@@ -147,15 +167,28 @@ def _replacing(path: Path) -> Iterator[Path]:
         with TemporaryDirectory() as folder:
             temporary = Path(folder, path.name)
             yield temporary
-            path.write_bytes(temporary.read_bytes())
+            with _instead_of(temporary, path):
+                path.write_bytes(temporary.read_bytes())
         return
-    path = path.resolve()
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    whole = path.resolve()
+    temporary = whole.with_name(f".{whole.stem}.{os.getpid()}{whole.suffix}")
     try:
-        yield temporary
-        os.replace(temporary, path)
+        with _instead_of(temporary, path):
+            yield temporary
+            os.replace(temporary, whole)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _instead_of(temporary: Path, path: Path) -> Iterator[None]:
+    """In an error, the path that was asked for instead of the temporary one."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except ValueError as error:
+        raise ValueError(str(error).replace(str(temporary), str(path))) from error
 
 
 # The story of a run.
@@ -222,6 +255,10 @@ def story(run: sf.Run, title: str) -> str:
         lines.extend(_impact_table(impacts[:ROWS]))
         if len(impacts) > ROWS:
             lines.append(f"    ... and {len(impacts) - ROWS} more (all with --json)")
+    elif run.collisions:
+        lines.append(
+            f"  impacts simulated one by one: {run.collisions}, none of them recorded (record = false)"
+        )
     else:
         lines.append("  no impact was simulated")
 
@@ -305,7 +342,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
     rows = [
         (
             "time / s",
-            "time error / s",
+            "error of the sum / s",
             "kind",
             "contacts",
             "method",

@@ -32,6 +32,8 @@ ARC, CURVE = 60, 6000
 TURN = 20
 #: Impacts that are marked one by one.
 MARKS = 500
+#: Least distance of marks over time, as a share of the run: about the width of a marker.
+APART = 0.015
 #: How far the approach is followed beyond the last simulated impact: share of the time then left.
 BEYOND = 1e-3
 #: Distances from an impact, relative to the time left, at which the curve into its cusp is sampled.
@@ -129,6 +131,29 @@ def sharpened(times: _Floats, gaps: Callable[[_Floats], _Floats]) -> _Floats:
     return times
 
 
+def apart(times: _Floats, least: float) -> list[int]:
+    """Indices of the times, sorted ones, that are left if none follows another by less than `least`.
+
+    >>> apart(np.array([0.0, 0.5, 1.0, 1.1, 3.0]), 1.0)
+    [0, 2, 4]
+    """
+    kept: list[int] = []
+    index = 0
+    while index < len(times):
+        kept.append(index)
+        index = max(index + 1, int(np.searchsorted(times, times[index] + least)))
+    return kept
+
+
+def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
+    """Indices of the impacts that are marked: the first of each contact, and what stands apart from it."""
+    times = impacts["time"]
+    firsts = np.unique(impacts["index"], return_index=True)[1]
+    clear = (abs(times[:, None] - times[firsts]) >= least).all(axis=1)
+    others = np.flatnonzero(clear)
+    return sorted([*firsts, *others[apart(times[others], least)]])
+
+
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
     """Every contact's index and the look of its line."""
     for index in range(len(run.gaps)):
@@ -136,31 +161,37 @@ def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
         yield index, look
 
 
-def _impact_times(run: Run, index: int) -> _Floats:
-    impacts = run.impacts
-    times: _Floats = impacts["time"][impacts["index"] == index]
-    return times
-
-
 def draw_gaps(axes: Axes, run: Run) -> None:
-    """Gaps over time; a marker on the terrain for every impact that was simulated."""
+    """Gaps over time; markers on the terrain for the impacts that were simulated.
+
+    Impacts and Zeno points that would be drawn over one another are left out, and the legend says so.
+    """
     t = curve_times(run)
     gaps, _ = run.gaps_at(t)
     for index, look in _contacts(run):
         axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
+    least = APART * run.elapsed
+    impacts = run.impacts
+    shown = impacts[marked(impacts, least)]
     for index, _ in _contacts(run):
-        hits = _impact_times(run, index)
-        if 0 < len(hits) and len(run.impacts) <= MARKS:
+        hits = impacts["time"][impacts["index"] == index]
+        if len(hits):
+            seen = shown["time"][shown["index"] == index]
             axes.plot(
-                hits,
-                np.zeros_like(hits),
+                seen,
+                np.zeros_like(seen),
                 clip_on=False,
-                label=f"impact on {index + 1} ({len(hits)} simulated)",
+                label=f"impact on {index + 1} ({_count(len(hits), len(seen), 'simulated')})",
                 **_mark(index),
             )
-    for number, point in enumerate(run.zeno_points[:MARKS]):
-        label = None if number else "Zeno point"
-        axes.axvline(point.time, color="black", lw=1.0, ls=":", zorder=0, label=label)
+    ends = np.array([p.time for p in run.zeno_points if p.method != "rest"])
+    lines = ends[apart(ends, least)]
+    label: str | None = "Zeno point"
+    if len(ends) > 1:
+        label = f"Zeno point ({_count(len(ends), len(lines), 'found')})"
+    for time in lines:
+        axes.axvline(time, color="black", lw=1.0, ls=":", zorder=0, label=label)
+        label = None
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.03)
     axes.set_xlabel("time / s")
@@ -168,6 +199,10 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     axes.set_title(_headline(run), loc="left", fontsize=11)
     axes.legend(loc="best", frameon=True, framealpha=0.9, fontsize=9)
     _bare(axes)
+
+
+def _count(number: int, shown: int, what: str) -> str:
+    return f"{number} {what}" + (f", {shown} shown" if shown < number else "")
 
 
 def _mark(index: int) -> dict[str, Any]:
@@ -319,7 +354,7 @@ def _body_height(run: Run) -> float:
     corners = np.vstack(poses(run)[1])
     everything = np.vstack([corners, *_terrain(run, corners)])
     wide, high = np.ptp(everything, axis=0)
-    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.7, 1.3, 3.2))
+    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.9, 1.5, 3.4))
 
 
 def draw_body(axes: Axes, run: Run) -> None:
@@ -343,6 +378,10 @@ def draw_body(axes: Axes, run: Run) -> None:
         for index, corner in enumerate(shape[:-1]):
             if last:
                 axes.plot(*corner, **{**_mark(index), "markersize": 6})
+    parts = "Contacts and centre of mass, joined by lines"
+    if len(posture.contacts) == 1:
+        parts = "Contact, centre of mass (+) and circle of gyration"
+    axes.set_title(f"{parts}; to scale", loc="left", fontsize=11)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x / m")
     axes.set_ylabel("y / m")

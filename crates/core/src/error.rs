@@ -17,7 +17,7 @@ pub enum Error {
         allowed: &'static str,
     },
     /// A field cannot be used as it is given, for a reason that is not a range of numbers.
-    #[error("{field} = {value} cannot be used: {allowed}")]
+    #[error("{field} = {} cannot be used: {allowed}", shortened(value))]
     Unusable {
         /// Path of the field.
         field: String,
@@ -46,6 +46,20 @@ pub enum Error {
         /// What is wrong, with line and column where there is one.
         problem: String,
     },
+}
+
+/// Longest value that is quoted in full, in characters.
+const QUOTED: usize = 60;
+
+/// A value as it is quoted in a message: on one line, and no longer than needed to recognise it.
+pub(crate) fn shortened(value: &str) -> String {
+    let text: String = value.split_whitespace().collect::<Vec<_>>().join(" ");
+    let printable = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    if text.chars().count() <= QUOTED {
+        text.chars().map(printable).collect()
+    } else {
+        text.chars().take(QUOTED).map(printable).chain(['\u{2026}']).collect()
+    }
 }
 
 /// `value` if it lies in the range that `holds` describes.

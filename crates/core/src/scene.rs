@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::contact::Contact;
-use crate::error::Error;
+use crate::error::{Error, shortened};
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate};
 use crate::trajectory::Trajectory;
@@ -72,6 +72,7 @@ struct BodyTable {
     /// Radius of gyration ρ > 0, in m.
     gyration_radius: f64,
     /// Nominal centre of mass, in m.
+    #[serde(deserialize_with = "exactly")]
     center_of_mass: [f64; 2],
 }
 
@@ -80,8 +81,10 @@ struct BodyTable {
 #[serde(deny_unknown_fields, default)]
 struct StartTable {
     /// Displacement of the centre of mass (m, m) and rotation (rad).
+    #[serde(deserialize_with = "exactly")]
     q: [f64; 3],
     /// Velocity, in m/s, m/s, rad/s.
+    #[serde(deserialize_with = "exactly")]
     qdot: [f64; 3],
 }
 
@@ -92,7 +95,7 @@ impl Scene {
     ///
     /// [`Error::File`] with line and column, or what the values lack.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        Self::of_file(toml::from_str(text).map_err(|e| malformed("scene", &e.to_string()))?)
+        Self::of_file(toml::from_str(text).map_err(|e| of_toml(text, e))?)
     }
 
     /// Reads a scene from JSON.
@@ -101,33 +104,41 @@ impl Scene {
     ///
     /// [`Error::File`] with line and column, or what the values lack.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        Self::of_file(serde_json::from_str(text).map_err(|e| malformed("scene", &e.to_string()))?)
+        Self::of_file(serde_json::from_str(text).map_err(|e| of_json(text, &e))?)
     }
 
     /// Reads a scene file; a name that ends in `.json` is JSON, any other TOML.
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be read, is larger than 1 MiB, is no text or does not hold a scene.
+    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 1 MiB, is no text or does not
+    /// hold a scene.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
-        let name = path.display().to_string();
+        let name = quoted(path);
         let problem = |problem: String| Error::File { path: name.clone(), problem };
         let io = |e: std::io::Error| problem(e.to_string());
-        let file = std::fs::File::open(path).map_err(io)?;
-        if file.metadata().map_err(io)?.is_dir() {
+        let found = std::fs::metadata(path).map_err(io)?;
+        if found.is_dir() {
             return Err(problem("is a directory, not a scene file".into()));
         }
-        // Read one byte more than allowed: a device has no length.
+        // To open a pipe may take for ever, and to read a device as well.
+        if !found.is_file() {
+            return Err(problem("is a pipe or a device; a scene file is a regular file".into()));
+        }
+        // One byte more than allowed: the length of a file may change, and some have none.
         let mut bytes = Vec::new();
+        let file = std::fs::File::open(path).map_err(io)?;
         file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > LARGEST_FILE {
             return Err(problem("is larger than 1 MiB, the most a scene file may have".into()));
         }
         let text = String::from_utf8(bytes)
             .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
-        let scene = if is_json(path) { Self::from_json(&text) } else { Self::from_toml(&text) };
+        // Some editors begin a UTF-8 text with a byte-order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let scene = if is_json(path) { Self::from_json(text) } else { Self::from_toml(text) };
         scene.map_err(|e| match e {
             Error::File { problem: text, .. } => problem(text),
             other => problem(other.to_string()),
@@ -212,13 +223,15 @@ fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
+/// A path as messages name it.
+fn quoted(path: &Path) -> String {
+    if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
+}
+
 /// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
 /// What is no regular file (a device, a pipe) is written to as it is; a link keeps pointing where it does.
 pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let file = |e: std::io::Error| Error::File {
-        path: path.display().to_string(),
-        problem: e.to_string(),
-    };
+    let file = |e: std::io::Error| Error::File { path: quoted(path), problem: e.to_string() };
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     if std::fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
         return std::fs::write(&target, text).map_err(file);
@@ -234,20 +247,77 @@ pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
     )
 }
 
-/// Parser messages on one line.
-fn malformed(path: &str, problem: &str) -> Error {
-    let lines: Vec<&str> = problem
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with(['|', '^']))
-        .map(|line| line.split_once(" | ").map_or(line, |(_, source)| source))
-        .collect();
-    Error::File { path: path.into(), problem: lines.join("; ") }
+/// Serde for an array of N values; a TOML array with more of them would lose the others.
+fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    <Vec<T>>::deserialize(deserializer)?.try_into().map_err(|values: Vec<T>| {
+        let expected = format!("an array of length {N}");
+        serde::de::Error::invalid_length(values.len(), &expected.as_str())
+    })
+}
+
+/// What the parser says of a TOML text, on one line.
+fn of_toml(text: &str, mut error: toml::de::Error) -> Error {
+    let before = &text[..error.span().map_or(0, |span| span.start)];
+    let line = before.rfind('\n').map_or(before, |end| &before[end + 1..]);
+    let place = (before.matches('\n').count() + 1, line.chars().count() + 1);
+    error.set_input(None);
+    // Without its input an error says in which field it is.
+    let said = error.to_string();
+    let field =
+        said.rsplit_once("\nin `").and_then(|(_, field)| field.trim_end().strip_suffix('`'));
+    malformed(place, field, error.message())
+}
+
+/// What the parser says of a JSON text, on one line.
+fn of_json(text: &str, error: &serde_json::Error) -> Error {
+    let place = (error.line(), error.column());
+    let said = error.to_string();
+    let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
+    let field = said.starts_with("invalid ").then(|| key_before(text, place)).flatten();
+    malformed(place, field, said)
+}
+
+/// The key whose value ends at a place of a JSON text, if that is plain to see.
+fn key_before(text: &str, (line, column): (usize, usize)) -> Option<&str> {
+    let start: usize = text.split_inclusive('\n').take(line.checked_sub(1)?).map(str::len).sum();
+    let (before, value) = text.get(..start + column)?.rsplit_once(':')?;
+    let key = before.trim_end().strip_suffix('"')?.rsplit('"').next();
+    key.filter(|_| !value.contains('}'))
+}
+
+/// A parser's message, with the names of types as a reader of the file calls them.
+fn malformed((line, column): (usize, usize), field: Option<&str>, said: &str) -> Error {
+    let (found, expected) = match said.rsplit_once(", expected ") {
+        Some((found, expected)) => (found, format!(", expected {}", in_words(expected))),
+        None => (said, String::new()),
+    };
+    let found = shortened(found.trim_end_matches(" as i128").trim_end_matches(" as u128"));
+    let found = if found == "wanted string or table" { "a string is needed" } else { &found };
+    let field = field.map_or(String::new(), |field| format!(", {}", shortened(field)));
+    Error::File {
+        path: "scene".into(),
+        problem: format!("line {line}, column {column}{field}: {found}{expected}"),
+    }
+}
+
+/// What a parser expected, without the names of Rust.
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "usize" => "an integer >= 0",
+        "a boolean" => "true or false",
+        _ if expected.starts_with("struct ") => "a table",
+        other => other,
+    }
 }
 
 /// A number that may be infinite: JSON has no infinities, so they are the strings "inf" and "-inf".
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number, \"inf\" or \"-inf\" is needed")]
 pub(crate) enum Extended {
     /// A finite number.
     Number(f64),
@@ -303,7 +373,7 @@ pub(crate) mod extended {
 /// Serde for a pair of extended numbers.
 pub(crate) mod extended_pair {
     use super::Extended;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use serde::{Deserializer, Serialize, Serializer};
 
     pub(crate) fn serialize<S: Serializer>(
         value: &[f64; 2],
@@ -315,6 +385,6 @@ pub(crate) mod extended_pair {
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<[f64; 2], D::Error> {
-        <[Extended; 2]>::deserialize(deserializer).map(|pair| pair.map(f64::from))
+        super::exactly(deserializer).map(|pair: [Extended; 2]| pair.map(f64::from))
     }
 }

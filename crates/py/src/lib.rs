@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod error;
+mod input;
 mod options;
 mod posture;
 mod run;
@@ -21,6 +22,7 @@ mod _core {
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
 
+    use crate::input;
     use crate::options::{call, stopped};
     use standfast::{Options, State};
 
@@ -50,18 +52,18 @@ mod _core {
     fn simulate(
         py: Python<'_>,
         posture: PyRef<'_, PyPosture>,
-        q: [f64; 3],
-        qdot: [f64; 3],
-        model: &str,
-        impact: &str,
-        simultaneous: &str,
-        stop: &str,
-        time: f64,
-        time_limit: Option<f64>,
-        event_limit: usize,
-        neighbourhood: f64,
-        tolerance: f64,
-        record: bool,
+        #[pyo3(from_py_with = input::q)] q: [f64; 3],
+        #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
+        #[pyo3(from_py_with = input::model)] model: &str,
+        #[pyo3(from_py_with = input::impact)] impact: &str,
+        #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+        #[pyo3(from_py_with = input::stop)] stop: &str,
+        #[pyo3(from_py_with = input::time)] time: f64,
+        #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
+        #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
+        #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
+        #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
+        #[pyo3(from_py_with = input::record)] record: bool,
     ) -> PyResult<PyRun> {
         let options = Options {
             model: call("model", model)?,
@@ -75,7 +77,8 @@ mod _core {
             tolerance,
             record,
         };
-        let (body, state) = (posture.0.clone(), State::new(q, qdot));
+        let state = State::new(q, qdot);
+        let body = posture.0.clone();
         stopped(py, |cancel| standfast::simulate_until(&body, &state, &options, cancel))
     }
 

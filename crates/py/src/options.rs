@@ -10,6 +10,7 @@ use serde::de::{Deserialize, IntoDeserializer};
 use standfast::{Error, Options, Trajectory};
 
 use crate::error::to_py;
+use crate::input;
 use crate::run::PyRun;
 
 /// An option that is one of a few words.
@@ -56,25 +57,30 @@ pub(crate) fn stopped(
 /// Sets options by name.
 pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResult<()> {
     for (key, value) in keywords {
-        let key: String = key.extract()?;
-        match key.as_str() {
-            "model" => options.model = call("model", &value.extract::<String>()?)?,
-            "impact" => options.impact = call("impact", &value.extract::<String>()?)?,
+        let field = key.to_string();
+        match field.as_str() {
+            "model" => options.model = call("model", input::model(&value)?)?,
+            "impact" => options.impact = call("impact", input::impact(&value)?)?,
             "simultaneous" => {
-                options.simultaneous = call("simultaneous", &value.extract::<String>()?)?;
+                options.simultaneous = call("simultaneous", input::simultaneous(&value)?)?
             }
-            "stop" => options.stop = call("stop", &value.extract::<String>()?)?,
-            "time" => options.time = value.extract()?,
-            "time_limit" => options.time_limit = value.extract()?,
-            "event_limit" => options.event_limit = value.extract()?,
-            "neighbourhood" => options.neighbourhood = value.extract()?,
-            "tolerance" => options.tolerance = value.extract()?,
-            "record" => options.record = value.extract()?,
+            "stop" => options.stop = call("stop", input::stop(&value)?)?,
+            "time" => options.time = input::time(&value)?,
+            "time_limit" => options.time_limit = input::time_limit(&value)?,
+            "event_limit" => options.event_limit = input::event_limit(&value)?,
+            "neighbourhood" => options.neighbourhood = input::neighbourhood(&value)?,
+            "tolerance" => options.tolerance = input::tolerance(&value)?,
+            "record" => options.record = input::record(&value)?,
             _ => {
-                return Err(PyTypeError::new_err(format!(
-                    "{key} is no option of simulate: model, impact, simultaneous, stop, time, time_limit, \
-                     event_limit, neighbourhood, tolerance, record"
-                )));
+                let unknown = Error::Unusable {
+                    field: "option".into(),
+                    value: field,
+                    allowed:
+                        "the options of simulate are model, impact, simultaneous, stop, time, \
+                              time_limit, event_limit, neighbourhood, tolerance, record"
+                            .into(),
+                };
+                return Err(PyTypeError::new_err(unknown.to_string()));
             }
         }
     }

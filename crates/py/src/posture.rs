@@ -1,10 +1,11 @@
 //! Contact, Posture and LocalModel.
 
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use standfast::{Contact, Error, Fields, LocalModel, Posture, State};
 
 use crate::error::to_py;
+use crate::input;
 use crate::options::{call, float, pair_text, stopped};
 use crate::run::PyRun;
 
@@ -26,23 +27,17 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(f64::NEG_INFINITY, f64::INFINITY)))]
+    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY]))]
     fn new(
-        point: [f64; 2],
-        slope: f64,
-        friction: f64,
-        restitution: Option<f64>,
-        tangential_restitution: f64,
-        segment: (f64, f64),
+        #[pyo3(from_py_with = input::point)] point: [f64; 2],
+        #[pyo3(from_py_with = input::slope)] slope: f64,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = input::own_restitution)] restitution: Option<f64>,
+        #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
+        #[pyo3(from_py_with = input::segment)] segment: [f64; 2],
     ) -> PyResult<Self> {
-        let contact = Contact {
-            point,
-            slope,
-            friction,
-            restitution,
-            tangential_restitution,
-            segment: segment.into(),
-        };
+        let contact =
+            Contact { point, slope, friction, restitution, tangential_restitution, segment };
         contact.validate("").map_err(|e| to_py(&e))?;
         Ok(Self(contact))
     }
@@ -137,12 +132,12 @@ impl PyPosture {
     #[new]
     #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81))]
     fn new(
-        mass: f64,
-        gyration_radius: f64,
-        center_of_mass: [f64; 2],
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
+        #[pyo3(from_py_with = input::center_of_mass)] center_of_mass: [f64; 2],
         contacts: Vec<PyRef<'_, PyContact>>,
-        restitution: f64,
-        gravity: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
     ) -> PyResult<Self> {
         let contacts = contacts.iter().map(|contact| contact.0).collect();
         Posture::new(Fields {
@@ -167,11 +162,11 @@ impl PyPosture {
     #[staticmethod]
     #[pyo3(signature = (half_length, gyration_radius, restitution, friction=0.0, gravity=9.81))]
     fn rod(
-        half_length: f64,
-        gyration_radius: f64,
-        restitution: f64,
-        friction: f64,
-        gravity: f64,
+        #[pyo3(from_py_with = input::half_length)] half_length: f64,
+        #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
     ) -> PyResult<Self> {
         Posture::rod(half_length, gyration_radius, restitution, friction, gravity)
             .map(Self)
@@ -238,7 +233,7 @@ impl PyPosture {
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let q = triples(py, "q", q)?;
+        let q = input::triples("q", q)?;
         let values = rows(&q).flat_map(|row| self.0.gaps(&row.into())).collect();
         shaped(py, values, q.as_array().shape(), self.0.contacts().len())
     }
@@ -250,7 +245,7 @@ impl PyPosture {
         q: &Bound<'py, PyAny>,
         qdot: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (q, qdot) = (triples(py, "q", q)?, triples(py, "qdot", qdot)?);
+        let (q, qdot) = (input::triples("q", q)?, input::triples("qdot", qdot)?);
         if q.as_array().shape() != qdot.as_array().shape() {
             return Err(to_py(&Error::Unusable {
                 field: "qdot".into(),
@@ -267,7 +262,7 @@ impl PyPosture {
 
     /// The local model at the rotation of q : (3,): all Jacobian rows frozen there. Two contacts only.
     #[pyo3(signature = (q=[0.0, 0.0, 0.0]))]
-    fn local(&self, q: [f64; 3]) -> PyResult<PyLocalModel> {
+    fn local(&self, #[pyo3(from_py_with = input::q)] q: [f64; 3]) -> PyResult<PyLocalModel> {
         State::at_rest(q).validate().map_err(|e| to_py(&e))?;
         self.0.local(q[2]).map(PyLocalModel).map_err(|e| to_py(&e))
     }
@@ -319,27 +314,16 @@ impl PyPosture {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLocalModel(pub(crate) LocalModel);
 
-/// One restitution for both contacts, or one for each.
-#[derive(FromPyObject)]
-enum Restitution {
-    Both(f64),
-    Each([f64; 2]),
-}
-
 #[pymethods]
 impl PyLocalModel {
     #[new]
     fn new(
-        gravity: [f64; 2],
-        psi: [f64; 2],
-        phi: [f64; 2],
-        restitution: Restitution,
+        #[pyo3(from_py_with = input::gravities)] gravity: [f64; 2],
+        #[pyo3(from_py_with = input::psi)] psi: [f64; 2],
+        #[pyo3(from_py_with = input::phi)] phi: [f64; 2],
+        #[pyo3(from_py_with = input::restitutions)] restitution: [f64; 2],
     ) -> PyResult<Self> {
-        let e = match restitution {
-            Restitution::Both(e) => [e, e],
-            Restitution::Each(e) => e,
-        };
-        LocalModel::new(gravity, psi, phi, e).map(Self).map_err(|e| to_py(&e))
+        LocalModel::new(gravity, psi, phi, restitution).map(Self).map_err(|e| to_py(&e))
     }
 
     #[getter]
@@ -375,17 +359,24 @@ impl PyLocalModel {
     fn simulate(
         &self,
         py: Python<'_>,
-        gaps: [f64; 2],
-        rates: [f64; 2],
-        theta: f64,
-        omega: f64,
-        simultaneous: &str,
-        stop: &str,
-        time: f64,
-        time_limit: Option<f64>,
-        event_limit: usize,
-        record: bool,
+        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
+        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
+        #[pyo3(from_py_with = input::theta)] theta: f64,
+        #[pyo3(from_py_with = input::omega)] omega: f64,
+        #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+        #[pyo3(from_py_with = input::stop)] stop: &str,
+        #[pyo3(from_py_with = input::time)] time: f64,
+        #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
+        #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
+        #[pyo3(from_py_with = input::record)] record: bool,
     ) -> PyResult<PyRun> {
+        if let Some(i) = gaps.iter().position(|&gap| gap < 0.0) {
+            return Err(to_py(&Error::OutOfRange {
+                field: format!("gaps.{}", i + 1),
+                value: gaps[i],
+                allowed: "finite and >= 0",
+            }));
+        }
         let options = standfast::Options {
             simultaneous: call("simultaneous", simultaneous)?,
             stop: call("stop", stop)?,
@@ -415,32 +406,6 @@ impl PyLocalModel {
         let arguments = (m.gravity(), m.psi(), m.phi(), m.restitution());
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
-}
-
-/// Anything numpy takes for an array of doubles.
-pub(crate) fn doubles<'py>(
-    py: Python<'py>,
-    value: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    let array = py.import("numpy")?.call_method1("asarray", (value, "float64"))?;
-    Ok(array.cast_into::<PyArrayDyn<f64>>()?.readonly())
-}
-
-/// An array of shape (..., 3).
-fn triples<'py>(
-    py: Python<'py>,
-    name: &str,
-    value: &Bound<'py, PyAny>,
-) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    let array = doubles(py, value)?;
-    if array.as_array().shape().last() != Some(&3) {
-        return Err(to_py(&Error::Unusable {
-            field: name.into(),
-            value: format!("array of shape {:?}", array.as_array().shape()),
-            allowed: "an array of shape (..., 3)".into(),
-        }));
-    }
-    Ok(array)
 }
 
 fn rows<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> impl Iterator<Item = [f64; 3]> + use<'a> {

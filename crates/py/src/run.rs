@@ -8,8 +8,9 @@ use pyo3::types::{PyList, PyTuple};
 use standfast::{Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
+use crate::input::{MOST_SAMPLES, doubles, whole};
 use crate::options::word;
-use crate::posture::{PyPosture, doubles};
+use crate::posture::PyPosture;
 
 /// A stretch of time with one contact mode.
 ///
@@ -45,8 +46,10 @@ impl PyPhase {
 /// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
 ///
 /// kind : "1-zeno" or "2-zeno". contacts : their numbers; contact : the only one, or None. time, elapsed : s.
-/// time_error : estimated error of elapsed, s. q, qdot : (3,), None without a body. gaps, gap_rates : (n,).
-/// theta, omega : rotation (rad) and angular velocity (rad/s) there. certified : whether the argument is a proof. method : the argument. first_summed : index of the first
+/// time_error : estimated error of the sum and of the clock, s; what the motion before makes of the
+/// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it. q, qdot : (3,), None
+/// without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity (rad/s) there.
+/// certified : whether the argument is a proof. method : the argument. first_summed : index of the first
 /// collision that was summed instead of simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
@@ -317,8 +320,9 @@ impl PyRun {
         self.instants(py, t, n, |instant| (instant.gaps, instant.rates))
     }
 
-    /// The trajectory at n ≥ 2 times, denser where it is busy: t (n,), q (n, 3), qdot (n, 3).
-    fn sample<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Sample<'py>> {
+    /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where it is busy: t (n,), q (n, 3), qdot (n, 3).
+    fn sample<'py>(&self, py: Python<'py>, n: &Bound<'py, PyAny>) -> PyResult<Sample<'py>> {
+        let n = whole("n", n, 2..=MOST_SAMPLES)?;
         let t = self.0.sample_times(n).map_err(|e| to_py(&e))?.into_pyarray(py);
         let (q, qdot) = self.at(py, t.as_any())?;
         Ok((t, q, qdot))
@@ -330,7 +334,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let t = doubles(py, t)?;
+        let t = doubles("t", t)?;
         let values: Result<Vec<f64>, _> = t.as_array().iter().map(|&t| self.0.energy(t)).collect();
         array(py, values.map_err(|e| to_py(&e))?, t.as_array().shape())
     }
@@ -381,7 +385,7 @@ impl PyRun {
         width: usize,
         rows: impl Fn(Instant) -> (Vec<f64>, Vec<f64>),
     ) -> PyResult<Pair<'py>> {
-        let t = doubles(py, t)?;
+        let t = doubles("t", t)?;
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for &t in t.as_array() {
             let (a, b) = rows(self.0.at(t).map_err(|e| to_py(&e))?);

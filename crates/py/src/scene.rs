@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use standfast::{Options, Scene, State};
 
 use crate::error::to_py;
+use crate::input;
 use crate::options::{get, set, stopped};
 use crate::posture::PyPosture;
 use crate::run::{PyRun, vector};
@@ -30,8 +31,8 @@ impl PyScene {
     #[pyo3(signature = (posture, q, qdot, options=None))]
     fn new(
         posture: PyRef<'_, PyPosture>,
-        q: [f64; 3],
-        qdot: [f64; 3],
+        #[pyo3(from_py_with = input::q)] q: [f64; 3],
+        #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let mut chosen = Options::default();

@@ -1,0 +1,185 @@
+//! Arguments from Python: numbers are numbers, and a wrong one is named.
+
+use std::ops::RangeInclusive;
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyBytes, PySequence, PyString};
+use standfast::Error;
+
+use crate::error::to_py;
+use crate::run::array;
+
+/// Most times that `Run.sample` returns: 560 MB.
+pub(crate) const MOST_SAMPLES: usize = 10_000_000;
+
+/// What is wrong with the value of a field.
+fn unusable(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -> Error {
+    // An integer of more than 4300 digits has no repr.
+    let text =
+        value.repr().map_or_else(|_| format!("<{}>", value.get_type()), |text| text.to_string());
+    Error::Unusable { field: field.into(), value: text, allowed: allowed.into() }
+}
+
+fn wrong_type(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -> PyErr {
+    PyTypeError::new_err(unusable(field, value, allowed).to_string())
+}
+
+/// A real number; one too large for a double is infinite.
+fn real(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    number(value).map_err(|_| wrong_type(field, value, "a number is needed"))
+}
+
+fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    // Numpy turns booleans, strings and the real parts of complex numbers into floats when asked to.
+    let real = match value.getattr("dtype") {
+        Ok(dtype) => is_real(&dtype)? && value.getattr("ndim")?.eq(0)?,
+        Err(_) => !value.is_instance_of::<PyBool>(),
+    };
+    if !real {
+        return Err(PyTypeError::new_err("not a real number"));
+    }
+    match value.extract::<f64>() {
+        Err(e) if e.is_instance_of::<PyOverflowError>(value.py()) => {
+            Ok(if value.lt(0)? { f64::NEG_INFINITY } else { f64::INFINITY })
+        }
+        other => other,
+    }
+}
+
+/// A real number or None.
+fn optional(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    if value.is_none() { Ok(None) } else { real(field, value).map(Some) }
+}
+
+fn is_real(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(matches!(dtype.getattr("kind")?.extract::<String>()?.as_str(), "f" | "i" | "u"))
+}
+
+/// N real numbers: a sequence or an array.
+fn reals<const N: usize>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; N]> {
+    let allowed = format!("{N} numbers are needed");
+    let text = value.is_instance_of::<PyString>() || value.is_instance_of::<PyBytes>();
+    let items = !text && (value.cast::<PySequence>().is_ok() || value.hasattr("dtype")?);
+    let length = if items { value.len().ok() } else { None };
+    let Some(length) = length else { return Err(wrong_type(field, value, allowed)) };
+    if length != N {
+        return Err(to_py(&unusable(field, value, format!("{allowed}, not {length}"))));
+    }
+    let numbers: PyResult<Vec<f64>> = value.try_iter()?.map(|item| number(&item?)).collect();
+    let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    numbers.ok_or_else(|| wrong_type(field, value, allowed))
+}
+
+/// An integer in a range.
+pub(crate) fn whole(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    range: RangeInclusive<usize>,
+) -> PyResult<usize> {
+    let allowed = format!("an integer from {} to {} is needed", range.start(), range.end());
+    if value.is_instance_of::<PyBool>() {
+        return Err(wrong_type(field, value, allowed));
+    }
+    match value.extract::<usize>() {
+        Ok(number) if range.contains(&number) => Ok(number),
+        Err(e) if !e.is_instance_of::<PyOverflowError>(value.py()) => {
+            Err(wrong_type(field, value, allowed))
+        }
+        _ => Err(to_py(&unusable(field, value, allowed))),
+    }
+}
+
+/// An integer of any size that the machine counts to.
+fn count(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    whole(field, value, 0..=usize::MAX)
+}
+
+fn word<'a>(field: &str, value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
+    value.extract().map_err(|_| wrong_type(field, value, "a string is needed"))
+}
+
+fn flag(field: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    value.extract().map_err(|_| wrong_type(field, value, "True or False is needed"))
+}
+
+/// For each argument a function of its name that reads it.
+macro_rules! arguments {
+    ($($read:ident -> $kind:ty: $($field:ident),+;)+) => {$($(
+        #[allow(clippy::needless_lifetimes, reason = "a word borrows from its value")]
+        pub(crate) fn $field<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<$kind> {
+            $read(stringify!($field), value)
+        }
+    )+)+};
+}
+
+arguments! {
+    real -> f64: mass, gyration_radius, restitution, gravity, half_length, slope, friction;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance;
+    optional -> Option<f64>: time_limit;
+    reals -> [f64; 2]: point, segment, center_of_mass, psi, phi, gaps, rates;
+    reals -> [f64; 3]: q, qdot;
+    count -> usize: event_limit;
+    word -> &'a str: model, impact, simultaneous, stop;
+    flag -> bool: record;
+}
+
+/// The restitution of a contact, or None for the posture's.
+pub(crate) fn own_restitution(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    optional("restitution", value)
+}
+
+/// The restitution of both contacts, or of each.
+pub(crate) fn restitutions(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    number(value).map(|e| [e, e]).or_else(|_| reals("restitution", value)).map_err(|error| {
+        if error.is_instance_of::<PyTypeError>(value.py()) {
+            wrong_type("restitution", value, "a number is needed, or one for each contact")
+        } else {
+            error
+        }
+    })
+}
+
+/// Gravity into each of two terrains.
+pub(crate) fn gravities(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    reals("gravity", value)
+}
+
+/// Whatever numpy takes for an array of real numbers.
+pub(crate) fn doubles<'py>(
+    field: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let py = value.py();
+    let wrong = || wrong_type(field, value, "a number or an array of numbers is needed");
+    let asarray = py.import("numpy")?.getattr("asarray")?;
+    let found = asarray.call1((value,)).map_err(|_| wrong())?;
+    let dtype = found.getattr("dtype")?;
+    let numbers = if is_real(&dtype)? {
+        asarray.call1((found, "float64"))?.cast_into::<PyArrayDyn<f64>>()?
+    } else if dtype.getattr("kind")?.eq("O")? {
+        let items = found.getattr("flat")?.try_iter()?;
+        let numbers: PyResult<Vec<f64>> = items.map(|item| number(&item?)).collect();
+        array(py, numbers.map_err(|_| wrong())?, &found.getattr("shape")?.extract::<Vec<_>>()?)?
+    } else {
+        return Err(wrong());
+    };
+    Ok(numbers.readonly())
+}
+
+/// An array of shape (..., 3).
+pub(crate) fn triples<'py>(
+    field: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let array = doubles(field, value)?;
+    if array.as_array().shape().last() != Some(&3) {
+        return Err(to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("array of shape {:?}", array.as_array().shape()),
+            allowed: "an array of shape (..., 3)".into(),
+        }));
+    }
+    Ok(array)
+}
