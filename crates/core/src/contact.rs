@@ -21,6 +21,7 @@ use crate::error::{Error, finite, in_range, non_negative, restitution};
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// Where the point touches in the nominal posture, world axes, in m.
+    #[serde(deserialize_with = "crate::scene::exactly")]
     pub point: [f64; 2],
     /// Slope angle of the terrain, |slope| < π/2, in rad.
     #[serde(default)]

@@ -399,6 +399,7 @@ impl<'a> Driver<'a> {
             Some(state) => {
                 state.kick(jump);
                 state.gaps.u = rates;
+                state.forget_rounding();
             }
             None => {
                 self.gaps.u = rates;

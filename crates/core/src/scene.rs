@@ -248,7 +248,7 @@ pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
 }
 
 /// Serde for an array of N values; a TOML array with more of them would lose the others.
-fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
+pub(crate) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,

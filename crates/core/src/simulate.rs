@@ -155,7 +155,8 @@ impl Options {
                 Err(unusable(format!("{limit:?}"), "at or after `time`"))
             }
             None | Some(f64::INFINITY) if self.stop == Stop::Time => {
-                Err(unusable("none".into(), "a finite time_limit, because stop = \"time\""))
+                let value = self.time_limit.map_or("none", |_| "inf");
+                Err(unusable(value.into(), "a finite time_limit, because stop = \"time\""))
             }
             _ => Ok(()),
         }?;

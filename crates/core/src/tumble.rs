@@ -150,9 +150,18 @@ impl Tumble {
         let rates = self.gaps.u;
         self.kick(jump);
         self.gaps.u = rates;
+        if closed == [true, true] {
+            self.forget_rounding();
+        }
+    }
+
+    /// Two gaps over parallel ground that change at the same rate leave no rotation at all: what the impulses
+    /// say of it is rounding.
+    pub(crate) fn forget_rounding(&mut self) {
         let [one, two] = self.body.contacts;
-        if closed == [true, true] && one.normal == two.normal && self.b[0] != self.b[1] {
-            self.spin.omega = 0.0; // two points of level ground allow no rotation at all
+        let same = self.gaps.u[0] == self.gaps.u[1];
+        if same && one.normal == two.normal && self.b[0] != self.b[1] {
+            self.spin.omega = 0.0;
         }
     }
 

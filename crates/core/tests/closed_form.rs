@@ -991,3 +991,24 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
         assert!(off.abs() < 1e-12 * jump, "{impact:?}: {off}");
     }
 }
+
+#[test]
+fn a_level_body_bounces_on_both_contacts_in_step() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.1,
+        center_of_mass: [0.141_388_702_527_958_02, 0.0],
+        contacts: vec![
+            Contact::at(-0.841_457_414_914_240_2, 0.0),
+            Contact::at(0.304_829_309_310_192_2, 0.0),
+        ],
+        restitution: 0.143_396_946_191_887_78,
+        gravity: 2.608_691_494_064_001,
+    })
+    .unwrap();
+    let run = simulate(&body, &State::at_rest([0.0, 1.0, 0.0]), &until(Stop::Rest)).unwrap();
+    let (e, fall) = (0.143_396_946_191_887_78, (2.0 / 2.608_691_494_064_001_f64).sqrt());
+    assert!(roundings(run.time(), fall * (1.0 + e) / (1.0 - e)) < 8.0);
+    assert_eq!((run.outcome(), run.collisions()), (Outcome::Rest, 2));
+    assert!(run.state().q.z.abs() < 1e-15);
+}

@@ -241,11 +241,16 @@ impl Yardstick {
         let turned = size * (spin * t).powi(2);
         let length = size * (1.0 + q.z.abs()) + q.x.hypot(q.y) + speed * t + turned;
         let slim = (size / f.gyration_radius).powi(2).max(1.0);
+        // A flywheel: its gaps fall almost as one, and what tells them apart is as badly known.
+        let heavy = (f.gyration_radius / size).powi(2).max(1.0);
         Self {
             speed,
             length,
             energy: f.mass * (speed * speed + gravity * length),
-            roundings: EPS * slim.min(1e4) * (64.0 + 8.0 * run.impacts().len() as f64),
+            roundings: EPS
+                * slim.min(1e4)
+                * heavy.min(1e12)
+                * (64.0 + 8.0 * run.impacts().len() as f64),
         }
     }
 }
