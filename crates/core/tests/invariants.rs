@@ -504,8 +504,8 @@ fn check_units(scene: &Scene) {
     let run = scene.run();
     let (length, time) = (2f64.powi(-13), 2f64.powi(9));
     let other = scene.in_units(length, time).run();
-    // Speeds that underflow do so in other places.
-    let tiny = |values: &[f64]| values.iter().any(|x| *x != 0.0 && x.abs() < 1e-290);
+    // Speeds whose squares underflow do so in other places.
+    let tiny = |values: &[f64]| values.iter().any(|x| *x != 0.0 && x.abs() < 1e-140);
     let fade = |run: &Trajectory| {
         let faint = run.impacts().iter().any(|i| tiny(&i.rates_after));
         faint || tiny(&run.gaps()) || tiny(&run.rates())
