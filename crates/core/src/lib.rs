@@ -36,6 +36,7 @@ mod hybrid;
 mod impact;
 mod local;
 mod log;
+mod modes;
 mod posture;
 mod roots;
 mod scene;
@@ -51,6 +52,10 @@ pub use error::Error;
 pub use flight::Arc;
 pub use impact::Simultaneous;
 pub use local::LocalModel;
+pub use modes::{
+    Condition, ContactProblem, Forces, Level, Margin, Method, Mode, ModeAnswer, Modes,
+    ProblemFields, Status, TIE, Word, contact_modes,
+};
 pub use posture::{Fields, MAX_CONTACTS, Posture};
 pub use scene::Scene;
 pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};

@@ -1,0 +1,159 @@
+//! What is said of one word: its motion, its forces, and how far each test is met.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::problem::Row;
+use super::words::{Mode, Word};
+use crate::trajectory::ContactNumber;
+
+/// Distance from equality below which a test of Table I counts as a tie, relative to the load.
+///
+/// A tie belongs to the closed, the static word: a_n within this of zero is not S, a_t within this is neither R
+/// nor L, and f_n ≥ −`TIE` is closed. Rows are of length one and loads of size one, so that rounding is of order
+/// 1e-16 times the condition of a word's system; a larger value would blur modes that differ in earnest.
+pub const TIE: f64 = 1e-10;
+
+/// A test of Table I.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Condition {
+    /// S: a_n > 0.
+    Opens,
+    /// F, R, L: f_n ≥ 0.
+    Presses,
+    /// F: |f_t| ≤ μ f_n.
+    InCone,
+    /// R at v_t = 0: a_t > 0.
+    SlidesRight,
+    /// L at v_t = 0: a_t < 0.
+    SlidesLeft,
+}
+
+impl Condition {
+    /// Whether equality fails the test.
+    #[must_use]
+    pub fn is_strict(self) -> bool {
+        !matches!(self, Self::Presses | Self::InCone)
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Opens => "a_n > 0",
+            Self::Presses => "f_n >= 0",
+            Self::InCone => "|f_t| <= mu f_n",
+            Self::SlidesRight => "a_t > 0",
+            Self::SlidesLeft => "a_t < 0",
+        })
+    }
+}
+
+/// How far a test is met: positive where it holds with room, negative where it fails. Dimensionless: relative to
+/// the load, in the mass metric.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Margin {
+    /// The contact.
+    pub contact: ContactNumber,
+    /// The test.
+    pub condition: Condition,
+    /// By how much it holds.
+    pub value: f64,
+}
+
+impl Margin {
+    /// Whether the test is met, ties going to the closed word.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        if self.condition.is_strict() { self.value > TIE } else { self.value >= -TIE }
+    }
+
+    /// Whether it is met or fails by no more than a tie.
+    #[must_use]
+    pub fn is_tie(&self) -> bool {
+        self.value.abs() <= TIE
+    }
+}
+
+/// The tests of a contact in a mode, given the scaled acceleration `y` and the scaled force of the contact.
+pub(super) fn margins_of(
+    index: usize,
+    row: &Row,
+    mode: Mode,
+    y: &Vector3<f64>,
+    force: [f64; 2],
+) -> [Option<Margin>; 2] {
+    let says =
+        |condition, value| Some(Margin { contact: ContactNumber::of(index), condition, value });
+    let tangential = || row.tangent.dot(y) + row.bias[0];
+    let [f_t, f_n] = force;
+    match (mode, row.sliding) {
+        (_, None) => [None, None],
+        (Mode::Separate, _) => [says(Condition::Opens, row.normal.dot(y) + row.bias[1]), None],
+        (Mode::Fixed, _) => {
+            let mu = row.friction;
+            let room = (mu * f_n - f_t.abs()) / 1.0_f64.hypot(mu);
+            [says(Condition::Presses, f_n), says(Condition::InCone, room)]
+        }
+        (Mode::Right, Some(0)) => {
+            [says(Condition::Presses, f_n), says(Condition::SlidesRight, tangential())]
+        }
+        (Mode::Left, Some(0)) => {
+            [says(Condition::Presses, f_n), says(Condition::SlidesLeft, -tangential())]
+        }
+        _ => [says(Condition::Presses, f_n), None],
+    }
+}
+
+/// How the equations of a word determine its forces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Forces {
+    /// They do.
+    Unique,
+    /// The word is hyperstatic: forces form a family, of which one is given.
+    Family,
+    /// The friction matrix is singular: there is no force, or again a family.
+    Singular,
+    /// The accelerations that the word asks for exclude each other, or no force leads to them.
+    Impossible,
+}
+
+/// One word, solved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeAnswer {
+    /// The word.
+    pub word: Word,
+    /// q̈ = (ẍ, ÿ, θ̈), in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
+    pub acceleration: [f64; 3],
+    /// (f_t, f_n) by contact, in N (impulse level: N s).
+    pub forces: Vec<[f64; 2]>,
+    /// How the forces are determined.
+    pub determined: Forces,
+    /// Two fixed contacts: the range of the internal force, in N. `forces` plus τ(e, −e), e the unit vector from
+    /// contact 1 to contact 2, is also possible while τ added to that of `forces`, `internal_force`, stays inside.
+    pub force_interval: Option<[f64; 2]>,
+    /// All tests, contact by contact.
+    pub margins: Vec<Margin>,
+    /// Whether everything holds.
+    pub consistent: bool,
+}
+
+impl ModeAnswer {
+    /// The tests that fail.
+    pub fn violated(&self) -> impl Iterator<Item = &Margin> {
+        self.margins.iter().filter(|margin| !margin.holds())
+    }
+
+    /// Whether a test holds or fails by no more than [`TIE`]: rounding may decide.
+    #[must_use]
+    pub fn near_degenerate(&self) -> bool {
+        self.margins.iter().any(Margin::is_tie)
+    }
+
+    /// The smallest margin; ∞ where there is no test.
+    #[must_use]
+    pub fn margin(&self) -> f64 {
+        self.margins.iter().map(|margin| margin.value).fold(f64::INFINITY, f64::min)
+    }
+}

@@ -1,0 +1,108 @@
+//! Words whose forces are not unique: more unknown forces than independent rows, or a singular friction matrix.
+//!
+//! Forces are sums of the generators of the friction cones with weights ≥ 0: N ± μT of a fixed contact, N ∓ μT of
+//! a sliding one. All weights at least t, all strict tests met by at least t: the largest such t says how well the
+//! word can be met at the best, a small linear programme.
+
+use nalgebra::Vector3;
+
+use super::answer::{Forces, ModeAnswer, TIE};
+use super::enumerate::{DEPENDENT, Equations, judge};
+use super::problem::ContactProblem;
+use super::simplex::maximise;
+use super::words::{Mode, Word};
+
+/// A generator of the friction cone of a contact: its direction, and the force (tangential, normal) of weight one.
+struct Generator {
+    contact: usize,
+    direction: Vector3<f64>,
+    force: [f64; 2],
+}
+
+/// `independent`: whether the rows of the word are, so that only its friction matrix can be to blame.
+pub(super) fn solve(
+    problem: &ContactProblem,
+    word: Word,
+    equations: &Equations,
+    independent: bool,
+) -> ModeAnswer {
+    let (rows, load) = (problem.rows(), problem.load());
+    let generators: Vec<_> = word
+        .modes()
+        .enumerate()
+        .flat_map(|(i, mode)| {
+            let row = &rows[i];
+            let edges: &[f64] = match mode {
+                Mode::Separate => &[],
+                Mode::Fixed => &[-1.0, 1.0],
+                Mode::Right => &[-1.0],
+                Mode::Left => &[1.0],
+            };
+            // Both edges together weigh as much as the one of a sliding contact.
+            let share = 1.0 / edges.len().max(1) as f64;
+            edges.iter().map(move |side| {
+                let force = [side * row.friction * share, share];
+                let direction = row.tangent * force[0] + row.normal * force[1];
+                Generator { contact: i, direction, force }
+            })
+        })
+        .collect();
+
+    // Variables: weights above t, t as the difference of two, one slack per strict test and one for t ≤ 1.
+    let n = generators.len();
+    let strict: Vec<(Vector3<f64>, f64)> = word
+        .modes()
+        .enumerate()
+        .filter_map(|(i, mode)| match (mode, rows[i].sliding) {
+            (_, None) => None,
+            (Mode::Separate, _) => Some((rows[i].normal, rows[i].bias[1])),
+            (Mode::Right, Some(0)) => Some((rows[i].tangent, rows[i].bias[0])),
+            (Mode::Left, Some(0)) => Some((-rows[i].tangent, -rows[i].bias[0])),
+            _ => None,
+        })
+        .collect();
+    let width = n + 2 + strict.len() + 1;
+    let weights_of = |row: &Vector3<f64>| {
+        let mut a: Vec<f64> = generators.iter().map(|g| row.dot(&g.direction)).collect();
+        let all = a.iter().sum::<f64>();
+        a.resize(width, 0.0);
+        (a[n], a[n + 1]) = (all, -all);
+        a
+    };
+    let mut programme = Vec::new();
+    for (row, bias) in &equations.planes {
+        programme.push((weights_of(row), -(row.dot(&load) + bias)));
+    }
+    for (k, (row, bias)) in strict.iter().enumerate() {
+        let mut a = weights_of(row);
+        a[n] -= 1.0;
+        a[n + 1] += 1.0;
+        a[n + 2 + k] = -1.0;
+        programme.push((a, 2.0 * TIE - (row.dot(&load) + bias)));
+    }
+    let mut cap = vec![0.0; width];
+    (cap[n], cap[n + 1], cap[width - 1]) = (1.0, -1.0, 1.0);
+    programme.push((cap, 1.0));
+    let mut objective = vec![0.0; width];
+    (objective[n], objective[n + 1]) = (1.0, -1.0);
+
+    let determined = if independent { Forces::Singular } else { Forces::Family };
+    let Some(x) = maximise(&programme, &objective) else {
+        let none = vec![[0.0; 2]; rows.len()];
+        return judge(problem, word, &load, &none, Forces::Impossible);
+    };
+    let t = x[n] - x[n + 1];
+    let (mut y, mut forces) = (load, vec![[0.0; 2]; rows.len()]);
+    for (generator, weight) in generators.iter().zip(&x) {
+        let weight = weight + t;
+        y += generator.direction * weight;
+        for k in 0..2 {
+            forces[generator.contact][k] += generator.force[k] * weight;
+        }
+    }
+    let missed =
+        equations.planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
+    let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
+    let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
+    judge(problem, word, &y, &forces, determined)
+}

@@ -1,0 +1,301 @@
+//! The contact-mode problem: which modes may a body in contact go on in?
+//!
+//! ```text
+//! q̈ = a₀ + M⁻¹ Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)        a₀ the free acceleration: what the load alone does
+//! a_n,i = N_i q̈ + bias_n,i     a_t,i = T_i q̈ + bias_t,i
+//! N_i = (n_i, d_i × n_i)       T_i = (t_i, d_i × t_i)     n_i = t_i turned by +90°
+//! ```
+//!
+//! At the impulse level the same equations hold with the velocity after the impact for q̈, the one before it
+//! for a₀, impulses for forces, and bias e·(velocity before) for Newton's restitution.
+
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, finite, non_negative, positive};
+use crate::posture::{MAX_CONTACTS, Posture};
+use crate::simulate::State;
+use crate::tolerance::TOUCH;
+
+/// What the unknowns of a contact-mode problem are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// Accelerations (m/s²) and forces (N).
+    #[default]
+    Acceleration,
+    /// Velocities after an impact (m/s) and impulses (N s).
+    Impulse,
+}
+
+/// A contact-mode problem as it is given. SI units; all lists have one entry per contact.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProblemFields {
+    /// Mass m > 0, in kg.
+    pub mass: f64,
+    /// Radius of gyration ρ > 0, in m.
+    pub gyration_radius: f64,
+    /// Arms d_i from the centre of mass to the contact points as they are now, world axes, in m.
+    pub arms: Vec<[f64; 2]>,
+    /// Unit tangents t_i of the terrain.
+    pub tangents: Vec<[f64; 2]>,
+    /// Coefficients of friction μ_i ≥ 0.
+    pub friction: Vec<f64>,
+    /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated.
+    pub sliding: Vec<Option<i8>>,
+    /// Added to J q̈ at each contact, (tangential, normal), in m/s² (impulse level: m/s).
+    pub bias: Vec<[f64; 2]>,
+    /// What the body does without contact forces, (x, y, θ), in m/s² and rad/s² (impulse level: m/s, rad/s).
+    pub free_acceleration: [f64; 3],
+    /// Accelerations and forces, or velocities and impulses.
+    #[serde(default)]
+    pub level: Level,
+}
+
+/// A validated contact-mode problem, with the rows of its contacts in the mass metric.
+///
+/// ```
+/// use standfast::{ContactProblem, ProblemFields, contact_modes, Method, Status};
+///
+/// // A uniform rod of half-length 1 slides to the right on its lower end, leaning back by atan 2: Painlevé's
+/// // example. From friction 4/3 on it has no consistent mode.
+/// let (sin, cos) = (2.0 / 5f64.sqrt(), 1.0 / 5f64.sqrt());
+/// let rod = |friction| {
+///     ContactProblem::new(ProblemFields {
+///         mass: 1.0,
+///         gyration_radius: (1.0 / 3f64).sqrt(),
+///         arms: vec![[cos, -sin]],
+///         tangents: vec![[1.0, 0.0]],
+///         friction: vec![friction],
+///         sliding: vec![Some(1)],
+///         bias: vec![[0.0, 0.0]],
+///         free_acceleration: [0.0, -9.81, 0.0],
+///         ..ProblemFields::default()
+///     })
+/// };
+/// assert_eq!(contact_modes(&rod(1.3)?, Method::Auto)?.status(), Status::Unique);
+/// assert_eq!(contact_modes(&rod(1.4)?, Method::Auto)?.status(), Status::None);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ProblemFields", into = "ProblemFields")]
+pub struct ContactProblem {
+    fields: ProblemFields,
+    rows: Vec<Row>,
+    /// The largest of the load and the biases: unit of the scaled accelerations, in m/s² (m/s).
+    scale: f64,
+    /// Scaled free acceleration (ẍ, ÿ, ρθ̈).
+    load: Vector3<f64>,
+}
+
+/// One contact in the mass metric: coordinates (x, y, ρθ), rows divided by ν = √(1 + (d×n)²/ρ²), so that the
+/// normal row has length one; accelerations divided by ν and by the scale of the problem. Mass drops out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Row {
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) tangent: Vector3<f64>,
+    /// (tangential, normal)
+    pub(crate) bias: [f64; 2],
+    pub(crate) friction: f64,
+    pub(crate) sliding: Option<i8>,
+    /// ν
+    pub(crate) stretch: f64,
+}
+
+/// |t| may differ from one by the rounding of decimals such as 0.8 and 0.6, relative.
+const UNIT: f64 = 1e-12;
+
+impl TryFrom<ProblemFields> for ContactProblem {
+    type Error = Error;
+
+    fn try_from(fields: ProblemFields) -> Result<Self, Error> {
+        Self::new(fields)
+    }
+}
+
+impl From<ContactProblem> for ProblemFields {
+    fn from(problem: ContactProblem) -> Self {
+        problem.fields
+    }
+}
+
+impl ContactProblem {
+    /// Validates `fields`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
+    pub fn new(fields: ProblemFields) -> Result<Self, Error> {
+        positive("mass", fields.mass)?;
+        let rho = positive("gyration_radius", fields.gyration_radius)?;
+        let n = fields.arms.len();
+        if n == 0 || n > MAX_CONTACTS {
+            return Err(Error::Unusable {
+                field: "arms".into(),
+                value: format!("[{n} contacts]"),
+                allowed: format!("1 to {MAX_CONTACTS} contacts"),
+            });
+        }
+        for (field, len) in [
+            ("tangents", fields.tangents.len()),
+            ("friction", fields.friction.len()),
+            ("sliding", fields.sliding.len()),
+            ("bias", fields.bias.len()),
+        ] {
+            if len != n {
+                return Err(Error::Unusable {
+                    field: field.into(),
+                    value: format!("[{len} entries]"),
+                    allowed: format!("one for each of the {n} arms"),
+                });
+            }
+        }
+        for (axis, value) in ["x", "y", "theta"].iter().zip(fields.free_acceleration) {
+            finite(format!("free_acceleration.{axis}"), value)?;
+        }
+        let [ax, ay, alpha] = fields.free_acceleration;
+        let load = Vector3::new(ax, ay, rho * alpha);
+        let mut rows = Vec::with_capacity(n);
+        for i in 0..n {
+            let number = i + 1;
+            let (d, t) = (fields.arms[i], fields.tangents[i]);
+            for (axis, k) in [("x", 0), ("y", 1)] {
+                finite(format!("arms.{number}.{axis}"), d[k])?;
+                finite(format!("tangents.{number}.{axis}"), t[k])?;
+                finite(
+                    format!("bias.{number}.{}", ["tangential", "normal"][k]),
+                    fields.bias[i][k],
+                )?;
+            }
+            if !((t[0].hypot(t[1]) - 1.0).abs() <= UNIT) {
+                return Err(Error::Unusable {
+                    field: format!("tangents.{number}"),
+                    value: format!("({:?}, {:?})", t[0], t[1]),
+                    allowed: "a vector of length 1".into(),
+                });
+            }
+            non_negative(format!("friction.{number}"), fields.friction[i])?;
+            if let Some(sign) = fields.sliding[i]
+                && !(-1..=1).contains(&sign)
+            {
+                return Err(Error::Unusable {
+                    field: format!("sliding.{number}"),
+                    value: sign.to_string(),
+                    allowed: "1, -1, 0, or none where the contact is separated".into(),
+                });
+            }
+            let (tangent, normal) = (Vector2::from(t), Vector2::new(-t[1], t[0]));
+            let arm = Vector2::from(d) / rho;
+            let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+            // d × n = t·d = b and d × t = −n·d = −c.
+            let stretch = 1.0_f64.hypot(b);
+            rows.push(Row {
+                normal: Vector3::new(normal.x, normal.y, b) / stretch,
+                tangent: Vector3::new(tangent.x, tangent.y, -c) / stretch,
+                bias: fields.bias[i].map(|value| value / stretch),
+                friction: fields.friction[i],
+                sliding: fields.sliding[i],
+                stretch,
+            });
+        }
+        let biases = rows
+            .iter()
+            .filter(|row| row.sliding.is_some())
+            .flat_map(|row| row.bias)
+            .fold(0.0_f64, |most, bias| most.max(bias.abs()));
+        let largest = load.amax().max(biases);
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        for row in &mut rows {
+            row.bias = row.bias.map(|bias| bias / scale);
+        }
+        Ok(Self { fields, rows, scale, load: load / scale })
+    }
+
+    /// The fields as given.
+    #[must_use]
+    pub fn fields(&self) -> &ProblemFields {
+        &self.fields
+    }
+
+    pub(crate) fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    pub(crate) fn load(&self) -> Vector3<f64> {
+        self.load
+    }
+
+    /// q̈ from its scaled form.
+    pub(crate) fn acceleration(&self, y: &Vector3<f64>) -> [f64; 3] {
+        [y.x * self.scale, y.y * self.scale, y.z * self.scale / self.fields.gyration_radius]
+    }
+
+    /// Force (tangential, normal) at a contact from its scaled form F = ν f/(m scale).
+    pub(crate) fn force(&self, index: usize, scaled: [f64; 2]) -> [f64; 2] {
+        scaled.map(|part| part * self.fields.mass * self.scale / self.rows[index].stretch)
+    }
+}
+
+impl Posture {
+    /// The contact-mode problem of a state: gravity, the load `wrench` = (f_x, f_y, torque about the centre of
+    /// mass) in N and N m, and the curvature bias −(b_i, c_i) ω² of the true configuration.
+    ///
+    /// A contact is closed if its gap is within [`TOUCH`] of zero relative to the size of the body, and its
+    /// rate within the same of zero relative to the speeds of the body; a larger rate is that of a contact
+    /// that separates.
+    ///
+    /// # Errors
+    ///
+    /// A state that is not finite, a contact in the terrain, or one that approaches it: an impact is due.
+    pub fn contact_problem(
+        &self,
+        state: &State,
+        wrench: [f64; 3],
+    ) -> Result<ContactProblem, Error> {
+        state.validate()?;
+        for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
+            finite(format!("wrench.{axis}"), value)?;
+        }
+        let (f, size) = (self.fields(), self.size());
+        let (v, omega) = (state.qdot, state.qdot.z);
+        let touch = TOUCH * size;
+        let still = TOUCH * (v.x.hypot(v.y) + size * omega.abs());
+        let (gaps, rates) = (self.gaps(&state.q), self.gap_rates(&state.q, &state.qdot));
+        let (sin, cos) = (libm::sin(state.q.z), libm::cos(state.q.z));
+        let mut problem = ProblemFields {
+            mass: f.mass,
+            gyration_radius: f.gyration_radius,
+            free_acceleration: [
+                wrench[0] / f.mass,
+                wrench[1] / f.mass - f.gravity,
+                wrench[2] / (f.mass * self.gyration_squared()),
+            ],
+            ..ProblemFields::default()
+        };
+        for (i, k) in self.geometry().iter().enumerate() {
+            let (b, c) = k.turned(sin, cos);
+            let (gap, rate) = (gaps[i], rates[i]);
+            if gap < -touch {
+                return Err(Error::Penetrating { contact: i + 1, gap, touch });
+            }
+            let closed = gap <= touch;
+            if closed && rate < -still {
+                return Err(Error::Unusable {
+                    field: "qdot".into(),
+                    value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
+                    allowed: "rates >= 0 at closed contacts: an impact is due, level \"impulse\""
+                        .into(),
+                });
+            }
+            let speed = k.tangent.x * v.x + k.tangent.y * v.y - c * omega;
+            let sign = i8::from(speed > still) - i8::from(speed < -still);
+            problem.arms.push((k.tangent * b + k.normal * c).into());
+            problem.tangents.push(k.tangent.into());
+            problem.friction.push(self.contacts()[i].friction);
+            problem.sliding.push((closed && rate <= still).then_some(sign));
+            problem.bias.push([-b * omega * omega, -c * omega * omega]);
+        }
+        ContactProblem::new(problem)
+    }
+}

@@ -1,0 +1,113 @@
+//! A linear programme of a few rows: max c·x subject to A x = b, x ≥ 0, by the simplex method on a dense tableau.
+//!
+//! Bland's rule: it never cycles, and the same programme gives the same bits.
+
+/// Entries below this are rounding: the programmes here have coefficients of order one.
+const ZERO: f64 = 1e-12;
+
+/// The solution of the programme with these rows (a, b).
+///
+/// `None` if no x satisfies the rows, or if the objective has no bound.
+pub(super) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
+    let (m, n) = (rows.len(), objective.len());
+    // Columns: x, one artificial variable per row, right-hand side.
+    let width = n + m + 1;
+    let mut tableau: Vec<Vec<f64>> = rows
+        .iter()
+        .enumerate()
+        .map(|(i, (a, b))| {
+            let sign = if *b < 0.0 { -1.0 } else { 1.0 };
+            let mut row: Vec<f64> = a.iter().map(|value| sign * value).collect();
+            row.resize(width, 0.0);
+            row[n + i] = 1.0;
+            row[width - 1] = sign * b;
+            row
+        })
+        .collect();
+    let mut basis: Vec<usize> = (n..n + m).collect();
+
+    // First get rid of the artificial variables, then maximise.
+    let mut cost = vec![0.0; width];
+    cost[n..n + m].fill(-1.0);
+    climb(&mut tableau, &mut basis, &cost, n + m)?;
+    let missed: f64 = (0..m).filter(|&i| basis[i] >= n).map(|i| tableau[i][width - 1]).sum();
+    if missed > ZERO * width as f64 {
+        return None;
+    }
+    for i in 0..m {
+        if basis[i] >= n
+            && let Some(column) = (0..n).find(|&j| tableau[i][j].abs() > ZERO)
+        {
+            pivot(&mut tableau, &mut basis, i, column);
+        }
+    }
+    cost.fill(0.0);
+    cost[..n].copy_from_slice(objective);
+    climb(&mut tableau, &mut basis, &cost, n)?;
+
+    let mut x = vec![0.0; n];
+    for (i, &column) in basis.iter().enumerate() {
+        if column < n {
+            x[column] = tableau[i][width - 1];
+        }
+    }
+    Some(x)
+}
+
+/// Pivots until no column below `columns` improves the objective; `None` if it has no bound.
+fn climb(
+    tableau: &mut [Vec<f64>],
+    basis: &mut [usize],
+    cost: &[f64],
+    columns: usize,
+) -> Option<()> {
+    let last = cost.len() - 1;
+    loop {
+        let gain = |j: usize| {
+            cost[j] - basis.iter().zip(&*tableau).map(|(&b, row)| cost[b] * row[j]).sum::<f64>()
+        };
+        let Some(column) = (0..columns).find(|&j| !basis.contains(&j) && gain(j) > ZERO) else {
+            return Some(());
+        };
+        let leaving = (0..tableau.len())
+            .filter(|&i| tableau[i][column] > ZERO)
+            .map(|i| (tableau[i][last] / tableau[i][column], basis[i], i))
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+        pivot(tableau, basis, leaving.2, column);
+    }
+}
+
+fn pivot(tableau: &mut [Vec<f64>], basis: &mut [usize], row: usize, column: usize) {
+    let factor = 1.0 / tableau[row][column];
+    tableau[row].iter_mut().for_each(|value| *value *= factor);
+    let pivot_row = tableau[row].clone();
+    for (i, other) in tableau.iter_mut().enumerate() {
+        let factor = other[column];
+        if i != row && factor != 0.0 {
+            other.iter_mut().zip(&pivot_row).for_each(|(value, p)| *value -= factor * p);
+        }
+    }
+    basis[row] = column;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_programme_by_hand() {
+        // max 3x + 2y, x + y + s = 4, x + 3y + t = 6, x + u = 3: at (3, 1).
+        let rows = vec![
+            (vec![1.0, 1.0, 1.0, 0.0, 0.0], 4.0),
+            (vec![1.0, 3.0, 0.0, 1.0, 0.0], 6.0),
+            (vec![1.0, 0.0, 0.0, 0.0, 1.0], 3.0),
+        ];
+        let x = maximise(&rows, &[3.0, 2.0, 0.0, 0.0, 0.0]).unwrap();
+        assert_eq!(&x[..2], &[3.0, 1.0]);
+        assert!(maximise(&[(vec![1.0, 1.0], -1.0)], &[1.0, 0.0]).is_none()); // infeasible
+        assert!(maximise(&[(vec![1.0, -1.0], 1.0)], &[1.0, 0.0]).is_none()); // unbounded
+        // A row twice over.
+        let twice = vec![(vec![1.0, 1.0], 1.0), (vec![2.0, 2.0], 2.0)];
+        assert_eq!(maximise(&twice, &[0.0, 1.0]).unwrap(), [0.0, 1.0]);
+    }
+}

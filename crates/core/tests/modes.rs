@@ -1,0 +1,162 @@
+//! Contact modes: known answers, symmetries, and every word in turn.
+
+use standfast::{
+    Contact, ContactProblem, Fields, Method, Modes, Posture, ProblemFields, State, Status,
+    contact_modes,
+};
+
+fn solve(fields: ProblemFields) -> Modes {
+    contact_modes(&ContactProblem::new(fields).unwrap(), Method::Enumerate).unwrap()
+}
+
+fn words(modes: &Modes) -> Vec<String> {
+    modes.consistent().map(|answer| answer.word.to_string()).collect()
+}
+
+fn offered(modes: &Modes) -> Vec<String> {
+    modes.answers().iter().map(|answer| answer.word.to_string()).collect()
+}
+
+/// Unit mass and gravity.
+fn on(rho2: f64, contacts: &[([f64; 2], [f64; 2])], friction: f64, sliding: i8) -> ProblemFields {
+    let n = contacts.len();
+    ProblemFields {
+        mass: 1.0,
+        gyration_radius: f64::sqrt(rho2),
+        arms: contacts.iter().map(|c| c.0).collect(),
+        tangents: contacts.iter().map(|c| c.1).collect(),
+        friction: vec![friction; n],
+        sliding: vec![Some(sliding); n],
+        bias: vec![[0.0; 2]; n],
+        free_acceleration: [0.0, -1.0, 0.0],
+        ..ProblemFields::default()
+    }
+}
+
+const FLAT: [f64; 2] = [1.0, 0.0];
+
+#[test]
+fn the_three_four_five_rod() {
+    // Painlevé's rod: nothing is wrong below μ = 13/9; with μ = 2 and v_t < 0 nothing is right at θ̇ = 0, and two
+    // modes are at θ̇² = 5/2.
+    let rod = |friction, spin2: f64| {
+        let mut fields = on(1.0 / 3.0, &[([-0.6, -0.8], FLAT)], friction, -1);
+        fields.bias = vec![[0.6 * spin2, 0.8 * spin2]]; // −(b, c) θ̇²
+        solve(fields)
+    };
+    assert_eq!(words(&rod(1.444, 0.0)), ["L"]);
+    assert_eq!(rod(1.445, 0.0).status(), Status::None);
+    assert_eq!(rod(2.0, 0.0).status(), Status::None);
+    assert_eq!(words(&rod(2.0, 2.5)), ["S", "L"]);
+}
+
+#[test]
+fn two_sliding_contacts_without_a_mode() {
+    for sliding in [1, -1] {
+        let fields = on(0.25, &[([-1.0, -1.0], FLAT), ([1.0, -1.0], FLAT)], 1.5, sliding);
+        assert_eq!(solve(fields).status(), Status::None);
+    }
+}
+
+#[test]
+fn two_contacts_at_rest_with_three_modes() {
+    let t = [0.8, -0.6];
+    let modes = solve(on(0.5, &[([-1.0, -3.0], t), ([1.0, 0.0], t)], 1.0, 0));
+    assert_eq!(words(&modes), ["SF", "FS", "FF"]);
+    assert_eq!(modes.status(), Status::Ambiguous);
+}
+
+#[test]
+fn two_contacts_in_general_position_offer_ten_words() {
+    let level = solve(on(0.5, &[([-1.0, -1.0], FLAT), ([2.0, -1.0], FLAT)], 0.5, 0));
+    let ten = ["SS", "SF", "SR", "SL", "FS", "FF", "RS", "RR", "LS", "LL"];
+    assert_eq!(offered(&level), ten);
+    // Over a convex corner, centre of mass low: the contacts slide towards each other or apart.
+    let (left, right) = ([0.8, 0.6], [0.8, -0.6]);
+    let wedge = solve(on(0.5, &[([-1.0, 1.0], left), ([2.0, 1.5], right)], 0.5, 0));
+    assert_eq!(wedge.answers().len(), 10);
+    let words = offered(&wedge);
+    for never in ["RF", "FR", "LF", "FL"] {
+        assert!(!words.contains(&never.to_string()), "{words:?}");
+    }
+}
+
+#[test]
+fn a_block_on_a_slope_rests_slides_or_tips() {
+    let block = |slope: f64, friction: f64, height: f64| {
+        let (sin, cos) = slope.sin_cos();
+        let foot = |s: f64| Contact { friction, ..Contact::at(s * cos, s * sin).on_slope(slope) };
+        let posture = Posture::new(Fields {
+            mass: 2.0,
+            gyration_radius: 0.6,
+            center_of_mass: [-height * sin, height * cos],
+            contacts: vec![foot(-0.5), foot(0.5)],
+            restitution: 0.0,
+            gravity: 9.81,
+        })
+        .unwrap();
+        let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
+        contact_modes(&problem, Method::Auto).unwrap()
+    };
+    assert_eq!(words(&block(0.3, 0.5, 0.4)), ["FF"]);
+    assert_eq!(words(&block(0.6, 0.5, 0.4)), ["LL"]);
+    assert_eq!(words(&block(0.6, 2.0, 1.0)), ["FS"]); // tips over its lower foot
+    // Sliding down: g (sin − μ cos) along the slope, forces by the moments about the centre.
+    let modes = block(0.6, 0.5, 0.4);
+    let answer = modes.consistent().next().unwrap();
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let along = -9.81 * (sin - 0.5 * cos);
+    assert!((answer.acceleration[0] - along * cos).abs() < 1e-14);
+    assert!((answer.acceleration[1] - along * sin).abs() < 1e-14);
+    let weight = 2.0 * 9.81 * cos;
+    let [one, two] = [answer.forces[0], answer.forces[1]];
+    assert!((one[1] + two[1] - weight).abs() < 1e-13);
+    assert!((0.5 * (two[1] - one[1]) + 0.4 * 0.5 * weight).abs() < 1e-13, "{one:?} {two:?}");
+    assert!((one[0] - 0.5 * one[1]).abs() < 1e-13);
+}
+
+#[test]
+fn a_level_table_on_many_legs() {
+    for n in [3, 4, 10, 64] {
+        let legs: Vec<_> =
+            (0..n).map(|i| ([i as f64 / (n - 1) as f64 * 2.0 - 1.0, -1.0], FLAT)).collect();
+        assert_eq!(words(&solve(on(0.5, &legs, 0.5, 0))), ["F".repeat(n)]);
+        assert_eq!(words(&solve(on(0.5, &legs, 0.5, 1))), ["R".repeat(n)]);
+        // Pushed hard enough it slides, harder and it tips.
+        let mut pushed = on(0.5, &legs, 0.5, 0);
+        pushed.free_acceleration = [0.8, -1.0, 0.0];
+        assert_eq!(words(&solve(pushed)), ["R".repeat(n)]);
+    }
+}
+
+#[test]
+fn contacts_at_one_point_share_their_force() {
+    let twice = solve(on(0.5, &[([0.0, -1.0], FLAT), ([0.0, -1.0], FLAT)], 0.5, 0));
+    assert_eq!(words(&twice), ["FF"]);
+    let total: f64 = twice.consistent().next().unwrap().forces.iter().map(|f| f[1]).sum();
+    assert!((total - 1.0).abs() < 1e-14);
+    let many = vec![([0.3, -1.0], FLAT); 64];
+    assert_eq!(words(&solve(on(0.5, &many, 5.0, 0))).len(), 1);
+}
+
+#[test]
+fn a_wrong_problem_is_named() {
+    let good = on(0.5, &[([-1.0, -1.0], FLAT), ([1.0, -1.0], FLAT)], 0.5, 0);
+    let refused = |change: &dyn Fn(&mut ProblemFields), name: &str| {
+        let mut fields = good.clone();
+        change(&mut fields);
+        let error = ContactProblem::new(fields).unwrap_err().to_string();
+        assert!(error.starts_with(name), "{error}");
+    };
+    refused(&|f| f.friction[1] = -0.1, "friction.2 = -0.1");
+    refused(&|f| f.friction[0] = f64::NAN, "friction.1 = NaN");
+    refused(&|f| f.gyration_radius = 0.0, "gyration_radius = 0.0");
+    refused(&|f| f.mass = f64::INFINITY, "mass = inf");
+    refused(&|f| f.arms[0][1] = f64::NAN, "arms.1.y");
+    refused(&|f| f.tangents[1] = [1.0, 1.0], "tangents.2 = (1.0, 1.0)");
+    refused(&|f| f.sliding[0] = Some(2), "sliding.1 = 2");
+    refused(&|f| f.bias[0] = [f64::INFINITY, 0.0], "bias.1.tangential");
+    refused(&|f| f.arms.clear(), "arms");
+    refused(&|f| f.friction.truncate(1), "friction");
+    refused(&|f| f.free_acceleration[2] = f64::NAN, "free_acceleration.theta");
+}
