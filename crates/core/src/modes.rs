@@ -6,11 +6,13 @@
 mod answer;
 mod enumerate;
 mod hyperstatic;
+mod pair;
 mod problem;
 mod simplex;
 mod words;
 
 pub use answer::{Condition, Forces, Margin, ModeAnswer, TIE};
+pub use pair::{PairMode, PairModes};
 pub use problem::{ContactProblem, Level, ProblemFields};
 pub use words::{Mode, Word};
 
@@ -93,7 +95,11 @@ impl Modes {
 ///
 /// None with these methods.
 pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, Error> {
-    match method {
-        Method::Auto | Method::Enumerate => Ok(Modes { answers: enumerate::enumerate(problem) }),
-    }
+    let pair = if method == Method::Auto { problem.pair_modes() } else { None };
+    let mut answers: Vec<_> = match pair {
+        Some(pair) => pair.iter().map(|mode| mode.answer(problem)).collect(),
+        None => enumerate::enumerate(problem),
+    };
+    answers.sort_by(|a, b| a.word.modes().cmp(b.word.modes()));
+    Ok(Modes { answers })
 }

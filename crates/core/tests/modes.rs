@@ -1,5 +1,7 @@
 //! Contact modes: known answers, symmetries, and every word in turn.
 
+use proptest::prelude::*;
+use proptest::test_runner::{Config as ProptestConfig, RngSeed, TestRunner};
 use standfast::{
     Contact, ContactProblem, Fields, Method, Modes, Posture, ProblemFields, State, Status,
     contact_modes,
@@ -159,4 +161,61 @@ fn a_wrong_problem_is_named() {
     refused(&|f| f.arms.clear(), "arms");
     refused(&|f| f.friction.truncate(1), "friction");
     refused(&|f| f.free_acceleration[2] = f64::NAN, "free_acceleration.theta");
+}
+
+/// Random problems of one or two contacts: at rest, sliding, separated, with and without bias.
+fn problems() -> impl Strategy<Value = ProblemFields> {
+    let contact = (
+        [-2.0..2.0, -2.0..0.5],
+        prop_oneof![2 => Just(0.0), 1 => -1.2..1.2],
+        prop_oneof![1 => Just(0.0), 3 => 0.0..1.0, 1 => 1.0..10.0],
+        prop_oneof![4 => Just(Some(0)), 1 => Just(Some(1)), 1 => Just(Some(-1)), 1 => Just(None)],
+        prop_oneof![2 => Just([0.0, 0.0]), 1 => [-1.0..1.0, -1.0..1.0]],
+    );
+    (
+        proptest::collection::vec(contact, 1..=2),
+        0.05..2.0,
+        prop_oneof![2 => Just([0.0, -1.0, 0.0]), 1 => [-1.0..1.0, -2.0..1.0, -1.0..1.0]],
+        0.1..10.0,
+    )
+        .prop_map(|(contacts, rho, free_acceleration, mass)| ProblemFields {
+            mass,
+            gyration_radius: rho,
+            arms: contacts.iter().map(|c| c.0).collect(),
+            tangents: contacts.iter().map(|c| [f64::cos(c.1), f64::sin(c.1)]).collect(),
+            friction: contacts.iter().map(|c| c.2).collect(),
+            sliding: contacts.iter().map(|c| c.3).collect(),
+            bias: contacts.iter().map(|c| c.4).collect(),
+            free_acceleration,
+            ..ProblemFields::default()
+        })
+}
+
+#[test]
+fn closed_forms_agree_with_enumeration() {
+    let config = ProptestConfig {
+        cases: 20_000,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(1),
+        ..ProptestConfig::default()
+    };
+    TestRunner::new(config)
+        .run(&problems(), |fields| {
+            let problem = ContactProblem::new(fields).unwrap();
+            assert!(problem.pair_modes().is_some());
+            let closed = contact_modes(&problem, Method::Auto).unwrap();
+            let listed = contact_modes(&problem, Method::Enumerate).unwrap();
+            assert_eq!(offered(&closed), offered(&listed));
+            for (one, two) in closed.answers().iter().zip(listed.answers()) {
+                let close = one.near_degenerate() || two.near_degenerate();
+                assert!(one.consistent == two.consistent || close, "{one:?} {two:?}");
+                let size = one.acceleration.iter().map(|a| a.abs()).fold(1.0, f64::max);
+                for k in 0..3 {
+                    let off = (one.acceleration[k] - two.acceleration[k]).abs();
+                    assert!(off < 1e-9 * size || !two.consistent, "{one:?} {two:?}");
+                }
+            }
+            Ok(())
+        })
+        .unwrap_or_else(|failure| panic!("{failure}"));
 }

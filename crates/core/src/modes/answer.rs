@@ -130,8 +130,9 @@ pub struct ModeAnswer {
     pub forces: Vec<[f64; 2]>,
     /// How the forces are determined.
     pub determined: Forces,
-    /// Two fixed contacts: the range of the internal force, in N. `forces` plus τ(e, −e), e the unit vector from
-    /// contact 1 to contact 2, is also possible while τ added to that of `forces`, `internal_force`, stays inside.
+    /// Two fixed contacts: the range of the internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to
+    /// contact 2, in N; ±∞ where friction holds any. It acts on nothing but the contacts: adding τ(e, −e) to
+    /// their forces changes no motion. `forces` are then the smallest.
     pub force_interval: Option<[f64; 2]>,
     /// All tests, contact by contact.
     pub margins: Vec<Margin>,

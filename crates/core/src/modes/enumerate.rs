@@ -20,7 +20,7 @@ use super::words::{Mode, Word};
 /// Rows carry rounding of order 1e-16; a larger value would treat contacts that are merely close as one.
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// All words the contacts of the problem offer, each solved, in the order S, F, R, L of their letters.
+/// All words the contacts of the problem offer, each solved.
 pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
     let rows = problem.rows();
     let mut words = BTreeSet::new();
@@ -64,9 +64,7 @@ pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
             }
         }
     }
-    let mut answers: Vec<_> = words.into_iter().map(|word| solve(problem, word)).collect();
-    answers.sort_by(|a, b| a.word.modes().cmp(b.word.modes()));
-    answers
+    words.into_iter().map(|word| solve(problem, word)).collect()
 }
 
 /// A row and its bias: it vanishes where row·y + bias = 0.

@@ -231,6 +231,11 @@ impl ContactProblem {
         [y.x * self.scale, y.y * self.scale, y.z * self.scale / self.fields.gyration_radius]
     }
 
+    /// An internal force from its scaled form f/(m scale), in N.
+    pub(crate) fn internal_force(&self, scaled: f64) -> f64 {
+        scaled * self.fields.mass * self.scale
+    }
+
     /// Force (tangential, normal) at a contact from its scaled form F = ν f/(m scale).
     pub(crate) fn force(&self, index: usize, scaled: [f64; 2]) -> [f64; 2] {
         scaled.map(|part| part * self.fields.mass * self.scale / self.rows[index].stretch)

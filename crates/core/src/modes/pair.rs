@@ -1,0 +1,404 @@
+//! One or two contacts: every word in closed form, without allocation.
+//!
+//! In the mass metric normal rows have length one, and a sliding contact has N·γ = 1 − σμ N·T. Words of one closed
+//! contact take one division or a system of two, words of two closed contacts one of two or three. Two fixed
+//! contacts are hyperstatic: their acceleration follows from three of their rows, their forces form a segment.
+
+use nalgebra::Vector3;
+
+use super::answer::{Forces, ModeAnswer, TIE, margins_of};
+use super::enumerate::{DEPENDENT, judge};
+use super::problem::{ContactProblem, Row};
+use super::words::{Mode, Word};
+
+/// A word of one or two contacts, solved, in scaled quantities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairMode {
+    /// The word.
+    pub word: Word,
+    /// Whether every test holds.
+    pub consistent: bool,
+    /// Whether a test holds or fails by no more than [`TIE`].
+    pub near_degenerate: bool,
+    y: Vector3<f64>,
+    /// Those that meet the tests best.
+    forces: [[f64; 2]; 2],
+    internal: Option<Internal>,
+}
+
+/// The forces of two fixed contacts: the range of the internal force, and the smallest forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Internal {
+    interval: [f64; 2],
+    least: [[f64; 2]; 2],
+}
+
+/// The words that one or two contacts offer, in no particular order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairModes {
+    // Three letters that are not S for each, alone or with those of the other, and SS.
+    modes: [Option<PairMode>; 16],
+    len: usize,
+}
+
+impl PairModes {
+    /// The words, solved.
+    pub fn iter(&self) -> impl Iterator<Item = &PairMode> {
+        self.modes[..self.len].iter().flatten()
+    }
+
+    /// The consistent ones.
+    pub fn consistent(&self) -> impl Iterator<Item = &PairMode> {
+        self.iter().filter(|mode| mode.consistent)
+    }
+}
+
+impl PairMode {
+    pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
+        let n = problem.rows().len();
+        let determined = self.internal.map_or(Forces::Unique, |_| Forces::Family);
+        let mut answer = judge(problem, self.word, &self.y, &self.forces[..n], determined);
+        if let Some(Internal { interval, least }) = self.internal {
+            answer.forces = (0..n).map(|i| problem.force(i, least[i])).collect();
+            answer.force_interval = Some(interval.map(|end| problem.internal_force(end)));
+        }
+        answer
+    }
+
+    /// q̈, in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
+    #[must_use]
+    pub fn acceleration(&self, problem: &ContactProblem) -> [f64; 3] {
+        problem.acceleration(&self.y)
+    }
+
+    /// (f_t, f_n) at the contact with this index, in N (impulse level: N s).
+    #[must_use]
+    pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
+        let least = self.internal.map_or(self.forces, |internal| internal.least);
+        problem.force(index, least[index])
+    }
+}
+
+/// Letters that the sliding of a contact allows besides S.
+fn closed_letters(row: &Row) -> &'static [Mode] {
+    match row.sliding {
+        None => &[],
+        Some(0) => &[Mode::Fixed, Mode::Right, Mode::Left],
+        Some(1) => &[Mode::Right],
+        Some(_) => &[Mode::Left],
+    }
+}
+
+impl ContactProblem {
+    /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::contact_modes) finds, without
+    /// its margins and without allocation.
+    ///
+    /// `None` for more contacts, and where rows of two contacts depend on each other (contacts at one point, or with
+    /// a normal in common).
+    #[must_use]
+    pub fn pair_modes(&self) -> Option<PairModes> {
+        let rows = self.rows();
+        let mut found = PairModes { modes: [None; 16], len: 0 };
+        let solver = match rows {
+            [one] => Solver::new([one, one], self.load()),
+            [one, two] => Solver::new([one, two], self.load()),
+            _ => return None,
+        };
+        let none = Word::separate(rows.len());
+        found.add(rows, none, solver.load, [[0.0; 2]; 2], None);
+        for (i, row) in rows.iter().enumerate() {
+            for &mode in closed_letters(row) {
+                let word = none.with(i, mode);
+                match solver.alone(i, mode) {
+                    Some((y, force)) => {
+                        let mut forces = [[0.0; 2]; 2];
+                        forces[i] = force;
+                        found.add(rows, word, y, forces, None);
+                    }
+                    None => return None,
+                }
+            }
+        }
+        if let [one, two] = rows
+            && one.sliding.is_some()
+            && two.sliding.is_some()
+        {
+            let line = one.normal.cross(&two.normal);
+            if line.norm() <= DEPENDENT
+                || solver.volume(0).abs() <= DEPENDENT
+                || solver.volume(1).abs() <= DEPENDENT
+            {
+                return None;
+            }
+            for &first in closed_letters(one) {
+                for &second in closed_letters(two) {
+                    let word = none.with(0, first).with(1, second);
+                    match (first, second) {
+                        (Mode::Fixed, Mode::Fixed) => solver.both_fixed(rows, word, &mut found),
+                        (Mode::Fixed, _) => solver.pivoting(0, second, rows, word, &mut found)?,
+                        (_, Mode::Fixed) => solver.pivoting(1, first, rows, word, &mut found)?,
+                        _ => solver.both_sliding([first, second], &line, rows, word, &mut found)?,
+                    }
+                }
+            }
+        }
+        Some(found)
+    }
+}
+
+impl PairModes {
+    fn add(
+        &mut self,
+        rows: &[Row],
+        word: Word,
+        y: Vector3<f64>,
+        forces: [[f64; 2]; 2],
+        internal: Option<Internal>,
+    ) {
+        let (mut consistent, mut near_degenerate) = (true, false);
+        for (i, row) in rows.iter().enumerate() {
+            for margin in margins_of(i, row, word.mode(i), &y, forces[i]).into_iter().flatten() {
+                consistent &= margin.holds();
+                near_degenerate |= margin.is_tie();
+            }
+        }
+        self.modes[self.len] =
+            Some(PairMode { word, consistent, near_degenerate, y, forces, internal });
+        self.len += 1;
+    }
+}
+
+/// Rows, load, and what the rows make of the load.
+struct Solver<'a> {
+    rows: [&'a Row; 2],
+    load: Vector3<f64>,
+    /// N_i·w + bias and T_i·w + bias: the accelerations that forces have to undo.
+    need: [[f64; 2]; 2],
+    /// N_i·T_i
+    mixed: [f64; 2],
+}
+
+impl<'a> Solver<'a> {
+    fn new(rows: [&'a Row; 2], load: Vector3<f64>) -> Self {
+        Self {
+            rows,
+            load,
+            need: rows.map(|row| {
+                [row.tangent.dot(&load) + row.bias[0], row.normal.dot(&load) + row.bias[1]]
+            }),
+            mixed: rows.map(|row| row.normal.dot(&row.tangent)),
+        }
+    }
+
+    /// N_i·(T_i × N_j) of contact i and the other: zero where the normal through j passes through i.
+    fn volume(&self, i: usize) -> f64 {
+        let (one, two) = (self.rows[i], self.rows[1 - i]);
+        one.normal.cross(&one.tangent).dot(&two.normal)
+    }
+
+    /// Acceleration and force where contact `i` alone is closed; `None` if its friction matrix is singular.
+    fn alone(&self, i: usize, mode: Mode) -> Option<(Vector3<f64>, [f64; 2])> {
+        let row = self.rows[i];
+        let [tangential, normal] = self.need[i];
+        let force = if mode == Mode::Fixed {
+            // [1, N·T; N·T, T·T] (f_n, f_t) = −need: its determinant is |N × T|² > 0.
+            let (mixed, own) = (self.mixed[i], row.tangent.norm_squared());
+            let det = own - mixed * mixed;
+            [(mixed * normal - tangential) / det, (mixed * tangential - own * normal) / det]
+        } else {
+            let slip = -mode.direction() * row.friction;
+            let matrix = 1.0 + slip * self.mixed[i];
+            if matrix.abs() <= DEPENDENT * (1.0 + row.friction) {
+                return None;
+            }
+            let f = -normal / matrix;
+            [slip * f, f]
+        };
+        Some((self.load + row.tangent * force[0] + row.normal * force[1], force))
+    }
+
+    /// Both slide: a system of two. Offered if some acceleration that keeps both closed slides that way.
+    fn both_sliding(
+        &self,
+        modes: [Mode; 2],
+        line: &Vector3<f64>,
+        rows: &[Row],
+        word: Word,
+        found: &mut PairModes,
+    ) -> Option<()> {
+        let [one, two] = self.rows;
+        let cosine = one.normal.dot(&two.normal);
+        let det = line.norm_squared(); // 1 − cosine²
+        // Accelerations p + s·line keep both closed; T_i·(p + s·line) has to have the sign of its letter.
+        let p = one.normal * ((cosine * two.bias[1] - one.bias[1]) / det)
+            + two.normal * ((cosine * one.bias[1] - two.bias[1]) / det);
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (row, mode) in self.rows.iter().zip(modes) {
+            if row.sliding != Some(0) {
+                continue;
+            }
+            let (base, slope) = (
+                mode.direction() * (row.tangent.dot(&p) + row.bias[0]),
+                mode.direction() * row.tangent.dot(line),
+            );
+            if slope.abs() <= DEPENDENT {
+                if base <= TIE {
+                    return Some(()); // never slides that way
+                }
+            } else if slope > 0.0 {
+                low = low.max(-base / slope);
+            } else {
+                high = high.min(-base / slope);
+            }
+        }
+        if !(high - low > TIE) {
+            return Some(());
+        }
+        let gamma = [0, 1].map(|i| {
+            let row = self.rows[i];
+            row.normal - row.tangent * (modes[i].direction() * row.friction)
+        });
+        let m = [one, two].map(|row| [row.normal.dot(&gamma[0]), row.normal.dot(&gamma[1])]);
+        let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+        let size = (1.0 + one.friction) * (1.0 + two.friction);
+        if determinant.abs() <= DEPENDENT * size {
+            return None;
+        }
+        let need = [self.need[0][1], self.need[1][1]];
+        let f = [
+            (m[0][1] * need[1] - m[1][1] * need[0]) / determinant,
+            (m[1][0] * need[0] - m[0][0] * need[1]) / determinant,
+        ];
+        let y = self.load + gamma[0] * f[0] + gamma[1] * f[1];
+        let forces = [0, 1].map(|i| [-modes[i].direction() * self.rows[i].friction * f[i], f[i]]);
+        found.add(rows, word, y, forces, None);
+        Some(())
+    }
+
+    /// Contact `i` is fixed, the other slides: three rows determine the acceleration.
+    fn pivoting(
+        &self,
+        i: usize,
+        mode: Mode,
+        rows: &[Row],
+        word: Word,
+        found: &mut PairModes,
+    ) -> Option<()> {
+        let (fixed, other) = (self.rows[i], self.rows[1 - i]);
+        let planes = [fixed.normal, fixed.tangent, other.normal];
+        let y = meet(planes, [fixed.bias[1], fixed.bias[0], other.bias[1]]);
+        let along = mode.direction() * (other.tangent.dot(&y) + other.bias[0]);
+        if other.sliding == Some(0) && along <= TIE {
+            return Some(());
+        }
+        // y − w = N f_n + T f_t + γ f: by the rows that are perpendicular to two of them each.
+        let slip = -mode.direction() * other.friction;
+        let gamma = other.normal + other.tangent * slip;
+        let volume = fixed.normal.cross(&fixed.tangent).dot(&gamma);
+        if volume.abs() <= DEPENDENT * (1.0 + other.friction) {
+            return None;
+        }
+        let rest = y - self.load;
+        let f = fixed.normal.cross(&fixed.tangent).dot(&rest) / volume;
+        let mut forces = [[0.0; 2]; 2];
+        forces[i] = [
+            gamma.cross(&fixed.normal).dot(&rest) / volume,
+            fixed.tangent.cross(&gamma).dot(&rest) / volume,
+        ];
+        forces[1 - i] = [slip * f, f];
+        found.add(rows, word, y, forces, None);
+        Some(())
+    }
+
+    /// Both fixed: the acceleration by three rows, if it suits the fourth; forces p + τs, where s squeezes along
+    /// the line between the contacts.
+    fn both_fixed(&self, rows: &[Row], word: Word, found: &mut PairModes) {
+        let [one, two] = self.rows;
+        let y =
+            meet([one.normal, one.tangent, two.normal], [one.bias[1], one.bias[0], two.bias[1]]);
+        if (two.tangent.dot(&y) + two.bias[0]).abs() > TIE {
+            return;
+        }
+        // A squeeze does nothing: s_1t T_1 + s_1n N_1 + s_2t T_2 + s_2n N_2 = 0.
+        let columns = [one.tangent, one.normal, two.tangent, two.normal];
+        let minor = |a: usize, b: usize, c: usize| columns[a].cross(&columns[b]).dot(&columns[c]);
+        let squeeze = [minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)];
+        let rest = y - self.load;
+        // Without the tangential force of contact 2, then from there along the squeeze.
+        let volume = minor(0, 1, 3);
+        let solved = |a: usize, b: usize| columns[a].cross(&columns[b]).dot(&rest) / volume;
+        let base = [solved(1, 3), solved(3, 0), 0.0, solved(0, 1)];
+        let tests = [0, 1].map(|i| {
+            let (mu, t, n) = (self.rows[i].friction, 2 * i, 2 * i + 1);
+            let unit = 1.0_f64.hypot(mu);
+            // f_n ≥ 0 and both sides of the cone, as value + τ slope ≥ 0.
+            [
+                (base[n], squeeze[n]),
+                ((mu * base[n] - base[t]) / unit, (mu * squeeze[n] - squeeze[t]) / unit),
+                ((mu * base[n] + base[t]) / unit, (mu * squeeze[n] + squeeze[t]) / unit),
+            ]
+        });
+        let tests = tests.as_flattened();
+        let worst = |tau: f64| {
+            tests.iter().map(|(value, slope)| value + tau * slope).fold(f64::INFINITY, f64::min)
+        };
+        let at = |tau: f64| {
+            let f = |k: usize| base[k] + tau * squeeze[k];
+            [[f(0), f(1)], [f(2), f(3)]]
+        };
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        for &(value, slope) in tests {
+            if slope > 0.0 {
+                low = low.max(-value / slope);
+            } else if slope < 0.0 {
+                high = high.min(-value / slope);
+            }
+        }
+        // The best τ lies where two tests are equally tight, or somewhere inside if there is no end.
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        let mut try_out = |tau: f64| {
+            if tau.is_finite() && worst(tau) > best.0 {
+                best = (worst(tau), tau);
+            }
+        };
+        for (k, (v, s)) in tests.iter().enumerate() {
+            for (w, r) in &tests[k + 1..] {
+                try_out((w - v) / (s - r));
+            }
+        }
+        if low <= high {
+            try_out(if high == f64::INFINITY {
+                low + 1.0 + low.abs()
+            } else {
+                high - 1.0 - high.abs()
+            });
+        }
+        let (low, high) = if low <= high { (low, high) } else { (best.1, best.1) };
+        // Internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to contact 2: linear in τ, and zero
+        // for the smallest forces of all.
+        let place = |row: &Row| {
+            (row.tangent.xy() * row.normal.z - row.normal.xy() * row.tangent.z)
+                * (row.stretch * row.stretch)
+        };
+        let e = (place(two) - place(one)).normalize() * 0.5;
+        let along = |f: &[f64; 4]| {
+            let pull = |k: usize| columns[k].xy().dot(&e) * f[k];
+            pull(0) + pull(1) - pull(2) - pull(3)
+        };
+        let (start, slope) = (along(&base), along(&squeeze));
+        let tau = if best.0 >= 0.0 { (-start / slope).clamp(low, high) } else { best.1 };
+        let ends = [start + slope * low, start + slope * high];
+        let interval = if slope > 0.0 { ends } else { [ends[1], ends[0]] };
+        found.add(rows, word, y, at(best.1), Some(Internal { interval, least: at(tau) }));
+    }
+}
+
+/// Where three planes row·y + bias = 0 meet.
+fn meet(rows: [Vector3<f64>; 3], bias: [f64; 3]) -> Vector3<f64> {
+    if bias == [0.0; 3] {
+        return Vector3::zeros();
+    }
+    let [a, b, c] = rows;
+    let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));
+    -(bc * bias[0] + ca * bias[1] + ab * bias[2]) / a.dot(&bc)
+}
