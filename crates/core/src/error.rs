@@ -38,6 +38,9 @@ pub enum Error {
         /// The largest penetration that is taken for touching, in m.
         touch: f64,
     },
+    /// A numerical solver failed.
+    #[error("the solver failed: {0}")]
+    Solver(String),
     /// A scene file cannot be read.
     #[error("{path}: {problem}")]
     File {

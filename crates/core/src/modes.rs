@@ -8,6 +8,8 @@ mod enumerate;
 mod hyperstatic;
 mod pair;
 mod problem;
+#[cfg(feature = "qp")]
+mod qp;
 mod simplex;
 mod words;
 
@@ -29,6 +31,10 @@ pub enum Method {
     Auto,
     /// Every word, one by one.
     Enumerate,
+    /// The first consistent word that a sequence of convex quadratic programmes leads to: for many contacts. It may
+    /// find none where there is one.
+    #[cfg(feature = "qp")]
+    Qp,
 }
 
 /// How many words are consistent.
@@ -40,6 +46,10 @@ pub enum Status {
     Ambiguous,
     /// None: no motion with bounded forces obeys the law.
     None,
+    /// At least one: it was searched for, and found.
+    Found,
+    /// The search ended without one; there may be some.
+    NotFound,
 }
 
 impl Status {
@@ -50,6 +60,8 @@ impl Status {
             Self::Unique => "unique",
             Self::Ambiguous => "ambiguous",
             Self::None => "none",
+            Self::Found => "found",
+            Self::NotFound => "not found",
         }
     }
 }
@@ -58,6 +70,8 @@ impl Status {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     answers: Vec<ModeAnswer>,
+    /// Whether these are all there are.
+    complete: bool,
 }
 
 impl Modes {
@@ -75,10 +89,12 @@ impl Modes {
     /// How many are consistent.
     #[must_use]
     pub fn status(&self) -> Status {
-        match self.consistent().count() {
-            0 => Status::None,
-            1 => Status::Unique,
-            _ => Status::Ambiguous,
+        match (self.consistent().count(), self.complete) {
+            (0, true) => Status::None,
+            (1, true) => Status::Unique,
+            (_, true) => Status::Ambiguous,
+            (0, false) => Status::NotFound,
+            (_, false) => Status::Found,
         }
     }
 
@@ -89,17 +105,23 @@ impl Modes {
     }
 }
 
-/// Every contact mode the problem offers, with its motion, forces and margins.
+/// Every contact mode the problem offers, with its motion, forces and margins; with [`Method::Qp`], one consistent
+/// mode.
 ///
 /// # Errors
 ///
-/// None with these methods.
+/// [`Error::Solver`] if Clarabel refuses a programme.
 pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, Error> {
+    #[cfg(feature = "qp")]
+    if method == Method::Qp {
+        let answers = qp::search(problem)?.into_iter().collect();
+        return Ok(Modes { answers, complete: false });
+    }
     let pair = if method == Method::Auto { problem.pair_modes() } else { None };
     let mut answers: Vec<_> = match pair {
         Some(pair) => pair.iter().map(|mode| mode.answer(problem)).collect(),
         None => enumerate::enumerate(problem),
     };
     answers.sort_by(|a, b| a.word.modes().cmp(b.word.modes()));
-    Ok(Modes { answers })
+    Ok(Modes { answers, complete: true })
 }

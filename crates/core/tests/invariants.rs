@@ -242,7 +242,10 @@ impl Yardstick {
         let length = size * (1.0 + q.z.abs()) + q.x.hypot(q.y) + speed * t + turned;
         let slim = (size / f.gyration_radius).powi(2).max(1.0);
         // A flywheel: its gaps fall almost as one, and what tells them apart is as badly known.
-        let heavy = (f.gyration_radius / size).powi(2).max(1.0);
+        let apart = |p: &[f64; 2], q: &[f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+        let points = || f.contacts.iter().map(|contact| contact.point);
+        let lever = points().flat_map(|p| points().map(move |q| apart(&p, &q))).fold(0.0, f64::max);
+        let heavy = if lever > 0.0 { (f.gyration_radius / lever).powi(2).max(1.0) } else { 1.0 };
         Self {
             speed,
             length,

@@ -219,3 +219,34 @@ fn closed_forms_agree_with_enumeration() {
         })
         .unwrap_or_else(|failure| panic!("{failure}"));
 }
+
+#[test]
+#[cfg(feature = "qp")]
+fn programmes_find_modes() {
+    // How often the fixed point finds a mode where there is one, on the random problems above.
+    let config = ProptestConfig {
+        cases: 5_000,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(2),
+        ..ProptestConfig::default()
+    };
+    let (found, solvable) = (std::cell::Cell::new(0), std::cell::Cell::new(0));
+    TestRunner::new(config)
+        .run(&problems(), |fields| {
+            let problem = ContactProblem::new(fields).unwrap();
+            let all = contact_modes(&problem, Method::Auto).unwrap();
+            let qp = contact_modes(&problem, Method::Qp).unwrap();
+            if all.status() != Status::None {
+                solvable.set(solvable.get() + 1);
+                found.set(found.get() + usize::from(qp.status() == Status::Found));
+            }
+            for answer in qp.answers() {
+                let same = all.get(answer.word).unwrap();
+                assert!(same.consistent || same.near_degenerate(), "{answer:?}");
+            }
+            Ok(())
+        })
+        .unwrap_or_else(|failure| panic!("{failure}"));
+    println!("found {} of {}", found.get(), solvable.get());
+    assert!(found.get() as f64 >= 0.999 * solvable.get() as f64, "{found:?} of {solvable:?}");
+}
