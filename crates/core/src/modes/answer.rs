@@ -36,6 +36,10 @@ impl Condition {
     pub fn is_strict(self) -> bool {
         !matches!(self, Self::Presses | Self::InCone)
     }
+
+    pub(super) fn holds(self, margin: f64) -> bool {
+        if self.is_strict() { margin > TIE } else { margin >= -TIE }
+    }
 }
 
 impl fmt::Display for Condition {
@@ -66,7 +70,7 @@ impl Margin {
     /// Whether the test is met, ties going to the closed word.
     #[must_use]
     pub fn holds(&self) -> bool {
-        if self.condition.is_strict() { self.value > TIE } else { self.value >= -TIE }
+        self.condition.holds(self.value)
     }
 
     /// Whether it is met or fails by no more than a tie.
@@ -76,33 +80,38 @@ impl Margin {
     }
 }
 
-/// The tests of a contact in a mode, given the scaled acceleration `y` and the scaled force of the contact.
-pub(super) fn margins_of(
-    index: usize,
+/// Puts the tests of a contact in a mode to the scaled acceleration `y` and the scaled force of the contact: each
+/// with its margin.
+#[inline(always)]
+pub(super) fn test(
     row: &Row,
     mode: Mode,
     y: &Vector3<f64>,
     force: [f64; 2],
-) -> [Option<Margin>; 2] {
-    let says =
-        |condition, value| Some(Margin { contact: ContactNumber::of(index), condition, value });
+    mut says: impl FnMut(Condition, f64),
+) {
     let tangential = || row.tangent.dot(y) + row.bias[0];
     let [f_t, f_n] = force;
     match (mode, row.sliding) {
-        (_, None) => [None, None],
-        (Mode::Separate, _) => [says(Condition::Opens, row.normal.dot(y) + row.bias[1]), None],
+        (_, None) => {}
+        (Mode::Separate, _) => says(Condition::Opens, row.normal.dot(y) + row.bias[1]),
         (Mode::Fixed, _) => {
             let mu = row.friction;
-            let room = (mu * f_n - f_t.abs()) / 1.0_f64.hypot(mu);
-            [says(Condition::Presses, f_n), says(Condition::InCone, room)]
+            says(Condition::Presses, f_n);
+            says(Condition::InCone, (mu * f_n - f_t.abs()) / (1.0 + mu));
         }
-        (Mode::Right, Some(0)) => {
-            [says(Condition::Presses, f_n), says(Condition::SlidesRight, tangential())]
+        (Mode::Right, sliding) => {
+            says(Condition::Presses, f_n);
+            if sliding == Some(0) {
+                says(Condition::SlidesRight, tangential());
+            }
         }
-        (Mode::Left, Some(0)) => {
-            [says(Condition::Presses, f_n), says(Condition::SlidesLeft, -tangential())]
+        (Mode::Left, sliding) => {
+            says(Condition::Presses, f_n);
+            if sliding == Some(0) {
+                says(Condition::SlidesLeft, -tangential());
+            }
         }
-        _ => [says(Condition::Presses, f_n), None],
     }
 }
 

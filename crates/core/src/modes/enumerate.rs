@@ -10,10 +10,11 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, TIE, margins_of};
+use super::answer::{Forces, Margin, ModeAnswer, TIE, test};
 use super::hyperstatic;
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
+use crate::trajectory::ContactNumber;
 
 /// Distance of a row of length about one from the span of others below which it depends on them.
 ///
@@ -340,15 +341,13 @@ pub(super) fn judge(
     scaled: &[[f64; 2]],
     determined: Forces,
 ) -> ModeAnswer {
-    let margins: Vec<_> = problem
-        .rows()
-        .iter()
-        .enumerate()
-        .flat_map(|(i, row)| margins_of(i, row, word.mode(i), y, scaled[i]))
-        .flatten()
-        .collect();
-    let consistent =
-        determined != Forces::Impossible && margins.iter().all(|margin| margin.holds());
+    let mut margins = Vec::new();
+    for (i, row) in problem.rows().iter().enumerate() {
+        test(row, word.mode(i), y, scaled[i], |condition, value| {
+            margins.push(Margin { contact: ContactNumber::of(i), condition, value });
+        });
+    }
+    let consistent = determined != Forces::Impossible && margins.iter().all(Margin::holds);
     ModeAnswer {
         word,
         acceleration: problem.acceleration(y),

@@ -4,9 +4,9 @@
 //! contact take one division or a system of two, words of two closed contacts one of two or three. Two fixed
 //! contacts are hyperstatic: their acceleration follows from three of their rows, their forces form a segment.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
-use super::answer::{Forces, ModeAnswer, TIE, margins_of};
+use super::answer::{Forces, ModeAnswer, TIE, test};
 use super::enumerate::{DEPENDENT, judge};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
@@ -14,23 +14,15 @@ use super::words::{Mode, Word};
 /// A word of one or two contacts, solved, in scaled quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairMode {
-    /// The word.
-    pub word: Word,
     /// Whether every test holds.
     pub consistent: bool,
     /// Whether a test holds or fails by no more than [`TIE`].
     pub near_degenerate: bool,
+    letters: [Mode; 2],
     y: Vector3<f64>,
-    /// Those that meet the tests best.
     forces: [[f64; 2]; 2],
-    internal: Option<Internal>,
-}
-
-/// The forces of two fixed contacts: the range of the internal force, and the smallest forces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Internal {
-    interval: [f64; 2],
-    least: [[f64; 2]; 2],
+    /// Range of the internal force of two fixed contacts, and its value in `forces`.
+    internal: Option<([f64; 2], f64)>,
 }
 
 /// The words that one or two contacts offer, in no particular order.
@@ -51,18 +43,34 @@ impl PairModes {
     pub fn consistent(&self) -> impl Iterator<Item = &PairMode> {
         self.iter().filter(|mode| mode.consistent)
     }
+
+    #[inline]
+    fn add(
+        &mut self,
+        rows: &[&Row; 2],
+        letters: [Mode; 2],
+        y: Vector3<f64>,
+        forces: [[f64; 2]; 2],
+    ) {
+        let (mut consistent, mut near_degenerate) = (true, false);
+        for i in 0..2 {
+            test(rows[i], letters[i], &y, forces[i], |condition, value| {
+                consistent &= condition.holds(value);
+                near_degenerate |= value.abs() <= TIE;
+            });
+        }
+        let internal = None;
+        self.modes[self.len] =
+            Some(PairMode { consistent, near_degenerate, letters, y, forces, internal });
+        self.len += 1;
+    }
 }
 
 impl PairMode {
-    pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
-        let n = problem.rows().len();
-        let determined = self.internal.map_or(Forces::Unique, |_| Forces::Family);
-        let mut answer = judge(problem, self.word, &self.y, &self.forces[..n], determined);
-        if let Some(Internal { interval, least }) = self.internal {
-            answer.forces = (0..n).map(|i| problem.force(i, least[i])).collect();
-            answer.force_interval = Some(interval.map(|end| problem.internal_force(end)));
-        }
-        answer
+    /// Modes of the two contacts; of a contact that is not there: S.
+    #[must_use]
+    pub fn letters(&self) -> [Mode; 2] {
+        self.letters
     }
 
     /// q̈, in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
@@ -71,12 +79,36 @@ impl PairMode {
         problem.acceleration(&self.y)
     }
 
-    /// (f_t, f_n) at the contact with this index, in N (impulse level: N s).
+    /// (f_t, f_n) at the contact with this index, in N (impulse level: N s); the smallest where they are not unique.
     #[must_use]
     pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
-        let least = self.internal.map_or(self.forces, |internal| internal.least);
-        problem.force(index, least[index])
+        let mut scaled = self.forces[index];
+        if let (Some((range, now)), [one, two]) = (self.internal, problem.rows()) {
+            // Internal forces τ(e, −e) change nothing; the smallest forces have as little of them as can be.
+            let (row, sign) = if index == 0 { (one, 1.0) } else { (two, -1.0) };
+            let tau = sign * (0.0_f64.clamp(range[0], range[1]) - now);
+            let e = row.turn(towards(one, two));
+            scaled[0] += tau * e[0];
+            scaled[1] += tau * e[1];
+        }
+        problem.force(index, scaled)
     }
+
+    pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
+        let n = problem.rows().len();
+        let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
+        let determined = self.internal.map_or(Forces::Unique, |_| Forces::Family);
+        let mut answer = judge(problem, word, &self.y, &self.forces[..n], determined);
+        answer.forces = (0..n).map(|i| self.force(problem, i)).collect();
+        answer.force_interval =
+            self.internal.map(|(range, _)| range.map(|end| problem.internal_force(end)));
+        answer
+    }
+}
+
+/// Unit vector from contact 1 to contact 2, world axes.
+fn towards(one: &Row, two: &Row) -> Vector2<f64> {
+    (two.place() - one.place()).normalize()
 }
 
 /// Letters that the sliding of a contact allows besides S.
@@ -97,32 +129,24 @@ impl ContactProblem {
     /// a normal in common).
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
-        let rows = self.rows();
         let mut found = PairModes { modes: [None; 16], len: 0 };
-        let solver = match rows {
-            [one] => Solver::new([one, one], self.load()),
-            [one, two] => Solver::new([one, two], self.load()),
+        let (solver, count) = match self.rows() {
+            [one] => (Solver::new([one, &Row::ABSENT], self.load()), 1),
+            [one, two] => (Solver::new([one, two], self.load()), 2),
             _ => return None,
         };
-        let none = Word::separate(rows.len());
-        found.add(rows, none, solver.load, [[0.0; 2]; 2], None);
-        for (i, row) in rows.iter().enumerate() {
-            for &mode in closed_letters(row) {
-                let word = none.with(i, mode);
-                match solver.alone(i, mode) {
-                    Some((y, force)) => {
-                        let mut forces = [[0.0; 2]; 2];
-                        forces[i] = force;
-                        found.add(rows, word, y, forces, None);
-                    }
-                    None => return None,
-                }
+        let rows = &solver.rows;
+        found.add(rows, [Mode::Separate; 2], solver.load, [[0.0; 2]; 2]);
+        for i in 0..count {
+            for &mode in closed_letters(rows[i]) {
+                let (y, force) = solver.alone(i, mode)?;
+                let (mut letters, mut forces) = ([Mode::Separate; 2], [[0.0; 2]; 2]);
+                (letters[i], forces[i]) = (mode, force);
+                found.add(rows, letters, y, forces);
             }
         }
-        if let [one, two] = rows
-            && one.sliding.is_some()
-            && two.sliding.is_some()
-        {
+        let [one, two] = rows;
+        if one.sliding.is_some() && two.sliding.is_some() {
             let line = one.normal.cross(&two.normal);
             if line.norm() <= DEPENDENT
                 || solver.volume(0).abs() <= DEPENDENT
@@ -132,39 +156,16 @@ impl ContactProblem {
             }
             for &first in closed_letters(one) {
                 for &second in closed_letters(two) {
-                    let word = none.with(0, first).with(1, second);
                     match (first, second) {
-                        (Mode::Fixed, Mode::Fixed) => solver.both_fixed(rows, word, &mut found),
-                        (Mode::Fixed, _) => solver.pivoting(0, second, rows, word, &mut found)?,
-                        (_, Mode::Fixed) => solver.pivoting(1, first, rows, word, &mut found)?,
-                        _ => solver.both_sliding([first, second], &line, rows, word, &mut found)?,
+                        (Mode::Fixed, Mode::Fixed) => solver.both_fixed(&mut found),
+                        (Mode::Fixed, _) => solver.pivoting(0, second, &mut found)?,
+                        (_, Mode::Fixed) => solver.pivoting(1, first, &mut found)?,
+                        _ => solver.both_sliding([first, second], &line, &mut found)?,
                     }
                 }
             }
         }
         Some(found)
-    }
-}
-
-impl PairModes {
-    fn add(
-        &mut self,
-        rows: &[Row],
-        word: Word,
-        y: Vector3<f64>,
-        forces: [[f64; 2]; 2],
-        internal: Option<Internal>,
-    ) {
-        let (mut consistent, mut near_degenerate) = (true, false);
-        for (i, row) in rows.iter().enumerate() {
-            for margin in margins_of(i, row, word.mode(i), &y, forces[i]).into_iter().flatten() {
-                consistent &= margin.holds();
-                near_degenerate |= margin.is_tie();
-            }
-        }
-        self.modes[self.len] =
-            Some(PairMode { word, consistent, near_degenerate, y, forces, internal });
-        self.len += 1;
     }
 }
 
@@ -222,8 +223,6 @@ impl<'a> Solver<'a> {
         &self,
         modes: [Mode; 2],
         line: &Vector3<f64>,
-        rows: &[Row],
-        word: Word,
         found: &mut PairModes,
     ) -> Option<()> {
         let [one, two] = self.rows;
@@ -271,19 +270,12 @@ impl<'a> Solver<'a> {
         ];
         let y = self.load + gamma[0] * f[0] + gamma[1] * f[1];
         let forces = [0, 1].map(|i| [-modes[i].direction() * self.rows[i].friction * f[i], f[i]]);
-        found.add(rows, word, y, forces, None);
+        found.add(&self.rows, modes, y, forces);
         Some(())
     }
 
     /// Contact `i` is fixed, the other slides: three rows determine the acceleration.
-    fn pivoting(
-        &self,
-        i: usize,
-        mode: Mode,
-        rows: &[Row],
-        word: Word,
-        found: &mut PairModes,
-    ) -> Option<()> {
+    fn pivoting(&self, i: usize, mode: Mode, found: &mut PairModes) -> Option<()> {
         let (fixed, other) = (self.rows[i], self.rows[1 - i]);
         let planes = [fixed.normal, fixed.tangent, other.normal];
         let y = meet(planes, [fixed.bias[1], fixed.bias[0], other.bias[1]]);
@@ -306,13 +298,14 @@ impl<'a> Solver<'a> {
             fixed.tangent.cross(&gamma).dot(&rest) / volume,
         ];
         forces[1 - i] = [slip * f, f];
-        found.add(rows, word, y, forces, None);
+        let letters = if i == 0 { [Mode::Fixed, mode] } else { [mode, Mode::Fixed] };
+        found.add(&self.rows, letters, y, forces);
         Some(())
     }
 
     /// Both fixed: the acceleration by three rows, if it suits the fourth; forces p + τs, where s squeezes along
     /// the line between the contacts.
-    fn both_fixed(&self, rows: &[Row], word: Word, found: &mut PairModes) {
+    fn both_fixed(&self, found: &mut PairModes) {
         let [one, two] = self.rows;
         let y =
             meet([one.normal, one.tangent, two.normal], [one.bias[1], one.bias[0], two.bias[1]]);
@@ -330,7 +323,7 @@ impl<'a> Solver<'a> {
         let base = [solved(1, 3), solved(3, 0), 0.0, solved(0, 1)];
         let tests = [0, 1].map(|i| {
             let (mu, t, n) = (self.rows[i].friction, 2 * i, 2 * i + 1);
-            let unit = 1.0_f64.hypot(mu);
+            let unit = 1.0 + mu;
             // f_n ≥ 0 and both sides of the cone, as value + τ slope ≥ 0.
             [
                 (base[n], squeeze[n]),
@@ -339,13 +332,6 @@ impl<'a> Solver<'a> {
             ]
         });
         let tests = tests.as_flattened();
-        let worst = |tau: f64| {
-            tests.iter().map(|(value, slope)| value + tau * slope).fold(f64::INFINITY, f64::min)
-        };
-        let at = |tau: f64| {
-            let f = |k: usize| base[k] + tau * squeeze[k];
-            [[f(0), f(1)], [f(2), f(3)]]
-        };
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for &(value, slope) in tests {
             if slope > 0.0 {
@@ -354,43 +340,54 @@ impl<'a> Solver<'a> {
                 high = high.min(-value / slope);
             }
         }
-        // The best τ lies where two tests are equally tight, or somewhere inside if there is no end.
-        let mut best = (f64::NEG_INFINITY, 0.0);
-        let mut try_out = |tau: f64| {
-            if tau.is_finite() && worst(tau) > best.0 {
-                best = (worst(tau), tau);
-            }
+        // Forces well inside; where there is hardly an inside, those that meet the tests best.
+        let mut tau = match (low.is_finite(), high.is_finite()) {
+            (true, true) => 0.5 * (low + high),
+            (true, false) => low + 1.0 + low.abs(),
+            _ => high - 1.0 - high.abs(),
         };
-        for (k, (v, s)) in tests.iter().enumerate() {
-            for (w, r) in &tests[k + 1..] {
-                try_out((w - v) / (s - r));
-            }
+        if !(least(tests, tau) > TIE) {
+            tau = best(tests, tau);
         }
-        if low <= high {
-            try_out(if high == f64::INFINITY {
-                low + 1.0 + low.abs()
-            } else {
-                high - 1.0 - high.abs()
-            });
+        if !(low <= high) {
+            (low, high) = (tau, tau);
         }
-        let (low, high) = if low <= high { (low, high) } else { (best.1, best.1) };
-        // Internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to contact 2: linear in τ, and zero
-        // for the smallest forces of all.
-        let place = |row: &Row| {
-            (row.tangent.xy() * row.normal.z - row.normal.xy() * row.tangent.z)
-                * (row.stretch * row.stretch)
-        };
-        let e = (place(two) - place(one)).normalize() * 0.5;
+        let f = |k: usize| base[k] + tau * squeeze[k];
+        found.add(&self.rows, [Mode::Fixed; 2], y, [[f(0), f(1)], [f(2), f(3)]]);
+
+        // Internal force (f_1 − f_2)·e/2: linear in τ, and zero for the smallest forces of all.
+        let e = towards(one, two) * 0.5;
         let along = |f: &[f64; 4]| {
             let pull = |k: usize| columns[k].xy().dot(&e) * f[k];
             pull(0) + pull(1) - pull(2) - pull(3)
         };
         let (start, slope) = (along(&base), along(&squeeze));
-        let tau = if best.0 >= 0.0 { (-start / slope).clamp(low, high) } else { best.1 };
-        let ends = [start + slope * low, start + slope * high];
-        let interval = if slope > 0.0 { ends } else { [ends[1], ends[0]] };
-        found.add(rows, word, y, at(best.1), Some(Internal { interval, least: at(tau) }));
+        let at = |tau: f64| start + slope * tau;
+        let range = if slope > 0.0 { [at(low), at(high)] } else { [at(high), at(low)] };
+        if let Some(mode) = &mut found.modes[found.len - 1] {
+            mode.internal = Some((range, at(tau)));
+        }
     }
+}
+
+/// The smallest of the tests value + τ slope.
+fn least(tests: &[(f64, f64)], tau: f64) -> f64 {
+    tests.iter().map(|(value, slope)| value + tau * slope).fold(f64::INFINITY, f64::min)
+}
+
+/// Where the smallest test is largest: two of them are equal there. `tau` is another guess.
+#[cold]
+fn best(tests: &[(f64, f64)], tau: f64) -> f64 {
+    let mut best = tau;
+    for (k, (v, s)) in tests.iter().enumerate() {
+        for (w, r) in &tests[k + 1..] {
+            let tau = (w - v) / (s - r);
+            if tau.is_finite() && least(tests, tau) > least(tests, best) {
+                best = tau;
+            }
+        }
+    }
+    best
 }
 
 /// Where three planes row·y + bias = 0 meet.

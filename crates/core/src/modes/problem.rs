@@ -103,6 +103,29 @@ pub(crate) struct Row {
     pub(crate) stretch: f64,
 }
 
+impl Row {
+    /// A contact that is not there.
+    pub(crate) const ABSENT: Self = Self {
+        normal: Vector3::new(0.0, 0.0, 0.0),
+        tangent: Vector3::new(0.0, 0.0, 0.0),
+        bias: [0.0; 2],
+        friction: 0.0,
+        sliding: None,
+        stretch: 1.0,
+    };
+
+    /// The arm d/ρ, world axes.
+    pub(crate) fn place(&self) -> Vector2<f64> {
+        (self.tangent.xy() * self.normal.z - self.normal.xy() * self.tangent.z)
+            * (self.stretch * self.stretch)
+    }
+
+    /// The scaled force (tangential, normal) that is the vector `force` in world axes, per m times the scale.
+    pub(crate) fn turn(&self, force: Vector2<f64>) -> [f64; 2] {
+        [self.tangent, self.normal].map(|row| row.xy().dot(&force) * self.stretch * self.stretch)
+    }
+}
+
 /// |t| may differ from one by the rounding of decimals such as 0.8 and 0.6, relative.
 const UNIT: f64 = 1e-12;
 
