@@ -175,8 +175,11 @@ struct Solver<'a> {
     load: Vector3<f64>,
     /// N_i·w + bias and T_i·w + bias: the accelerations that forces have to undo.
     need: [[f64; 2]; 2],
-    /// N_i·T_i
+    /// N_i·T_i and N_i·T_j
     mixed: [f64; 2],
+    across: [f64; 2],
+    /// N_1·N_2
+    cosine: f64,
 }
 
 impl<'a> Solver<'a> {
@@ -188,7 +191,14 @@ impl<'a> Solver<'a> {
                 [row.tangent.dot(&load) + row.bias[0], row.normal.dot(&load) + row.bias[1]]
             }),
             mixed: rows.map(|row| row.normal.dot(&row.tangent)),
+            across: [0, 1].map(|i: usize| rows[i].normal.dot(&rows[1 - i].tangent)),
+            cosine: rows[0].normal.dot(&rows[1].normal),
         }
+    }
+
+    /// What a force (tangential, normal) at contact `i` does.
+    fn push(&self, i: usize, force: [f64; 2]) -> Vector3<f64> {
+        self.rows[i].tangent * force[0] + self.rows[i].normal * force[1]
     }
 
     /// N_i·(T_i × N_j) of contact i and the other: zero where the normal through j passes through i.
@@ -215,7 +225,7 @@ impl<'a> Solver<'a> {
             let f = -normal / matrix;
             [slip * f, f]
         };
-        Some((self.load + row.tangent * force[0] + row.normal * force[1], force))
+        Some((self.load + self.push(i, force), force))
     }
 
     /// Both slide: a system of two. Offered if some acceleration that keeps both closed slides that way.
@@ -226,11 +236,14 @@ impl<'a> Solver<'a> {
         found: &mut PairModes,
     ) -> Option<()> {
         let [one, two] = self.rows;
-        let cosine = one.normal.dot(&two.normal);
-        let det = line.norm_squared(); // 1 − cosine²
         // Accelerations p + s·line keep both closed; T_i·(p + s·line) has to have the sign of its letter.
-        let p = one.normal * ((cosine * two.bias[1] - one.bias[1]) / det)
-            + two.normal * ((cosine * one.bias[1] - two.bias[1]) / det);
+        let p = if one.bias[1] == 0.0 && two.bias[1] == 0.0 {
+            Vector3::zeros()
+        } else {
+            let det = line.norm_squared(); // 1 − cosine²
+            one.normal * ((self.cosine * two.bias[1] - one.bias[1]) / det)
+                + two.normal * ((self.cosine * one.bias[1] - two.bias[1]) / det)
+        };
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for (row, mode) in self.rows.iter().zip(modes) {
             if row.sliding != Some(0) {
@@ -244,20 +257,23 @@ impl<'a> Solver<'a> {
                 if base <= TIE {
                     return Some(()); // never slides that way
                 }
-            } else if slope > 0.0 {
-                low = low.max(-base / slope);
             } else {
-                high = high.min(-base / slope);
+                let cut = if base == 0.0 { 0.0 } else { -base / slope };
+                if slope > 0.0 {
+                    low = low.max(cut);
+                } else {
+                    high = high.min(cut);
+                }
             }
         }
         if !(high - low > TIE) {
             return Some(());
         }
-        let gamma = [0, 1].map(|i| {
-            let row = self.rows[i];
-            row.normal - row.tangent * (modes[i].direction() * row.friction)
-        });
-        let m = [one, two].map(|row| [row.normal.dot(&gamma[0]), row.normal.dot(&gamma[1])]);
+        let slip = [0, 1].map(|i| -modes[i].direction() * self.rows[i].friction);
+        let m = [
+            [1.0 + slip[0] * self.mixed[0], self.cosine + slip[1] * self.across[0]],
+            [self.cosine + slip[0] * self.across[1], 1.0 + slip[1] * self.mixed[1]],
+        ];
         let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
         let size = (1.0 + one.friction) * (1.0 + two.friction);
         if determinant.abs() <= DEPENDENT * size {
@@ -268,8 +284,8 @@ impl<'a> Solver<'a> {
             (m[0][1] * need[1] - m[1][1] * need[0]) / determinant,
             (m[1][0] * need[0] - m[0][0] * need[1]) / determinant,
         ];
-        let y = self.load + gamma[0] * f[0] + gamma[1] * f[1];
-        let forces = [0, 1].map(|i| [-modes[i].direction() * self.rows[i].friction * f[i], f[i]]);
+        let forces = [0, 1].map(|i| [slip[i] * f[i], f[i]]);
+        let y = self.load + self.push(0, forces[0]) + self.push(1, forces[1]);
         found.add(&self.rows, modes, y, forces);
         Some(())
     }
