@@ -572,9 +572,13 @@ impl<'a> Driver<'a> {
                 self.tail(duration, own, end, closed, Tail::Bounce { contact });
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
-            Halt::Clatter(tail) => {
-                self.settle(tail.duration, Method::Clatter, true, tail.error, Tail::Collisions)
-            }
+            Halt::Clatter(tail) => self.settle(
+                tail.duration,
+                Method::Clatter,
+                tail.proved,
+                tail.error,
+                Tail::Collisions,
+            ),
             Halt::Skip { contact } => {
                 let left = self.log.left();
                 let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);

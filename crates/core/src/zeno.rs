@@ -60,6 +60,8 @@ struct Clatter {
 pub(crate) struct ClatterTail {
     pub(crate) duration: f64,
     pub(crate) error: f64,
+    /// Whether that impacts alternate for ever is proved: not where the sum leaves gravity out.
+    pub(crate) proved: bool,
 }
 
 impl Frozen {
@@ -220,7 +222,7 @@ impl Frozen {
         let pull = k.left_out * duration / -u_b * self.sensitivity();
         let error =
             if duration > 0.0 { gap * (gap / duration + shape) + pull * duration } else { 0.0 };
-        Some(ClatterTail { duration, error })
+        Some(ClatterTail { duration, error, proved: k.left_out == 0.0 })
     }
 
     /// Whether impacts provably alternate for ever and end in a 2-Zeno, after an impact at `a`:
