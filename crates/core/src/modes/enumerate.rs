@@ -69,7 +69,7 @@ pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
 }
 
 /// A row and its bias: it vanishes where row·y + bias = 0.
-type Plane = (Vector3<f64>, f64);
+pub(super) type Plane = (Vector3<f64>, f64);
 
 fn normal(row: &Row) -> Plane {
     (row.normal, row.bias[1])
@@ -228,17 +228,17 @@ impl Flat {
 }
 
 /// The equations of a word and the forces that act: one row per unknown force.
-pub(super) struct Equations {
+struct Equations {
     /// Row and bias that vanish, by unknown.
-    pub(super) planes: Vec<Plane>,
+    planes: Vec<Plane>,
     /// Direction of the unknown force.
-    pub(super) directions: Vec<Vector3<f64>>,
+    directions: Vec<Vector3<f64>>,
     /// Contact of the unknown, and whether it is a tangential force of its own.
-    pub(super) owner: Vec<(usize, bool)>,
+    owner: Vec<(usize, bool)>,
 }
 
 impl Equations {
-    pub(super) fn of(rows: &[Row], word: Word) -> Self {
+    fn of(rows: &[Row], word: Word) -> Self {
         let mut all = Self { planes: Vec::new(), directions: Vec::new(), owner: Vec::new() };
         for (i, mode) in word.modes().enumerate() {
             if mode == Mode::Separate {
@@ -264,8 +264,12 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
     let mut flat = Flat::everything();
+    let mut independent = Vec::new();
     for plane in &equations.planes {
-        flat = flat.with(*plane).unwrap_or(flat);
+        if let Some(cut) = flat.with(*plane) {
+            flat = cut;
+            independent.push(*plane);
+        }
     }
     if n == flat.rank
         && let Some(unknown) = isostatic(&equations, &load)
@@ -273,7 +277,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
-    hyperstatic::solve(problem, word, &equations, n == flat.rank)
+    hyperstatic::solve(problem, word, &equations.planes, &independent)
 }
 
 /// As many unknown forces as independent rows: Gaussian elimination with pivoting; `None` where the friction
@@ -310,7 +314,7 @@ fn isostatic(equations: &Equations, load: &Vector3<f64>) -> Option<[f64; 3]> {
 }
 
 /// The acceleration, and the forces by contact, of these unknowns.
-pub(super) fn act(
+fn act(
     rows: &[Row],
     load: &Vector3<f64>,
     equations: &Equations,

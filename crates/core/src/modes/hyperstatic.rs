@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use super::answer::{Forces, ModeAnswer, TIE};
-use super::enumerate::{DEPENDENT, Equations, judge};
+use super::enumerate::{DEPENDENT, Plane, judge};
 use super::problem::ContactProblem;
 use super::simplex::maximise;
 use super::words::{Mode, Word};
@@ -19,12 +19,13 @@ struct Generator {
     force: [f64; 2],
 }
 
-/// `independent`: whether the rows of the word are, so that only its friction matrix can be to blame.
+/// `planes`: the rows of the word that vanish; `independent`: a largest independent set of them. If they are all of
+/// them, only the friction matrix can be to blame.
 pub(super) fn solve(
     problem: &ContactProblem,
     word: Word,
-    equations: &Equations,
-    independent: bool,
+    planes: &[Plane],
+    independent: &[Plane],
 ) -> ModeAnswer {
     let (rows, load) = (problem.rows(), problem.load());
     let generators: Vec<_> = word
@@ -70,7 +71,7 @@ pub(super) fn solve(
         a
     };
     let mut programme = Vec::new();
-    for (row, bias) in &equations.planes {
+    for (row, bias) in independent {
         programme.push((weights_of(row), -(row.dot(&load) + bias)));
     }
     for (k, (row, bias)) in strict.iter().enumerate() {
@@ -86,7 +87,8 @@ pub(super) fn solve(
     let mut objective = vec![0.0; width];
     (objective[n], objective[n + 1]) = (1.0, -1.0);
 
-    let determined = if independent { Forces::Singular } else { Forces::Family };
+    let determined =
+        if independent.len() == planes.len() { Forces::Singular } else { Forces::Family };
     let Some(x) = maximise(&programme, &objective) else {
         let none = vec![[0.0; 2]; rows.len()];
         return judge(problem, word, &load, &none, Forces::Impossible);
@@ -100,8 +102,7 @@ pub(super) fn solve(
             forces[generator.contact][k] += generator.force[k] * weight;
         }
     }
-    let missed =
-        equations.planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
+    let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
     let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
     judge(problem, word, &y, &forces, determined)
