@@ -148,16 +148,25 @@ impl ContactProblem {
         let [one, two] = rows;
         if one.sliding.is_some() && two.sliding.is_some() {
             let line = one.normal.cross(&two.normal);
-            if line.norm() <= DEPENDENT
-                || solver.volume(0).abs() <= DEPENDENT
-                || solver.volume(1).abs() <= DEPENDENT
+            let volume = [one.tangent.dot(&line), -two.tangent.dot(&line)]; // N_i·(T_i × N_j), of either sign
+            if line.norm_squared() <= DEPENDENT * DEPENDENT
+                || volume[0].abs() <= DEPENDENT
+                || volume[1].abs() <= DEPENDENT
             {
                 return None;
             }
+            // At rest without bias nothing pivots, and both slide along one motion, forwards or backwards.
+            let quiet = rows.iter().all(|row| row.sliding == Some(0) && row.bias == [0.0; 2]);
+            let together = -volume[0] * volume[1] > 0.0;
+            let still = |first: Mode, second: Mode| {
+                let slide = first.direction() * second.direction();
+                slide == 0.0 || (slide > 0.0) != together
+            };
             for &first in closed_letters(one) {
                 for &second in closed_letters(two) {
                     match (first, second) {
                         (Mode::Fixed, Mode::Fixed) => solver.both_fixed(&mut found),
+                        _ if quiet && still(first, second) => {}
                         (Mode::Fixed, _) => solver.pivoting(0, second, &mut found)?,
                         (_, Mode::Fixed) => solver.pivoting(1, first, &mut found)?,
                         _ => solver.both_sliding([first, second], &line, &mut found)?,
@@ -199,12 +208,6 @@ impl<'a> Solver<'a> {
     /// What a force (tangential, normal) at contact `i` does.
     fn push(&self, i: usize, force: [f64; 2]) -> Vector3<f64> {
         self.rows[i].tangent * force[0] + self.rows[i].normal * force[1]
-    }
-
-    /// N_i·(T_i × N_j) of contact i and the other: zero where the normal through j passes through i.
-    fn volume(&self, i: usize) -> f64 {
-        let (one, two) = (self.rows[i], self.rows[1 - i]);
-        one.normal.cross(&one.tangent).dot(&two.normal)
     }
 
     /// Acceleration and force where contact `i` alone is closed; `None` if its friction matrix is singular.
