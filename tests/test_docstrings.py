@@ -11,6 +11,7 @@ import standfast
 import standfast._core
 import standfast.cli
 import standfast.plot
+import standfast.table
 from standfast.cli import main
 
 ROOT = Path(__file__).parent.parent
@@ -42,7 +43,9 @@ def run_text(text, name):
 
 
 @pytest.mark.parametrize(
-    "module", [standfast, standfast.cli, standfast.plot], ids=lambda m: m.__name__
+    "module",
+    [standfast, standfast.cli, standfast.plot, standfast.table],
+    ids=lambda m: m.__name__,
 )
 def test_modules(module):
     result = doctest.testmod(module, optionflags=OPTIONS)
@@ -69,7 +72,17 @@ def test_every_public_name_is_explained():
 
 
 def test_the_main_classes_show_an_example():
-    for name in ("Contact", "Posture", "LocalModel", "Scene", "simulate"):
+    for name in (
+        "Contact",
+        "Posture",
+        "LocalModel",
+        "Scene",
+        "ContactProblem",
+        "ContactMode",
+        "Modes",
+        "contact_modes",
+        "simulate",
+    ):
         assert ">>>" in CORE[name], name
 
 

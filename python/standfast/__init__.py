@@ -20,7 +20,10 @@ contacts are numbered from 1.
 
 from standfast._core import (
     Contact,
+    ContactMode,
+    ContactProblem,
     LocalModel,
+    Modes,
     Phase,
     Posture,
     Run,
@@ -28,6 +31,7 @@ from standfast._core import (
     SolverError,
     ZenoPoint,
     __version__,
+    contact_modes,
     load,
     schema,
     simulate,
@@ -35,7 +39,10 @@ from standfast._core import (
 
 __all__ = [
     "Contact",
+    "ContactMode",
+    "ContactProblem",
     "LocalModel",
+    "Modes",
     "Phase",
     "Posture",
     "Run",
@@ -43,6 +50,7 @@ __all__ = [
     "SolverError",
     "ZenoPoint",
     "__version__",
+    "contact_modes",
     "load",
     "schema",
     "simulate",

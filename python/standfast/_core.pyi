@@ -1,4 +1,4 @@
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from os import PathLike
 from typing import Any, Final, Literal, Self, TypeAlias, final
 
@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Pair: TypeAlias = Sequence[float] | _Floats
 _Triple: TypeAlias = Sequence[float] | _Floats
+_Pairs: TypeAlias = Sequence[_Pair] | _Floats
 _Path: TypeAlias = str | PathLike[str]
 _ModelName: TypeAlias = Literal["auto", "local", "full"]
 _Impact: TypeAlias = Literal["newton"]
@@ -16,6 +17,7 @@ _Simultaneous: TypeAlias = Literal[
     "newton", "first-contact-first", "last-contact-first"
 ]
 _Stop: TypeAlias = Literal["rest", "zeno", "time"]
+_Level: TypeAlias = Literal["acceleration", "impulse"]
 _Outcome: TypeAlias = Literal[
     "rest",
     "zeno",
@@ -33,7 +35,10 @@ _Method: TypeAlias = Literal[
 
 __all__ = [
     "Contact",
+    "ContactMode",
+    "ContactProblem",
     "LocalModel",
+    "Modes",
     "Phase",
     "Posture",
     "Run",
@@ -41,6 +46,7 @@ __all__ = [
     "SolverError",
     "ZenoPoint",
     "__version__",
+    "contact_modes",
     "load",
     "schema",
     "simulate",
@@ -265,6 +271,89 @@ class Run:
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self, path: _Path) -> None: ...
 
+@final
+class ContactProblem:
+    def __new__(
+        cls,
+        mass: float,
+        gyration_radius: float,
+        arms: _Pairs,
+        tangents: _Pairs,
+        friction: Sequence[float] | _Floats,
+        sliding: Sequence[float | None] | _Floats,
+        bias: _Pairs,
+        free_acceleration: _Triple,
+        level: _Level = "acceleration",
+    ) -> Self: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def gyration_radius(self) -> float: ...
+    @property
+    def arms(self) -> list[tuple[float, float]]: ...
+    @property
+    def tangents(self) -> list[tuple[float, float]]: ...
+    @property
+    def friction(self) -> list[float]: ...
+    @property
+    def sliding(self) -> list[int | None]: ...
+    @property
+    def bias(self) -> list[tuple[float, float]]: ...
+    @property
+    def free_acceleration(self) -> tuple[float, float, float]: ...
+    @property
+    def level(self) -> _Level: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class ContactMode:
+    @property
+    def word(self) -> str: ...
+    @property
+    def acceleration(self) -> _Floats: ...
+    @property
+    def forces(self) -> _Floats: ...
+    @property
+    def determined(self) -> Literal["unique", "family", "singular", "impossible"]: ...
+    @property
+    def force_interval(self) -> tuple[float, float] | None: ...
+    @property
+    def margins(self) -> list[tuple[int, str, float]]: ...
+    @property
+    def consistent(self) -> bool: ...
+    @property
+    def violated(self) -> list[str]: ...
+    @property
+    def near_degenerate(self) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Modes:
+    @property
+    def status(
+        self,
+    ) -> Literal["unique", "ambiguous", "none", "found", "not found"]: ...
+    @property
+    def consistent(self) -> list[str]: ...
+    @property
+    def problem(self) -> ContactProblem: ...
+    @property
+    def level(self) -> _Level: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __contains__(self, word: object, /) -> bool: ...
+    def __getitem__(self, word: str, /) -> ContactMode: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+def contact_modes(
+    posture: Posture | ContactProblem,
+    q: _Triple = ...,
+    qdot: _Triple = ...,
+    *,
+    method: Literal["auto", "enumerate", "qp"] = "auto",
+    wrench: _Triple = ...,
+) -> Modes: ...
 def load(path: _Path) -> Scene: ...
 def schema() -> str: ...
 def simulate(

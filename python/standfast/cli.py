@@ -1,6 +1,6 @@
-"""The command line: `standfast run SCENE`, `standfast schema`.
+"""The command line: `standfast run SCENE`, `standfast modes SCENE`, `standfast schema`.
 
-Exit code 0: the run has an outcome, whichever it is. 1: a solver failed. 2: wrong input, named in one
+Exit code 0: there is an answer, whichever it is. 1: a solver failed. 2: wrong input, named in one
 line on stderr. 130: interrupted.
 """
 
@@ -18,9 +18,8 @@ import numpy as np
 from cyclopts import App, CycloptsError, Parameter, Token
 
 import standfast as sf
+from standfast.table import ROWS, aligned
 
-#: Rows of a table that are printed; the JSON output has them all.
-ROWS = 20
 #: Formats of a picture.
 PICTURES = (".png", ".pdf", ".svg")
 
@@ -72,6 +71,19 @@ def run(
         with _replacing(plot) as path:
             result.plot(path)
         _say(f"wrote {plot}")
+
+
+@app.command
+def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
+    """Print what the contacts of a scene may do next from its start, by Coulomb's law.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON.
+    """
+    start = sf.load(scene)
+    _say(f"{scene.name}\n{sf.contact_modes(start.posture, start.q, start.qdot)}")
 
 
 @app.command
@@ -287,7 +299,7 @@ def story(run: sf.Run, title: str) -> str:
         )
         rows = [("mode", "start / s", "end / s")]
         rows += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
-        lines.extend(_table(rows))
+        lines.extend(aligned(rows))
         if len(run.phases) > ROWS:
             lines.append(f"    ... and {len(run.phases) - ROWS} more (all with --json)")
         lines.append("")
@@ -317,13 +329,7 @@ def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
         )
         for number, impact in enumerate(impacts, start=1)
     ]
-    return _table(rows)
-
-
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Rows in aligned columns; the first one heads them."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["    " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    return aligned(rows)
 
 
 #: How a Zeno point was found, for a person to read.
@@ -364,7 +370,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
         )
         for point in points
     ]
-    return _table(rows)
+    return aligned(rows)
 
 
 def _tuple(values: Sequence[float]) -> str:

@@ -7,5 +7,8 @@ use pyo3::prelude::*;
 create_exception!(standfast, SolverError, PyException, "A solver failed to find an answer.");
 
 pub(crate) fn to_py(error: &standfast::Error) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    match error {
+        standfast::Error::Solver(_) => SolverError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
 }

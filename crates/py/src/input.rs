@@ -6,7 +6,7 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PySequence, PyString};
-use standfast::Error;
+use standfast::{Error, MAX_CONTACTS};
 
 use crate::error::to_py;
 use crate::run::array;
@@ -60,16 +60,53 @@ fn is_real(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
 /// N real numbers: a sequence or an array.
 fn reals<const N: usize>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; N]> {
     let allowed = format!("{N} numbers are needed");
-    let text = value.is_instance_of::<PyString>() || value.is_instance_of::<PyBytes>();
-    let items = !text && (value.cast::<PySequence>().is_ok() || value.hasattr("dtype")?);
-    let length = if items { value.len().ok() } else { None };
-    let Some(length) = length else { return Err(wrong_type(field, value, allowed)) };
+    let Some(length) = length(value)? else { return Err(wrong_type(field, value, allowed)) };
     if length != N {
         return Err(to_py(&unusable(field, value, format!("{allowed}, not {length}"))));
     }
     let numbers: PyResult<Vec<f64>> = value.try_iter()?.map(|item| number(&item?)).collect();
     let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
     numbers.ok_or_else(|| wrong_type(field, value, allowed))
+}
+
+/// The number of entries of a sequence or an array.
+fn length(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    let text = value.is_instance_of::<PyString>() || value.is_instance_of::<PyBytes>();
+    let items = !text && (value.cast::<PySequence>().is_ok() || value.hasattr("dtype")?);
+    Ok(if items { value.len().ok() } else { None })
+}
+
+/// A sequence or an array with an entry for each contact; `read` is given `field.1`, `field.2`, ….
+fn per_contact<T>(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    let allowed = "a sequence with an entry for each contact is needed";
+    let Some(length) = length(value)? else { return Err(wrong_type(field, value, allowed)) };
+    if length > MAX_CONTACTS {
+        let allowed = format!("at most {MAX_CONTACTS} contacts, not {length}");
+        return Err(to_py(&unusable(field, value, allowed)));
+    }
+    let items = value.try_iter()?.enumerate();
+    items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
+}
+
+fn pairs(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    per_contact(field, value, reals)
+}
+
+/// Signs of sliding velocities; None where a contact is separated.
+fn signs(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Option<i8>>> {
+    let allowed = "1, -1, 0, or None where the contact is separated";
+    per_contact(field, value, |field, item| {
+        if item.is_none() {
+            return Ok(None);
+        }
+        let sign = number(item).map_err(|_| wrong_type(field, item, allowed))?;
+        let found = [-1, 0, 1].into_iter().find(|&known| f64::from(known) == sign);
+        found.map(Some).ok_or_else(|| to_py(&unusable(field, item, allowed)))
+    })
 }
 
 /// An integer in a range.
@@ -119,9 +156,11 @@ arguments! {
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: point, segment, center_of_mass, psi, phi, gaps, rates;
-    reals -> [f64; 3]: q, qdot;
+    reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
+    pairs -> Vec<[f64; 2]>: arms, tangents, bias;
+    signs -> Vec<Option<i8>>: sliding;
     count -> usize: event_limit;
-    word -> &'a str: model, impact, simultaneous, stop;
+    word -> &'a str: model, impact, simultaneous, stop, method, level;
     flag -> bool: record;
 }
 
@@ -139,6 +178,27 @@ pub(crate) fn restitutions(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
             error
         }
     })
+}
+
+/// The friction of each contact.
+pub(crate) fn frictions(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    per_contact("friction", value, real)
+}
+
+/// A word of contact modes.
+pub(crate) fn letters<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
+    word("word", value)
+}
+
+/// What a keyword cannot say to a body that has it already.
+pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
+    let value = format!("{given:?}");
+    to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
+}
+
+/// Neither of the bodies that have contacts.
+pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
+    wrong_type("posture", value, "a Posture or a ContactProblem is needed")
 }
 
 /// Gravity into each of two terrains.

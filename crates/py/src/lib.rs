@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 mod error;
 mod input;
+mod modes;
 mod options;
 mod posture;
 mod run;
@@ -15,6 +16,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::error::SolverError;
+    #[pymodule_export]
+    use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]
     use crate::posture::{PyContact, PyLocalModel, PyPosture};
     #[pymodule_export]

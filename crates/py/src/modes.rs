@@ -1,0 +1,376 @@
+//! Contact modes.
+
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyIterator, PyList};
+use standfast::{ContactProblem, Margin, ModeAnswer, Modes, ProblemFields, State};
+
+use crate::error::to_py;
+use crate::input;
+use crate::options::{call, float, pair_text, word};
+use crate::posture::PyPosture;
+use crate::run::array;
+
+/// Words that a message or a repr lists.
+const LISTED: usize = 12;
+
+/// The contacts of a rigid body at an instant, as bare data: one entry of each list per contact.
+///
+/// mass : kg. gyration_radius : m. arms : from the centre of mass to the contact points, world axes, m. tangents :
+/// unit vectors t; the normals are t turned by +90°. friction : μ ≥ 0. sliding : sign of the sliding velocity, 1, −1
+/// or 0, or None where the contact is separated. bias : (tangential, normal), added to J q̈, m/s².
+/// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration", or "impulse":
+/// bias m/s, and velocities without contact impulses in place of the accelerations.
+///
+/// Raises ValueError naming the field, its value and the allowed range.
+///
+/// >>> import standfast as sf
+/// >>> problem = sf.ContactProblem(mass=1, gyration_radius=0.5, arms=[(-1, -1), (1, -1)], tangents=[(1, 0), (1, 0)],
+/// ...                             friction=[1.5, 1.5], sliding=[+1, +1], bias=[(0, 0), (0, 0)],
+/// ...                             free_acceleration=(0, -1, 0))
+/// >>> sf.contact_modes(problem).status        # Painlevé: no bounded force lets this body slide on
+/// 'none'
+#[pyclass(frozen, eq, name = "ContactProblem", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyContactProblem(ContactProblem);
+
+#[pymethods]
+impl PyContactProblem {
+    #[new]
+    #[pyo3(signature = (mass, gyration_radius, arms, tangents, friction, sliding, bias, free_acceleration, level="acceleration"))]
+    #[allow(clippy::too_many_arguments, reason = "the fields of the face")]
+    fn new(
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
+        #[pyo3(from_py_with = input::arms)] arms: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::tangents)] tangents: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::frictions)] friction: Vec<f64>,
+        #[pyo3(from_py_with = input::sliding)] sliding: Vec<Option<i8>>,
+        #[pyo3(from_py_with = input::bias)] bias: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::free_acceleration)] free_acceleration: [f64; 3],
+        #[pyo3(from_py_with = input::level)] level: &str,
+    ) -> PyResult<Self> {
+        ContactProblem::new(ProblemFields {
+            mass,
+            gyration_radius,
+            arms,
+            tangents,
+            friction,
+            sliding,
+            bias,
+            free_acceleration,
+            level: call("level", level)?,
+        })
+        .map(Self)
+        .map_err(|e| to_py(&e))
+    }
+
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.fields().mass
+    }
+
+    #[getter]
+    fn gyration_radius(&self) -> f64 {
+        self.0.fields().gyration_radius
+    }
+
+    #[getter]
+    fn arms(&self) -> Vec<(f64, f64)> {
+        tuples(&self.0.fields().arms)
+    }
+
+    #[getter]
+    fn tangents(&self) -> Vec<(f64, f64)> {
+        tuples(&self.0.fields().tangents)
+    }
+
+    #[getter]
+    fn friction(&self) -> Vec<f64> {
+        self.0.fields().friction.clone()
+    }
+
+    #[getter]
+    fn sliding<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        PyList::new(py, &self.0.fields().sliding)
+    }
+
+    #[getter]
+    fn bias(&self) -> Vec<(f64, f64)> {
+        tuples(&self.0.fields().bias)
+    }
+
+    #[getter]
+    fn free_acceleration(&self) -> (f64, f64, f64) {
+        self.0.fields().free_acceleration.into()
+    }
+
+    #[getter]
+    fn level(&self) -> String {
+        word(&self.0.fields().level)
+    }
+
+    fn __repr__(&self) -> String {
+        let f = self.0.fields();
+        let pairs = |list: &[[f64; 2]]| listed(list, |pair| pair_text(*pair));
+        let sign = |sign: &Option<i8>| sign.map_or("None".into(), |sign| sign.to_string());
+        format!(
+            "ContactProblem(mass={}, gyration_radius={}, arms={}, tangents={}, friction={}, sliding={}, bias={}, free_acceleration={}, level='{}')",
+            float(f.mass),
+            float(f.gyration_radius),
+            pairs(&f.arms),
+            pairs(&f.tangents),
+            listed(&f.friction, |mu| float(*mu)),
+            listed(&f.sliding, sign),
+            pairs(&f.bias),
+            listed(&f.free_acceleration, |part| float(*part)),
+            self.level()
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let names = [
+            "mass",
+            "gyration_radius",
+            "arms",
+            "tangents",
+            "friction",
+            "sliding",
+            "bias",
+            "free_acceleration",
+            "level",
+        ];
+        let values: PyResult<Vec<_>> = names.iter().map(|name| slf.getattr(*name)).collect();
+        Ok((slf.get_type().into_any(), PyList::new(slf.py(), values?)?.to_tuple().into_any()))
+    }
+}
+
+fn tuples(pairs: &[[f64; 2]]) -> Vec<(f64, f64)> {
+    pairs.iter().map(|pair| (*pair).into()).collect()
+}
+
+fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
+    format!("[{}]", items.iter().map(text).collect::<Vec<_>>().join(", "))
+}
+
+/// One word of contact modes, solved.
+///
+/// word : a letter for each contact: S separate, F fixed, R or L sliding right or left. acceleration : (3,)
+/// (ẍ, ÿ, θ̈), m/s² and rad/s². forces : (n, 2) by contact (tangential, normal), N. At the level of impulses these
+/// are the velocity after, m/s and rad/s, and impulses, N s. determined : how the word determines its forces:
+/// "unique", "family" (of which these are one), "singular" or "impossible" (no forces lead to the word's motion).
+/// force_interval : of two fixed contacts, the range of the internal force, N, or None. margins : (contact number,
+/// test, by how much it is met) for all tests, negative where one fails, relative to the load. consistent : whether
+/// Coulomb's law holds. violated : names of the tests that fail. near_degenerate : whether rounding may decide one.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+/// >>> mode = sf.contact_modes(rod)["SF"]      # the left end lifts off, the right one holds
+/// >>> mode.consistent, mode.violated
+/// (False, ['contact 1: a_n > 0'])
+#[pyclass(frozen, eq, name = "ContactMode", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyContactMode(ModeAnswer);
+
+#[pymethods]
+impl PyContactMode {
+    #[getter]
+    fn word(&self) -> String {
+        self.0.word.to_string()
+    }
+
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.0.acceleration)
+    }
+
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let forces = &self.0.forces;
+        array(py, forces.iter().flatten().copied().collect(), &[forces.len(), 2])
+    }
+
+    #[getter]
+    fn determined(&self) -> String {
+        word(&self.0.determined)
+    }
+
+    #[getter]
+    fn force_interval(&self) -> Option<(f64, f64)> {
+        self.0.force_interval.map(Into::into)
+    }
+
+    #[getter]
+    fn margins(&self) -> Vec<(usize, String, f64)> {
+        let margins = self.0.margins.iter();
+        margins.map(|m| (m.contact.number(), m.condition.to_string(), m.value)).collect()
+    }
+
+    #[getter]
+    fn consistent(&self) -> bool {
+        self.0.consistent
+    }
+
+    #[getter]
+    fn violated(&self) -> Vec<String> {
+        let name = |m: &Margin| format!("contact {}: {}", m.contact, m.condition);
+        self.0.violated().map(name).collect()
+    }
+
+    #[getter]
+    fn near_degenerate(&self) -> bool {
+        self.0.near_degenerate()
+    }
+
+    fn __repr__(&self) -> String {
+        let verdict = match self.violated().first() {
+            _ if self.0.consistent => "consistent".into(),
+            Some(test) => format!("fails at {test}"),
+            None => "impossible".into(),
+        };
+        format!("<{}: {verdict}>", self.0.word)
+    }
+}
+
+/// The words that contacts offer, by name, each solved.
+///
+/// `modes["FS"]` is a ContactMode; iterating gives the words. status : "unique", "ambiguous" or "none", by how many
+/// words are consistent; after method="qp" "found" or "not found". consistent : list of those words. problem : the
+/// ContactProblem that was solved; level : its level. `print(modes)` shows a table.
+///
+/// >>> import standfast as sf
+/// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 1), contacts=[sf.Contact(point=(0, 0))],
+/// ...                   restitution=0, gravity=10)
+/// >>> modes = sf.contact_modes(ball)
+/// >>> list(modes), modes.consistent, modes.status
+/// (['S', 'F', 'R', 'L'], ['F'], 'unique')
+/// >>> modes["F"].forces[0, 1]               # m g
+/// np.float64(20.0)
+#[pyclass(frozen, eq, mapping, name = "Modes", module = "standfast")]
+#[derive(PartialEq)]
+pub(crate) struct PyModes {
+    problem: ContactProblem,
+    modes: Modes,
+}
+
+impl PyModes {
+    fn get(&self, letters: &str) -> Option<&ModeAnswer> {
+        letters.parse().ok().and_then(|word| self.modes.get(word))
+    }
+}
+
+#[pymethods]
+impl PyModes {
+    #[getter]
+    fn status(&self) -> &str {
+        self.modes.status().name()
+    }
+
+    #[getter]
+    fn consistent(&self) -> Vec<String> {
+        self.modes.consistent().map(|mode| mode.word.to_string()).collect()
+    }
+
+    #[getter]
+    fn problem(&self) -> PyContactProblem {
+        PyContactProblem(self.problem.clone())
+    }
+
+    #[getter]
+    fn level(&self) -> String {
+        word(&self.problem.fields().level)
+    }
+
+    fn __len__(&self) -> usize {
+        self.modes.answers().len()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let words = self.modes.answers().iter().map(|mode| mode.word.to_string());
+        PyList::new(py, words.collect::<Vec<_>>())?.try_iter()
+    }
+
+    fn __contains__(&self, word: &Bound<'_, PyAny>) -> bool {
+        input::letters(word).is_ok_and(|letters| self.get(letters).is_some())
+    }
+
+    fn __getitem__(
+        &self,
+        #[pyo3(from_py_with = input::letters)] word: &str,
+    ) -> PyResult<PyContactMode> {
+        self.get(word).cloned().map(PyContactMode).ok_or_else(|| {
+            let asked: String = word.chars().take(standfast::MAX_CONTACTS).collect();
+            let words = self.modes.answers().iter();
+            PyKeyError::new_err(format!("{asked}: offered are {}", some(words, self.__len__())))
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let count = self.modes.consistent().count();
+        let words = some(self.modes.consistent(), count);
+        let colon = if count == 0 { "" } else { ": " };
+        format!("<{}{colon}{words} (words offered: {})>", self.status(), self.__len__())
+    }
+
+    fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.table")?.call_method1("modes_table", (slf,))
+    }
+}
+
+/// The first words of a list.
+fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String {
+    let words: Vec<_> = modes.take(LISTED).map(|mode| mode.word.to_string()).collect();
+    let rest =
+        if count > LISTED { format!(", and {} more", count - LISTED) } else { String::new() };
+    words.join(", ") + &rest
+}
+
+/// What the contacts of a body may do next, by Coulomb's law: every word, with its motion and forces.
+///
+/// posture : Posture, or ContactProblem, which has its own state and load. q, qdot : (3,) m, m, rad and per second.
+/// method : "auto" or "enumerate" (all words), or "qp" (searches one consistent word, for many contacts; it may miss
+/// it). wrench : (f_x, f_y, torque about the centre of mass), N and N m, added to gravity.
+///
+/// Contacts are closed where |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
+/// range; also where a closed contact approaches: an impact is due.
+///
+/// >>> import math
+/// >>> import standfast as sf
+/// >>> feet = [sf.Contact(point=(x, 0), slope=0, friction=1) for x in (-1, 1)]
+/// >>> table = sf.Posture(mass=1, gyration_radius=0.5, center_of_mass=(0, 2), contacts=feet, restitution=0, gravity=10)
+/// >>> sf.contact_modes(table).consistent
+/// ['FF']
+/// >>> sf.contact_modes(table, wrench=(6, 0, 0)).consistent      # pushed hard, it tips over the right foot
+/// ['SF']
+#[pyfunction]
+#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3]))]
+pub(crate) fn contact_modes(
+    py: Python<'_>,
+    posture: &Bound<'_, PyAny>,
+    #[pyo3(from_py_with = input::q)] q: [f64; 3],
+    #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
+    #[pyo3(from_py_with = input::method)] method: &str,
+    #[pyo3(from_py_with = input::wrench)] wrench: [f64; 3],
+) -> PyResult<PyModes> {
+    let method = call("method", method)?;
+    let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
+        let problem = posture.get().0.contact_problem(&State::new(q, qdot), wrench);
+        problem.map_err(|e| to_py(&e))?
+    } else if let Ok(problem) = posture.cast::<PyContactProblem>() {
+        for (field, value) in [("q", q), ("qdot", qdot), ("wrench", wrench)] {
+            if value != [0.0; 3] {
+                return Err(input::refused(
+                    field,
+                    value,
+                    "a ContactProblem has a state and load of its own",
+                ));
+            }
+        }
+        problem.get().0.clone()
+    } else {
+        return Err(input::no_body(posture));
+    };
+    let modes = py.detach(|| standfast::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
+    Ok(PyModes { problem, modes })
+}
