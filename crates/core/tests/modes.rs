@@ -250,3 +250,20 @@ fn programmes_find_modes() {
     println!("found {} of {}", found.get(), solvable.get());
     assert!(found.get() as f64 >= 0.999 * solvable.get() as f64, "{found:?} of {solvable:?}");
 }
+
+#[test]
+fn many_legs_by_every_method() {
+    for n in [4, 16, 22, 23, 24, 25, 32, 48, 63, 64] {
+        let legs: Vec<_> =
+            (0..n).map(|i| ([i as f64 / (n - 1) as f64 * 2.0 - 1.0, -1.0], FLAT)).collect();
+        let mut fields = on(0.25, &legs, 0.5, 0);
+        (fields.mass, fields.free_acceleration) = (2.0, [0.0, -10.0, 0.0]);
+        assert_eq!(words(&solve(fields.clone())), ["F".repeat(n)], "{n}");
+        #[cfg(feature = "qp")]
+        {
+            let problem = ContactProblem::new(fields).unwrap();
+            let found = contact_modes(&problem, Method::Qp).unwrap();
+            assert_eq!(words(&found), ["F".repeat(n)], "{n}");
+        }
+    }
+}

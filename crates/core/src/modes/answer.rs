@@ -124,7 +124,8 @@ pub enum Forces {
     Family,
     /// The friction matrix is singular: there is no force, or again a family.
     Singular,
-    /// The accelerations that the word asks for exclude each other, or no force leads to them.
+    /// The accelerations that the word asks for exclude each other, or no force leads to them: there is no motion to
+    /// report, nor any margin.
     Impossible,
 }
 

@@ -345,13 +345,27 @@ pub(super) fn judge(
     scaled: &[[f64; 2]],
     determined: Forces,
 ) -> ModeAnswer {
+    if determined == Forces::Impossible {
+        let (acceleration, forces) = ([f64::NAN; 3], vec![[f64::NAN; 2]; scaled.len()]);
+        let (margins, consistent) = (Vec::new(), false);
+        let force_interval = None;
+        return ModeAnswer {
+            word,
+            acceleration,
+            forces,
+            determined,
+            force_interval,
+            margins,
+            consistent,
+        };
+    }
     let mut margins = Vec::new();
     for (i, row) in problem.rows().iter().enumerate() {
         test(row, word.mode(i), y, scaled[i], |condition, value| {
             margins.push(Margin { contact: ContactNumber::of(i), condition, value });
         });
     }
-    let consistent = determined != Forces::Impossible && margins.iter().all(Margin::holds);
+    let consistent = margins.iter().all(Margin::holds);
     ModeAnswer {
         word,
         acceleration: problem.acceleration(y),

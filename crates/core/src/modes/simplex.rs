@@ -5,9 +5,12 @@
 /// Entries below this are rounding: the programmes here have coefficients of order one.
 const ZERO: f64 = 1e-12;
 
+/// Pivots per column before the search is given up: Bland's rule ends, but rounding might not let it.
+const PIVOTS: usize = 100;
+
 /// The solution of the programme with these rows (a, b).
 ///
-/// `None` if no x satisfies the rows, or if the objective has no bound.
+/// `None` if no x satisfies the rows, if the objective has no bound, or if rounding keeps it from an end.
 pub(super) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
     let (m, n) = (rows.len(), objective.len());
     // Columns: x, one artificial variable per row, right-hand side.
@@ -62,7 +65,7 @@ fn climb(
     columns: usize,
 ) -> Option<()> {
     let last = cost.len() - 1;
-    loop {
+    for _ in 0..PIVOTS * cost.len() {
         let gain = |j: usize| {
             cost[j] - basis.iter().zip(&*tableau).map(|(&b, row)| cost[b] * row[j]).sum::<f64>()
         };
@@ -75,6 +78,7 @@ fn climb(
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
         pivot(tableau, basis, leaving.2, column);
     }
+    None
 }
 
 fn pivot(tableau: &mut [Vec<f64>], basis: &mut [usize], row: usize, column: usize) {
