@@ -6,6 +6,7 @@
 mod answer;
 mod enumerate;
 mod hyperstatic;
+mod painleve;
 mod pair;
 mod problem;
 #[cfg(feature = "qp")]
@@ -14,6 +15,7 @@ mod simplex;
 mod words;
 
 pub use answer::{Condition, Forces, Margin, ModeAnswer, TIE};
+pub use painleve::Jamming;
 pub use pair::{PairMode, PairModes};
 pub use problem::{ContactProblem, Level, ProblemFields};
 pub use words::{Mode, Word};

@@ -267,3 +267,19 @@ fn many_legs_by_every_method() {
         }
     }
 }
+
+#[test]
+fn critical_friction_of_painleves_rod() {
+    // 13/9 for the 3-4-5 rod; 4/3 for the uniform rod at tan = 2, leaning back as it slides.
+    let rod = |arm: [f64; 2], way: i8| {
+        ContactProblem::new(on(1.0 / 3.0, &[(arm, FLAT)], 0.5, way)).unwrap().jamming()
+    };
+    let close = |x: f64, y: f64| (x - y).abs() < 4e-15;
+    let [left] = rod([-0.6, -0.8], -1)[..] else { panic!() };
+    assert!(close(left.critical_friction, 13.0 / 9.0) && close(left.margin, 1.0 - 4.5 / 13.0));
+    let [right] = rod([-0.6, -0.8], 1)[..] else { panic!() };
+    assert!(right.critical_friction == f64::INFINITY && right.margin > 1.0);
+    let [steep] = rod([1.0 / 5f64.sqrt(), -2.0 / 5f64.sqrt()], 1)[..] else { panic!() };
+    assert!(close(steep.critical_friction, 4.0 / 3.0));
+    assert_eq!(rod([-0.6, -0.8], 0).len(), 2);
+}
