@@ -55,6 +55,12 @@ def modes_table(modes: sf.Modes) -> str:
         )
     words = ", ".join(modes.consistent)
     lines.append(f"  status  {modes.status}{': ' if words else ''}{words}")
+    lines += [
+        f"  jams    contact {number} while it slides {'right' if way == 'R' else 'left'}:"
+        f" friction is above {critical:.6g}"
+        for number, way, margin, critical in modes.problem.jamming
+        if margin <= 0.0
+    ]
     return "\n".join(lines)
 
 

@@ -111,6 +111,25 @@ impl PyContactProblem {
         word(&self.0.fields().level)
     }
 
+    /// How close sliding contacts are to jamming (Painlevé): for each closed contact and each direction, "R" or
+    /// "L", in which it slides or may begin to, (contact number, direction, margin, critical friction). margin :
+    /// P(μ)/P(0), one without friction, negative where it jams; P = (1 + b(b + σμc)/ρ²)/m, b = t·d, c = n·d.
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.ContactProblem(mass=1, gyration_radius=(1/3)**0.5, arms=[(-0.6, -0.8)], tangents=[(1, 0)],
+    /// ...                         friction=[2], sliding=[-1], bias=[(0, 0)], free_acceleration=(0, -1, 0))
+    /// >>> [(number, direction, margin, critical)] = rod.jamming
+    /// >>> f"contact {number} sliding {direction}: margin {margin:.3f}, critical friction {critical:.3f}"
+    /// 'contact 1 sliding L: margin -0.385, critical friction 1.444'
+    #[getter]
+    fn jamming(&self) -> Vec<(usize, char, f64, f64)> {
+        self.0
+            .jamming()
+            .iter()
+            .map(|j| (j.contact.number(), j.direction.letter(), j.margin, j.critical_friction))
+            .collect()
+    }
+
     fn __repr__(&self) -> String {
         let f = self.0.fields();
         let pairs = |list: &[[f64; 2]]| listed(list, |pair| pair_text(*pair));
