@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use nalgebra::Vector3;
-
 use super::problem::Row;
 use super::words::{Mode, Word};
 use crate::trajectory::ContactNumber;
@@ -80,25 +78,24 @@ impl Margin {
     }
 }
 
-/// Puts the tests of a contact in a mode to the scaled acceleration `y` and the scaled force of the contact: each
+/// Puts the tests of a contact in a mode to its scaled accelerations (tangential, normal) and its scaled force: each
 /// with its margin.
 #[inline(always)]
 pub(super) fn test(
     row: &Row,
     mode: Mode,
-    y: &Vector3<f64>,
+    tangential: impl FnOnce() -> f64,
+    normal: impl FnOnce() -> f64,
     force: [f64; 2],
     mut says: impl FnMut(Condition, f64),
 ) {
-    let tangential = || row.tangent.dot(y) + row.bias[0];
     let [f_t, f_n] = force;
     match (mode, row.sliding) {
         (_, None) => {}
-        (Mode::Separate, _) => says(Condition::Opens, row.normal.dot(y) + row.bias[1]),
+        (Mode::Separate, _) => says(Condition::Opens, normal()),
         (Mode::Fixed, _) => {
-            let mu = row.friction;
             says(Condition::Presses, f_n);
-            says(Condition::InCone, (mu * f_n - f_t.abs()) / (1.0 + mu));
+            says(Condition::InCone, (row.friction * f_n - f_t.abs()) / (1.0 + row.friction));
         }
         (Mode::Right, sliding) => {
             says(Condition::Presses, f_n);

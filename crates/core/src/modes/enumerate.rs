@@ -361,7 +361,9 @@ pub(super) fn judge(
     }
     let mut margins = Vec::new();
     for (i, row) in problem.rows().iter().enumerate() {
-        test(row, word.mode(i), y, scaled[i], |condition, value| {
+        let tangential = || row.tangent.dot(y) + row.bias[0];
+        let normal = || row.normal.dot(y) + row.bias[1];
+        test(row, word.mode(i), tangential, normal, scaled[i], |condition, value| {
             margins.push(Margin { contact: ContactNumber::of(i), condition, value });
         });
     }

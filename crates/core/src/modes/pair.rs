@@ -4,14 +4,14 @@
 //! contact take one division or a system of two, words of two closed contacts one of two or three. Two fixed
 //! contacts are hyperstatic: their acceleration follows from three of their rows, their forces form a segment.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
 use super::answer::{Forces, ModeAnswer, TIE, test};
 use super::enumerate::{DEPENDENT, judge};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
 
-/// A word of one or two contacts, solved, in scaled quantities.
+/// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairMode {
     /// Whether every test holds.
@@ -19,24 +19,28 @@ pub struct PairMode {
     /// Whether a test holds or fails by no more than [`TIE`].
     pub near_degenerate: bool,
     letters: [Mode; 2],
-    y: Vector3<f64>,
+    /// Scaled, (tangential, normal).
     forces: [[f64; 2]; 2],
-    /// Range of the internal force of two fixed contacts, and its value in `forces`.
-    internal: Option<([f64; 2], f64)>,
 }
 
 /// The words that one or two contacts offer, in no particular order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairModes {
-    // Three letters that are not S for each, alone or with those of the other, and SS.
-    modes: [Option<PairMode>; 16],
+    // SS, six words with one contact closed, FF; a line on which both stay closed has three pieces, and two words pivot.
+    modes: [PairMode; 13],
     len: usize,
 }
 
 impl PairModes {
+    fn none() -> Self {
+        let (consistent, near_degenerate) = (false, false);
+        let (letters, forces) = ([Mode::Separate; 2], [[0.0; 2]; 2]);
+        Self { modes: [PairMode { consistent, near_degenerate, letters, forces }; 13], len: 0 }
+    }
+
     /// The words, solved.
     pub fn iter(&self) -> impl Iterator<Item = &PairMode> {
-        self.modes[..self.len].iter().flatten()
+        self.modes[..self.len].iter()
     }
 
     /// The consistent ones.
@@ -44,24 +48,19 @@ impl PairModes {
         self.iter().filter(|mode| mode.consistent)
     }
 
-    #[inline]
-    fn add(
-        &mut self,
-        rows: &[&Row; 2],
-        letters: [Mode; 2],
-        y: Vector3<f64>,
-        forces: [[f64; 2]; 2],
-    ) {
+    #[inline(always)]
+    fn add(&mut self, solver: &Solver<'_>, letters: [Mode; 2], forces: [[f64; 2]; 2]) {
         let (mut consistent, mut near_degenerate) = (true, false);
         for i in 0..2 {
-            test(rows[i], letters[i], &y, forces[i], |condition, value| {
+            let tangential = || solver.tangential(i, &forces);
+            let normal = || solver.normal(i, forces[1 - i]);
+            let row = solver.rows[i];
+            test(row, letters[i], tangential, normal, forces[i], |condition, value| {
                 consistent &= condition.holds(value);
                 near_degenerate |= value.abs() <= TIE;
             });
         }
-        let internal = None;
-        self.modes[self.len] =
-            Some(PairMode { consistent, near_degenerate, letters, y, forces, internal });
+        self.modes[self.len] = PairMode { consistent, near_degenerate, letters, forces };
         self.len += 1;
     }
 }
@@ -76,39 +75,56 @@ impl PairMode {
     /// q̈, in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
     #[must_use]
     pub fn acceleration(&self, problem: &ContactProblem) -> [f64; 3] {
-        problem.acceleration(&self.y)
+        problem.acceleration(&self.motion(problem))
+    }
+
+    /// Of three closed rows: where they vanish. Else Newton's law.
+    fn motion(&self, problem: &ContactProblem) -> Vector3<f64> {
+        let apart = self.letters.contains(&Mode::Separate);
+        match (problem.rows(), self.letters) {
+            ([one, two], [Mode::Fixed, _]) if !apart => pivot(one, two),
+            ([one, two], [_, Mode::Fixed]) if !apart => pivot(two, one),
+            (rows, _) => {
+                rows.iter().zip(self.forces).fold(problem.load(), |y, (row, [f_t, f_n])| {
+                    y + row.tangent * f_t + row.normal * f_n
+                })
+            }
+        }
     }
 
     /// (f_t, f_n) at the contact with this index, in N (impulse level: N s); the smallest where they are not unique.
     #[must_use]
     pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
-        let mut scaled = self.forces[index];
-        if let (Some((range, now)), [one, two]) = (self.internal, problem.rows()) {
-            // Internal forces τ(e, −e) change nothing; the smallest forces have as little of them as can be.
-            let (row, sign) = if index == 0 { (one, 1.0) } else { (two, -1.0) };
-            let tau = sign * (0.0_f64.clamp(range[0], range[1]) - now);
-            let e = row.turn(towards(one, two));
-            scaled[0] += tau * e[0];
-            scaled[1] += tau * e[1];
+        let scaled = match self.family(problem) {
+            // Every force has the same part across the line between the contacts, and its parts along that line
+            // have the same sum: the smallest are those with the least internal force.
+            Some(family) => family.forces(0.0_f64.clamp(family.low, family.high)),
+            None => self.forces,
+        };
+        problem.force(index, scaled[index])
+    }
+
+    /// The forces of two fixed contacts.
+    fn family(&self, problem: &ContactProblem) -> Option<Squeeze> {
+        match (problem.rows(), self.letters) {
+            ([one, two], [Mode::Fixed, Mode::Fixed]) => {
+                Some(Squeeze::between([one, two], self.motion(problem) - problem.load()))
+            }
+            _ => None,
         }
-        problem.force(index, scaled)
     }
 
     pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
         let n = problem.rows().len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
-        let determined = self.internal.map_or(Forces::Unique, |_| Forces::Family);
-        let mut answer = judge(problem, word, &self.y, &self.forces[..n], determined);
+        let family = self.family(problem);
+        let determined = if family.is_some() { Forces::Family } else { Forces::Unique };
+        let mut answer = judge(problem, word, &self.motion(problem), &self.forces[..n], determined);
         answer.forces = (0..n).map(|i| self.force(problem, i)).collect();
         answer.force_interval =
-            self.internal.map(|(range, _)| range.map(|end| problem.internal_force(end)));
+            family.map(|family| [family.low, family.high].map(|f| problem.internal_force(f)));
         answer
     }
-}
-
-/// Unit vector from contact 1 to contact 2, world axes.
-fn towards(one: &Row, two: &Row) -> Vector2<f64> {
-    (two.place() - one.place()).normalize()
 }
 
 /// Letters that the sliding of a contact allows besides S.
@@ -129,124 +145,171 @@ impl ContactProblem {
     /// a normal in common).
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
-        let mut found = PairModes { modes: [None; 16], len: 0 };
-        let (solver, count) = match self.rows() {
-            [one] => (Solver::new([one, &Row::ABSENT], self.load()), 1),
-            [one, two] => (Solver::new([one, two], self.load()), 2),
+        let rows = match self.rows() {
+            [one] => [one, &Row::ABSENT],
+            [one, two] => [one, two],
             _ => return None,
         };
-        let rows = &solver.rows;
-        found.add(rows, [Mode::Separate; 2], solver.load, [[0.0; 2]; 2]);
-        for i in 0..count {
-            for &mode in closed_letters(rows[i]) {
-                let (y, force) = solver.alone(i, mode)?;
-                let (mut letters, mut forces) = ([Mode::Separate; 2], [[0.0; 2]; 2]);
-                (letters[i], forces[i]) = (mode, force);
-                found.add(rows, letters, y, forces);
-            }
-        }
-        let [one, two] = rows;
-        if one.sliding.is_some() && two.sliding.is_some() {
-            let line = one.normal.cross(&two.normal);
-            let volume = [one.tangent.dot(&line), -two.tangent.dot(&line)]; // N_i·(T_i × N_j), of either sign
-            if line.norm_squared() <= DEPENDENT * DEPENDENT
-                || volume[0].abs() <= DEPENDENT
-                || volume[1].abs() <= DEPENDENT
-            {
-                return None;
-            }
-            // At rest without bias nothing pivots, and both slide along one motion, forwards or backwards.
-            let quiet = rows.iter().all(|row| row.sliding == Some(0) && row.bias == [0.0; 2]);
-            let together = -volume[0] * volume[1] > 0.0;
-            let still = |first: Mode, second: Mode| {
-                let slide = first.direction() * second.direction();
-                slide == 0.0 || (slide > 0.0) != together
-            };
-            for &first in closed_letters(one) {
-                for &second in closed_letters(two) {
-                    match (first, second) {
-                        (Mode::Fixed, Mode::Fixed) => solver.both_fixed(&mut found),
-                        _ if quiet && still(first, second) => {}
-                        (Mode::Fixed, _) => solver.pivoting(0, second, &mut found)?,
-                        (_, Mode::Fixed) => solver.pivoting(1, first, &mut found)?,
-                        _ => solver.both_sliding([first, second], &line, &mut found)?,
-                    }
-                }
-            }
-        }
-        Some(found)
+        let mut found = Some(PairModes::none()); // as it is returned: moving it costs more than a word
+        Solver::new(rows, self.load()).words(found.as_mut()?)?;
+        found
     }
 }
 
-/// Rows, load, and what the rows make of the load.
+/// Rows, load, and the products of all of them: accelerations follow from forces without leaving the contacts.
 struct Solver<'a> {
     rows: [&'a Row; 2],
     load: Vector3<f64>,
-    /// N_i·w + bias and T_i·w + bias: the accelerations that forces have to undo.
+    /// T_i·w + bias and N_i·w + bias: the accelerations that forces have to undo.
     need: [[f64; 2]; 2],
-    /// N_i·T_i and N_i·T_j
+    /// N_i·T_i, N_i·T_j and T_i·T_i
     mixed: [f64; 2],
     across: [f64; 2],
-    /// N_1·N_2
+    own: [f64; 2],
+    /// N_1·N_2 and T_1·T_2
     cosine: f64,
+    tangents: f64,
 }
 
 impl<'a> Solver<'a> {
+    #[inline(always)]
     fn new(rows: [&'a Row; 2], load: Vector3<f64>) -> Self {
+        let [one, two] = rows;
+        let need =
+            |row: &Row| [row.tangent.dot(&load) + row.bias[0], row.normal.dot(&load) + row.bias[1]];
         Self {
             rows,
             load,
-            need: rows.map(|row| {
-                [row.tangent.dot(&load) + row.bias[0], row.normal.dot(&load) + row.bias[1]]
-            }),
-            mixed: rows.map(|row| row.normal.dot(&row.tangent)),
-            across: [0, 1].map(|i: usize| rows[i].normal.dot(&rows[1 - i].tangent)),
-            cosine: rows[0].normal.dot(&rows[1].normal),
+            need: [need(one), need(two)],
+            mixed: [one.normal.dot(&one.tangent), two.normal.dot(&two.tangent)],
+            across: [one.normal.dot(&two.tangent), two.normal.dot(&one.tangent)],
+            own: [one.tangent.norm_squared(), two.tangent.norm_squared()],
+            cosine: one.normal.dot(&two.normal),
+            tangents: one.tangent.dot(&two.tangent),
         }
     }
 
-    /// What a force (tangential, normal) at contact `i` does.
-    fn push(&self, i: usize, force: [f64; 2]) -> Vector3<f64> {
-        self.rows[i].tangent * force[0] + self.rows[i].normal * force[1]
+    /// a_n of contact `i` without a force, under that of the other.
+    #[inline(always)]
+    fn normal(&self, i: usize, [f_t, f_n]: [f64; 2]) -> f64 {
+        self.need[i][1] + (self.cosine * f_n + self.across[i] * f_t)
     }
 
-    /// Acceleration and force where contact `i` alone is closed; `None` if its friction matrix is singular.
-    fn alone(&self, i: usize, mode: Mode) -> Option<(Vector3<f64>, [f64; 2])> {
-        let row = self.rows[i];
-        let [tangential, normal] = self.need[i];
-        let force = if mode == Mode::Fixed {
-            // [1, N·T; N·T, T·T] (f_n, f_t) = −need: its determinant is |N × T|² > 0.
-            let (mixed, own) = (self.mixed[i], row.tangent.norm_squared());
-            let det = own - mixed * mixed;
-            [(mixed * normal - tangential) / det, (mixed * tangential - own * normal) / det]
-        } else {
-            let slip = -mode.direction() * row.friction;
-            let matrix = 1.0 + slip * self.mixed[i];
-            if matrix.abs() <= DEPENDENT * (1.0 + row.friction) {
-                return None;
+    /// a_t of contact `i` under these forces.
+    #[inline(always)]
+    fn tangential(&self, i: usize, forces: &[[f64; 2]; 2]) -> f64 {
+        let ([f_t, f_n], [g_t, g_n]) = (forces[i], forces[1 - i]);
+        self.need[i][0]
+            + (self.mixed[i] * f_n + self.own[i] * f_t)
+            + (self.across[1 - i] * g_n + self.tangents * g_t)
+    }
+
+    /// All words; `None` if rows depend on each other or a friction matrix is singular.
+    #[inline(always)]
+    fn words(&self, found: &mut PairModes) -> Option<()> {
+        found.add(self, [Mode::Separate; 2], [[0.0; 2]; 2]);
+        self.alone(0, found)?;
+        self.alone(1, found)?;
+        let [one, two] = self.rows;
+        if one.sliding.is_none() || two.sliding.is_none() {
+            return Some(());
+        }
+        let line = one.normal.cross(&two.normal);
+        let volume = [one.tangent.dot(&line), -two.tangent.dot(&line)]; // N_i·(T_i × N_j), of either sign
+        if line.norm_squared() <= DEPENDENT * DEPENDENT
+            || volume[0].abs() <= DEPENDENT
+            || volume[1].abs() <= DEPENDENT
+        {
+            return None;
+        }
+        let still = |row: &Row| row.sliding == Some(0) && row.bias == [0.0; 2];
+        if still(one) && still(two) {
+            // Nothing pivots, and both slide along one motion, forwards or backwards.
+            self.both_fixed(found);
+            return if volume[0] * volume[1] < 0.0 {
+                self.both_sliding([Mode::Right, Mode::Right], found)?;
+                self.both_sliding([Mode::Left, Mode::Left], found)
+            } else {
+                self.both_sliding([Mode::Right, Mode::Left], found)?;
+                self.both_sliding([Mode::Left, Mode::Right], found)
+            };
+        }
+        self.words_in_motion(&line, found)
+    }
+
+    /// The words in which both are closed, of contacts that slide or turn.
+    #[inline(never)]
+    fn words_in_motion(&self, line: &Vector3<f64>, found: &mut PairModes) -> Option<()> {
+        for &first in closed_letters(self.rows[0]) {
+            for &second in closed_letters(self.rows[1]) {
+                match (first, second) {
+                    (Mode::Fixed, Mode::Fixed) => self.both_fixed(found),
+                    (Mode::Fixed, _) => self.pivoting(0, second, found)?,
+                    (_, Mode::Fixed) => self.pivoting(1, first, found)?,
+                    _ if self.can_slide([first, second], line) => {
+                        self.both_sliding([first, second], found)?;
+                    }
+                    _ => {}
+                }
             }
-            let f = -normal / matrix;
-            [slip * f, f]
-        };
-        Some((self.load + self.push(i, force), force))
+        }
+        Some(())
     }
 
-    /// Both slide: a system of two. Offered if some acceleration that keeps both closed slides that way.
-    fn both_sliding(
-        &self,
-        modes: [Mode; 2],
-        line: &Vector3<f64>,
-        found: &mut PairModes,
-    ) -> Option<()> {
+    /// The words in which contact `i` alone is closed; `None` if a friction matrix is singular.
+    #[inline(always)]
+    fn alone(&self, i: usize, found: &mut PairModes) -> Option<()> {
+        match self.rows[i].sliding {
+            None => {}
+            Some(0) => {
+                self.fixed(i, found);
+                self.sliding(i, Mode::Right, found)?;
+                self.sliding(i, Mode::Left, found)?;
+            }
+            Some(1) => self.sliding(i, Mode::Right, found)?,
+            Some(_) => self.sliding(i, Mode::Left, found)?,
+        }
+        Some(())
+    }
+
+    #[inline(always)]
+    fn closed(&self, i: usize, mode: Mode, force: [f64; 2], found: &mut PairModes) {
+        let (mut letters, mut forces) = ([Mode::Separate; 2], [[0.0; 2]; 2]);
+        (letters[i], forces[i]) = (mode, force);
+        found.add(self, letters, forces);
+    }
+
+    /// [1, N·T; N·T, T·T] (f_n, f_t) = −need: its determinant is |N × T|² > 0.
+    #[inline(always)]
+    fn fixed(&self, i: usize, found: &mut PairModes) {
+        let ([tangential, normal], mixed, own) = (self.need[i], self.mixed[i], self.own[i]);
+        let det = own - mixed * mixed;
+        let force =
+            [(mixed * normal - tangential) / det, (mixed * tangential - own * normal) / det];
+        self.closed(i, Mode::Fixed, force, found);
+    }
+
+    /// N·(N ∓ μT) f_n = −need
+    #[inline(always)]
+    fn sliding(&self, i: usize, mode: Mode, found: &mut PairModes) -> Option<()> {
+        let mu = self.rows[i].friction;
+        let slip = -mode.direction() * mu;
+        let matrix = 1.0 + slip * self.mixed[i];
+        if matrix.abs() <= DEPENDENT * (1.0 + mu) {
+            return None;
+        }
+        let f = -self.need[i][1] / matrix;
+        self.closed(i, mode, [slip * f, f], found);
+        Some(())
+    }
+
+    /// Whether some acceleration that keeps both closed slides that way.
+    fn can_slide(&self, modes: [Mode; 2], line: &Vector3<f64>) -> bool {
         let [one, two] = self.rows;
         // Accelerations p + s·line keep both closed; T_i·(p + s·line) has to have the sign of its letter.
-        let p = if one.bias[1] == 0.0 && two.bias[1] == 0.0 {
-            Vector3::zeros()
-        } else {
-            let det = line.norm_squared(); // 1 − cosine²
-            one.normal * ((self.cosine * two.bias[1] - one.bias[1]) / det)
-                + two.normal * ((self.cosine * one.bias[1] - two.bias[1]) / det)
-        };
+        let det = line.norm_squared(); // 1 − cosine²
+        let p = one.normal * ((self.cosine * two.bias[1] - one.bias[1]) / det)
+            + two.normal * ((self.cosine * one.bias[1] - two.bias[1]) / det);
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for (row, mode) in self.rows.iter().zip(modes) {
             if row.sliding != Some(0) {
@@ -258,10 +321,10 @@ impl<'a> Solver<'a> {
             );
             if slope.abs() <= DEPENDENT {
                 if base <= TIE {
-                    return Some(()); // never slides that way
+                    return false;
                 }
             } else {
-                let cut = if base == 0.0 { 0.0 } else { -base / slope };
+                let cut = -base / slope;
                 if slope > 0.0 {
                     low = low.max(cut);
                 } else {
@@ -269,10 +332,14 @@ impl<'a> Solver<'a> {
                 }
             }
         }
-        if !(high - low > TIE) {
-            return Some(());
-        }
-        let slip = [0, 1].map(|i| -modes[i].direction() * self.rows[i].friction);
+        high - low > TIE
+    }
+
+    /// Both slide: a system of two. `None` if it is singular.
+    #[inline(always)]
+    fn both_sliding(&self, modes: [Mode; 2], found: &mut PairModes) -> Option<()> {
+        let [one, two] = self.rows;
+        let slip = [-modes[0].direction() * one.friction, -modes[1].direction() * two.friction];
         let m = [
             [1.0 + slip[0] * self.mixed[0], self.cosine + slip[1] * self.across[0]],
             [self.cosine + slip[0] * self.across[1], 1.0 + slip[1] * self.mixed[1]],
@@ -287,17 +354,15 @@ impl<'a> Solver<'a> {
             (m[0][1] * need[1] - m[1][1] * need[0]) / determinant,
             (m[1][0] * need[0] - m[0][0] * need[1]) / determinant,
         ];
-        let forces = [0, 1].map(|i| [slip[i] * f[i], f[i]]);
-        let y = self.load + self.push(0, forces[0]) + self.push(1, forces[1]);
-        found.add(&self.rows, modes, y, forces);
+        found.add(self, modes, [[slip[0] * f[0], f[0]], [slip[1] * f[1], f[1]]]);
         Some(())
     }
 
-    /// Contact `i` is fixed, the other slides: three rows determine the acceleration.
+    /// Contact `i` is fixed, the other slides: three rows determine the acceleration. `None` if the forces they
+    /// need do not follow.
     fn pivoting(&self, i: usize, mode: Mode, found: &mut PairModes) -> Option<()> {
         let (fixed, other) = (self.rows[i], self.rows[1 - i]);
-        let planes = [fixed.normal, fixed.tangent, other.normal];
-        let y = meet(planes, [fixed.bias[1], fixed.bias[0], other.bias[1]]);
+        let y = pivot(fixed, other);
         let along = mode.direction() * (other.tangent.dot(&y) + other.bias[0]);
         if other.sliding == Some(0) && along <= TIE {
             return Some(());
@@ -318,38 +383,66 @@ impl<'a> Solver<'a> {
         ];
         forces[1 - i] = [slip * f, f];
         let letters = if i == 0 { [Mode::Fixed, mode] } else { [mode, Mode::Fixed] };
-        found.add(&self.rows, letters, y, forces);
+        found.add(self, letters, forces);
         Some(())
     }
 
-    /// Both fixed: the acceleration by three rows, if it suits the fourth; forces p + τs, where s squeezes along
-    /// the line between the contacts.
+    /// Both fixed: the acceleration by three rows, if it suits the fourth; forces well inside their cones.
+    #[inline(always)]
     fn both_fixed(&self, found: &mut PairModes) {
         let [one, two] = self.rows;
-        let y =
-            meet([one.normal, one.tangent, two.normal], [one.bias[1], one.bias[0], two.bias[1]]);
+        let y = pivot(one, two);
         if (two.tangent.dot(&y) + two.bias[0]).abs() > TIE {
             return;
         }
-        // A squeeze does nothing: s_1t T_1 + s_1n N_1 + s_2t T_2 + s_2n N_2 = 0.
-        let columns = [one.tangent, one.normal, two.tangent, two.normal];
-        let minor = |a: usize, b: usize, c: usize| columns[a].cross(&columns[b]).dot(&columns[c]);
-        let squeeze = [minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2)];
-        let rest = y - self.load;
-        // Without the tangential force of contact 2, then from there along the squeeze.
-        let volume = minor(0, 1, 3);
-        let solved = |a: usize, b: usize| columns[a].cross(&columns[b]).dot(&rest) / volume;
-        let base = [solved(1, 3), solved(3, 0), 0.0, solved(0, 1)];
-        let tests = [0, 1].map(|i| {
-            let (mu, t, n) = (self.rows[i].friction, 2 * i, 2 * i + 1);
-            let unit = 1.0 + mu;
-            // f_n ≥ 0 and both sides of the cone, as value + τ slope ≥ 0.
+        let family = Squeeze::between(self.rows, y - self.load);
+        found.add(self, [Mode::Fixed; 2], family.forces(family.inside));
+    }
+}
+
+/// The forces of two fixed contacts: their sum and its moment are known, and the internal force τ = (f_1 − f_2)·e/2
+/// along the line between them is free. With p = d/ρ, e the unit vector from contact 1 to contact 2 and e⊥ = e turned
+/// by +90°:
+///
+/// ```text
+/// f_2 = e (R·e/2 − τ) + e⊥ (M − p_1 × R)/|p_2 − p_1|      f_1 = R − f_2
+/// ```
+struct Squeeze {
+    /// Scaled forces without internal force, and how they grow with it.
+    base: [[f64; 2]; 2],
+    slope: [[f64; 2]; 2],
+    /// Internal forces that friction allows; where none is, both are the one that comes closest.
+    low: f64,
+    high: f64,
+    /// One of them, well inside if there is an inside.
+    inside: f64,
+}
+
+impl Squeeze {
+    /// Forces that add `rest` = (R, M) to the load.
+    #[inline(always)]
+    fn between(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
+        let [one, two] = rows;
+        let span = two.arm - one.arm;
+        let length = span.norm();
+        let e = span / length;
+        let total = rest.xy();
+        let lift = (rest.z - one.arm.perp(&total)) / length;
+        let half = 0.5 * total.dot(&e);
+        let second = nalgebra::Vector2::new(half * e.x - lift * e.y, half * e.y + lift * e.x);
+        let base = [one.turn(total - second), two.turn(second)];
+        let slope = [one.turn(e), two.turn(-e)];
+
+        // f_n ≥ 0 and both sides of the cone, as value + τ slope ≥ 0.
+        let of = |row: &Row, [f_t, f_n]: [f64; 2], [s_t, s_n]: [f64; 2]| {
+            let (mu, unit) = (row.friction, 1.0 / (1.0 + row.friction));
             [
-                (base[n], squeeze[n]),
-                ((mu * base[n] - base[t]) / unit, (mu * squeeze[n] - squeeze[t]) / unit),
-                ((mu * base[n] + base[t]) / unit, (mu * squeeze[n] + squeeze[t]) / unit),
+                (f_n, s_n),
+                ((mu * f_n - f_t) * unit, (mu * s_n - s_t) * unit),
+                ((mu * f_n + f_t) * unit, (mu * s_n + s_t) * unit),
             ]
-        });
+        };
+        let tests = [of(one, base[0], slope[0]), of(two, base[1], slope[1])];
         let tests = tests.as_flattened();
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for &(value, slope) in tests {
@@ -359,33 +452,25 @@ impl<'a> Solver<'a> {
                 high = high.min(-value / slope);
             }
         }
-        // Forces well inside; where there is hardly an inside, those that meet the tests best.
-        let mut tau = match (low.is_finite(), high.is_finite()) {
+        let mut inside = match (low.is_finite(), high.is_finite()) {
             (true, true) => 0.5 * (low + high),
             (true, false) => low + 1.0 + low.abs(),
             _ => high - 1.0 - high.abs(),
         };
-        if !(least(tests, tau) > TIE) {
-            tau = best(tests, tau);
+        if !(least(tests, inside) > TIE) {
+            inside = best(tests, inside);
         }
         if !(low <= high) {
-            (low, high) = (tau, tau);
+            (low, high) = (inside, inside);
         }
-        let f = |k: usize| base[k] + tau * squeeze[k];
-        found.add(&self.rows, [Mode::Fixed; 2], y, [[f(0), f(1)], [f(2), f(3)]]);
+        Self { base, slope, low, high, inside }
+    }
 
-        // Internal force (f_1 − f_2)·e/2: linear in τ, and zero for the smallest forces of all.
-        let e = towards(one, two) * 0.5;
-        let along = |f: &[f64; 4]| {
-            let pull = |k: usize| columns[k].xy().dot(&e) * f[k];
-            pull(0) + pull(1) - pull(2) - pull(3)
-        };
-        let (start, slope) = (along(&base), along(&squeeze));
-        let at = |tau: f64| start + slope * tau;
-        let range = if slope > 0.0 { [at(low), at(high)] } else { [at(high), at(low)] };
-        if let Some(mode) = &mut found.modes[found.len - 1] {
-            mode.internal = Some((range, at(tau)));
-        }
+    /// Scaled forces with the internal force `tau`.
+    #[inline(always)]
+    fn forces(&self, tau: f64) -> [[f64; 2]; 2] {
+        let at = |i: usize, k: usize| self.base[i][k] + tau * self.slope[i][k];
+        [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
     }
 }
 
@@ -407,6 +492,11 @@ fn best(tests: &[(f64, f64)], tau: f64) -> f64 {
         }
     }
     best
+}
+
+/// The acceleration that fixes one contact and keeps another closed.
+fn pivot(fixed: &Row, other: &Row) -> Vector3<f64> {
+    meet([fixed.normal, fixed.tangent, other.normal], [fixed.bias[1], fixed.bias[0], other.bias[1]])
 }
 
 /// Where three planes row·y + bias = 0 meet.

@@ -95,6 +95,8 @@ pub struct ContactProblem {
 pub(crate) struct Row {
     pub(crate) normal: Vector3<f64>,
     pub(crate) tangent: Vector3<f64>,
+    /// d/ρ, world axes
+    pub(crate) arm: Vector2<f64>,
     /// (tangential, normal)
     pub(crate) bias: [f64; 2],
     pub(crate) friction: f64,
@@ -108,17 +110,12 @@ impl Row {
     pub(crate) const ABSENT: Self = Self {
         normal: Vector3::new(0.0, 0.0, 0.0),
         tangent: Vector3::new(0.0, 0.0, 0.0),
+        arm: Vector2::new(0.0, 0.0),
         bias: [0.0; 2],
         friction: 0.0,
         sliding: None,
         stretch: 1.0,
     };
-
-    /// The arm d/ρ, world axes.
-    pub(crate) fn place(&self) -> Vector2<f64> {
-        (self.tangent.xy() * self.normal.z - self.normal.xy() * self.tangent.z)
-            * (self.stretch * self.stretch)
-    }
 
     /// The scaled force (tangential, normal) that is the vector `force` in world axes, per m times the scale.
     pub(crate) fn turn(&self, force: Vector2<f64>) -> [f64; 2] {
@@ -216,6 +213,7 @@ impl ContactProblem {
             rows.push(Row {
                 normal: Vector3::new(normal.x, normal.y, b) / stretch,
                 tangent: Vector3::new(tangent.x, tangent.y, -c) / stretch,
+                arm,
                 bias: fields.bias[i].map(|value| value / stretch),
                 friction: fields.friction[i],
                 sliding: fields.sliding[i],
