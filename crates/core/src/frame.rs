@@ -92,6 +92,8 @@ pub(crate) struct Frame {
     pub(crate) start: Snapshot,
     /// Frozen geometry; `None`: the full model.
     pub(crate) frozen: Option<Frozen>,
+    /// Rotation at which it is frozen.
+    pub(crate) spin: Spin,
     /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
     share: [f64; 2],
     body: Option<Body>,
@@ -100,7 +102,8 @@ pub(crate) struct Frame {
 impl Frame {
     /// The full model.
     pub(crate) fn full(start: Snapshot) -> Self {
-        Self { start, frozen: None, share: [1.0; 2], body: None }
+        let spin = start.spin;
+        Self { start, frozen: None, spin, share: [1.0; 2], body: None }
     }
 
     /// The geometry of `at`, frozen.
@@ -108,6 +111,7 @@ impl Frame {
         Self {
             start,
             frozen: Some(Frozen::new(&at.frozen())),
+            spin: at.spin,
             share: [at.share(0), at.share(1)],
             body: Some(at.body),
         }
@@ -115,7 +119,8 @@ impl Frame {
 
     /// A local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
-        Self { start, frozen: Some(Frozen::new(model)), share: [1.0; 2], body: None }
+        let frozen = Some(Frozen::new(model));
+        Self { start, frozen, spin: start.spin, share: [1.0; 2], body: None }
     }
 
     /// Translational impulse per unit mass and own-rate jump at contact `i`.

@@ -7,6 +7,8 @@
 //!                              └──► both held: at rest, or sliding without end
 //! ```
 
+mod contact_phase;
+
 use crate::clatter::{self, Halt};
 use crate::clock::Clock;
 use crate::contact_motion::{Step, StepEnd};
@@ -14,6 +16,7 @@ use crate::flight::parabola_touchdown;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
+use crate::modes::ContactProblem;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::STILL;
 use crate::trajectory::{Kind, Method, Outcome, Record, Span, Tail, ZenoRecord};
@@ -38,6 +41,14 @@ pub(crate) struct Driver<'a> {
     /// For each held contact: speed and time of the last landing of the other in this frame.
     landings: [Option<(f64, Clock)>; 2],
     acceleration: Option<[f64; 3]>,
+    /// Whether all rows are those of the nominal posture, in the whole run.
+    local: bool,
+    /// Whether a contact has friction.
+    rough: bool,
+    /// For each contact: the last round of a frozen geometry that ended with its landing.
+    rounds: [Option<contact_phase::Round>; 2],
+    /// Contacts that have no mode to go on in, or several.
+    undecided: Option<ContactProblem>,
 }
 
 impl<'a> Driver<'a> {
@@ -54,9 +65,15 @@ impl<'a> Driver<'a> {
             }
             _ => None,
         };
+        let posture = base.posture.as_ref();
+        let rough = posture.is_some_and(|p| p.contacts().iter().any(|k| k.friction > 0.0));
         Self {
             gaps: first.start.gaps,
             sum: first.start.impulses,
+            local: first.frozen.is_some(),
+            rough,
+            undecided: None,
+            rounds: [None; 2],
             frames: vec![first],
             base,
             spans: Vec::new(),
@@ -156,6 +173,7 @@ impl<'a> Driver<'a> {
             end,
             state,
             acceleration: self.acceleration,
+            undecided: self.undecided,
         })
     }
 
@@ -165,7 +183,7 @@ impl<'a> Driver<'a> {
 
     /// Whether the full model is frozen for the last moments of an accumulation.
     fn is_brief(&self) -> bool {
-        self.frames.len() > 1 && self.frame().frozen.is_some()
+        !self.local && self.frame().frozen.is_some()
     }
 
     /// The state in the coordinates of the current frame.
@@ -266,7 +284,9 @@ impl<'a> Driver<'a> {
                 if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
                     return Outcome::Zeno;
                 }
+                let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
                 match held {
+                    _ if self.rough && rests != [false, false] => self.contact_phase(rests),
                     [false, false] => self.fly(),
                     [true, true] => self.stay(held),
                     _ if self.base.count == 1 => self.stay(held),
@@ -540,6 +560,7 @@ impl<'a> Driver<'a> {
         (self.gaps, self.sum) = (state.gaps, Impulses::default());
         self.tumble = None;
         self.landings = [None; 2];
+        self.rounds = [None; 2];
     }
 
     /// Back to the full model.

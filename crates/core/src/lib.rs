@@ -41,6 +41,7 @@ mod posture;
 mod roots;
 mod scene;
 mod simulate;
+mod stance;
 mod tolerance;
 mod trajectory;
 mod trig;

@@ -200,7 +200,7 @@ pub fn simulate_until(
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trajectory>, Error> {
     options.validate()?;
-    solvable(posture, options)?;
+    solvable(posture)?;
     state.validate()?;
     let (model, reason) = choose(posture, state, options.model);
     let geometry = posture.geometry();
@@ -277,7 +277,7 @@ impl LocalModel {
 }
 
 /// What is not solved yet is refused by name.
-fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
+fn solvable(posture: &Posture) -> Result<(), Error> {
     let contacts = posture.contacts();
     if contacts.len() > 2 {
         return Err(Error::Unusable {
@@ -294,13 +294,6 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
                 allowed: "only unbounded segments can be simulated so far".into(),
             });
         }
-        if contact.friction > 0.0 && options.stop != Stop::Zeno {
-            return Err(Error::OutOfRange {
-                field: format!("contacts.{}.friction", i + 1),
-                value: contact.friction,
-                allowed: "0 beyond the first Zeno point so far; use stop = \"zeno\" or friction = 0",
-            });
-        }
     }
     Ok(())
 }
@@ -308,10 +301,11 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
 /// The model, and why.
 fn choose(posture: &Posture, state: &State, asked: Model) -> (Model, &'static str) {
     let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
+    let smooth = posture.contacts().iter().all(|contact| contact.friction == 0.0);
     match asked {
         Model::Local => (Model::Local, "asked for"),
         Model::Full => (Model::Full, "asked for"),
-        Model::Auto if upright && posture.geometry().iter().all(|k| k.b == 0.0) => {
+        Model::Auto if upright && smooth && posture.geometry().iter().all(|k| k.b == 0.0) => {
             (Model::Local, "exact here: no impact turns the body")
         }
         Model::Auto => {

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::hybrid::Driver;
 use crate::log::{Collision, Spin};
+use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
 use crate::simulate::{Model, Options, State};
 
@@ -60,6 +61,10 @@ pub enum Outcome {
     Escape,
     /// The body slides on its contacts without end.
     Sliding,
+    /// No contact mode is consistent: no motion with bounded forces obeys Coulomb's law (Painlevé).
+    Inconsistent,
+    /// Several contact modes are consistent: the law does not say how the motion goes on.
+    Ambiguous,
     /// The time limit came first.
     TimeLimit,
     /// The event limit came first.
@@ -75,6 +80,8 @@ impl Outcome {
             Self::Zeno => "zeno",
             Self::Escape => "escape",
             Self::Sliding => "sliding",
+            Self::Inconsistent => "inconsistent",
+            Self::Ambiguous => "ambiguous",
             Self::TimeLimit => "time-limit",
             Self::EventLimit => "event-limit",
         }
@@ -182,8 +189,10 @@ pub struct Instant {
 pub(crate) enum Kind {
     /// Ballistic, with simple collisions in between.
     Flight,
-    /// These contacts are held.
+    /// These contacts are held, without friction.
     Held([bool; 2]),
+    /// Each contact is in its mode; the rotation at which the geometry is frozen, if it is.
+    Modes([Mode; 2], Option<Spin>),
     /// A summed tail; the frame is frozen.
     Tail(Tail),
 }
@@ -236,6 +245,7 @@ pub(crate) struct Record {
     pub(crate) end: Snapshot,
     pub(crate) state: State,
     pub(crate) acceleration: Option<[f64; 3]>,
+    pub(crate) undecided: Option<ContactProblem>,
 }
 
 /// A piece of smooth motion: between two collisions, or a whole span.
@@ -371,6 +381,13 @@ impl Trajectory {
         self.record.acceleration
     }
 
+    /// The contacts at the end of a run that is inconsistent or ambiguous: their modes are for
+    /// [`contact_modes`](crate::contact_modes) to say.
+    #[must_use]
+    pub fn undecided(&self) -> Option<&ContactProblem> {
+        self.record.undecided.as_ref()
+    }
+
     /// Number of collisions simulated one by one, recorded or not.
     #[must_use]
     pub fn collisions(&self) -> usize {
@@ -477,6 +494,7 @@ impl Trajectory {
         let raw = match piece.kind {
             Kind::Flight => frame.smooth(base, &piece.raw, [false, false], dt),
             Kind::Held(held) => frame.smooth(base, &piece.raw, held, dt),
+            Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
             Kind::Tail(tail) => {
                 Driver::glance(frame, base, &piece.raw, tail, dt).ok_or_else(|| {
                     Error::Unusable {

@@ -1,0 +1,426 @@
+//! Smooth motion while contacts are held in a mode, up to the event that ends it.
+//!
+//! A held contact keeps a_n = 0 by a normal force λ ≥ 0, a fixed one also a_t = 0 by a tangential force τ; where it
+//! slides, τ = −σμλ with σ = sign v_t (all per unit mass):
+//!
+//! ```text
+//! n_i·v̇ + b_i ω̇ = c_i ω²,   t_i·v̇ − c_i ω̇ = b_i ω²
+//! v̇ = (0, −g) + Σ_j (n_j λ_j + t_j τ_j),   ρ² ω̇ = Σ_j (b_j λ_j − c_j τ_j)
+//! ḃ_i = −c_i ω,   ċ_i = b_i ω
+//! ```
+//!
+//! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from
+//! each other exactly, to any order: the step is a polynomial, and its events are roots of polynomials.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::flight::parabola_touchdown;
+use crate::log::{Center, Spin};
+use crate::modes::Mode;
+use crate::roots::{ORDER, first_root};
+
+type Series = [f64; ORDER];
+const ZERO: Series = [0.0; ORDER];
+
+/// A contact at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) normal: Vector2<f64>,
+    pub(crate) tangent: Vector2<f64>,
+    pub(crate) friction: f64,
+    pub(crate) b: f64,
+    pub(crate) c: f64,
+    /// Gap and its rate.
+    pub(crate) h: f64,
+    pub(crate) u: f64,
+}
+
+/// A body at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stance {
+    pub(crate) points: Vec<Point>,
+    pub(crate) center: Center,
+    pub(crate) spin: Spin,
+    /// ρ²
+    pub(crate) rho2: f64,
+    pub(crate) gravity: f64,
+    /// ω² of the moment at which b, c and the bend of the paths were frozen; `None`: nothing is.
+    pub(crate) frozen: Option<f64>,
+}
+
+impl Stance {
+    /// Tangential speed v_t = t·v − c ω of a contact point.
+    pub(crate) fn slip(&self, i: usize) -> f64 {
+        let p = &self.points[i];
+        p.tangent.dot(&self.center.v) - p.c * self.spin.omega
+    }
+
+    /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
+    /// where that is shorter.
+    fn unit_of_time(&self) -> f64 {
+        let arm = self.points.iter().map(|p| libm::hypot(p.b, p.c)).fold(0.0, f64::max);
+        let size = arm + self.rho2.sqrt();
+        let rate = self.spin.omega.abs().max((self.gravity / size).sqrt());
+        if rate > 0.0 { libm::ldexp(1.0, -libm::ilogb(rate)) } else { 1.0 }
+    }
+
+    /// Whether two closed contacts on parallel ground keep the body from turning.
+    fn is_level(&self, modes: &[Mode]) -> bool {
+        let mut closed = self.points.iter().zip(modes).filter(|(_, mode)| **mode != Mode::Separate);
+        closed.next().is_some_and(|(one, _)| {
+            closed.any(|(other, _)| other.normal == one.normal && other.b != one.b)
+        })
+    }
+
+    /// Rows that vanish and determine the motion, the longest first: normal rows of closed contacts, tangential
+    /// rows of fixed ones, each by the part that the ones before it leave over.
+    fn independent(&self, modes: &[Mode]) -> Vec<Unknown> {
+        let rho = self.rho2.sqrt();
+        let mut rows: Vec<(Unknown, Vector3<f64>)> = Vec::new();
+        for (contact, (p, &mode)) in self.points.iter().zip(modes).enumerate() {
+            if mode != Mode::Separate {
+                let normal = Vector3::new(p.normal.x, p.normal.y, p.b / rho);
+                rows.push((Unknown { contact, tangential: false }, normal));
+            }
+            if mode == Mode::Fixed {
+                let tangent = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
+                rows.push((Unknown { contact, tangential: true }, tangent));
+            }
+        }
+        let mut chosen = Vec::new();
+        while chosen.len() < 3 {
+            let longest = rows
+                .iter()
+                .enumerate()
+                .max_by(|(_, x), (_, y)| x.1.norm_squared().total_cmp(&y.1.norm_squared()));
+            let Some((at, &(unknown, row))) = longest else { break };
+            if row.norm() <= DEPENDENT {
+                break;
+            }
+            chosen.push(unknown);
+            rows.remove(at);
+            let direction = row.normalize();
+            for (_, other) in &mut rows {
+                *other -= direction * direction.dot(other);
+            }
+        }
+        chosen
+    }
+}
+
+/// Part of a row that others leave over, below which it depends on them: rows have a length of at least one, and
+/// roundings of 1e-16 times their lengths.
+const DEPENDENT: f64 = 1e-10;
+
+/// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular.
+const SINGULAR: f64 = 1e-12;
+
+/// A force, and the row that it makes vanish.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Unknown {
+    contact: usize,
+    tangential: bool,
+}
+
+/// One contact during a step.
+#[derive(Debug, Clone)]
+struct Track {
+    mode: Mode,
+    friction: f64,
+    b: Series,
+    c: Series,
+    h: Series,
+    u: Series,
+    /// v_t
+    slip: Series,
+    /// λ, τ
+    normal: Series,
+    tangential: Series,
+}
+
+/// The motion as Taylor series in the time since the start of a step, with `unit` as unit of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    theta: Series,
+    omega: Series,
+    /// Displacement and velocity of the centre of mass, (x, y).
+    r: [Series; 2],
+    v: [Series; 2],
+    tracks: Vec<Track>,
+    /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
+    unit: f64,
+    /// Time for which the series serve to the last digit, in units.
+    reach: f64,
+}
+
+/// How a step ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum StepEnd {
+    /// Nothing happened: go on with another step.
+    Reach,
+    /// This contact lands.
+    Landing(usize),
+    /// The force of this contact has come down to zero: it lifts off.
+    LiftOff(usize),
+    /// The sliding speed of this contact has come down to zero.
+    Stop(usize),
+    /// The force of this fixed contact has reached the edge of its cone: it begins to slide this way.
+    Slip(usize, Mode),
+}
+
+/// Coefficient k of the product of two series.
+fn product(a: &Series, b: &Series, k: usize) -> f64 {
+    (0..=k).map(|j| a[j] * b[k - j]).sum()
+}
+
+/// The constant series.
+fn constant(value: f64) -> Series {
+    let mut series = ZERO;
+    series[0] = value;
+    series
+}
+
+impl Step {
+    /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the forces do not
+    /// follow from it: the friction matrix is singular.
+    pub(crate) fn new(state: &Stance, modes: &[Mode]) -> Option<Self> {
+        let unit = state.unit_of_time();
+        let pull = Vector2::new(0.0, -state.gravity * unit * unit);
+        let mut tracks: Vec<Track> = (0..state.points.len())
+            .map(|i| {
+                let p = &state.points[i];
+                Track {
+                    mode: modes[i],
+                    friction: p.friction,
+                    b: constant(p.b),
+                    c: constant(p.c),
+                    h: constant(p.h),
+                    u: constant(p.u * unit),
+                    slip: constant(state.slip(i) * unit),
+                    normal: ZERO,
+                    tangential: ZERO,
+                }
+            })
+            .collect();
+        // On parallel ground what is left of the rotation is rounding.
+        let turns = f64::from(u8::from(!state.is_level(modes)));
+        let (mut theta, mut omega) =
+            (constant(state.spin.theta), constant(state.spin.omega * unit * turns));
+        let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
+        let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
+        let mut square = ZERO; // ω², as far as it bends the paths of the contact points
+
+        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
+        let unknowns = state.independent(modes);
+        let row = |u: Unknown| {
+            let p = &state.points[u.contact];
+            if u.tangential { p.tangent } else { p.normal }
+        };
+        let slope = |u: Unknown| {
+            let p = &state.points[u.contact];
+            if u.tangential { 0.0 } else { -modes[u.contact].direction() * p.friction }
+        };
+        let along = |u: Unknown| row(u) + state.points[u.contact].tangent * slope(u);
+        let n = unknowns.len();
+        let (mut lever, mut arm, mut force) = ([ZERO; 3], [ZERO; 3], [ZERO; 3]);
+        let mut matrix = [[ZERO; 3]; 3];
+        let mut first = None;
+        for k in 0..ORDER {
+            square[k] = match state.frozen {
+                None => product(&omega, &omega, k),
+                Some(square) if k == 0 => square * unit * unit,
+                Some(_) => 0.0,
+            };
+            for (l, &u) in unknowns.iter().enumerate() {
+                let track = &tracks[u.contact];
+                lever[l][k] = if u.tangential { -track.c[k] } else { track.b[k] };
+                arm[l][k] = lever[l][k] - slope(u) * track.c[k];
+            }
+            let mut right = Vector3::zeros();
+            for m in 0..n {
+                let track = &tracks[unknowns[m].contact];
+                let bend = if unknowns[m].tangential { &track.b } else { &track.c };
+                right[m] = product(bend, &square, k);
+                if k == 0 {
+                    right[m] -= row(unknowns[m]).dot(&pull);
+                }
+                for l in 0..n {
+                    matrix[m][l][k] = product(&lever[m], &arm[l], k) / state.rho2;
+                    if k == 0 {
+                        matrix[m][l][0] += row(unknowns[m]).dot(&along(unknowns[l]));
+                    }
+                    right[m] -= (0..k).map(|j| force[l][j] * matrix[m][l][k - j]).sum::<f64>();
+                }
+            }
+            if k == 0 {
+                let m = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+                    (true, true) => matrix[i][j][0],
+                    _ => f64::from(u8::from(i == j)),
+                });
+                let size: f64 = m.column_iter().map(|column| column.norm()).product();
+                if !(m.determinant().abs() > SINGULAR * size) {
+                    return None;
+                }
+                first = Some(m.lu());
+            }
+            let solved = first.as_ref()?.solve(&right)?;
+            for (l, &u) in unknowns.iter().enumerate() {
+                force[l][k] = solved[l];
+                let track = &mut tracks[u.contact];
+                if u.tangential {
+                    track.tangential[k] = solved[l];
+                } else {
+                    track.normal[k] = solved[l];
+                    track.tangential[k] += slope(u) * solved[l];
+                }
+            }
+            if k + 1 == ORDER {
+                break;
+            }
+            let next = 1.0 / (k + 1) as f64;
+            let turn: f64 = (0..n).map(|l| product(&arm[l], &force[l], k)).sum();
+            theta[k + 1] = omega[k] * next;
+            omega[k + 1] = turns * turn / state.rho2 * next;
+            let mut push = if k == 0 { pull } else { Vector2::zeros() };
+            for (l, &u) in unknowns.iter().enumerate() {
+                push += along(u) * force[l][k];
+            }
+            for axis in 0..2 {
+                r[axis][k + 1] = v[axis][k] * next;
+                v[axis][k + 1] = push[axis] * next;
+            }
+            for (track, p) in tracks.iter_mut().zip(&state.points) {
+                if state.frozen.is_none() {
+                    track.b[k + 1] = -product(&track.c, &omega, k) * next;
+                    track.c[k + 1] = product(&track.b, &omega, k) * next;
+                }
+                // u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
+                let change = |row: &Vector2<f64>, lever: &Series, side: f64, bend: &Series| {
+                    let turned: f64 =
+                        (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
+                    (row.dot(&push) + side * turned - product(bend, &square, k)) * next
+                };
+                if track.mode == Mode::Separate {
+                    track.h[k + 1] = track.u[k] * next;
+                    track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);
+                }
+                if track.mode != Mode::Fixed {
+                    track.slip[k + 1] = change(&p.tangent, &track.c, -1.0, &track.b);
+                }
+            }
+        }
+        let share = f64::EPSILON * 0.1;
+        let of_tracks = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
+        let reach = of_tracks
+            .chain([&omega])
+            .map(|series| radius(series, share))
+            .fold(f64::INFINITY, f64::min);
+        Some(Self { theta, omega, r, v, tracks, unit, reach })
+    }
+
+    /// The first event within the step, and when, in s. `limit`: no event later than this matters.
+    pub(crate) fn first_event(&self, limit: f64) -> (f64, StepEnd) {
+        let end = self.reach.min(limit / self.unit);
+        let mut first = (end, StepEnd::Reach);
+        for (i, track) in self.tracks.iter().enumerate() {
+            let edge = |side: f64| {
+                let mut series = ZERO;
+                for k in 0..ORDER {
+                    series[k] = track.friction * track.normal[k] + side * track.tangential[k];
+                }
+                series
+            };
+            let mut falls = |series: &Series, event: StepEnd| {
+                let t = if first.0 < f64::INFINITY {
+                    first_root(series, first.0)
+                } else {
+                    // Nothing turns: gaps are parabolas, speeds linear, forces constant.
+                    Some(parabola_touchdown(series[0], series[1], -2.0 * series[2]))
+                };
+                if let Some(t) = t
+                    && t < first.0
+                {
+                    first = (t, event);
+                }
+            };
+            match track.mode {
+                Mode::Separate => falls(&track.h, StepEnd::Landing(i)),
+                Mode::Fixed => {
+                    falls(&track.normal, StepEnd::LiftOff(i));
+                    falls(&edge(1.0), StepEnd::Slip(i, Mode::Right));
+                    falls(&edge(-1.0), StepEnd::Slip(i, Mode::Left));
+                }
+                mode => {
+                    falls(&track.normal, StepEnd::LiftOff(i));
+                    if track.friction > 0.0 {
+                        let speed = track.slip.map(|speed| mode.direction() * speed);
+                        falls(&speed, StepEnd::Stop(i));
+                    }
+                }
+            }
+        }
+        (first.0 * self.unit, first.1)
+    }
+
+    /// Whether nothing ever changes but speeds: accelerations are constant.
+    pub(crate) fn is_steady(&self) -> bool {
+        self.reach == f64::INFINITY
+    }
+
+    /// q̈ at the start, in m/s² and rad/s².
+    pub(crate) fn acceleration(&self) -> [f64; 3] {
+        let square = self.unit * self.unit;
+        [self.v[0][1], self.v[1][1], self.omega[1]].map(|a| a / square)
+    }
+
+    /// The state after `t` (s), which is within reach.
+    pub(crate) fn at(&self, state: &Stance, t: f64) -> Stance {
+        let t = t / self.unit;
+        let value = |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c);
+        let rate = |series: &Series| value(series) / self.unit;
+        let mut after = state.clone();
+        after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
+        for axis in 0..2 {
+            after.center.r[axis] = value(&self.r[axis]);
+            after.center.v[axis] = rate(&self.v[axis]);
+        }
+        for (p, track) in after.points.iter_mut().zip(&self.tracks) {
+            (p.b, p.c) = (value(&track.b), value(&track.c));
+            if track.mode == Mode::Separate {
+                (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
+            }
+        }
+        let modes: Vec<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+        let closed = modes.iter().filter(|mode| **mode != Mode::Separate).count();
+        if let Some(i) = modes.iter().position(|mode| *mode != Mode::Separate)
+            && (closed == 1 || state.is_level(&modes))
+            && state.frozen.is_none()
+        {
+            // The place of a point that is held follows from the rotation: it cannot drift.
+            let (p, was) = (after.points[i], &state.points[i]);
+            let (n, t) = (p.normal, p.tangent);
+            after.center.v += n * (-p.b * after.spin.omega - n.dot(&after.center.v));
+            after.center.r += n * (was.c - p.c - n.dot(&(after.center.r - state.center.r)));
+            if self.tracks[i].mode == Mode::Fixed {
+                after.center.v += t * (p.c * after.spin.omega - t.dot(&after.center.v));
+                after.center.r += t * (was.b - p.b - t.dot(&(after.center.r - state.center.r)));
+            }
+        }
+        after
+    }
+}
+
+/// Time at which the last two terms of a series fall to `share` of its largest coefficient (times tᵏ).
+fn radius(series: &Series, share: f64) -> f64 {
+    let n = ORDER - 1;
+    // |aₙ| tⁿ ≤ share · |aₖ| tᵏ for the largest of the first terms: take k = 0, else 1.
+    let (k, size) = if series[0] != 0.0 { (0, series[0].abs()) } else { (1, series[1].abs()) };
+    let reach = |j: usize| {
+        if series[j] == 0.0 || size == 0.0 {
+            f64::INFINITY
+        } else {
+            libm::pow(share * size / series[j].abs(), 1.0 / (j - k) as f64)
+        }
+    };
+    reach(n).min(reach(n - 1))
+}
