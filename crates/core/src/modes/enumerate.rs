@@ -10,10 +10,10 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, Margin, ModeAnswer, TIE, test};
-use super::hyperstatic;
+use super::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
+use super::{hyperstatic, pair};
 use crate::trajectory::ContactNumber;
 
 /// Distance of a row of length about one from the span of others below which it depends on them.
@@ -135,8 +135,20 @@ impl Flat {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
 
-    /// Adds the words of the cells of this flat.
+    /// Adds the words of the cells of this flat: with ties given to the static word, and as the signs say.
     fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
+        if self.words_above(TIE, rows, words) {
+            self.words_above(ROUNDING, rows, words);
+        }
+    }
+
+    /// Adds the words, accelerations up to `zero` counting as zero; says whether one of them is a tie.
+    fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
+        let mut doubtful = false;
+        let mut constant = |value: f64| {
+            doubtful |= is_doubtful(value);
+            if value.abs() <= zero { 0.0 } else { value }
+        };
         let mut word = Word::separate(rows.len());
         let mut undecided: Vec<(usize, Plane)> = Vec::new();
         for (i, row) in rows.iter().enumerate() {
@@ -144,17 +156,25 @@ impl Flat {
                 continue;
             }
             match self.value(normal(row)) {
-                On::Constant(value) if value < -TIE => return, // into the ground on all of the flat
-                On::Constant(value) if value <= TIE => {}
-                _ => continue, // opens
+                On::Constant(value) => match constant(value) {
+                    ..0.0 => return false, // into the ground on all of the flat
+                    0.0 => {}
+                    _ => continue, // opens
+                },
+                On::Free => continue, // opens
             }
             word = match row.sliding {
                 Some(1) => word.with(i, Mode::Right),
                 Some(-1) => word.with(i, Mode::Left),
                 _ => match self.value(tangent(row)) {
-                    On::Constant(value) if value > TIE => word.with(i, Mode::Right),
-                    On::Constant(value) if value < -TIE => word.with(i, Mode::Left),
-                    On::Constant(_) => word.with(i, Mode::Fixed),
+                    On::Constant(value) => word.with(
+                        i,
+                        match constant(value) {
+                            ..0.0 => Mode::Left,
+                            0.0 => Mode::Fixed,
+                            _ => Mode::Right,
+                        },
+                    ),
                     On::Free => {
                         undecided.push((i, tangent(row)));
                         word
@@ -168,6 +188,7 @@ impl Flat {
             });
             words.insert(letters);
         });
+        doubtful
     }
 
     /// The sign patterns of these planes on the open cells into which they cut the flat.
@@ -264,11 +285,13 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
     let mut flat = Flat::everything();
-    let mut independent = Vec::new();
-    for plane in &equations.planes {
+    let (mut independent, mut dependent) = (Vec::new(), Vec::new());
+    for (plane, owner) in equations.planes.iter().zip(&equations.owner) {
         if let Some(cut) = flat.with(*plane) {
             flat = cut;
             independent.push(*plane);
+        } else {
+            dependent.push((*plane, *owner));
         }
     }
     if n == flat.rank
@@ -277,7 +300,28 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
-    hyperstatic::solve(problem, word, &equations.planes, &independent)
+    let closed: Vec<usize> = (0..rows.len()).filter(|&i| word.mode(i) != Mode::Separate).collect();
+    let ties: Vec<Margin> = dependent
+        .into_iter()
+        .map(|((row, bias), (i, tangential))| Margin {
+            contact: ContactNumber::of(i),
+            condition: if tangential { Condition::Sticks } else { Condition::Touches },
+            value: -(row.dot(&flat.point) + bias).abs(),
+        })
+        .filter(|margin| margin.value < -ROUNDING)
+        .collect();
+    let mut answer = match closed[..] {
+        [i, j] if n == 4 && flat.rank == 3 && ties.iter().all(Margin::holds) => {
+            pair::squeezed(problem, word, [i, j], &flat.point)
+        }
+        _ => hyperstatic::solve(problem, word, &equations.planes, &independent),
+    };
+    if answer.determined != Forces::Impossible && !ties.is_empty() {
+        answer.margins.extend(ties);
+        answer.margins.sort_by_key(|margin| margin.contact);
+        answer.consistent = answer.margins.iter().all(Margin::holds);
+    }
+    answer
 }
 
 /// As many unknown forces as independent rows: Gaussian elimination with pivoting; `None` where the friction

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, TIE, test};
+use super::answer::{Forces, ModeAnswer, TIE, is_doubtful, test};
 use super::enumerate::{DEPENDENT, judge};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
@@ -96,9 +96,7 @@ impl PairMode {
     #[must_use]
     pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
         let scaled = match self.family(problem) {
-            // Every force has the same part across the line between the contacts, and its parts along that line
-            // have the same sum: the smallest are those with the least internal force.
-            Some(family) => family.forces(0.0_f64.clamp(family.low, family.high)),
+            Some(family) => family.forces(family.smallest()),
             None => self.forces,
         };
         problem.force(index, scaled[index])
@@ -117,14 +115,34 @@ impl PairMode {
     pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
         let n = problem.rows().len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
-        let family = self.family(problem);
-        let determined = if family.is_some() { Forces::Family } else { Forces::Unique };
-        let mut answer = judge(problem, word, &self.motion(problem), &self.forces[..n], determined);
-        answer.forces = (0..n).map(|i| self.force(problem, i)).collect();
-        answer.force_interval =
-            family.map(|family| [family.low, family.high].map(|f| problem.internal_force(f)));
-        answer
+        let y = self.motion(problem);
+        match self.letters {
+            [Mode::Fixed, Mode::Fixed] => squeezed(problem, word, [0, 1], &y),
+            _ => judge(problem, word, &y, &self.forces[..n], Forces::Unique),
+        }
     }
+}
+
+/// The word in which these two contacts, at different points, are fixed and the others apart; `y` is its
+/// acceleration.
+pub(super) fn squeezed(
+    problem: &ContactProblem,
+    word: Word,
+    [i, j]: [usize; 2],
+    y: &Vector3<f64>,
+) -> ModeAnswer {
+    let rows = problem.rows();
+    let family = Squeeze::between([&rows[i], &rows[j]], y - problem.load());
+    let with = |tau: f64| {
+        let mut forces = vec![[0.0; 2]; rows.len()];
+        [forces[i], forces[j]] = family.forces(tau);
+        forces
+    };
+    let mut answer = judge(problem, word, y, &with(family.inside), Forces::Family);
+    let smallest = with(family.smallest());
+    answer.forces = (0..rows.len()).map(|k| problem.force(k, smallest[k])).collect();
+    answer.force_interval = Some([family.low, family.high].map(|f| problem.internal_force(f)));
+    answer
 }
 
 /// Letters that the sliding of a contact allows besides S.
@@ -141,8 +159,8 @@ impl ContactProblem {
     /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::contact_modes) finds, without
     /// its margins and without allocation.
     ///
-    /// `None` for more contacts, and where rows of two contacts depend on each other (contacts at one point, or with
-    /// a normal in common).
+    /// `None` for more contacts, where rows of two contacts depend on each other (contacts at one point, or with a
+    /// normal in common), and where a tie decides whether a word is offered.
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
         let rows = match self.rows() {
@@ -237,9 +255,18 @@ impl<'a> Solver<'a> {
         self.words_in_motion(&line, found)
     }
 
-    /// The words in which both are closed, of contacts that slide or turn.
+    /// The words in which both are closed, of contacts that slide or turn; `None` too if ties decide on them.
     #[inline(never)]
     fn words_in_motion(&self, line: &Vector3<f64>, found: &mut PairModes) -> Option<()> {
+        // A tie that no force decides.
+        for (fixed, other) in [(0, 1), (1, 0)].map(|(i, j)| (self.rows[i], self.rows[j])) {
+            if fixed.sliding == Some(0)
+                && other.sliding == Some(0)
+                && is_doubtful(other.tangent.dot(&pivot(fixed, other)) + other.bias[0])
+            {
+                return None;
+            }
+        }
         for &first in closed_letters(self.rows[0]) {
             for &second in closed_letters(self.rows[1]) {
                 match (first, second) {
@@ -464,6 +491,12 @@ impl Squeeze {
             (low, high) = (inside, inside);
         }
         Self { base, slope, low, high, inside }
+    }
+
+    /// Every force has the same part across the line between the contacts, and its parts along that line have the
+    /// same sum: the smallest are those with the least internal force.
+    fn smallest(&self) -> f64 {
+        0.0_f64.clamp(self.low, self.high)
     }
 
     /// Scaled forces with the internal force `tau`.
