@@ -235,7 +235,8 @@ class Edge:
 
     problem: Problem
     word: str
-    #: What the condition has to spare, relative to the load; negative where it fails.
+    #: What the condition has to spare, relative to the load (FF: what friction has, relative to itself);
+    #: negative where it fails.
     distance: float
 
 
