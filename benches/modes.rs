@@ -24,7 +24,7 @@ fn valley(n: usize) -> ContactProblem {
 
 fn modes(c: &mut Criterion) {
     let mut group = c.benchmark_group("modes");
-    for n in [1, 2, 3, 4, 6, 8, 10, 16, 32] {
+    for n in [1, 2, 3, 4, 5, 6, 7, 8, 10, 16, 32] {
         let problem = valley(n);
         if n <= 2 {
             assert!(problem.pair_modes().is_some());

@@ -233,7 +233,7 @@ def test_sixteen_contacts_rest():
 
 
 def test_words_of_sixty_four_contacts():
-    modes = sf.contact_modes(many(64))
+    modes = sf.contact_modes(many(64), method="enumerate")
     assert len(modes) == 196
     assert "F" * 64 in modes
     assert modes["S" * 64].acceleration.tolist() == [0, -10, 0]
@@ -245,6 +245,30 @@ def test_programmes_find_a_mode_of_many_contacts():
     none = sf.contact_modes(problem(), method="qp")
     assert (none.status, none.consistent, len(none)) == ("not found", [], 0)
     assert repr(none) == "<not found (words offered: 0)>"
+
+
+def test_few_contacts_are_answered_in_full_and_more_by_a_search():
+    few, more = sf.contact_modes(many(6)), sf.contact_modes(many(7))
+    assert (few.status, few.consistent) == ("unique", ["F" * 6])
+    assert (more.status, more.consistent) == ("found", ["F" * 7])
+    # Where there is nothing to find, the search gives way to proof.
+    floor = {"arms": [(0, -1)] * 7, "tangents": [(1, 0)] * 7, "bias": [(0, 0)] * 7}
+    painleve = problem(
+        **floor | {"arms": [(-0.6, -0.8)] * 7},
+        friction=[2] * 7,
+        sliding=[-1] * 7,
+        gyration_radius=3**-0.5,
+        free_acceleration=(0, -1, 0),
+    )
+    assert sf.contact_modes(painleve).status == "none"
+
+
+@pytest.mark.parametrize("method", ["auto", "enumerate", "qp"])
+def test_modes_pickle(method):
+    modes = sf.contact_modes(on_slope(0.3, 0.5), method=method)
+    assert pickle.loads(pickle.dumps(modes)) == modes
+    for word in modes:
+        assert pickle.loads(pickle.dumps(modes[word])) == modes[word]
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.3])
@@ -276,7 +300,7 @@ def test_modes_are_a_mapping_of_words():
         with pytest.raises(KeyError, match=r"offered are SS, SF, .*, LL"):
             modes[word]
     with pytest.raises(KeyError, match=r"and \d+ more"):
-        sf.contact_modes(many(10))["F"]
+        sf.contact_modes(many(10), method="enumerate")["F"]
     with pytest.raises(TypeError, match="word = 1 cannot be used"):
         modes[1]
     assert repr(modes) == "<unique: FF (words offered: 10)>"
@@ -551,7 +575,7 @@ def test_the_state_of_the_scene_is_asked(tmp_path, capsys):
 
 def test_the_table_of_many_contacts(tmp_path, capsys):
     lines = printed(many(10), tmp_path, capsys)
-    offered = len(sf.contact_modes(many(10)))
+    offered = len(sf.contact_modes(many(10), method="enumerate"))
     assert offered > ROWS
     rows = lines[3:-2]
     assert len(rows) == ROWS

@@ -83,7 +83,11 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
         Scene file, TOML or JSON.
     """
     start = sf.load(scene)
-    _say(f"{scene.name}\n{sf.contact_modes(start.posture, start.q, start.qdot)}")
+    asked = (start.posture, start.q, start.qdot)
+    found = sf.contact_modes(*asked)
+    if found.status == "found":  # searched for: the table is of all words
+        found = sf.contact_modes(*asked, method="enumerate")
+    _say(f"{scene.name}\n{found}")
 
 
 @app.command

@@ -53,6 +53,13 @@ def modes_table(modes: sf.Modes) -> str:
         lines.append(
             "    tie: a test is met or missed by so little that rounding may decide"
         )
+    lines += [
+        f"  {mode.word}  holds with any internal force from {low:.6g} to {high:.6g} along the line"
+        " between the contacts"
+        for mode in solved
+        if mode.consistent and mode.force_interval is not None
+        for low, high in [mode.force_interval]
+    ]
     words = ", ".join(modes.consistent)
     lines.append(f"  status  {modes.status}{': ' if words else ''}{words}")
     lines += [

@@ -53,8 +53,8 @@ pub use flight::Arc;
 pub use impact::Simultaneous;
 pub use local::LocalModel;
 pub use modes::{
-    Condition, ContactProblem, Forces, Jamming, Level, Margin, Method, Mode, ModeAnswer, Modes,
-    PairMode, PairModes, ProblemFields, Status, TIE, Word, contact_modes,
+    Condition, ContactProblem, FEW, Forces, Jamming, Level, Margin, Method, Mode, ModeAnswer,
+    Modes, PairMode, PairModes, ProblemFields, Status, TIE, Word, contact_modes,
 };
 pub use posture::{Fields, MAX_CONTACTS, Posture};
 pub use scene::Scene;

@@ -1,10 +1,12 @@
 //! Contact modes.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyIterator, PyList};
-use standfast::{ContactProblem, Margin, ModeAnswer, Modes, ProblemFields, State};
+use pyo3::types::{IntoPyDict, PyIterator, PyList};
+use standfast::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields, State};
 
 use crate::error::to_py;
 use crate::input;
@@ -190,7 +192,23 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 /// (False, ['contact 1: a_n > 0'])
 #[pyclass(frozen, eq, name = "ContactMode", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyContactMode(ModeAnswer);
+pub(crate) struct PyContactMode(ModeAnswer, Arc<Question>);
+
+/// What modes were asked for: the answer follows.
+#[derive(PartialEq)]
+struct Question {
+    problem: ContactProblem,
+    method: Method,
+}
+
+impl Question {
+    /// A call that asks it again.
+    fn again<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let ask = py.import("standfast")?.getattr("contact_modes")?;
+        let method = [("method", word(&self.method))].into_py_dict(py)?;
+        py.import("functools")?.call_method("partial", (ask,), Some(&method))
+    }
+}
 
 #[pymethods]
 impl PyContactMode {
@@ -242,6 +260,13 @@ impl PyContactMode {
         self.0.near_degenerate()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyModes, String))> {
+        let getitem = py.import("operator")?.getattr("getitem")?;
+        let modes = standfast::contact_modes(&self.1.problem, self.1.method);
+        let modes = PyModes { question: self.1.clone(), modes: modes.map_err(|e| to_py(&e))? };
+        Ok((getitem, (modes, self.word())))
+    }
+
     fn __repr__(&self) -> String {
         let verdict = match self.violated().first() {
             _ if self.0.consistent => "consistent".into(),
@@ -255,7 +280,7 @@ impl PyContactMode {
 /// The words that contacts offer, by name, each solved.
 ///
 /// `modes["FS"]` is a ContactMode; iterating gives the words. status : "unique", "ambiguous" or "none", by how many
-/// words are consistent; after method="qp" "found" or "not found". consistent : list of those words. problem : the
+/// words are consistent; where one was searched for instead, "found" or "not found". consistent : list of those words. problem : the
 /// ContactProblem that was solved; level : its level. `print(modes)` shows a table.
 ///
 /// >>> import standfast as sf
@@ -269,7 +294,7 @@ impl PyContactMode {
 #[pyclass(frozen, eq, mapping, name = "Modes", module = "standfast")]
 #[derive(PartialEq)]
 pub(crate) struct PyModes {
-    problem: ContactProblem,
+    question: Arc<Question>,
     modes: Modes,
 }
 
@@ -293,12 +318,12 @@ impl PyModes {
 
     #[getter]
     fn problem(&self) -> PyContactProblem {
-        PyContactProblem(self.problem.clone())
+        PyContactProblem(self.question.problem.clone())
     }
 
     #[getter]
     fn level(&self) -> String {
-        word(&self.problem.fields().level)
+        word(&self.question.problem.fields().level)
     }
 
     fn __len__(&self) -> usize {
@@ -318,11 +343,19 @@ impl PyModes {
         &self,
         #[pyo3(from_py_with = input::letters)] word: &str,
     ) -> PyResult<PyContactMode> {
-        self.get(word).cloned().map(PyContactMode).ok_or_else(|| {
+        let mode = |answer| PyContactMode(answer, self.question.clone());
+        self.get(word).cloned().map(mode).ok_or_else(|| {
             let asked: String = word.chars().take(standfast::MAX_CONTACTS).collect();
             let words = self.modes.answers().iter();
             PyKeyError::new_err(format!("{asked}: offered are {}", some(words, self.__len__())))
         })
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (PyContactProblem,))> {
+        Ok((self.question.again(py)?, (self.problem(),)))
     }
 
     fn __repr__(&self) -> String {
@@ -348,8 +381,8 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 /// What the contacts of a body may do next, by Coulomb's law: every word, with its motion and forces.
 ///
 /// posture : Posture, or ContactProblem, which has its own state and load. q, qdot : (3,) m, m, rad and per second.
-/// method : "auto" or "enumerate" (all words), or "qp" (searches one consistent word, for many contacts; it may miss
-/// it). wrench : (f_x, f_y, torque about the centre of mass), N and N m, added to gravity.
+/// method : "enumerate": all words. "qp": searches one consistent word by quadratic programmes; it may miss it. "auto":
+/// the cheapest, all words for up to six closed contacts, beyond that one consistent word. wrench : (f_x, f_y, torque about the centre of mass), N and N m, added to gravity.
 ///
 /// Contacts are closed where |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
 /// range; also where a closed contact approaches: an impact is due.
@@ -391,5 +424,5 @@ pub(crate) fn contact_modes(
         return Err(input::no_body(posture));
     };
     let modes = py.detach(|| standfast::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
-    Ok(PyModes { problem, modes })
+    Ok(PyModes { question: Arc::new(Question { problem, method }), modes })
 }

@@ -152,15 +152,16 @@ pub struct ModeAnswer {
     pub word: Word,
     /// q̈ = (ẍ, ÿ, θ̈), in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
     pub acceleration: [f64; 3],
-    /// (f_t, f_n) by contact, in N (impulse level: N s).
+    /// (f_t, f_n) by contact, in N (impulse level: N s). Of a consistent word with a family of forces: the smallest,
+    /// Σ|f|² (without the feature `qp`: of three or more contacts, one of them).
     pub forces: Vec<[f64; 2]>,
     /// How the forces are determined.
     pub determined: Forces,
     /// Two fixed contacts: the range of the internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to
     /// contact 2, in N; ±∞ where friction holds any. It acts on nothing but the contacts: adding τ(e, −e) to
-    /// their forces changes no motion. `forces` are then the smallest.
+    /// their forces changes no motion.
     pub force_interval: Option<[f64; 2]>,
-    /// All tests, contact by contact.
+    /// All tests, contact by contact; of a family of forces, those that meet them best.
     pub margins: Vec<Margin>,
     /// Whether everything holds.
     pub consistent: bool,

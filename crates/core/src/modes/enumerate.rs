@@ -25,42 +25,51 @@ pub(super) const DEPENDENT: f64 = 1e-10;
 pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
     let rows = problem.rows();
     let mut words = BTreeSet::new();
+    let mut still = false;
+    let mut visit = |flat: &Flat| {
+        // Without bias all flats that are points are the same one.
+        let is_origin = flat.rank == 3 && flat.point == Vector3::zeros();
+        if !(is_origin && still) {
+            flat.words(rows, &mut words);
+        }
+        still |= is_origin;
+    };
     let flat = Flat::everything();
-    flat.words(rows, &mut words);
+    visit(&flat);
     for i in (0..rows.len()).filter(|&i| rows[i].sliding.is_some()) {
         let Some(one) = flat.with(normal(&rows[i])) else { continue };
-        one.words(rows, &mut words);
+        visit(&one);
         let fixed = |flat: &Flat, k: usize| {
             (rows[k].sliding == Some(0)).then(|| flat.with(tangent(&rows[k]))).flatten()
         };
         if let Some(two) = fixed(&one, i) {
-            two.words(rows, &mut words);
+            visit(&two);
             for j in (0..rows.len()).filter(|&j| j != i && rows[j].sliding.is_some()) {
                 if let Some(three) = two.with(normal(&rows[j])) {
-                    three.words(rows, &mut words);
+                    visit(&three);
                 }
                 if one.holds(&rows[j])
                     && let Some(three) = fixed(&two, j)
                 {
-                    three.words(rows, &mut words);
+                    visit(&three);
                 }
             }
         }
         for j in (i + 1..rows.len()).filter(|&j| rows[j].sliding.is_some()) {
             let Some(two) = one.with(normal(&rows[j])) else { continue };
-            two.words(rows, &mut words);
+            visit(&two);
             for k in (0..rows.len()).filter(|&k| rows[k].sliding.is_some()) {
                 if k > j
                     && let Some(three) = two.with(normal(&rows[k]))
                 {
-                    three.words(rows, &mut words);
+                    visit(&three);
                 }
                 if k != i
                     && k != j
                     && two.holds(&rows[k])
                     && let Some(three) = fixed(&two, k)
                 {
-                    three.words(rows, &mut words);
+                    visit(&three);
                 }
             }
         }
@@ -123,7 +132,7 @@ impl Flat {
     }
 
     fn value(&self, (row, bias): Plane) -> On {
-        if self.along(&row).norm() > DEPENDENT {
+        if self.along(&row).norm_squared() > DEPENDENT * DEPENDENT {
             On::Free
         } else {
             On::Constant(row.dot(&self.point) + bias)
@@ -260,7 +269,17 @@ struct Equations {
 
 impl Equations {
     fn of(rows: &[Row], word: Word) -> Self {
-        let mut all = Self { planes: Vec::new(), directions: Vec::new(), owner: Vec::new() };
+        let unknowns = word.modes().map(|mode| match mode {
+            Mode::Separate => 0,
+            Mode::Fixed => 2,
+            Mode::Right | Mode::Left => 1,
+        });
+        let n = unknowns.sum();
+        let mut all = Self {
+            planes: Vec::with_capacity(n),
+            directions: Vec::with_capacity(n),
+            owner: Vec::with_capacity(n),
+        };
         for (i, mode) in word.modes().enumerate() {
             if mode == Mode::Separate {
                 continue;
@@ -300,7 +319,6 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
-    let closed: Vec<usize> = (0..rows.len()).filter(|&i| word.mode(i) != Mode::Separate).collect();
     let ties: Vec<Margin> = dependent
         .into_iter()
         .map(|((row, bias), (i, tangential))| Margin {
@@ -310,9 +328,11 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         })
         .filter(|margin| margin.value < -ROUNDING)
         .collect();
-    let mut answer = match closed[..] {
-        [i, j] if n == 4 && flat.rank == 3 && ties.iter().all(Margin::holds) => {
-            pair::squeezed(problem, word, [i, j], &flat.point)
+    let mut answer = match equations.owner[..] {
+        [(i, false), (_, true), (j, false), (_, true)]
+            if flat.rank == 3 && ties.iter().all(Margin::holds) =>
+        {
+            pair::both_fixed(problem, word, &flat.point, [i, j])
         }
         _ => hyperstatic::solve(problem, word, &equations.planes, &independent),
     };
@@ -403,7 +423,7 @@ pub(super) fn judge(
             consistent,
         };
     }
-    let mut margins = Vec::new();
+    let mut margins = Vec::with_capacity(2 * scaled.len());
     for (i, row) in problem.rows().iter().enumerate() {
         let tangential = || row.tangent.dot(y) + row.bias[0];
         let normal = || row.normal.dot(y) + row.bias[1];

@@ -2,7 +2,7 @@
 //!
 //! Forces are sums of the generators of the friction cones with weights ≥ 0: N ± μT of a fixed contact, N ∓ μT of
 //! a sliding one. All weights at least t, all strict tests met by at least t: the largest such t says how well the
-//! word can be met at the best, a small linear programme.
+//! word can be met at the best, a small linear programme. Of a consistent word the smallest force is reported.
 
 use nalgebra::Vector3;
 
@@ -105,5 +105,13 @@ pub(super) fn solve(
     let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
     let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
-    judge(problem, word, &y, &forces, determined)
+    let mut answer = judge(problem, word, &y, &forces, determined);
+    #[cfg(feature = "qp")]
+    if answer.consistent
+        && determined == Forces::Family
+        && let Some(scaled) = super::smallest::smallest(rows, word, &(y - load))
+    {
+        answer.forces = scaled.iter().enumerate().map(|(i, f)| problem.force(i, *f)).collect();
+    }
+    answer
 }

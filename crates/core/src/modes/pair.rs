@@ -95,10 +95,7 @@ impl PairMode {
     /// (f_t, f_n) at the contact with this index, in N (impulse level: N s); the smallest where they are not unique.
     #[must_use]
     pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
-        let scaled = match self.family(problem) {
-            Some(family) => family.forces(family.smallest()),
-            None => self.forces,
-        };
+        let scaled = self.family(problem).map_or(self.forces, |family| family.smallest());
         problem.force(index, scaled[index])
     }
 
@@ -116,31 +113,31 @@ impl PairMode {
         let n = problem.rows().len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
         let y = self.motion(problem);
-        match self.letters {
-            [Mode::Fixed, Mode::Fixed] => squeezed(problem, word, [0, 1], &y),
-            _ => judge(problem, word, &y, &self.forces[..n], Forces::Unique),
+        if self.letters == [Mode::Fixed; 2] {
+            return both_fixed(problem, word, &y, [0, 1]);
         }
+        judge(problem, word, &y, &self.forces[..n], Forces::Unique)
     }
 }
 
-/// The word in which these two contacts, at different points, are fixed and the others apart; `y` is its
-/// acceleration.
-pub(super) fn squeezed(
+/// The answer for a word in which just these two contacts are closed, both fixed, with the acceleration `y`.
+pub(super) fn both_fixed(
     problem: &ContactProblem,
     word: Word,
-    [i, j]: [usize; 2],
     y: &Vector3<f64>,
+    closed: [usize; 2],
 ) -> ModeAnswer {
     let rows = problem.rows();
-    let family = Squeeze::between([&rows[i], &rows[j]], y - problem.load());
-    let with = |tau: f64| {
+    let family = Squeeze::between(closed.map(|i| &rows[i]), y - problem.load());
+    let spread = |two: [[f64; 2]; 2]| {
         let mut forces = vec![[0.0; 2]; rows.len()];
-        [forces[i], forces[j]] = family.forces(tau);
+        (forces[closed[0]], forces[closed[1]]) = (two[0], two[1]);
         forces
     };
-    let mut answer = judge(problem, word, y, &with(family.inside), Forces::Family);
-    let smallest = with(family.smallest());
-    answer.forces = (0..rows.len()).map(|k| problem.force(k, smallest[k])).collect();
+    let inside = spread(family.forces(family.inside));
+    let mut answer = judge(problem, word, y, &inside, Forces::Family);
+    let smallest = spread(family.smallest());
+    answer.forces = (0..rows.len()).map(|i| problem.force(i, smallest[i])).collect();
     answer.force_interval = Some([family.low, family.high].map(|f| problem.internal_force(f)));
     answer
 }
@@ -493,10 +490,10 @@ impl Squeeze {
         Self { base, slope, low, high, inside }
     }
 
-    /// Every force has the same part across the line between the contacts, and its parts along that line have the
-    /// same sum: the smallest are those with the least internal force.
-    fn smallest(&self) -> f64 {
-        0.0_f64.clamp(self.low, self.high)
+    /// Every force has the same parts across the line between the contacts, and its parts along that line have the same
+    /// sum: the smallest are those with the least internal force.
+    fn smallest(&self) -> [[f64; 2]; 2] {
+        self.forces(0.0_f64.max(self.low).min(self.high))
     }
 
     /// Scaled forces with the internal force `tau`.

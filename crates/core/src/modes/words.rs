@@ -55,9 +55,8 @@ impl Mode {
 /// A mode for each contact, in their order: "FS", "RRL", …
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word {
-    // Two bits of each letter, contact 0 in the lowest.
-    high: u64,
-    low: u64,
+    // Two bits of each letter, contact 0 in the highest: words are in the order of their letters.
+    letters: u128,
     len: u8,
 }
 
@@ -65,7 +64,7 @@ impl Word {
     /// All contacts separate. At most [`MAX_CONTACTS`] of them.
     pub(crate) fn separate(len: usize) -> Self {
         debug_assert!(len <= MAX_CONTACTS, "a word has at most 64 letters");
-        Self { high: 0, low: 0, len: len as u8 }
+        Self { letters: 0, len: len as u8 }
     }
 
     /// Number of contacts.
@@ -83,16 +82,18 @@ impl Word {
     #[must_use]
     pub fn mode(&self, index: usize) -> Mode {
         assert!(index < self.len(), "the word has {} letters", self.len);
-        let bit = |bits: u64| (bits >> index & 1) as usize;
-        Mode::ALL[2 * bit(self.high) + bit(self.low)]
+        Mode::ALL[(self.letters >> Self::place(index) & 3) as usize]
     }
 
     #[must_use]
     pub(crate) fn with(mut self, index: usize, mode: Mode) -> Self {
-        let (at, code) = (1 << index, mode as u64);
-        self.high = self.high & !at | (code >> 1) << index;
-        self.low = self.low & !at | (code & 1) << index;
+        let place = Self::place(index);
+        self.letters = self.letters & !(3 << place) | (mode as u128) << place;
         self
+    }
+
+    fn place(index: usize) -> usize {
+        2 * (MAX_CONTACTS - 1 - index)
     }
 
     /// The modes in the order of the contacts.

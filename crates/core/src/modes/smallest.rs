@@ -1,0 +1,230 @@
+//! The representative of many forces: of all that a hyperstatic word allows, the smallest.
+//!
+//! ```text
+//! min ½ Σ|f_i|²   subject to   Σ (T_iᵀ f_t,i + N_iᵀ f_n,i) = M(q̈ − a₀),   f_i in the cone that the word asks for
+//! ```
+//!
+//! This programme is strictly convex: its force is one, and follows the load without a jump. Clarabel finds the edges
+//! of the cones that it lies on; with these known, it follows from three linear equations.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use nalgebra::{Matrix3, Vector3};
+
+use super::answer::TIE;
+use super::enumerate::DEPENDENT;
+use super::problem::Row;
+use super::words::{Mode, Word};
+
+/// Accuracies asked of Clarabel, one after the other: only the edges are wanted, and a rough answer mostly shows them.
+const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
+
+/// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and what it does.
+struct Unknown {
+    contact: usize,
+    force: [f64; 2],
+    wrench: Vector3<f64>,
+}
+
+/// An inequality edge·f ≥ 0 on the force of a contact.
+struct Edge {
+    contact: usize,
+    edge: [f64; 2],
+}
+
+/// The smallest forces (tangential, normal), scaled, that add `rest` to the load; `None` if the programme or its
+/// polish fails.
+pub(super) fn smallest(rows: &[Row], word: Word, rest: &Vector3<f64>) -> Option<Vec<[f64; 2]>> {
+    let closed: Vec<_> =
+        word.modes().enumerate().filter(|(_, mode)| *mode != Mode::Separate).collect();
+    let edges: Vec<_> = closed
+        .iter()
+        .flat_map(|&(contact, mode)| {
+            let mu = rows[contact].friction;
+            let cone: &[[f64; 2]] = if mode == Mode::Fixed && mu > 0.0 {
+                &[[1.0, mu], [-1.0, mu]]
+            } else {
+                &[[0.0, 1.0]]
+            };
+            cone.iter().map(|&edge| Edge { contact, edge }).collect::<Vec<_>>()
+        })
+        .collect();
+    // Unknowns, if those edges are equations which say so.
+    let unknowns = |active: &dyn Fn(usize) -> bool| {
+        let mut all = Vec::new();
+        for &(contact, mode) in &closed {
+            let (row, mu) = (&rows[contact], rows[contact].friction);
+            let mut add = |t: f64, n: f64| {
+                let force = [t / t.hypot(n), n / t.hypot(n)];
+                let wrench = (row.tangent * force[0] + row.normal * force[1]) * row.stretch;
+                all.push(Unknown { contact, force, wrench });
+            };
+            let first = edges.iter().position(|e| e.contact == contact).unwrap_or(0);
+            if mode == Mode::Fixed && mu > 0.0 {
+                match (active(first), active(first + 1)) {
+                    (false, false) => {
+                        add(1.0, 0.0);
+                        add(0.0, 1.0);
+                    }
+                    (true, false) => add(-mu, 1.0),
+                    (false, true) => add(mu, 1.0),
+                    (true, true) => {}
+                }
+            } else if !active(first) {
+                add(-mode.direction() * mu, 1.0);
+            }
+        }
+        all
+    };
+    let all = unknowns(&|_| false);
+    // Well inside the cones, the smallest force of all will do; else some edges hold it.
+    let inside = within(rows, &edges, &all, rest);
+    inside.or_else(|| {
+        ACCURACIES.iter().find_map(|&accuracy| {
+            let active = active(&all, &edges, rest, accuracy)?;
+            within(rows, &edges, &unknowns(&|k| active[k]), rest)
+        })
+    })
+}
+
+/// The smallest forces of these unknowns, if they suit the inequalities.
+fn within(
+    rows: &[Row],
+    edges: &[Edge],
+    unknowns: &[Unknown],
+    rest: &Vector3<f64>,
+) -> Option<Vec<[f64; 2]>> {
+    // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
+    let gram =
+        unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
+    let lambda = gram.svd(true, true).solve(rest, DEPENDENT * gram.amax()).ok()?;
+    let mut forces = vec![[0.0; 2]; rows.len()];
+    let mut missing = *rest;
+    for u in unknowns {
+        let size = u.wrench.dot(&lambda);
+        missing -= u.wrench * size;
+        for k in 0..2 {
+            forces[u.contact][k] += u.force[k] * size;
+        }
+    }
+    let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
+    let inside = edges.iter().all(|Edge { contact, edge: [t, n] }| {
+        let [f_t, f_n] = forces[*contact];
+        t * f_t + n * f_n >= -TIE * (1.0 + n) * size
+    });
+    let scaled = forces.iter().zip(rows).map(|(f, row)| f.map(|part| part * row.stretch)).collect();
+    (inside && missing.amax() <= TIE * size).then_some(scaled)
+}
+
+/// Which of the inequalities are equations at the optimum.
+fn active(
+    unknowns: &[Unknown],
+    edges: &[Edge],
+    rest: &Vector3<f64>,
+    accuracy: f64,
+) -> Option<Vec<bool>> {
+    let n = unknowns.len();
+    let mut matrix: Vec<Vec<f64>> =
+        (0..3).map(|k| unknowns.iter().map(|u| u.wrench[k]).collect()).collect();
+    for Edge { contact, edge } in edges {
+        let share = |u: &Unknown| {
+            let acts = f64::from(u8::from(u.contact == *contact));
+            -acts * (edge[0] * u.force[0] + edge[1] * u.force[1])
+        };
+        matrix.push(unknowns.iter().map(share).collect());
+    }
+    let mut bounds = rest.iter().copied().collect::<Vec<_>>();
+    bounds.resize(3 + edges.len(), 0.0);
+    let settings = DefaultSettings {
+        verbose: false,
+        equilibrate_enable: false, // lengths are measured in ρ and rows are of order one
+        tol_feas: accuracy,
+        tol_gap_abs: accuracy,
+        tol_gap_rel: accuracy,
+        ..DefaultSettings::default()
+    };
+    let mut solver = DefaultSolver::new(
+        &CscMatrix::identity(n),
+        &vec![0.0; n],
+        &CscMatrix::from(&matrix),
+        &bounds,
+        &[SupportedConeT::ZeroConeT(3), SupportedConeT::NonnegativeConeT(edges.len())],
+        settings,
+    )
+    .ok()?;
+    solver.solve();
+    let solution = &solver.solution;
+    // Of an inequality's multiplier and its slack one vanishes.
+    matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)
+        .then(|| solution.z[3..].iter().zip(&solution.s[3..]).map(|(z, s)| z > s).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ContactProblem, Method, ProblemFields, contact_modes};
+    use super::*;
+
+    fn at_rest(legs: &[([f64; 2], f64)], friction: f64, load: [f64; 3]) -> ContactProblem {
+        let n = legs.len();
+        ContactProblem::new(ProblemFields {
+            mass: 1.0,
+            gyration_radius: 0.5,
+            arms: legs.iter().map(|leg| leg.0).collect(),
+            tangents: legs.iter().map(|leg| [leg.1.cos(), leg.1.sin()]).collect(),
+            friction: vec![friction; n],
+            sliding: vec![Some(0); n],
+            bias: vec![[0.0; 2]; n],
+            free_acceleration: load,
+            ..ProblemFields::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn two_fixed_contacts_have_the_closed_form() {
+        let mut edges = 0;
+        for k in 0..400 {
+            let s = |i: i32| f64::from((k * 37 + i * 101) % 97) / 48.5 - 1.0;
+            let legs =
+                [([-1.0 + 0.3 * s(1), -1.0], 0.6 * s(2)), ([1.0, -0.8 + 0.3 * s(3)], 0.6 * s(4))];
+            let problem = at_rest(&legs, 0.9 + 0.5 * s(5), [0.5 * s(6), -1.0, 0.5 * s(7)]);
+            let closed = problem.pair_modes().unwrap();
+            let Some(mode) =
+                closed.iter().find(|m| m.consistent && m.letters() == [Mode::Fixed; 2])
+            else {
+                continue;
+            };
+            let word = "FF".parse().unwrap();
+            let by_clarabel = smallest(problem.rows(), word, &-problem.load()).unwrap();
+            for i in 0..2 {
+                let (one, two) = (mode.force(&problem, i), problem.force(i, by_clarabel[i]));
+                let off = (one[0] - two[0]).hypot(one[1] - two[1]);
+                assert!(off <= 1e-12 * (1.0 + one[0].hypot(one[1])), "{k}: {one:?} {two:?}");
+                let mu = problem.fields().friction[i];
+                edges += i32::from((one[0].abs() - mu * one[1]).abs() < 1e-12);
+            }
+        }
+        assert!(edges > 20, "{edges} forces on the edge of their cone");
+    }
+
+    #[test]
+    fn a_level_table_shares_its_weight_linearly() {
+        // Least squares under two equations: f_n is linear in the place of the leg while none is lifted; no leg pushes
+        // along the floor.
+        for n in [3, 5, 64] {
+            let place = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 0.9;
+            let legs: Vec<_> = (0..n).map(|i| ([place(i), -1.0], 0.0)).collect();
+            let modes =
+                contact_modes(&at_rest(&legs, 0.7, [0.0, -1.0, 0.0]), Method::Enumerate).unwrap();
+            let answer = modes.get("F".repeat(n).parse().unwrap()).unwrap();
+            let (count, sum) = (n as f64, (0..n).map(place).sum::<f64>());
+            let squares: f64 = (0..n).map(|i| place(i).powi(2)).sum();
+            let slope = -sum / (count * squares - sum * sum);
+            for (i, f) in answer.forces.iter().enumerate() {
+                let expected = (1.0 - slope * sum) / count + slope * place(i);
+                assert!(expected > 0.0 && (f[1] - expected).abs() < 1e-13, "{n}: {f:?} {expected}");
+                assert!(f[0].abs() < 1e-13, "{n}: {f:?}");
+            }
+        }
+    }
+}
