@@ -34,6 +34,7 @@ long: EXTRA := test
 long: wheel
 	cargo test -p standfast -- --ignored
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/test_oracle.py
+	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 
 bench:
 	cargo bench -p standfast-benches

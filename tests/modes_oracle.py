@@ -141,6 +141,17 @@ def consistent_motions(problem: Problem) -> dict[str, Motion]:
     return motions
 
 
+def brute_force(problem: Problem) -> set[str]:
+    """All consistent words, each of the up to 4ⁿ that are allowed decided by itself."""
+    tables, found = _Tables(problem), set()
+    for word in problem.words():
+        motion = tables.motion(word)
+        if motion is not None:
+            assert satisfies(problem, word, motion), (problem, word, motion)
+            found.add(word)
+    return found
+
+
 def find_motion(problem: Problem, word: str) -> Motion | None:
     """A motion for this one word, or None; without the pruning of ``consistent_motions``."""
     return _Tables(problem).motion(word)

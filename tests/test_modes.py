@@ -329,6 +329,68 @@ def test_a_tie_is_said():
     assert "tie" in str(grazing)
 
 
+@pytest.mark.parametrize("method", ["auto", "enumerate"])
+@pytest.mark.parametrize(("tie", "word"), [(1e-11, "FR"), (-1e-11, "FL")])
+def test_a_tie_that_no_force_decides_is_said(method, tie, word):
+    """Two feet in line have one a_t; their biases differ by little or by rounding."""
+
+    def feet(bias):
+        return sf.contact_modes(
+            problem(
+                arms=[(-1, -1), (1, -1)],
+                tangents=[(1, 0)] * 2,
+                friction=[1, 0.5],
+                sliding=[0, 0],
+                bias=[(0, 0.25), (bias, 0.25)],
+                free_acceleration=(0, -10, 0),
+            ),
+            method=method,
+        )
+
+    static = feet(tie)["FF"]
+    assert static.consistent
+    assert static.near_degenerate
+    [(contact, _, margin)] = [m for m in static.margins if m[1] == "a_t = 0"]
+    assert contact == 2
+    assert -1e-11 < margin < 0
+    sliding = feet(tie)[word]
+    assert not sliding.consistent
+    assert sliding.near_degenerate
+    assert word not in feet(1e-16)
+    assert not feet(1e-16)["FF"].near_degenerate
+    clear = feet(1000 * tie)
+    assert "FF" not in clear
+    assert clear[word].consistent
+
+
+@pytest.mark.parametrize("method", ["auto", "enumerate"])
+def test_contacts_that_hardly_wedge(method):
+    """Walls that lean out by 1e-11 more or less than the angle of friction hold any body, or none."""
+
+    def held(lean):
+        angle = math.atan(0.5) + lean
+        walls = [
+            (-math.sin(angle), -math.cos(angle)),
+            (-math.sin(angle), math.cos(angle)),
+        ]
+        return sf.contact_modes(
+            problem(
+                arms=[(-1, 0), (1, 0)],
+                tangents=walls,
+                friction=[0.5, 0.5],
+                sliding=[0, 0],
+                bias=[(0, 0)] * 2,
+                free_acceleration=(0, -10, 0),
+            ),
+            method=method,
+        )["FF"]
+
+    assert held(-1e-11).consistent
+    low, high = held(-1e-11).force_interval
+    assert 1e11 < low < high == math.inf
+    assert not held(1e-11).consistent
+
+
 def test_problems_print_copy_and_compare():
     given = problem(sliding=[None, -1], level="impulse", friction=[0.1, 2])
     names = {"ContactProblem": sf.ContactProblem}

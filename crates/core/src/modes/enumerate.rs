@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, Margin, ModeAnswer, TIE, test};
+use super::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
 use super::{hyperstatic, pair};
@@ -144,8 +144,20 @@ impl Flat {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
 
-    /// Adds the words of the cells of this flat.
+    /// Adds the words of the cells of this flat: with ties given to the static word, and as the signs say.
     fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
+        if self.words_above(TIE, rows, words) {
+            self.words_above(ROUNDING, rows, words);
+        }
+    }
+
+    /// Adds the words, accelerations up to `zero` counting as zero; says whether one of them is a tie.
+    fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
+        let mut doubtful = false;
+        let mut constant = |value: f64| {
+            doubtful |= is_doubtful(value);
+            if value.abs() <= zero { 0.0 } else { value }
+        };
         let mut word = Word::separate(rows.len());
         let mut undecided: Vec<(usize, Plane)> = Vec::new();
         for (i, row) in rows.iter().enumerate() {
@@ -153,17 +165,25 @@ impl Flat {
                 continue;
             }
             match self.value(normal(row)) {
-                On::Constant(value) if value < -TIE => return, // into the ground on all of the flat
-                On::Constant(value) if value <= TIE => {}
-                _ => continue, // opens
+                On::Constant(value) => match constant(value) {
+                    ..0.0 => return false, // into the ground on all of the flat
+                    0.0 => {}
+                    _ => continue, // opens
+                },
+                On::Free => continue, // opens
             }
             word = match row.sliding {
                 Some(1) => word.with(i, Mode::Right),
                 Some(-1) => word.with(i, Mode::Left),
                 _ => match self.value(tangent(row)) {
-                    On::Constant(value) if value > TIE => word.with(i, Mode::Right),
-                    On::Constant(value) if value < -TIE => word.with(i, Mode::Left),
-                    On::Constant(_) => word.with(i, Mode::Fixed),
+                    On::Constant(value) => word.with(
+                        i,
+                        match constant(value) {
+                            ..0.0 => Mode::Left,
+                            0.0 => Mode::Fixed,
+                            _ => Mode::Right,
+                        },
+                    ),
                     On::Free => {
                         undecided.push((i, tangent(row)));
                         word
@@ -177,6 +197,7 @@ impl Flat {
             });
             words.insert(letters);
         });
+        doubtful
     }
 
     /// The sign patterns of these planes on the open cells into which they cut the flat.
@@ -283,11 +304,13 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
     let mut flat = Flat::everything();
-    let mut independent = Vec::new();
-    for plane in &equations.planes {
+    let (mut independent, mut dependent) = (Vec::new(), Vec::new());
+    for (plane, owner) in equations.planes.iter().zip(&equations.owner) {
         if let Some(cut) = flat.with(*plane) {
             flat = cut;
             independent.push(*plane);
+        } else {
+            dependent.push((*plane, *owner));
         }
     }
     if n == flat.rank
@@ -296,13 +319,29 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
-    if let [(i, false), (_, true), (j, false), (_, true)] = equations.owner[..]
-        && flat.rank == 3
-        && equations.planes.iter().all(|(row, bias)| (row.dot(&flat.point) + bias).abs() <= TIE)
-    {
-        return pair::both_fixed(problem, word, &flat.point, [i, j]);
+    let ties: Vec<Margin> = dependent
+        .into_iter()
+        .map(|((row, bias), (i, tangential))| Margin {
+            contact: ContactNumber::of(i),
+            condition: if tangential { Condition::Sticks } else { Condition::Touches },
+            value: -(row.dot(&flat.point) + bias).abs(),
+        })
+        .filter(|margin| margin.value < -ROUNDING)
+        .collect();
+    let mut answer = match equations.owner[..] {
+        [(i, false), (_, true), (j, false), (_, true)]
+            if flat.rank == 3 && ties.iter().all(Margin::holds) =>
+        {
+            pair::both_fixed(problem, word, &flat.point, [i, j])
+        }
+        _ => hyperstatic::solve(problem, word, &equations.planes, &independent),
+    };
+    if answer.determined != Forces::Impossible && !ties.is_empty() {
+        answer.margins.extend(ties);
+        answer.margins.sort_by_key(|margin| margin.contact);
+        answer.consistent = answer.margins.iter().all(Margin::holds);
     }
-    hyperstatic::solve(problem, word, &equations.planes, &independent)
+    answer
 }
 
 /// As many unknown forces as independent rows: Gaussian elimination with pivoting; `None` where the friction

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, TIE, test};
+use super::answer::{Forces, ModeAnswer, TIE, is_doubtful, test};
 use super::enumerate::{DEPENDENT, judge};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
@@ -156,8 +156,8 @@ impl ContactProblem {
     /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::contact_modes) finds, without
     /// its margins and without allocation.
     ///
-    /// `None` for more contacts, and where rows of two contacts depend on each other (contacts at one point, or with
-    /// a normal in common).
+    /// `None` for more contacts, where rows of two contacts depend on each other (contacts at one point, or with a
+    /// normal in common), and where a tie decides whether a word is offered.
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
         let rows = match self.rows() {
@@ -252,9 +252,18 @@ impl<'a> Solver<'a> {
         self.words_in_motion(&line, found)
     }
 
-    /// The words in which both are closed, of contacts that slide or turn.
+    /// The words in which both are closed, of contacts that slide or turn; `None` too if ties decide on them.
     #[inline(never)]
     fn words_in_motion(&self, line: &Vector3<f64>, found: &mut PairModes) -> Option<()> {
+        // A tie that no force decides.
+        for (fixed, other) in [(0, 1), (1, 0)].map(|(i, j)| (self.rows[i], self.rows[j])) {
+            if fixed.sliding == Some(0)
+                && other.sliding == Some(0)
+                && is_doubtful(other.tangent.dot(&pivot(fixed, other)) + other.bias[0])
+            {
+                return None;
+            }
+        }
         for &first in closed_letters(self.rows[0]) {
             for &second in closed_letters(self.rows[1]) {
                 match (first, second) {
