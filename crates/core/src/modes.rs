@@ -136,6 +136,12 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
         Some(pair) => pair.iter().map(|mode| mode.answer(problem)).collect(),
         None => enumerate::enumerate(problem),
     };
+    if !answers.iter().any(|answer| answer.consistent) {
+        // The static word of a tie fails by more than a tie: the other one is the answer.
+        for answer in &mut answers {
+            answer.consistent = answer.holds_but_for_ties();
+        }
+    }
     answers.sort_by_key(|answer| answer.word);
     Ok(Modes { answers, complete: true })
 }

@@ -9,7 +9,7 @@ use crate::trajectory::ContactNumber;
 /// Distance from equality below which a test of Table I counts as a tie, relative to the load.
 ///
 /// A tie belongs to the closed, the static word: a_n within this of zero is not S, a_t within this is neither R
-/// nor L, and f_n ≥ −`TIE` is closed. Rows are of length one and loads of size one, so that rounding is of order
+/// nor L, and f_n ≥ −`TIE` is closed; unless no word is consistent then, but one is whose a_n or a_t is positive. Rows are of length one and loads of size one, so that rounding is of order
 /// 1e-16 times the condition of a word's system; a larger value would blur modes that differ in earnest.
 pub const TIE: f64 = 1e-10;
 
@@ -177,6 +177,12 @@ impl ModeAnswer {
     #[must_use]
     pub fn near_degenerate(&self) -> bool {
         self.margins.iter().any(Margin::is_tie)
+    }
+
+    /// Whether only ties stand against it: every test holds, or would without [`TIE`].
+    pub(super) fn holds_but_for_ties(&self) -> bool {
+        let holds = |margin: &Margin| margin.holds() || margin.value > 0.0;
+        self.determined != Forces::Impossible && self.margins.iter().all(holds)
     }
 
     /// The smallest margin; ∞ where there is no test.

@@ -90,7 +90,7 @@ fn tangent(row: &Row) -> Plane {
 
 /// The accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
 #[derive(Debug, Clone, Copy)]
-struct Flat {
+pub(super) struct Flat {
     point: Vector3<f64>,
     rows: [Vector3<f64>; 3],
     rank: usize,
@@ -129,6 +129,11 @@ impl Flat {
         cut.rows[self.rank] = direction;
         cut.rank += 1;
         Some(cut)
+    }
+
+    /// The point of the flat nearest to `y`.
+    pub(super) fn nearest(&self, y: &Vector3<f64>) -> Vector3<f64> {
+        self.point + self.along(&(y - self.point))
     }
 
     fn value(&self, (row, bias): Plane) -> On {
@@ -334,7 +339,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         {
             pair::both_fixed(problem, word, &flat.point, [i, j])
         }
-        _ => hyperstatic::solve(problem, word, &equations.planes, &independent),
+        _ => hyperstatic::solve(problem, word, &equations.planes, &independent, &flat),
     };
     if answer.determined != Forces::Impossible && !ties.is_empty() {
         answer.margins.extend(ties);

@@ -48,6 +48,11 @@ impl PairModes {
         self.iter().filter(|mode| mode.consistent)
     }
 
+    /// Whether no tie keeps the only consistent word from being one.
+    fn is_decided(&self) -> bool {
+        self.iter().any(|mode| mode.consistent) || !self.iter().any(|mode| mode.near_degenerate)
+    }
+
     #[inline(always)]
     fn add(&mut self, solver: &Solver<'_>, letters: [Mode; 2], forces: [[f64; 2]; 2]) {
         let (mut consistent, mut near_degenerate) = (true, false);
@@ -167,6 +172,9 @@ impl ContactProblem {
         };
         let mut found = Some(PairModes::none()); // as it is returned: moving it costs more than a word
         Solver::new(rows, self.load()).words(found.as_mut()?)?;
+        if !found.as_ref()?.is_decided() {
+            return None;
+        }
         found
     }
 }

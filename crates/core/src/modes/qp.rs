@@ -16,6 +16,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::Vector3;
 
+use super::FEW;
 use super::answer::ModeAnswer;
 use super::enumerate::solve;
 use super::problem::ContactProblem;
@@ -94,7 +95,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
     )
     .map_err(|problem| Error::Solver(problem.to_string()))?;
 
-    let mut tried = Tried { problem, words: Vec::new() };
+    let mut tried = Tried { problem, words: Vec::new(), tied: None };
     for start in STARTS {
         for (shift, row) in shift.iter_mut().zip(rows) {
             *shift = start * row.friction;
@@ -129,29 +130,35 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
             }
         }
     }
-    // A word solved costs far less than a programme: those that differ from one met in a single letter, too.
-    for word in tried.words.clone() {
-        for (i, row) in rows.iter().enumerate().filter(|(_, row)| row.sliding.is_some()) {
-            for mode in Mode::ALL {
-                let allowed = match (mode, row.sliding) {
-                    (Mode::Separate, _) | (_, Some(0)) => true,
-                    (Mode::Right, Some(sign)) => sign > 0,
-                    (Mode::Left, Some(sign)) => sign < 0,
-                    _ => false,
-                };
-                if allowed && let Some(answer) = tried.try_out(word.with(i, mode)) {
-                    return Ok(Some(answer));
+    // A word solved costs far less than a programme: those that differ from one met in a letter, too; of few contacts
+    // also in two.
+    for _ in 0..if rows.len() <= FEW { 2 } else { 1 } {
+        for word in tried.words.clone() {
+            for (i, row) in rows.iter().enumerate() {
+                for mode in Mode::ALL {
+                    let allowed = match (mode, row.sliding) {
+                        (_, None) => false,
+                        (Mode::Separate, _) | (_, Some(0)) => true,
+                        (Mode::Right, Some(sign)) => sign > 0,
+                        (Mode::Left, Some(sign)) => sign < 0,
+                        _ => false,
+                    };
+                    if allowed && let Some(answer) = tried.try_out(word.with(i, mode)) {
+                        return Ok(Some(answer));
+                    }
                 }
             }
         }
     }
-    Ok(None)
+    Ok(tried.tied)
 }
 
 /// Words met so far, none of them consistent.
 struct Tried<'a> {
     problem: &'a ContactProblem,
     words: Vec<Word>,
+    /// The first one against which only ties stand.
+    tied: Option<ModeAnswer>,
 }
 
 impl Tried<'_> {
@@ -160,7 +167,13 @@ impl Tried<'_> {
             return None;
         }
         self.words.push(word);
-        Some(solve(self.problem, word)).filter(|answer| answer.consistent)
+        let mut answer = solve(self.problem, word);
+        if !answer.consistent && self.tied.is_none() && answer.holds_but_for_ties() {
+            answer.consistent = true;
+            self.tied = Some(answer);
+            return None;
+        }
+        answer.consistent.then_some(answer)
     }
 }
 

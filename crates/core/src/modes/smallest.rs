@@ -19,6 +19,10 @@ use super::words::{Mode, Word};
 /// Accuracies asked of Clarabel, one after the other: only the edges are wanted, and a rough answer mostly shows them.
 const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 
+/// Solves of the same equations, each for what the ones before it miss: of ill-conditioned contacts the first one
+/// misses more than rounding.
+const REFINEMENTS: usize = 3;
+
 /// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and what it does.
 struct Unknown {
     contact: usize,
@@ -97,14 +101,17 @@ fn within(
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
     let gram =
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
-    let lambda = gram.svd(true, true).solve(rest, DEPENDENT * gram.amax()).ok()?;
+    let inverse = gram.svd(true, true);
     let mut forces = vec![[0.0; 2]; rows.len()];
     let mut missing = *rest;
-    for u in unknowns {
-        let size = u.wrench.dot(&lambda);
-        missing -= u.wrench * size;
-        for k in 0..2 {
-            forces[u.contact][k] += u.force[k] * size;
+    for _ in 0..REFINEMENTS {
+        let lambda = inverse.solve(&missing, DEPENDENT * gram.amax()).ok()?;
+        for u in unknowns {
+            let size = u.wrench.dot(&lambda);
+            missing -= u.wrench * size;
+            for k in 0..2 {
+                forces[u.contact][k] += u.force[k] * size;
+            }
         }
     }
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
