@@ -4,7 +4,6 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::clatter::{advance, fly_for};
 use crate::clock::Clock;
-use crate::contact_motion::Step;
 use crate::local::LocalModel;
 use crate::log::{Center, Spin};
 use crate::posture::Posture;
@@ -69,19 +68,6 @@ impl Base {
             let (b, _) = body.contacts[i].turned(libm::sin(theta), libm::cos(theta));
             body.rho2 / (b * b + body.rho2)
         })
-    }
-
-    /// q̈ under contact forces per unit mass and an angular acceleration.
-    pub(crate) fn acceleration(&self, force: [f64; 2], angular: f64) -> Vector3<f64> {
-        let mut qddot = Vector3::new(0.0, 0.0, angular);
-        if let Some(body) = &self.body {
-            qddot.y = -body.gravity;
-            for i in 0..2 {
-                qddot.x += body.contacts[i].normal.x * force[i];
-                qddot.y += body.contacts[i].normal.y * force[i];
-            }
-        }
-        qddot
     }
 }
 
@@ -174,11 +160,7 @@ impl Frame {
             let Some(body) = base.body else { unreachable!("the full model has a body") };
             let state = Tumble::new(body, raw.gaps, raw.center, raw.spin);
             let mut next = state;
-            if held == [false, false] {
-                next.fly(dt, &Turn::by(raw.spin.omega * dt));
-            } else {
-                next = Step::new(&state, held).at(&state, dt);
-            }
+            next.fly(dt, &Turn::by(raw.spin.omega * dt));
             return next.snapshot(after.clock);
         };
         let push = Self::hold(frozen, held);

@@ -11,14 +11,12 @@ mod contact_phase;
 
 use crate::clatter::{self, Halt};
 use crate::clock::Clock;
-use crate::contact_motion::{Step, StepEnd};
 use crate::flight::parabola_touchdown;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
 use crate::simulate::{Options, Stop};
-use crate::tolerance::STILL;
 use crate::trajectory::{Kind, Method, Outcome, Record, Span, Tail, ZenoRecord};
 use crate::tumble::Tumble;
 use crate::zeno::{Gaps, Impulses};
@@ -36,17 +34,15 @@ pub(crate) struct Driver<'a> {
     sum: Impulses,
     /// The full model's own state; unused in a frozen frame.
     tumble: Option<Tumble>,
-    /// Contact whose force has just come down to zero.
-    released: Option<usize>,
     /// For each held contact: speed and time of the last landing of the other in this frame.
     landings: [Option<(f64, Clock)>; 2],
     acceleration: Option<[f64; 3]>,
     /// Whether all rows are those of the nominal posture, in the whole run.
     local: bool,
-    /// Whether a contact has friction.
-    rough: bool,
     /// For each contact: the last round of a frozen geometry that ended with its landing.
     rounds: [Option<contact_phase::Round>; 2],
+    /// Contacts whose coming to rest has been noted, and that have not left since.
+    resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
     undecided: Option<ContactProblem>,
 }
@@ -65,15 +61,13 @@ impl<'a> Driver<'a> {
             }
             _ => None,
         };
-        let posture = base.posture.as_ref();
-        let rough = posture.is_some_and(|p| p.contacts().iter().any(|k| k.friction > 0.0));
         Self {
             gaps: first.start.gaps,
             sum: first.start.impulses,
             local: first.frozen.is_some(),
-            rough,
             undecided: None,
             rounds: [None; 2],
+            resting: [false; 2],
             frames: vec![first],
             base,
             spans: Vec::new(),
@@ -82,13 +76,13 @@ impl<'a> Driver<'a> {
             log: Log::new(options.record, options.end(), options.event_limit, cancel),
             options: *options,
             tumble,
-            released: None,
             landings: [None; 2],
             acceleration: None,
         }
     }
 
-    /// The state `dt` into a summed tail that begins at `raw`; `None` if too many collisions come before.
+    /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
+    /// collisions come before.
     pub(crate) fn glance(
         frame: &Frame,
         base: &Base,
@@ -110,7 +104,7 @@ impl<'a> Driver<'a> {
             Tail::Bounce { contact } => {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
-                return Some(frame.smooth(base, &near, [false; 2], rest));
+                return Some(frame.to_full(&frame.smooth(base, &near, [false; 2], rest)));
             }
             Tail::Cycle { ratio, duration } => {
                 let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
@@ -130,11 +124,15 @@ impl<'a> Driver<'a> {
             ..Options::default()
         };
         let never = || false;
-        let mut driver = Driver::new(frame.clone(), base.clone(), &options, Vec::new(), &never);
+        // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
+        let mut own = frame.clone();
+        own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
+        let mut driver = Driver::new(own, base.clone(), &options, Vec::new(), &never);
         (driver.gaps, driver.sum) = (near.gaps, near.impulses);
         let outcome = driver.motion();
+        let full = driver.frame().to_full(&driver.raw());
         let clock = raw.clock.after(dt);
-        (outcome == Outcome::TimeLimit).then(|| Snapshot { clock, ..driver.raw() })
+        (outcome == Outcome::TimeLimit).then_some(Snapshot { clock, ..full })
     }
 
     /// Runs to the outcome; `None` if cancelled.
@@ -198,7 +196,11 @@ impl<'a> Driver<'a> {
     fn note(&mut self, kind: Kind) {
         if self.log.record {
             let raw = self.raw();
-            let mode = self.word(kind);
+            // Without a body nothing is known of motion along the terrain: a held contact reads F.
+            let mode = match kind {
+                Kind::Held(held) => held.map(|held| if held { b'F' } else { b'S' }),
+                _ => *b"SS",
+            };
             let first_collision = self.log.collisions.len();
             self.spans.push(Span {
                 raw,
@@ -208,32 +210,6 @@ impl<'a> Driver<'a> {
                 first_collision,
             });
         }
-    }
-
-    /// The mode word: S in the air; a held contact slides right or left, or is fixed. The reduced model
-    /// knows no tangential motion: a held contact reads F there.
-    fn word(&self, kind: Kind) -> [u8; 2] {
-        let Kind::Held(held) = kind else { return *b"SS" };
-        let full = self.frame().to_full(&self.raw());
-        let state = Base::state(&full);
-        [0, 1].map(|i| match (&self.base.body, held[i]) {
-            (_, false) => b'S',
-            (None, true) => b'F',
-            (Some(body), true) => {
-                let k = &body.contacts[i];
-                let (_, c) = k.turned(libm::sin(state.q.z), libm::cos(state.q.z));
-                let speed =
-                    k.tangent.x * state.qdot.x + k.tangent.y * state.qdot.y - c * state.qdot.z;
-                let still = STILL * self.speed_scale();
-                if speed.abs() <= still {
-                    b'F'
-                } else if speed > 0.0 {
-                    b'R'
-                } else {
-                    b'L'
-                }
-            }
-        })
     }
 
     /// The largest speed there can have been, roughly, in m/s.
@@ -286,10 +262,11 @@ impl<'a> Driver<'a> {
                 }
                 let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
                 match held {
-                    _ if self.rough && rests != [false, false] => self.contact_phase(rests),
+                    _ if self.base.body.is_some() && rests != [false, false] => {
+                        self.contact_phase(rests)
+                    }
                     [false, false] => self.fly(),
-                    [true, true] => self.stay(held),
-                    _ if self.base.count == 1 => self.stay(held),
+                    [true, true] => Some(self.stay(held)),
                     _ => self.hold(held),
                 }
             };
@@ -309,10 +286,9 @@ impl<'a> Driver<'a> {
     }
 
     /// Which resting contacts gravity presses into the terrain: 0 ≤ λ ⊥ acceleration ≥ 0.
-    fn pressed(&mut self, gaps: &Gaps) -> [bool; 2] {
+    fn pressed(&self, gaps: &Gaps) -> [bool; 2] {
         let model = self.model();
-        let released = self.released.take();
-        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0 && released != Some(i));
+        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
         match rests {
             [true, true] => {
                 let force = model.share(model.g);
@@ -534,6 +510,9 @@ impl<'a> Driver<'a> {
         error: f64,
     ) -> bool {
         let full = self.frame().to_full(&self.raw());
+        for i in (0..2).filter(|&i| closed[i]) {
+            self.resting[i] = true;
+        }
         self.zeno.push(ZenoRecord {
             closed,
             method,
@@ -651,9 +630,6 @@ impl<'a> Driver<'a> {
 
     /// One contact is held, the other is in the air, until it lands or the held one lifts off.
     fn hold(&mut self, held: [bool; 2]) -> Option<Outcome> {
-        if self.tumble.is_some() {
-            return self.hold_full(held);
-        }
         self.note(Kind::Held(held));
         let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
         let model = self.model();
@@ -698,90 +674,15 @@ impl<'a> Driver<'a> {
         self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
     }
 
-    fn hold_full(&mut self, held: [bool; 2]) -> Option<Outcome> {
-        loop {
-            self.note(Kind::Held(held));
-            let state = self.tumble?;
-            let step = Step::new(&state, held);
-            let (t, end) = step.first_event(self.log.left());
-            if t == f64::INFINITY {
-                return Some(Outcome::Escape);
-            }
-            let mut next = step.at(&state, t);
-            self.log.clock = self.log.clock.after(t);
-            match end {
-                StepEnd::Reach => {
-                    self.tumble = Some(next);
-                    if self.log.left() <= 0.0 {
-                        return Some(Outcome::TimeLimit);
-                    }
-                    if !self.log.count_step() {
-                        return Some(Outcome::EventLimit);
-                    }
-                    if self.is_far() {
-                        return Some(Outcome::Escape);
-                    }
-                }
-                StepEnd::Landing(b) => {
-                    next.gaps.h[b] = 0.0;
-                    next.gaps.u[b] = next.gaps.u[b].min(0.0);
-                    self.tumble = Some(next);
-                    return None;
-                }
-                StepEnd::LiftOff(i) => {
-                    self.released = Some(i);
-                    self.tumble = Some(next);
-                    return None;
-                }
-            }
-        }
-    }
-
-    /// Every contact is held: at rest, or sliding for ever.
-    fn stay(&mut self, held: [bool; 2]) -> Option<Outcome> {
-        self.thaw();
-        let (force, angular, steady) = match &self.tumble {
-            Some(state) => {
-                let step = Step::new(state, held);
-                let (force, angular) = step.push();
-                (force, angular, step.is_steady())
-            }
-            None => {
-                let model = self.model();
-                let push = Frame::hold(&model, held);
-                let angular = -(model.phi[0] * push[0] + model.phi[1] * push[1]);
-                (self.frame().translational(push), angular, true)
-            }
-        };
-        let qddot = self.base.acceleration(force, angular);
-        let state = Base::state(&self.frame().to_full(&self.raw()));
-        let rests = self.base.posture.as_ref().is_none_or(|posture| {
-            let (size, still) = (posture.size(), STILL * self.speed_scale());
-            let slow = |v: &nalgebra::Vector3<f64>, limit: f64| {
-                v.x.abs().max(v.y.abs()).max(size * v.z.abs()) <= limit
-            };
-            slow(&state.qdot, still) && slow(&qddot, STILL * posture.fields().gravity)
-        });
+    /// Both contacts are held, and nothing is known of any motion along the terrain: at rest.
+    fn stay(&mut self, held: [bool; 2]) -> Outcome {
         self.note(Kind::Held(held));
         if self.options.stop != Stop::Time {
-            if rests {
-                return Some(Outcome::Rest);
-            }
-            self.acceleration = Some([qddot.x, qddot.y, qddot.z]);
-            return Some(Outcome::Sliding);
+            return Outcome::Rest;
         }
-        if rests || steady {
-            if let Some(tumble) = &mut self.tumble
-                && rests
-            {
-                tumble.spin.omega = 0.0;
-            }
-            let left = self.log.left().max(0.0);
-            self.move_smoothly(held, left);
-            return Some(Outcome::TimeLimit);
-        }
-        self.spans.pop();
-        self.hold_full(held)
+        let left = self.log.left().max(0.0);
+        self.move_smoothly(held, left);
+        Outcome::TimeLimit
     }
 }
 

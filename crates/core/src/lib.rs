@@ -41,7 +41,6 @@ mod posture;
 mod roots;
 mod scene;
 mod simulate;
-mod stance;
 mod tolerance;
 mod trajectory;
 mod trig;

@@ -491,9 +491,9 @@ impl Trajectory {
         let frame = &self.record.frames[piece.frame];
         let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock).max(0.0);
         let base = &self.record.base;
-        let raw = match piece.kind {
-            Kind::Flight => frame.smooth(base, &piece.raw, [false, false], dt),
-            Kind::Held(held) => frame.smooth(base, &piece.raw, held, dt),
+        let full = match piece.kind {
+            Kind::Flight => frame.to_full(&frame.smooth(base, &piece.raw, [false, false], dt)),
+            Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
             Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
             Kind::Tail(tail) => {
                 Driver::glance(frame, base, &piece.raw, tail, dt).ok_or_else(|| {
@@ -506,7 +506,6 @@ impl Trajectory {
                 })?
             }
         };
-        let full = frame.to_full(&raw);
         Ok(self.instant(&full, Base::state(&full)))
     }
 

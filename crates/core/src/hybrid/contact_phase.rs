@@ -8,12 +8,12 @@ use nalgebra::Vector2;
 
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
+use crate::contact_motion::{Point, Stance, Step, StepEnd};
 use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::{Center, Spin};
 use crate::modes::{ContactProblem, Method, Mode, ProblemFields, Status, contact_modes};
 use crate::simulate::Stop;
-use crate::stance::{Point, Stance, Step, StepEnd};
 use crate::tolerance::{REACHED, STILL};
 use crate::trajectory::{Kind, Method as Argument, Outcome, Span, Tail};
 use crate::tumble::Tumble;
@@ -120,6 +120,25 @@ impl Driver<'_> {
         else {
             unreachable!("friction belongs to a body");
         };
+        let mut rests = rests;
+        for i in 0..stance.points.len() {
+            // Contacts at one point rest together.
+            let with = |p: &Point| p.b == stance.points[i].b && p.normal == stance.points[i].normal;
+            if (0..i).chain(i + 1..stance.points.len()).any(|k| rests[k] && with(&stance.points[k]))
+            {
+                rests[i] = true;
+            }
+        }
+        for (p, rests) in stance.points.iter_mut().zip(rests) {
+            if rests {
+                (p.h, p.u) = (0.0, 0.0);
+            }
+        }
+        // Rates can also come down to zero impact by impact, until there is no smaller number.
+        let new = [0, 1].map(|i| rests[i] && !self.resting[i]);
+        if new != [false; 2] && self.zeno_here(new, Argument::Bounce) {
+            return Some(Outcome::Zeno);
+        }
         let still = STILL * self.speed_scale();
         let mut ways: Vec<Option<i8>> = (0..stance.points.len())
             .map(|i| {
@@ -148,6 +167,9 @@ impl Driver<'_> {
                 }
             };
             let word: Vec<Mode> = answer.word.modes().collect();
+            for (i, mode) in word.iter().enumerate() {
+                self.resting[i] = *mode != Mode::Separate;
+            }
             if word.iter().all(|&mode| mode == Mode::Separate) {
                 self.leave(&stance, frozen);
                 return self.fly();
@@ -199,6 +221,7 @@ impl Driver<'_> {
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
         }
+        let mut cycle = Cycle::new(stance, word);
         loop {
             self.note_contact(stance, word, frozen);
             if rests {
@@ -212,9 +235,10 @@ impl Driver<'_> {
                 return Next::Outcome(Outcome::Inconsistent);
             };
             let (t, end) = step.first_event(self.log.left());
-            if t == f64::INFINITY {
+            if t == f64::INFINITY || cycle.is_complete(stance) && self.log.end == f64::INFINITY {
                 self.acceleration = Some(step.acceleration());
-                let sliding = word.iter().all(|&mode| mode != Mode::Separate);
+                // What flies while nothing ever happens flies away, if it does not turn around with the rest.
+                let sliding = cycle.turns > 0 || word.iter().all(|&mode| mode != Mode::Separate);
                 return Next::Outcome(if sliding { Outcome::Sliding } else { Outcome::Escape });
             }
             if frozen.is_some() && !self.local && t > LONG * self.log.clock.hi {
@@ -351,6 +375,34 @@ pub(super) struct Round {
     at: Snapshot,
     /// Ratio of the landing speeds of this round and the one before.
     ratio: f64,
+}
+
+/// Motion of one degree of freedom that keeps its energy, from its start: θ and ω determine each other.
+struct Cycle {
+    /// Whether nothing rubs.
+    smooth: bool,
+    theta: f64,
+    omega: f64,
+    /// How often ω has changed its sign.
+    turns: usize,
+}
+
+impl Cycle {
+    fn new(stance: &Stance, word: &[Mode]) -> Self {
+        let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
+        let smooth = !stance.points.iter().zip(word).any(rubs);
+        Self { smooth, theta: stance.spin.theta, omega: stance.spin.omega, turns: 0 }
+    }
+
+    /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
+    /// around. As nothing happened on the way, nothing ever will.
+    fn is_complete(&mut self, stance: &Stance) -> bool {
+        let Spin { theta, omega } = stance.spin;
+        self.turns += usize::from(self.omega * omega < 0.0);
+        self.omega = omega;
+        let around = (theta - self.theta).abs() > std::f64::consts::TAU;
+        self.smooth && stance.frozen.is_none() && (self.turns > 2 || around)
+    }
 }
 
 /// v_t of a contact with another velocity.
