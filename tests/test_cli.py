@@ -266,8 +266,8 @@ def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
         ),
         (
             "point = [0.5, 0.0]",
-            "point = [0.5, 0.0]\nfriction = 0.5",
-            ["friction", "0.5"],
+            "point = [0.5, 0.0]\nfriction = -0.5",
+            ["friction", "-0.5"],
         ),
         ("q = [0.0, 0.011,", "q = [0.0, -0.011,", ["contact 1", "terrain"]),
         ("q = [0.0, 0.011,", "q = [0.0, nan,", ["q", "nan"]),

@@ -101,7 +101,8 @@ def test_v_terrain():
     falling = velocity - np.array([0.0, 9.81 * left, 0.0])
     expected = slide * (slide @ (mass * falling)) / (slide @ (mass * slide))
     np.testing.assert_allclose(zeno.qdot, expected, atol=1e-9)
-    assert run.outcome == "sliding"
+    assert [phase.mode for phase in run.phases] == ["SS", "RR", "FF"]
+    assert run.outcome == "rest"
 
 
 def test_fast_spin():

@@ -204,7 +204,6 @@ def test_values_print_copy_and_compare(value):
         (lambda: sf.simulate(rod(), (0, -0.1, 0), (0, 0, 0)), ["contact 1", "gap"]),
         (lambda: sf.simulate(rod(), (0, math.nan, 0), (0, 0, 0)), ["q"]),
         (lambda: sf.simulate(rod(), (0, 1, 0), (0, math.inf, 0)), ["qdot", "inf"]),
-        (lambda: sf.simulate(rod(friction=0.5), **START), ["friction", "0.5"]),
         (lambda: sf.simulate(rod(), **START, model="exact"), ["model", "exact"]),
         (lambda: sf.simulate(rod(), **START, impact="moreau"), ["impact", "moreau"]),
         (

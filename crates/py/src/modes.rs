@@ -35,7 +35,7 @@ const LISTED: usize = 12;
 /// 'none'
 #[pyclass(frozen, eq, name = "ContactProblem", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyContactProblem(ContactProblem);
+pub(crate) struct PyContactProblem(pub(crate) ContactProblem);
 
 #[pymethods]
 impl PyContactProblem {

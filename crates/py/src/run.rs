@@ -9,6 +9,7 @@ use standfast::{Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
 use crate::input::{MOST_SAMPLES, doubles, whole};
+use crate::modes::PyContactProblem;
 use crate::options::word;
 use crate::posture::PyPosture;
 
@@ -165,7 +166,8 @@ pub(crate) struct PyRun(pub(crate) Trajectory);
 
 #[pymethods]
 impl PyRun {
-    /// How the run ended: "rest", "zeno", "escape", "sliding", "time-limit" or "event-limit".
+    /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is), "ambiguous"
+    /// (several are), "time-limit" or "event-limit".
     #[getter]
     fn outcome(&self) -> &str {
         self.0.outcome().as_str()
@@ -235,6 +237,12 @@ impl PyRun {
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
         self.0.acceleration().map(|a| a.to_vec().into_pyarray(py))
+    }
+
+    /// The contacts at the end of an inconsistent or ambiguous run, for `contact_modes`; None otherwise.
+    #[getter]
+    fn undecided(&self) -> Option<PyContactProblem> {
+        self.0.undecided().cloned().map(PyContactProblem)
     }
 
     /// Number of collisions simulated one by one, recorded or not.
