@@ -131,6 +131,11 @@ impl Flat {
         Some(cut)
     }
 
+    /// Orthonormal rows that vanish on the flat and nowhere else.
+    fn planes(&self) -> Vec<Plane> {
+        self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
+    }
+
     fn value(&self, (row, bias): Plane) -> On {
         if self.along(&row).norm_squared() > DEPENDENT * DEPENDENT {
             On::Free
@@ -304,11 +309,10 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
     let mut flat = Flat::everything();
-    let (mut independent, mut dependent) = (Vec::new(), Vec::new());
+    let mut dependent = Vec::new();
     for (plane, owner) in equations.planes.iter().zip(&equations.owner) {
         if let Some(cut) = flat.with(*plane) {
             flat = cut;
-            independent.push(*plane);
         } else {
             dependent.push((*plane, *owner));
         }
@@ -334,7 +338,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         {
             pair::both_fixed(problem, word, &flat.point, [i, j])
         }
-        _ => hyperstatic::solve(problem, word, &equations.planes, &independent),
+        _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };
     if answer.determined != Forces::Impossible && !ties.is_empty() {
         answer.margins.extend(ties);

@@ -19,8 +19,8 @@ struct Generator {
     force: [f64; 2],
 }
 
-/// `planes`: the rows of the word that vanish; `independent`: a largest independent set of them. If they are all of
-/// them, only the friction matrix can be to blame.
+/// `planes`: the rows of the word that vanish; `independent`: an orthonormal basis of them. If it has as many, only the
+/// friction matrix can be to blame.
 pub(super) fn solve(
     problem: &ContactProblem,
     word: Word,
@@ -105,6 +105,10 @@ pub(super) fn solve(
     let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
     let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
+    // Forces may be large and cancel: their rounding goes to them, not to the acceleration.
+    for (row, bias) in independent {
+        y -= row * (row.dot(&y) + bias);
+    }
     let mut answer = judge(problem, word, &y, &forces, determined);
     #[cfg(feature = "qp")]
     if answer.consistent
