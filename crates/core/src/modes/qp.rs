@@ -1,8 +1,9 @@
 //! Modes by convex quadratic programmes, with Clarabel.
 //!
 //! Coulomb's law written as one linear complementarity problem is not convex once μ > 0, and a solver for convex
-//! programmes fails on it. De Saxcé's change of variable makes it a fixed point of convex ones: for given s_i ≥ 0 the
-//! acceleration y is the point nearest to the load w that satisfies, for every generator γ = N_i + σT_i of a cone,
+//! programmes fails on it (`tests/programmes.rs` measures how often). De Saxcé's change of variable makes it a fixed
+//! point of convex ones: for given s_i ≥ 0 the acceleration y is the point nearest to the load w that satisfies, for
+//! every generator γ = N_i + σT_i of a cone,
 //!
 //! ```text
 //! γ·y + bias_n,i + σ bias_t,i + s_i ≥ 0     σ = ±μ_i at rest, −μ_i sliding right, +μ_i sliding left
