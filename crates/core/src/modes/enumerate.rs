@@ -90,7 +90,7 @@ fn tangent(row: &Row) -> Plane {
 
 /// The accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Flat {
+struct Flat {
     point: Vector3<f64>,
     rows: [Vector3<f64>; 3],
     rank: usize,
@@ -131,9 +131,9 @@ impl Flat {
         Some(cut)
     }
 
-    /// The point of the flat nearest to `y`.
-    pub(super) fn nearest(&self, y: &Vector3<f64>) -> Vector3<f64> {
-        self.point + self.along(&(y - self.point))
+    /// Orthonormal rows that vanish on the flat and nowhere else.
+    fn planes(&self) -> Vec<Plane> {
+        self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
     }
 
     fn value(&self, (row, bias): Plane) -> On {
@@ -309,11 +309,10 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
     let mut flat = Flat::everything();
-    let (mut independent, mut dependent) = (Vec::new(), Vec::new());
+    let mut dependent = Vec::new();
     for (plane, owner) in equations.planes.iter().zip(&equations.owner) {
         if let Some(cut) = flat.with(*plane) {
             flat = cut;
-            independent.push(*plane);
         } else {
             dependent.push((*plane, *owner));
         }
@@ -339,7 +338,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         {
             pair::both_fixed(problem, word, &flat.point, [i, j])
         }
-        _ => hyperstatic::solve(problem, word, &equations.planes, &independent, &flat),
+        _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };
     if answer.determined != Forces::Impossible && !ties.is_empty() {
         answer.margins.extend(ties);

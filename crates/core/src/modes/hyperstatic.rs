@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use super::answer::{Forces, ModeAnswer, TIE};
-use super::enumerate::{DEPENDENT, Flat, Plane, judge};
+use super::enumerate::{DEPENDENT, Plane, judge};
 use super::problem::ContactProblem;
 use super::simplex::maximise;
 use super::words::{Mode, Word};
@@ -19,14 +19,13 @@ struct Generator {
     force: [f64; 2],
 }
 
-/// `planes`: the rows of the word that vanish; `independent`: a largest independent set of them, and `flat` where they
-/// do. If they are all of them, only the friction matrix can be to blame.
+/// `planes`: the rows of the word that vanish; `independent`: an orthonormal basis of them. If it has as many, only the
+/// friction matrix can be to blame.
 pub(super) fn solve(
     problem: &ContactProblem,
     word: Word,
     planes: &[Plane],
     independent: &[Plane],
-    flat: &Flat,
 ) -> ModeAnswer {
     let (rows, load) = (problem.rows(), problem.load());
     let generators: Vec<_> = word
@@ -106,14 +105,18 @@ pub(super) fn solve(
     let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
     let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
-    let y = flat.nearest(&y); // the programme leaves more than rounding
-    let mut answer = judge(problem, word, &y, &forces, determined);
+    // Forces may be large and cancel: their rounding goes to them, not to the acceleration.
+    for (row, bias) in independent {
+        y -= row * (row.dot(&y) + bias);
+    }
+    let answer = judge(problem, word, &y, &forces, determined);
     #[cfg(feature = "qp")]
     if answer.consistent
         && determined == Forces::Family
         && let Some(scaled) = super::smallest::smallest(rows, word, &(y - load))
     {
-        answer.forces = scaled.iter().enumerate().map(|(i, f)| problem.force(i, *f)).collect();
+        let forces = scaled.iter().enumerate().map(|(i, f)| problem.force(i, *f)).collect();
+        return ModeAnswer { forces, ..answer };
     }
     answer
 }

@@ -19,9 +19,13 @@ use super::words::{Mode, Word};
 /// Accuracies asked of Clarabel, one after the other: only the edges are wanted, and a rough answer mostly shows them.
 const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 
-/// Solves of the same equations, each for what the ones before it miss: of ill-conditioned contacts the first one
-/// misses more than rounding.
-const REFINEMENTS: usize = 3;
+/// Corrections of the smallest force: BBᵀ squares the condition of the wrenches, and a correction makes good what
+/// rounding left of them.
+const REFINEMENTS: usize = 1;
+
+/// What forces may lack of their sum, relative to the largest: rounding of some 64 of them. Edges of which one too many
+/// is taken as an equation leave more.
+const BALANCE: f64 = 1e-13;
 
 /// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and what it does.
 struct Unknown {
@@ -101,11 +105,11 @@ fn within(
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
     let gram =
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
-    let inverse = gram.svd(true, true);
+    let gram = gram.svd(true, true);
     let mut forces = vec![[0.0; 2]; rows.len()];
     let mut missing = *rest;
-    for _ in 0..REFINEMENTS {
-        let lambda = inverse.solve(&missing, DEPENDENT * gram.amax()).ok()?;
+    for _ in 0..=REFINEMENTS {
+        let lambda = gram.solve(&missing, DEPENDENT * gram.singular_values.max()).ok()?;
         for u in unknowns {
             let size = u.wrench.dot(&lambda);
             missing -= u.wrench * size;
@@ -120,7 +124,7 @@ fn within(
         t * f_t + n * f_n >= -TIE * (1.0 + n) * size
     });
     let scaled = forces.iter().zip(rows).map(|(f, row)| f.map(|part| part * row.stretch)).collect();
-    (inside && missing.amax() <= TIE * size).then_some(scaled)
+    (inside && missing.amax() <= BALANCE * size).then_some(scaled)
 }
 
 /// Which of the inequalities are equations at the optimum.
