@@ -73,6 +73,11 @@ const MANY_TURNS: f64 = 1e6;
 pub(crate) const PHASE_LOST: f64 = 1e12;
 
 impl Arc {
+    /// g + c ω²: acceleration into the terrain now, in m/s².
+    pub(crate) fn effective_gravity(&self) -> f64 {
+        self.g + self.c * self.omega * self.omega
+    }
+
     /// Gap after `dt`, in m.
     #[must_use]
     pub fn gap(&self, dt: f64) -> f64 {

@@ -7,7 +7,7 @@
 //!                              └──► both held: at rest, or sliding without end
 //! ```
 
-mod contact_phase;
+mod rest;
 
 use crate::clatter::{self, Halt};
 use crate::clock::Clock;
@@ -40,7 +40,7 @@ pub(crate) struct Driver<'a> {
     /// Whether all rows are those of the nominal posture, in the whole run.
     local: bool,
     /// For each contact: the last round of a frozen geometry that ended with its landing.
-    rounds: [Option<contact_phase::Round>; 2],
+    rounds: [Option<rest::Round>; 2],
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -172,6 +172,7 @@ impl<'a> Driver<'a> {
             state,
             acceleration: self.acceleration,
             undecided: self.undecided,
+            general: None,
         })
     }
 

@@ -5,15 +5,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
+use crate::contact_motion::{Point, Stance};
 use crate::error::{Error, finite, positive};
 use crate::frame::{Base, Frame, Snapshot};
+use crate::general::General;
 use crate::hybrid::Driver;
 use crate::impact::Simultaneous;
 use crate::local::LocalModel;
 use crate::log::{Center, Spin};
 use crate::posture::Posture;
 use crate::tolerance::TOUCH;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Record, Trajectory};
 use crate::tumble::{Body, Tumble};
 use crate::zeno::Gaps;
 
@@ -75,6 +77,14 @@ pub enum Impact {
     /// Frictionless Newton restitution [Or & Rimon 2008, (4)].
     #[default]
     Newton,
+    /// Routh's process with friction; the impulse of restitution is e times that of compression.
+    Poisson,
+    /// Routh's process with friction; the normal work of restitution is −e² times that of compression.
+    Stronge,
+    /// Chatterjee & Ruina 1998: v_n⁺ = −e v_n, with friction and tangential restitution.
+    ChatterjeeRuina,
+    /// Moreau: v_n⁺ = −e v_n and v_t⁺ = −e_t v_t, or sliding; may have no answer.
+    Moreau,
 }
 
 /// Where a run ends, unless a limit ends it before.
@@ -204,16 +214,43 @@ pub fn simulate_until(
     state.validate()?;
     let (model, reason) = choose(posture, state, options.model);
     let geometry = posture.geometry();
-    let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
-    for (i, k) in geometry.iter().enumerate() {
-        (gaps.h[i], gaps.u[i]) = match model {
+    let (mut heights, rates): (Vec<f64>, Vec<f64>) = geometry
+        .iter()
+        .map(|k| match model {
             Model::Local => (k.local_gap(&state.q), k.local_gap(&state.qdot)),
             _ => (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot)),
-        };
-    }
-    let warnings = touch(&mut gaps, geometry.len(), TOUCH * posture.size())?;
+        })
+        .unzip();
+    let warnings = touch(&mut heights, TOUCH * posture.size())?;
     let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
     let base = Base::of_body(posture, body, state);
+    if geometry.len() > 2 || options.impact != Impact::Newton {
+        let theta = if model == Model::Local { 0.0 } else { state.q.z };
+        let (sin, cos) = (libm::sin(theta), libm::cos(theta));
+        let points =
+            geometry.iter().zip(posture.contacts()).enumerate().map(|(i, (k, contact))| {
+                let (b, c) = k.turned(sin, cos);
+                let (normal, tangent, friction) = (k.normal, k.tangent, contact.friction);
+                Point { normal, tangent, friction, b, c, h: heights[i], u: rates[i] }
+            });
+        let start = Stance {
+            points: points.collect(),
+            center: base.center(),
+            spin: base.spin(),
+            rho2: posture.gyration_squared(),
+            gravity: posture.fields().gravity,
+            frozen: (model == Model::Local).then_some(0.0),
+        };
+        let run = General::new(posture, start, options, warnings, cancel).run();
+        return Ok(run.map(|general| {
+            let record = Record::of_general(base, general);
+            Trajectory::new(record, model, reason, *options)
+        }));
+    }
+    let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+    for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
+        (gaps.h[i], gaps.u[i]) = (h, u);
+    }
     let start = Tumble::new(body, gaps, base.center(), base.spin());
     let first = match model {
         Model::Local => {
@@ -266,7 +303,7 @@ impl LocalModel {
         finite("theta", theta)?;
         finite("omega", omega)?;
         let mut gaps = Gaps { h: gaps, u: rates };
-        let warnings = touch(&mut gaps, 2, 0.0)?;
+        let warnings = touch(&mut gaps.h, 0.0)?;
         let base = Base::of_parameters(theta, omega);
         let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
         let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
@@ -279,13 +316,6 @@ impl LocalModel {
 /// What is not solved yet is refused by name.
 fn solvable(posture: &Posture) -> Result<(), Error> {
     let contacts = posture.contacts();
-    if contacts.len() > 2 {
-        return Err(Error::Unusable {
-            field: "contacts".into(),
-            value: format!("[{} contacts]", contacts.len()),
-            allowed: "1 or 2 contacts can be simulated so far".into(),
-        });
-    }
     for (i, contact) in contacts.iter().enumerate() {
         if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
             return Err(Error::Unusable {
@@ -315,15 +345,15 @@ fn choose(posture: &Posture, state: &State, asked: Model) -> (Model, &'static st
 }
 
 /// Gaps within `touch` of zero are zero; deeper ones are refused.
-fn touch(gaps: &mut Gaps, count: usize, touch: f64) -> Result<Vec<String>, Error> {
+fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> {
     let mut warnings = Vec::new();
-    for i in 0..count {
-        let gap = gaps.h[i];
+    for (i, height) in gaps.iter_mut().enumerate() {
+        let gap = *height;
         if gap < -touch || gap.is_nan() {
             return Err(Error::Penetrating { contact: i + 1, gap, touch });
         }
         if gap < 0.0 {
-            gaps.h[i] = 0.0;
+            *height = 0.0;
             warnings.push(format!(
                 "contact {} starts {:?} m below the terrain, within rounding: taken as touching",
                 i + 1,

@@ -6,8 +6,10 @@ use serde::{Serialize, Serializer};
 
 use crate::clatter::advance;
 use crate::clock::Clock;
+use crate::contact_motion::Stance;
 use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
+use crate::general::{GeneralRecord, Settled, Struck};
 use crate::hybrid::Driver;
 use crate::log::{Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
@@ -134,8 +136,8 @@ pub struct ImpactRecord {
 /// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ZenoPoint {
-    /// "1-zeno" or "2-zeno": how many contacts come to rest.
-    pub kind: &'static str,
+    /// "1-zeno", "2-zeno", …: how many contacts come to rest.
+    pub kind: String,
     /// The contacts that come to rest.
     pub contacts: Vec<ContactNumber>,
     /// Time on the clock, in s.
@@ -195,6 +197,8 @@ pub(crate) enum Kind {
     Modes([Mode; 2], Option<Spin>),
     /// A summed tail; the frame is frozen.
     Tail(Tail),
+    /// This stretch of a general run.
+    Stretch(usize),
 }
 
 /// How a summed tail is looked into.
@@ -246,6 +250,8 @@ pub(crate) struct Record {
     pub(crate) state: State,
     pub(crate) acceleration: Option<[f64; 3]>,
     pub(crate) undecided: Option<ContactProblem>,
+    /// The events of a run with any number of contacts and any law of impact; those above are then empty.
+    pub(crate) general: Option<GeneralRecord>,
 }
 
 /// A piece of smooth motion: between two collisions, or a whole span.
@@ -298,6 +304,47 @@ struct Summary<'a> {
 
 /// Roundings in the clock of a run, counted into the error of a Zeno time.
 const CLOCK_ROUNDINGS: f64 = 4.0;
+
+impl Stance {
+    pub(crate) fn state(&self) -> State {
+        let (r, v, spin) = (self.center.r, self.center.v, self.spin);
+        State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega])
+    }
+
+    fn instant(&self) -> Instant {
+        Instant {
+            state: self.state(),
+            gaps: self.points.iter().map(|p| p.h).collect(),
+            rates: self.points.iter().map(|p| p.u).collect(),
+        }
+    }
+}
+
+impl Record {
+    /// The record of a run of this body with any number of contacts.
+    pub(crate) fn of_general(base: Base, general: GeneralRecord) -> Self {
+        let mut state = general.end.state();
+        if general.outcome == Outcome::Rest {
+            state.qdot.fill(0.0);
+        }
+        Self {
+            outcome: general.outcome,
+            base,
+            frames: Vec::new(),
+            spans: Vec::new(),
+            zeno: Vec::new(),
+            warnings: general.warnings.clone(),
+            collisions: Vec::new(),
+            spins: Vec::new(),
+            hits: general.hits,
+            end: Snapshot { clock: general.clock, ..Snapshot::default() },
+            state,
+            acceleration: general.acceleration,
+            undecided: general.undecided.clone(),
+            general: Some(general),
+        }
+    }
+}
 
 impl Trajectory {
     pub(crate) fn new(
@@ -360,13 +407,19 @@ impl Trajectory {
     /// Final gaps, in m.
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
-        self.each(self.record.end.gaps.h)
+        match &self.record.general {
+            Some(general) => general.end.points.iter().map(|p| p.h).collect(),
+            None => self.each(self.record.end.gaps.h),
+        }
     }
 
     /// Final gap rates, in m/s.
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
-        self.each(self.record.end.gaps.u)
+        match &self.record.general {
+            Some(general) => general.end.points.iter().map(|p| p.u).collect(),
+            None => self.each(self.record.end.gaps.u),
+        }
     }
 
     /// Things the user should know: ties, a start taken as touching.
@@ -398,6 +451,17 @@ impl Trajectory {
     #[must_use]
     pub fn impacts(&self) -> Vec<ImpactRecord> {
         let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
+        if let Some(general) = &self.record.general {
+            let record = |struck: &Struck| ImpactRecord {
+                time: self.clock(struck.clock),
+                elapsed: struck.clock.hi,
+                contact: ContactNumber::of(struck.contact),
+                rates_before: struck.before.clone(),
+                rates_after: struck.after.clone(),
+                impulse: struck.impulse.map(|part| mass * part),
+            };
+            return general.collisions.iter().map(record).collect();
+        }
         let shares = &self.expanded().shares;
         let record = &self.record;
         record
@@ -418,7 +482,35 @@ impl Trajectory {
     /// The Zeno points, in order.
     #[must_use]
     pub fn zeno_points(&self) -> Vec<ZenoPoint> {
-        self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect()
+        match &self.record.general {
+            Some(general) => general.zeno.iter().map(|zeno| self.settled(zeno)).collect(),
+            None => self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect(),
+        }
+    }
+
+    fn settled(&self, zeno: &Settled) -> ZenoPoint {
+        let (elapsed, stance) = (zeno.clock.hi, &zeno.stance);
+        let state = stance.state();
+        ZenoPoint {
+            kind: format!("{}-zeno", zeno.contacts.len()),
+            contacts: zeno.contacts.iter().map(|&i| ContactNumber::of(i)).collect(),
+            time: self.clock(zeno.clock),
+            elapsed,
+            time_error: CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
+            q: Some(state.q.into()),
+            qdot: Some(state.qdot.into()),
+            rotation: [state.q.z, state.qdot.z],
+            gaps: stance.points.iter().map(|p| p.h).collect(),
+            gap_rates: stance.points.iter().map(|p| p.u).collect(),
+            certified: zeno.from_start,
+            method: match (zeno.from_start, zeno.contacts.len()) {
+                (true, _) => Method::Rest,
+                (_, 1) => Method::Bounce,
+                _ => Method::Mixed,
+            }
+            .as_str(),
+            first_summed: zeno.hits,
+        }
     }
 
     fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
@@ -427,7 +519,7 @@ impl Trajectory {
         let elapsed = zeno.at.clock.hi;
         let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
         ZenoPoint {
-            kind: if contacts.len() == 1 { "1-zeno" } else { "2-zeno" },
+            kind: format!("{}-zeno", contacts.len()),
             contacts,
             time: self.clock(zeno.at.clock),
             elapsed,
@@ -447,10 +539,22 @@ impl Trajectory {
     #[must_use]
     pub fn phases(&self) -> Vec<Phase> {
         let mut phases: Vec<Phase> = Vec::new();
-        for span in &self.record.spans {
-            let mode: String =
-                span.mode.iter().take(self.count()).map(|&letter| char::from(letter)).collect();
-            let start = self.clock(span.raw.clock);
+        let of_span = |span: &Span| {
+            let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
+            (letters.collect::<String>(), span.raw.clock)
+        };
+        let words: Vec<(String, Clock)> = match &self.record.general {
+            Some(general) => general
+                .stretches
+                .iter()
+                .map(|stretch| {
+                    (stretch.word.iter().map(|mode| mode.letter()).collect(), stretch.clock)
+                })
+                .collect(),
+            None => self.record.spans.iter().map(of_span).collect(),
+        };
+        for (mode, clock) in words {
+            let start = self.clock(clock);
             match phases.last_mut() {
                 Some(last) if last.mode == mode => {}
                 Some(last) if last.start == start => last.mode = mode,
@@ -483,18 +587,24 @@ impl Trajectory {
             });
         }
         if t == end {
-            return Ok(self.instant(&self.record.end, self.record.state));
+            let state = self.record.state;
+            return Ok(Instant { state, gaps: self.gaps(), rates: self.rates() });
         }
         let elapsed = t - start;
         let next = pieces.partition_point(|piece| piece.raw.clock.hi <= elapsed);
         let piece = &pieces[next.max(1) - 1];
-        let frame = &self.record.frames[piece.frame];
         let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock).max(0.0);
+        if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
+            let stretch = &general.stretches[k];
+            return Ok(stretch.stance.moved(&stretch.word, dt).instant());
+        }
+        let frame = &self.record.frames[piece.frame];
         let base = &self.record.base;
         let full = match piece.kind {
             Kind::Flight => frame.to_full(&frame.smooth(base, &piece.raw, [false, false], dt)),
             Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
             Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
+            Kind::Stretch(_) => unreachable!("stretches belong to general runs"),
             Kind::Tail(tail) => {
                 Driver::glance(frame, base, &piece.raw, tail, dt).ok_or_else(|| {
                     Error::Unusable {
@@ -631,6 +741,13 @@ impl Trajectory {
     fn expand(&self) -> Expanded {
         let record = &self.record;
         let mut expanded = Expanded::default();
+        if let Some(general) = &record.general {
+            for (k, stretch) in general.stretches.iter().enumerate() {
+                let raw = Snapshot { clock: stretch.clock, ..Snapshot::default() };
+                expanded.pieces.push(Piece { frame: 0, raw, kind: Kind::Stretch(k) });
+            }
+            return expanded;
+        }
         for (k, span) in record.spans.iter().enumerate() {
             let frame = &record.frames[span.frame];
             let last = record

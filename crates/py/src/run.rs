@@ -60,7 +60,7 @@ pub(crate) struct PyZenoPoint(ZenoPoint);
 impl PyZenoPoint {
     #[getter]
     fn kind(&self) -> &str {
-        self.0.kind
+        &self.0.kind
     }
 
     #[getter]

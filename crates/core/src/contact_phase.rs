@@ -1,0 +1,258 @@
+//! Contacts at rest on the terrain, or sliding along it: which mode they go on in, and until when.
+//!
+//! The word is chosen by the contact-mode problem where contacts come to rest and where a sliding speed comes down to
+//! zero. Where a force does (a contact lifts off, or breaks loose) the word follows from which one it is: at that
+//! instant the accelerations of both words agree, and a new choice could not tell them apart.
+
+use nalgebra::Vector2;
+
+use crate::clock::Clock;
+use crate::contact_motion::{Point, Stance, Step, StepEnd};
+use crate::error::Error;
+use crate::log::{Log, Spin};
+use crate::modes::{ContactProblem, Method, Mode, ProblemFields, Status, contact_modes};
+use crate::simulate::{Options, Stop};
+use crate::tolerance::{STILL, TOUCH};
+use crate::trajectory::Outcome;
+
+impl Stance {
+    /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
+    fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
+        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        ContactProblem::new(ProblemFields {
+            mass,
+            gyration_radius: self.rho2.sqrt(),
+            arms: self.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
+            tangents: self.points.iter().map(|p| p.tangent.into()).collect(),
+            friction: self.points.iter().map(|p| p.friction).collect(),
+            sliding: ways.to_vec(),
+            bias: self.points.iter().map(|p| [-p.b * bend, -p.c * bend]).collect(),
+            free_acceleration: [0.0, -self.gravity, 0.0],
+            ..ProblemFields::default()
+        })
+    }
+
+    /// A point that slid has come to a stop: with the other closed contacts as they are, so have all speeds that depend
+    /// on its own.
+    fn stop(&mut self, i: usize, modes: &[Mode]) {
+        let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
+        if closed > 1 {
+            (self.center.v, self.spin.omega) = (nalgebra::Vector2::zeros(), 0.0);
+        } else {
+            let p = &self.points[i];
+            self.center.v =
+                p.tangent * (p.c * self.spin.omega) - p.normal * (p.b * self.spin.omega);
+        }
+    }
+}
+
+/// Contacts that rest or slide, and what they do.
+pub(crate) struct ContactPhase<'a> {
+    pub(crate) stance: Stance,
+    /// Signs of sliding; `None` where a contact is off.
+    pub(crate) ways: Vec<Option<i8>>,
+    pub(crate) mass: f64,
+    /// Largest arm or ρ, in m.
+    pub(crate) size: f64,
+    /// Speed that counts as none, in m/s.
+    pub(crate) still: f64,
+    /// Whether the geometry is frozen for the last moments of an accumulation only.
+    pub(crate) brief: bool,
+    pub(crate) options: &'a Options,
+    /// The word that the contacts are in.
+    pub(crate) word: Vec<Mode>,
+    /// What has no answer, or several.
+    pub(crate) undecided: Option<ContactProblem>,
+    /// q̈ of an endless slide.
+    pub(crate) acceleration: Option<[f64; 3]>,
+    pub(crate) warning: Option<String>,
+}
+
+/// How a phase of contact ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PhaseEnd {
+    Outcome(Outcome),
+    /// Another contact has landed: an impact.
+    Landing(usize),
+    /// All contacts have left.
+    Free,
+    /// Nothing for so long that the geometry may not be frozen any more.
+    Thaw,
+}
+
+/// What ends a stretch in one mode.
+enum Next {
+    End(PhaseEnd),
+    LiftOff(usize),
+    Stop(usize),
+    Slip(usize, Mode),
+}
+
+/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode.
+const LONG: f64 = 1e-3;
+
+impl ContactPhase<'_> {
+    /// Contacts at rest become part of the phase, each with the sign of its sliding; and with them those that touch and
+    /// whose gaps follow from theirs (at one point, or the third of three on one straight floor).
+    pub(crate) fn close(&mut self, rests: &mut [bool]) {
+        for i in 0..rests.len() {
+            let touches = self.stance.points[i].h <= TOUCH * self.size;
+            rests[i] |= touches && self.stance.depends(i, rests);
+            if rests[i] {
+                (self.stance.points[i].h, self.stance.points[i].u) = (0.0, 0.0);
+            }
+        }
+        self.ways = (0..rests.len())
+            .map(|i| {
+                let speed = self.stance.slip(i);
+                rests[i].then(|| i8::from(speed > self.still) - i8::from(speed < -self.still))
+            })
+            .collect();
+    }
+
+    /// Mode after mode until something else happens. `note` hears of every stretch that begins.
+    pub(crate) fn run(
+        &mut self,
+        log: &mut Log<'_>,
+        note: &mut dyn FnMut(&Stance, &[Mode], Clock),
+    ) -> PhaseEnd {
+        loop {
+            let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
+                contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
+            });
+            let (problem, modes) = match solved {
+                Ok(solved) => solved,
+                Err(error) => {
+                    self.warning = Some(format!("the contact modes could not be solved: {error}"));
+                    return PhaseEnd::Outcome(Outcome::EventLimit);
+                }
+            };
+            let answer = match (modes.status(), modes.consistent().next()) {
+                (Status::Unique, Some(answer)) => answer,
+                (status, _) => {
+                    self.undecided = Some(problem);
+                    let none = status == Status::None;
+                    return PhaseEnd::Outcome(if none {
+                        Outcome::Inconsistent
+                    } else {
+                        Outcome::Ambiguous
+                    });
+                }
+            };
+            self.word = answer.word.modes().collect();
+            if self.word.iter().all(|&mode| mode == Mode::Separate) {
+                return PhaseEnd::Free;
+            }
+            match self.hold(answer.acceleration, log, note) {
+                Next::End(end) => {
+                    if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
+                        self.undecided = Some(problem);
+                    }
+                    return end;
+                }
+                Next::LiftOff(i) => self.ways[i] = None,
+                Next::Stop(i) => {
+                    self.stance.stop(i, &self.word);
+                    for (way, mode) in self.ways.iter_mut().zip(&self.word) {
+                        *way = way.filter(|_| *mode != Mode::Separate).map(|_| 0);
+                    }
+                }
+                Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
+            }
+        }
+    }
+
+    /// Holds the contacts in their word until something happens.
+    fn hold(
+        &mut self,
+        acceleration: [f64; 3],
+        log: &mut Log<'_>,
+        note: &mut dyn FnMut(&Stance, &[Mode], Clock),
+    ) -> Next {
+        let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
+        let size = self.size;
+        let most = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(size * v[2].abs());
+        let stance = &mut self.stance;
+        let velocity = [stance.center.v.x, stance.center.v.y, stance.spin.omega];
+        let rests = most(velocity) <= self.still && most(acceleration) <= STILL * stance.gravity;
+        if rests {
+            (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
+        }
+        let mut cycle = Cycle::new(stance, &self.word);
+        loop {
+            note(stance, &self.word, log.clock);
+            if rests {
+                if self.options.stop != Stop::Time {
+                    return outcome(Outcome::Rest);
+                }
+                log.clock = log.clock.after(log.left().max(0.0));
+                return outcome(Outcome::TimeLimit);
+            }
+            let Some(step) = Step::new(stance, &self.word) else {
+                return outcome(Outcome::Inconsistent);
+            };
+            let (t, end) = step.first_event(log.left());
+            if t == f64::INFINITY || cycle.is_complete(stance) && log.end == f64::INFINITY {
+                self.acceleration = Some(step.acceleration());
+                // What flies while nothing ever happens flies away, if it does not turn around with the rest.
+                let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
+                return outcome(if closed || cycle.turns > 0 {
+                    Outcome::Sliding
+                } else {
+                    Outcome::Escape
+                });
+            }
+            if self.brief && t > LONG * log.clock.hi {
+                return Next::End(PhaseEnd::Thaw);
+            }
+            *stance = step.at(stance, t);
+            log.clock = log.clock.after(t);
+            let counted = log.count_step();
+            match end {
+                StepEnd::Landing(i) => {
+                    let p = &mut stance.points[i];
+                    (p.h, p.u) = (0.0, p.u.min(0.0));
+                    return Next::End(PhaseEnd::Landing(i));
+                }
+                StepEnd::LiftOff(i) => return Next::LiftOff(i),
+                StepEnd::Stop(i) => return Next::Stop(i),
+                StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
+                StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
+                StepEnd::Reach if !counted => return outcome(Outcome::EventLimit),
+                StepEnd::Reach => {
+                    if stance.center.r.norm() > self.options.neighbourhood {
+                        return outcome(Outcome::Escape);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Motion of one degree of freedom that keeps its energy, from its start: θ and ω determine each other.
+struct Cycle {
+    /// Whether nothing rubs.
+    smooth: bool,
+    theta: f64,
+    omega: f64,
+    /// How often ω has changed its sign.
+    turns: usize,
+}
+
+impl Cycle {
+    fn new(stance: &Stance, word: &[Mode]) -> Self {
+        let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
+        let smooth = !stance.points.iter().zip(word).any(rubs);
+        Self { smooth, theta: stance.spin.theta, omega: stance.spin.omega, turns: 0 }
+    }
+
+    /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
+    /// around. As nothing happened on the way, nothing ever will.
+    fn is_complete(&mut self, stance: &Stance) -> bool {
+        let Spin { theta, omega } = stance.spin;
+        self.turns += usize::from(self.omega * omega < 0.0);
+        self.omega = omega;
+        let around = (theta - self.theta).abs() > std::f64::consts::TAU;
+        self.smooth && stance.frozen.is_none() && (self.turns > 2 || around)
+    }
+}

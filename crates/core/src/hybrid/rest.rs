@@ -1,0 +1,235 @@
+//! The two-contact driver and its phases of contact: to and from the coordinates of flight, and rounds that repeat.
+
+use nalgebra::Vector2;
+
+use super::{Driver, ROUNDINGS};
+use crate::clock::Clock;
+use crate::contact_motion::{Point, Stance, Step};
+use crate::contact_phase::{ContactPhase, PhaseEnd};
+use crate::frame::{Base, Frame, Snapshot};
+use crate::log::{Center, Spin};
+use crate::modes::Mode;
+use crate::tolerance::{REACHED, STILL};
+use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
+use crate::tumble::Tumble;
+use crate::zeno::{Gaps, Impulses};
+
+impl Base {
+    /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
+    pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<Stance> {
+        let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
+        let turned = frozen.unwrap_or(at.spin).theta;
+        let (sin, cos) = (libm::sin(turned), libm::cos(turned));
+        let points = (0..self.count).map(|i| {
+            let k = &body.contacts[i];
+            let (b, c) = k.turned(sin, cos);
+            let (normal, tangent) = (k.normal, k.tangent);
+            let friction = posture.contacts()[i].friction;
+            Point { normal, tangent, friction, b, c, h: at.gaps.h[i], u: at.gaps.u[i] }
+        });
+        Some(Stance {
+            points: points.collect(),
+            center: at.center,
+            spin: at.spin,
+            rho2: body.rho2,
+            gravity: body.gravity,
+            frozen: frozen.map(|spin| spin.omega * spin.omega),
+        })
+    }
+}
+
+impl Base {
+    /// The state `dt` after a snapshot of the full model, with each contact in its mode.
+    pub(crate) fn in_modes(
+        &self,
+        at: &Snapshot,
+        modes: [Mode; 2],
+        frozen: Option<Spin>,
+        dt: f64,
+    ) -> Snapshot {
+        let clock = at.clock.after(dt);
+        let after = self.stance(at, frozen).and_then(|stance| {
+            let rests = stance.center.v == Vector2::zeros() && stance.spin.omega == 0.0;
+            let modes = &modes[..stance.points.len()];
+            if rests && !modes.iter().any(|mode| mode.direction() != 0.0) {
+                return Some(stance.snapshot(clock));
+            }
+            Step::new(&stance, modes).map(|step| step.at(&stance, dt).snapshot(clock))
+        });
+        after.unwrap_or(Snapshot { clock, ..*at })
+    }
+}
+
+impl Stance {
+    pub(crate) fn snapshot(&self, clock: Clock) -> Snapshot {
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, p) in self.points.iter().enumerate() {
+            (gaps.h[i], gaps.u[i]) = (p.h, p.u);
+        }
+        let impulses = Impulses::default();
+        Snapshot { clock, gaps, impulses, center: self.center, spin: self.spin }
+    }
+}
+
+impl Driver<'_> {
+    /// Goes on from contacts that rest on the terrain.
+    pub(super) fn contact_phase(&mut self, mut rests: [bool; 2]) -> Option<Outcome> {
+        if rests == [true, true] {
+            self.thaw();
+        }
+        let mut frozen = self.frame().frozen.is_some().then_some(self.frame().spin);
+        let full = self.frame().to_full(&self.raw());
+        let (Some(stance), Some(posture)) =
+            (self.base.stance(&full, frozen), self.base.posture.clone())
+        else {
+            unreachable!("contact phases belong to a body");
+        };
+        let (options, record) = (self.options, self.log.record);
+        let count = stance.points.len();
+        let mut phase = ContactPhase {
+            stance,
+            ways: Vec::new(),
+            mass: posture.fields().mass,
+            size: posture.size(),
+            still: STILL * self.speed_scale(),
+            brief: frozen.is_some() && !self.local,
+            options: &options,
+            word: Vec::new(),
+            undecided: None,
+            acceleration: None,
+            warning: None,
+        };
+        phase.close(&mut rests[..count]);
+        // Rates can also come down to zero impact by impact, until there is no smaller number.
+        let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
+        if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
+            return Some(Outcome::Zeno);
+        }
+        loop {
+            let (frames, spans) = (&mut self.frames, &mut self.spans);
+            let first_collision = self.log.collisions.len();
+            let end = phase.run(&mut self.log, &mut |stance, word, clock| {
+                if !record {
+                    return;
+                }
+                let raw = stance.snapshot(clock);
+                let mut modes = [Mode::Separate; 2];
+                modes[..word.len()].copy_from_slice(word);
+                frames.push(Frame::full(raw));
+                spans.push(Span {
+                    raw,
+                    frame: frames.len() - 1,
+                    kind: Kind::Modes(modes, frozen),
+                    mode: modes.map(|mode| mode.letter() as u8),
+                    first_collision,
+                });
+            });
+            for (i, mode) in phase.word.iter().enumerate() {
+                self.resting[i] = *mode != Mode::Separate;
+            }
+            if end == PhaseEnd::Thaw {
+                let full = phase.stance.snapshot(self.log.clock);
+                frozen = None;
+                phase.brief = false;
+                phase.stance = self.base.stance(&full, None).unwrap_or(phase.stance);
+                continue;
+            }
+            self.leave(&phase.stance, frozen);
+            self.warnings.extend(phase.warning.take());
+            self.undecided = phase.undecided.take();
+            self.acceleration = phase.acceleration.take();
+            return match end {
+                PhaseEnd::Outcome(outcome) => Some(outcome),
+                PhaseEnd::Free => self.fly(),
+                PhaseEnd::Landing(i) if frozen.is_some() => self.round(i, &phase.stance),
+                PhaseEnd::Landing(_) | PhaseEnd::Thaw => None,
+            };
+        }
+    }
+
+    /// Contact `b` lands in a frozen geometry. Rounds from one such landing to the next that shrink in one ratio r, all
+    /// times and all changes of velocity with it, are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
+    /// ```
+    fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
+        let now = stance.snapshot(self.log.clock);
+        let last = self.rounds[b].replace(Round { at: now, ratio: f64::NAN })?;
+        let before = &last.at;
+        let ratio = now.gaps.u[b] / before.gaps.u[b];
+        self.rounds[b] = Some(Round { at: now, ratio });
+        let (dt, sum) = (now.clock.since(before.clock), ratio / (1.0 - ratio));
+        let t = dt * sum;
+        let change = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
+        let repeats = change <= f64::EPSILON * now.clock.hi;
+        let reached = t <= REACHED * now.clock.hi;
+        if !(0.0 < ratio && ratio < 1.0 && now.clock.hi + t <= self.log.end)
+            || !(repeats || reached)
+        {
+            return None;
+        }
+        let left = ratio * ratio / (1.0 - ratio * ratio);
+        let limit = |v: f64, v0: f64| v + (v - v0) * sum;
+        let place = |q: f64, q0: f64, v: f64| q + v * t + (q - q0 - v * dt) * left;
+        let mut end = stance.clone();
+        for axis in 0..2 {
+            let v = limit(now.center.v[axis], before.center.v[axis]);
+            end.center.v[axis] = v;
+            end.center.r[axis] = place(now.center.r[axis], before.center.r[axis], v);
+        }
+        let omega = limit(now.spin.omega, before.spin.omega);
+        let theta = place(now.spin.theta, before.spin.theta, omega);
+        end.spin = Spin { theta, omega };
+        for (i, p) in end.points.iter_mut().enumerate() {
+            // Who slides through all of it has to slide the same way at its end.
+            if stance.slip(i) * end_slip(stance, &end.center, omega, i) < 0.0 && !reached {
+                return None;
+            }
+            (p.h, p.u) = (0.0, 0.0);
+        }
+        self.note(Kind::Tail(Tail::Collisions));
+        self.log.clock = self.log.clock.after(t);
+        let frozen = self.local.then_some(self.frame().spin);
+        self.leave(&end, frozen);
+        if let Some(state) = &mut self.tumble {
+            state.forget_rounding();
+        }
+        self.rounds = [None; 2];
+        let method = if repeats { Method::Nested } else { Method::Mixed };
+        let error = if repeats { change + ROUNDINGS * f64::EPSILON * t / (1.0 - ratio) } else { t };
+        self.zeno_point([true, true], method, false, error).then_some(Outcome::Zeno)
+    }
+
+    /// The state after contacts were held, in the coordinates of flight.
+    fn leave(&mut self, stance: &Stance, frozen: Option<Spin>) {
+        let full = stance.snapshot(self.log.clock);
+        let Some(body) = self.base.body else { unreachable!("friction belongs to a body") };
+        if !self.log.record {
+            self.frames.clear();
+        }
+        if let Some(spin) = frozen {
+            let geometry = Tumble::new(body, full.gaps, full.center, spin);
+            self.frames.push(Frame::frozen(full, &geometry));
+            (self.gaps, self.sum) = (full.gaps, Impulses::default());
+            self.tumble = None;
+        } else {
+            self.frames.push(Frame::full(full));
+            self.tumble = Some(Tumble::new(body, full.gaps, full.center, full.spin));
+        }
+    }
+}
+
+/// The end of a round that may repeat itself on a smaller scale: contact `b` lands while the other is held.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Round {
+    at: Snapshot,
+    /// Ratio of the landing speeds of this round and the one before.
+    ratio: f64,
+}
+
+/// v_t of a contact with another velocity.
+fn end_slip(stance: &Stance, center: &Center, omega: f64, i: usize) -> f64 {
+    let p = &stance.points[i];
+    p.tangent.dot(&center.v) - p.c * omega
+}
