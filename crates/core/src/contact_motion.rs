@@ -222,8 +222,10 @@ impl Step {
                 }
             })
             .collect();
-        // On parallel ground what is left of the rotation is rounding.
-        let turns = f64::from(u8::from(!state.is_level(modes)));
+        // On parallel ground what is left of the rotation and of the motion off it is rounding.
+        let level = state.is_level(modes).then(|| modes.iter().position(|m| *m != Mode::Separate));
+        let level = level.flatten().map(|i| state.points[i].normal);
+        let turns = f64::from(u8::from(level.is_none()));
         let (mut theta, mut omega) =
             (constant(state.spin.theta), constant(state.spin.omega * unit * turns));
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
@@ -305,6 +307,9 @@ impl Step {
             for (l, &u) in unknowns.iter().enumerate() {
                 push += along(u) * force[l][k];
             }
+            if let Some(normal) = level {
+                push -= normal * normal.dot(&push);
+            }
             for axis in 0..2 {
                 r[axis][k + 1] = v[axis][k] * next;
                 v[axis][k + 1] = push[axis] * next;
@@ -336,6 +341,22 @@ impl Step {
             .map(|series| radius(series, share))
             .fold(f64::INFINITY, f64::min);
         Some(Self { theta, omega, r, v, tracks, unit, reach })
+    }
+
+    /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they
+    /// are here is rounding.
+    pub(crate) fn lifts_off(&mut self, i: usize) {
+        let track = &mut self.tracks[i];
+        (track.h[..3].fill(0.0), track.u[..2].fill(0.0));
+    }
+
+    /// A contact that has just broken loose: its sliding speed and acceleration are zero yet. Returns whether it then
+    /// slides the way its friction says; where it jams it does not.
+    pub(crate) fn breaks_loose(&mut self, i: usize) -> bool {
+        let track = &mut self.tracks[i];
+        track.slip[..2].fill(0.0);
+        let first = track.slip.iter().find(|c| **c != 0.0);
+        first.is_none_or(|c| c * track.mode.direction() > 0.0)
     }
 
     /// The first event within the step, and when, in s. `limit`: no event later than this matters.

@@ -32,17 +32,21 @@ impl Stance {
         })
     }
 
-    /// A point that slid has come to a stop: with the other closed contacts as they are, so have all speeds that depend
-    /// on its own.
-    fn stop(&mut self, i: usize, modes: &[Mode]) {
+    /// The sliding speed of contact `i` has come down to zero. If it is the only one held, the body may turn about it;
+    /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
+    /// whether that is so.
+    fn stop(&mut self, i: usize, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
-        if closed > 1 {
-            (self.center.v, self.spin.omega) = (nalgebra::Vector2::zeros(), 0.0);
-        } else {
-            let p = &self.points[i];
+        let p = &self.points[i];
+        if closed == 1 {
             self.center.v =
                 p.tangent * (p.c * self.spin.omega) - p.normal * (p.b * self.spin.omega);
+        } else if slow {
+            (self.center.v, self.spin.omega) = (Vector2::zeros(), 0.0);
+        } else {
+            return true;
         }
+        false
     }
 }
 
@@ -81,12 +85,17 @@ pub(crate) enum PhaseEnd {
 }
 
 /// What ends a stretch in one mode.
+#[derive(Debug, Clone, Copy)]
 enum Next {
     End(PhaseEnd),
     LiftOff(usize),
     Stop(usize),
     Slip(usize, Mode),
 }
+
+/// Speed of the body, in units of those that count as none, below which it has stopped with one of its points: its speeds
+/// have come down together, to the rounding of the time at which they do.
+const STOPPED: f64 = 1e3;
 
 /// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode.
 const LONG: f64 = 1e-3;
@@ -110,12 +119,19 @@ impl ContactPhase<'_> {
             .collect();
     }
 
+    /// The largest of the speeds of the body, in m/s.
+    fn speed(&self) -> f64 {
+        let Stance { center, spin, .. } = &self.stance;
+        center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
+    }
+
     /// Mode after mode until something else happens. `note` hears of every stretch that begins.
     pub(crate) fn run(
         &mut self,
         log: &mut Log<'_>,
         note: &mut dyn FnMut(&Stance, &[Mode], Clock),
     ) -> PhaseEnd {
+        let mut last = None;
         loop {
             let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
@@ -140,10 +156,14 @@ impl ContactPhase<'_> {
                 }
             };
             self.word = answer.word.modes().collect();
+            for (way, mode) in self.ways.iter_mut().zip(&self.word) {
+                *way = way.filter(|_| *mode != Mode::Separate); // it has left
+            }
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
-            match self.hold(answer.acceleration, log, note) {
+            let next = self.hold(answer.acceleration, last, log, note);
+            match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
                         self.undecided = Some(problem);
@@ -152,29 +172,32 @@ impl ContactPhase<'_> {
                 }
                 Next::LiftOff(i) => self.ways[i] = None,
                 Next::Stop(i) => {
-                    self.stance.stop(i, &self.word);
-                    for (way, mode) in self.ways.iter_mut().zip(&self.word) {
-                        *way = way.filter(|_| *mode != Mode::Separate).map(|_| 0);
+                    let slow = self.speed() <= self.still * STOPPED;
+                    if self.stance.stop(i, &self.word, slow) {
+                        self.ways[i] = Some(0);
+                    } else {
+                        self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
                 Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
             }
+            last = Some(next);
         }
     }
 
-    /// Holds the contacts in their word until something happens.
+    /// Holds the contacts in their word until something happens. `last`: what ended the word before.
     fn hold(
         &mut self,
         acceleration: [f64; 3],
+        mut last: Option<Next>,
         log: &mut Log<'_>,
         note: &mut dyn FnMut(&Stance, &[Mode], Clock),
     ) -> Next {
         let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
-        let size = self.size;
-        let most = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(size * v[2].abs());
+        let [ax, ay, turn] = acceleration;
+        let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
+        let rests = self.speed() <= self.still && most <= STILL * self.stance.gravity;
         let stance = &mut self.stance;
-        let velocity = [stance.center.v.x, stance.center.v.y, stance.spin.omega];
-        let rests = most(velocity) <= self.still && most(acceleration) <= STILL * stance.gravity;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
         }
@@ -188,9 +211,16 @@ impl ContactPhase<'_> {
                 log.clock = log.clock.after(log.left().max(0.0));
                 return outcome(Outcome::TimeLimit);
             }
-            let Some(step) = Step::new(stance, &self.word) else {
+            let Some(mut step) = Step::new(stance, &self.word) else {
                 return outcome(Outcome::Inconsistent);
             };
+            match last.take() {
+                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => step.lifts_off(i),
+                Some(Next::Slip(i, mode)) if self.word[i] == mode && !step.breaks_loose(i) => {
+                    return outcome(Outcome::Inconsistent);
+                }
+                _ => {}
+            }
             let (t, end) = step.first_event(log.left());
             if t == f64::INFINITY || cycle.is_complete(stance) && log.end == f64::INFINITY {
                 self.acceleration = Some(step.acceleration());
