@@ -271,6 +271,85 @@ def test_modes_pickle(method):
         assert pickle.loads(pickle.dumps(modes[word])) == modes[word]
 
 
+def test_friction_that_depends_on_how_feet_share_their_load():
+    feet = [
+        sf.Contact((x, 0), friction=mu) for x, mu in ((-1, 0.1), (0, 0.6), (1, 0.1))
+    ]
+    modes = sf.contact_modes(body(feet), qdot=(1, 0, 0))
+    assert (modes.status, modes.consistent) == ("ambiguous", ["RRR"])
+    assert modes["RRR"].determined == "undetermined"
+    assert "share" in str(modes)
+    same = [sf.Contact((x, 0), friction=0.3) for x in (-1, 0, 1)]
+    modes = sf.contact_modes(body(same), qdot=(1, 0, 0))
+    assert (modes.status, modes["RRR"].determined) == ("unique", "family")
+    assert modes["RRR"].acceleration[0] == pytest.approx(-3)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, 1.0])
+def test_a_vise_is_not_squeezed_more_than_the_load_asks(turn):
+    def turned(x, y):
+        cos, sin = math.cos(turn), math.sin(turn)
+        return cos * x - sin * y, sin * x + cos * y
+
+    for push in (0.0, 5.0):
+        modes = sf.contact_modes(
+            problem(
+                arms=[turned(-1, 0), turned(1, 0)],
+                tangents=[turned(0, -1), turned(0, 1)],
+                friction=[0.5, 0.5],
+                sliding=[1, -1],
+                free_acceleration=(*turned(push, -10), 0),
+            )
+        )
+        assert (modes.status, modes.consistent) == ("ambiguous", ["RL"])
+        along = np.array(turned(0, 1)) @ modes["RL"].acceleration[:2]
+        assert along == pytest.approx(-10 + 0.5 * push)
+
+
+def test_the_smallest_of_many_forces():
+    modes = sf.contact_modes(
+        problem(
+            arms=[
+                (-1.0965641020568226, -1.1163116645244118),
+                (-0.3250426830914077, -0.8926377217440296),
+                (0.959295390014363, -0.8943521597365973),
+            ],
+            tangents=[
+                (0.9861429014244679, 0.1658980951371415),
+                (0.9972916855175777, 0.07354790274038223),
+                (0.9479647572823056, 0.3183752800559419),
+            ],
+            friction=[0.38192760361483447, 0.0013969345360816988, 0.727107990237476],
+            sliding=[0] * 3,
+            bias=[(0, 0)] * 3,
+            free_acceleration=(4.955596998089185, -9.81, 0.07064754978288326),
+        )
+    )
+    assert (modes["FFF"].forces ** 2).sum() == pytest.approx(67.657040)
+
+
+def test_a_tie_does_not_buy_a_motion():
+    modes = sf.contact_modes(
+        problem(
+            gyration_radius=2,
+            arms=[(-2, -2)],
+            tangents=[(1, 0)],
+            friction=[2],
+            sliding=[0],
+            bias=[(0, 1)],
+        )
+    )
+    assert modes.consistent == ["F"]
+
+
+@pytest.mark.parametrize("off", [-1e-11, -1e-12, 0.0, 1e-12, 1e-11])
+def test_thresholds_of_painleve_are_flagged(off):
+    x, y = math.cos(0.8), -math.sin(0.8)
+    critical = -(1 + 3 * x * x) / (3 * x * y)
+    modes = sf.contact_modes(single((x, y), critical * (1 + off), 1))
+    assert modes["R"].near_degenerate
+
+
 @pytest.mark.parametrize("slope", [0.0, 0.3])
 def test_methods_agree(slope):
     posture = on_slope(slope, 0.2)
@@ -507,6 +586,19 @@ def ask(**keywords):
         (lambda: ask(method=None), TypeError, "method = None * a string"),
         (lambda: ask(wrench=(0, 0)), ValueError, "wrench = (0, 0) * 3 numbers"),
         (lambda: ask(wrench=(0, 0, math.inf)), ValueError, "wrench.torque = inf * f"),
+        (
+            lambda: sf.contact_modes(
+                on_slope(0.0, 0.5, mass=1e-3), wrench=(0, 1e150, 0)
+            ),
+            ValueError,
+            "wrench.y = 1e150 * 1e150",
+        ),
+        (lambda: ask(qdot=(0, 0, 1e80)), ValueError, "qdot.theta = 1e80 * 1e150"),
+        (
+            lambda: problem(gyration_radius=1e-5),
+            ValueError,
+            "arms.1 = 14142* at most 1e4",
+        ),
         (lambda: ask(q=(0, math.nan, 0)), ValueError, "q.y = NaN"),
         (lambda: ask(qdot="abc"), TypeError, "qdot = 'abc' * 3 numbers"),
         (

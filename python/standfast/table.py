@@ -58,7 +58,12 @@ def modes_table(modes: sf.Modes) -> str:
         " between the contacts"
         for mode in solved
         if mode.consistent and mode.force_interval is not None
-        for low, high in [mode.force_interval]
+        for low, high in [np.add(mode.force_interval, 0.0)]
+    ]
+    lines += [
+        f"  {mode.word}  the motion depends on how the contacts share their forces; that of the smallest is given"
+        for mode in solved
+        if mode.consistent and mode.determined == "undetermined"
     ]
     words = ", ".join(modes.consistent)
     lines.append(f"  status  {modes.status}{': ' if words else ''}{words}")

@@ -77,7 +77,7 @@ pub(crate) fn in_range(
 
 /// The largest size of a length, a speed or any other number given: its square does not overflow, and the
 /// square of its inverse does not vanish.
-const LARGEST: f64 = 1e150;
+pub(crate) const LARGEST: f64 = 1e150;
 
 pub(crate) fn finite(field: impl Into<String>, value: f64) -> Result<f64, Error> {
     in_range(field, value, value.abs() <= LARGEST, "finite, at most 1e150 in size")

@@ -51,7 +51,7 @@ pub const FEW: usize = 6;
 pub enum Status {
     /// Exactly one.
     Unique,
-    /// Several: the law does not say which.
+    /// Several, or one that leaves the motion open ([`Forces::Undetermined`]): the law does not say which.
     Ambiguous,
     /// None: no motion with bounded forces obeys the law.
     None,
@@ -98,9 +98,10 @@ impl Modes {
     /// How many are consistent.
     #[must_use]
     pub fn status(&self) -> Status {
+        let undetermined = |answer: &ModeAnswer| answer.determined == Forces::Undetermined;
         match (self.consistent().count(), self.complete) {
             (0, true) => Status::None,
-            (1, true) => Status::Unique,
+            (1, true) if !self.consistent().any(undetermined) => Status::Unique,
             (_, true) => Status::Ambiguous,
             (0, false) => Status::NotFound,
             (_, false) => Status::Found,

@@ -21,7 +21,7 @@ const LISTED: usize = 12;
 ///
 /// mass : kg. gyration_radius : m. arms : from the centre of mass to the contact points, world axes, m. tangents :
 /// unit vectors t; the normals are t turned by +90°. friction : μ ≥ 0. sliding : sign of the sliding velocity, 1, −1
-/// or 0, or None where the contact is separated. bias : (tangential, normal), added to J q̈, m/s².
+/// or 0, or None where the contact is separated (level "impulse": 0 or None). bias : (tangential, normal), added to J q̈, m/s².
 /// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration", or "impulse":
 /// bias m/s, and velocities without contact impulses in place of the accelerations.
 ///
@@ -180,7 +180,8 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 /// word : a letter for each contact: S separate, F fixed, R or L sliding right or left. acceleration : (3,)
 /// (ẍ, ÿ, θ̈), m/s² and rad/s². forces : (n, 2) by contact (tangential, normal), N. At the level of impulses these
 /// are the velocity after, m/s and rad/s, and impulses, N s. determined : how the word determines its forces:
-/// "unique", "family" (of which these are one), "singular" or "impossible" (no forces lead to the word's motion).
+/// "unique", "family" (of which these are the smallest), "singular" (friction matrix), "undetermined" (with sliding
+/// friction the motion depends on how the contacts share their forces) or "impossible" (no forces lead to the motion).
 /// force_interval : of two fixed contacts, the range of the internal force, N, or None. margins : (contact number,
 /// test, by how much it is met) for all tests, negative where one fails, relative to the load. consistent : whether
 /// Coulomb's law holds. violated : names of the tests that fail. near_degenerate : whether rounding may decide one.
@@ -280,7 +281,7 @@ impl PyContactMode {
 /// The words that contacts offer, by name, each solved.
 ///
 /// `modes["FS"]` is a ContactMode; iterating gives the words. status : "unique", "ambiguous" or "none", by how many
-/// words are consistent; where one was searched for instead, "found" or "not found". consistent : list of those words. problem : the
+/// words are consistent ("ambiguous" also where the only one is undetermined); where one was searched for instead, "found" or "not found". consistent : list of those words. problem : the
 /// ContactProblem that was solved; level : its level. `print(modes)` shows a table.
 ///
 /// >>> import standfast as sf

@@ -140,6 +140,9 @@ pub enum Forces {
     Family,
     /// The friction matrix is singular: there is no force, or again a family.
     Singular,
+    /// Forces form a family, and with sliding friction the motion depends on which: the law does not say. The one with
+    /// the smallest forces is given.
+    Undetermined,
     /// The accelerations that the word asks for exclude each other, or no force leads to them: there is no motion to
     /// report, nor any margin.
     Impossible,
@@ -165,18 +168,21 @@ pub struct ModeAnswer {
     pub margins: Vec<Margin>,
     /// Whether everything holds.
     pub consistent: bool,
+    /// Whether its own friction matrix is singular, to rounding.
+    pub(super) singular: bool,
 }
 
 impl ModeAnswer {
-    /// The tests that fail.
+    /// The tests that fail; none of a consistent word.
     pub fn violated(&self) -> impl Iterator<Item = &Margin> {
-        self.margins.iter().filter(|margin| !margin.holds())
+        self.margins.iter().filter(|margin| !self.consistent && !margin.holds())
     }
 
-    /// Whether a test holds or fails by no more than [`TIE`]: rounding may decide.
+    /// Whether rounding may decide: a test holds or fails by no more than [`TIE`], or the friction matrix is singular
+    /// (at a threshold of Painlevé).
     #[must_use]
     pub fn near_degenerate(&self) -> bool {
-        self.margins.iter().any(Margin::is_tie)
+        self.singular || self.margins.iter().any(Margin::is_tie)
     }
 
     /// Whether only ties stand against it: every test holds, or would without [`TIE`].

@@ -90,7 +90,7 @@ fn tangent(row: &Row) -> Plane {
 
 /// The accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
 #[derive(Debug, Clone, Copy)]
-struct Flat {
+pub(super) struct Flat {
     point: Vector3<f64>,
     rows: [Vector3<f64>; 3],
     rank: usize,
@@ -103,7 +103,7 @@ enum On {
 }
 
 impl Flat {
-    fn everything() -> Self {
+    pub(super) fn everything() -> Self {
         Self { point: Vector3::zeros(), rows: [Vector3::zeros(); 3], rank: 0 }
     }
 
@@ -117,7 +117,7 @@ impl Flat {
     }
 
     /// Where this plane cuts the flat; `None` if it depends on the rows of the flat.
-    fn with(&self, (row, bias): Plane) -> Option<Self> {
+    pub(super) fn with(&self, (row, bias): Plane) -> Option<Self> {
         let rest = self.along(&row);
         let length = rest.norm();
         if self.rank == 3 || length <= DEPENDENT {
@@ -132,7 +132,7 @@ impl Flat {
     }
 
     /// Orthonormal rows that vanish on the flat and nowhere else.
-    fn planes(&self) -> Vec<Plane> {
+    pub(super) fn planes(&self) -> Vec<Plane> {
         self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
     }
 
@@ -317,9 +317,8 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
             dependent.push((*plane, *owner));
         }
     }
-    if n == flat.rank
-        && let Some(unknown) = isostatic(&equations, &load)
-    {
+    let square = n == flat.rank;
+    if square && let Some(unknown) = isostatic(&equations, &load) {
         let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
@@ -340,6 +339,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         }
         _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };
+    answer.singular = square; // else it would have been solved
     if answer.determined != Forces::Impossible && !ties.is_empty() {
         answer.margins.extend(ties);
         answer.margins.sort_by_key(|margin| margin.contact);
@@ -425,6 +425,7 @@ pub(super) fn judge(
             force_interval,
             margins,
             consistent,
+            singular: false,
         };
     }
     let mut margins = Vec::with_capacity(2 * scaled.len());
@@ -435,7 +436,7 @@ pub(super) fn judge(
             margins.push(Margin { contact: ContactNumber::of(i), condition, value });
         });
     }
-    let consistent = margins.iter().all(Margin::holds);
+    let consistent = margins.iter().all(Margin::holds) && !leans_on_a_tie(&margins);
     ModeAnswer {
         word,
         acceleration: problem.acceleration(y),
@@ -444,5 +445,19 @@ pub(super) fn judge(
         force_interval: None,
         margins,
         consistent,
+        singular: false,
     }
+}
+
+/// Accelerations that a force outside its cone may buy, per unit of that force: rows are of length about one.
+const LEVER: f64 = 100.0;
+
+/// Whether an acceleration that has to differ from zero owes it to a force that is in its cone by a tie only.
+fn leans_on_a_tie(margins: &[Margin]) -> bool {
+    let least = |strict: bool| {
+        let of_kind = margins.iter().filter(|m| m.condition.is_strict() == strict);
+        of_kind.map(|m| m.value).fold(f64::INFINITY, f64::min)
+    };
+    let missing = -least(false);
+    missing > ROUNDING && least(true) <= TIE + LEVER * missing
 }

@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use super::answer::{Forces, ModeAnswer, TIE};
-use super::enumerate::{DEPENDENT, Plane, judge};
+use super::enumerate::{DEPENDENT, Flat, Plane, judge};
 use super::problem::ContactProblem;
 use super::simplex::maximise;
 use super::words::{Mode, Word};
@@ -109,14 +109,45 @@ pub(super) fn solve(
     for (row, bias) in independent {
         y -= row * (row.dot(&y) + bias);
     }
+    // The motion depends on the forces chosen if some of them change it, and keep every plane.
+    let directions: Vec<Vector3<f64>> = generators.iter().map(|g| g.direction).collect();
+    let kept = |direction: &Vector3<f64>| {
+        let parts = independent.iter().map(|(row, _)| row * row.dot(direction));
+        parts.fold(Vector3::zeros(), |sum, part| sum + part)
+    };
+    let determined = if determined != Forces::Impossible
+        && rank(&directions) > rank(&directions.iter().map(kept).collect::<Vec<_>>())
+    {
+        Forces::Undetermined
+    } else {
+        determined
+    };
     let answer = judge(problem, word, &y, &forces, determined);
     #[cfg(feature = "qp")]
     if answer.consistent
-        && determined == Forces::Family
-        && let Some(scaled) = super::smallest::smallest(rows, word, &(y - load))
+        && let Some(scaled) = super::smallest::smallest(rows, word, independent, &load)
     {
-        let forces = scaled.iter().enumerate().map(|(i, f)| problem.force(i, *f)).collect();
-        return ModeAnswer { forces, ..answer };
+        let pushed = scaled
+            .iter()
+            .zip(rows)
+            .fold(load, |y, ([f_t, f_n], row)| y + row.tangent * *f_t + row.normal * *f_n);
+        let y = if determined == Forces::Undetermined { pushed } else { y };
+        let of_smallest = judge(problem, word, &y, &scaled, determined);
+        if of_smallest.consistent {
+            let (acceleration, forces) = (of_smallest.acceleration, of_smallest.forces);
+            return ModeAnswer { acceleration, forces, ..answer };
+        }
     }
     answer
+}
+
+/// How many of the directions are independent.
+fn rank(directions: &[Vector3<f64>]) -> usize {
+    let mut flat = Flat::everything();
+    for direction in directions {
+        if let Some(cut) = flat.with((*direction, 0.0)) {
+            flat = cut;
+        }
+    }
+    flat.planes().len()
 }

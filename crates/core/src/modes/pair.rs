@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, TIE, is_doubtful, test};
+use super::answer::{Forces, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
 use super::enumerate::{DEPENDENT, judge};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
@@ -29,13 +29,19 @@ pub struct PairModes {
     // SS, six words with one contact closed, FF; a line on which both stay closed has three pieces, and two words pivot.
     modes: [PairMode; 13],
     len: usize,
+    /// Whether a word is consistent with a force outside its cone, by a tie.
+    leans: bool,
 }
 
 impl PairModes {
     fn none() -> Self {
         let (consistent, near_degenerate) = (false, false);
         let (letters, forces) = ([Mode::Separate; 2], [[0.0; 2]; 2]);
-        Self { modes: [PairMode { consistent, near_degenerate, letters, forces }; 13], len: 0 }
+        Self {
+            modes: [PairMode { consistent, near_degenerate, letters, forces }; 13],
+            len: 0,
+            leans: false,
+        }
     }
 
     /// The words, solved.
@@ -48,14 +54,15 @@ impl PairModes {
         self.iter().filter(|mode| mode.consistent)
     }
 
-    /// Whether no tie keeps the only consistent word from being one.
+    /// Whether no tie makes or breaks a consistent word.
     fn is_decided(&self) -> bool {
-        self.iter().any(|mode| mode.consistent) || !self.iter().any(|mode| mode.near_degenerate)
+        let any = |test: fn(&PairMode) -> bool| self.iter().any(test);
+        !self.leans && (any(|mode| mode.consistent) || !any(|mode| mode.near_degenerate))
     }
 
     #[inline(always)]
     fn add(&mut self, solver: &Solver<'_>, letters: [Mode; 2], forces: [[f64; 2]; 2]) {
-        let (mut consistent, mut near_degenerate) = (true, false);
+        let (mut consistent, mut near_degenerate, mut missing) = (true, false, false);
         for i in 0..2 {
             let tangential = || solver.tangential(i, &forces);
             let normal = || solver.normal(i, forces[1 - i]);
@@ -63,8 +70,10 @@ impl PairModes {
             test(row, letters[i], tangential, normal, forces[i], |condition, value| {
                 consistent &= condition.holds(value);
                 near_degenerate |= value.abs() <= TIE;
+                missing |= value < -ROUNDING && !condition.is_strict();
             });
         }
+        self.leans |= consistent && missing;
         self.modes[self.len] = PairMode { consistent, near_degenerate, letters, forces };
         self.len += 1;
     }
@@ -315,7 +324,7 @@ impl<'a> Solver<'a> {
     #[inline(always)]
     fn fixed(&self, i: usize, found: &mut PairModes) {
         let ([tangential, normal], mixed, own) = (self.need[i], self.mixed[i], self.own[i]);
-        let det = own - mixed * mixed;
+        let det = own - mixed * mixed; // its rounding is that of the numerators: they divide out
         let force =
             [(mixed * normal - tangential) / det, (mixed * tangential - own * normal) / det];
         self.closed(i, Mode::Fixed, force, found);

@@ -12,7 +12,7 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, finite, non_negative, positive};
+use crate::error::{Error, LARGEST, finite, in_range, non_negative, positive};
 use crate::posture::{MAX_CONTACTS, Posture};
 use crate::simulate::State;
 use crate::tolerance::TOUCH;
@@ -42,7 +42,8 @@ pub struct ProblemFields {
     pub tangents: Vec<[f64; 2]>,
     /// Coefficients of friction μ_i ≥ 0.
     pub friction: Vec<f64>,
-    /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated.
+    /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated. At the impulse level 0: its mode
+    /// says how the contact slides after the impact.
     pub sliding: Vec<Option<i8>>,
     /// Added to J q̈ at each contact, (tangential, normal), in m/s² (impulse level: m/s).
     pub bias: Vec<[f64; 2]>,
@@ -122,6 +123,9 @@ impl Row {
         [self.tangent, self.normal].map(|row| row.xy().dot(&force) * self.stretch * self.stretch)
     }
 }
+
+/// Longest arm, in radii of gyration: rows of a longer one all but turn the body, and forces lose (|d|/ρ)² roundings.
+const LONGEST_ARM: f64 = 1e4;
 
 /// |t| may differ from one by the rounding of decimals such as 0.8 and 0.6, relative.
 const UNIT: f64 = 1e-12;
@@ -208,6 +212,12 @@ impl ContactProblem {
             let (tangent, normal) = (Vector2::from(t), Vector2::new(-t[1], t[0]));
             let arm = Vector2::from(d) / rho;
             let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+            in_range(
+                format!("arms.{number}"),
+                arm.norm(),
+                arm.norm() <= LONGEST_ARM,
+                "length over gyration_radius at most 1e4: forces of longer ones have few digits left",
+            )?;
             // d × n = t·d = b and d × t = −n·d = −c.
             let stretch = 1.0_f64.hypot(b);
             rows.push(Row {
@@ -284,6 +294,15 @@ impl Posture {
             finite(format!("wrench.{axis}"), value)?;
         }
         let (f, size) = (self.fields(), self.size());
+        let spin = state.qdot.z * state.qdot.z * size;
+        let allowed = "omega^2 times the size of the body at most 1e150 m/s^2";
+        in_range("qdot.theta", state.qdot.z, spin <= LARGEST, allowed)?;
+        let inertia = f.mass * self.gyration_squared();
+        for (k, axis) in ["x", "y", "torque"].iter().enumerate() {
+            let push = wrench[k] / if k < 2 { f.mass } else { inertia };
+            let allowed = "accelerations of at most 1e150 m/s^2 or rad/s^2";
+            in_range(format!("wrench.{axis}"), wrench[k], push.abs() <= LARGEST, allowed)?;
+        }
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;
         let still = TOUCH * (v.x.hypot(v.y) + size * omega.abs());

@@ -12,7 +12,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, S
 use nalgebra::{Matrix3, Vector3};
 
 use super::answer::TIE;
-use super::enumerate::DEPENDENT;
+use super::enumerate::{DEPENDENT, Plane};
 use super::problem::Row;
 use super::words::{Mode, Word};
 
@@ -27,10 +27,14 @@ const REFINEMENTS: usize = 1;
 /// is taken as an equation leave more.
 const BALANCE: f64 = 1e-13;
 
+/// Changes of the set of edges that hold the forces, from a guess of it to the set whose edges all push.
+const CHANGES: usize = 16;
+
 /// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and what it does.
 struct Unknown {
     contact: usize,
     force: [f64; 2],
+    /// What it adds to the planes.
     wrench: Vector3<f64>,
 }
 
@@ -40,9 +44,14 @@ struct Edge {
     edge: [f64; 2],
 }
 
-/// The smallest forces (tangential, normal), scaled, that add `rest` to the load; `None` if the programme or its
-/// polish fails.
-pub(super) fn smallest(rows: &[Row], word: Word, rest: &Vector3<f64>) -> Option<Vec<[f64; 2]>> {
+/// The smallest forces (tangential, normal), scaled, under which these planes vanish; `None` if neither the programme nor
+/// its polish leads to them.
+pub(super) fn smallest(
+    rows: &[Row],
+    word: Word,
+    planes: &[Plane],
+    load: &Vector3<f64>,
+) -> Option<Vec<[f64; 2]>> {
     let closed: Vec<_> =
         word.modes().enumerate().filter(|(_, mode)| *mode != Mode::Separate).collect();
     let edges: Vec<_> = closed
@@ -57,19 +66,24 @@ pub(super) fn smallest(rows: &[Row], word: Word, rest: &Vector3<f64>) -> Option<
             cone.iter().map(|&edge| Edge { contact, edge }).collect::<Vec<_>>()
         })
         .collect();
+    let (mut needs, mut rest) = (Matrix3::zeros(), Vector3::zeros());
+    for (k, (row, bias)) in planes.iter().enumerate() {
+        needs.set_row(k, &row.transpose());
+        rest[k] = -(row.dot(load) + bias);
+    }
     // Unknowns, if those edges are equations which say so.
-    let unknowns = |active: &dyn Fn(usize) -> bool| {
+    let unknowns = |active: &[bool]| {
         let mut all = Vec::new();
         for &(contact, mode) in &closed {
             let (row, mu) = (&rows[contact], rows[contact].friction);
             let mut add = |t: f64, n: f64| {
                 let force = [t / t.hypot(n), n / t.hypot(n)];
-                let wrench = (row.tangent * force[0] + row.normal * force[1]) * row.stretch;
-                all.push(Unknown { contact, force, wrench });
+                let push = (row.tangent * force[0] + row.normal * force[1]) * row.stretch;
+                all.push(Unknown { contact, force, wrench: needs * push });
             };
             let first = edges.iter().position(|e| e.contact == contact).unwrap_or(0);
             if mode == Mode::Fixed && mu > 0.0 {
-                match (active(first), active(first + 1)) {
+                match (active[first], active[first + 1]) {
                     (false, false) => {
                         add(1.0, 0.0);
                         add(0.0, 1.0);
@@ -78,40 +92,77 @@ pub(super) fn smallest(rows: &[Row], word: Word, rest: &Vector3<f64>) -> Option<
                     (false, true) => add(mu, 1.0),
                     (true, true) => {}
                 }
-            } else if !active(first) {
+            } else if !active[first] {
                 add(-mode.direction() * mu, 1.0);
             }
         }
         all
     };
-    let all = unknowns(&|_| false);
-    // Well inside the cones, the smallest force of all will do; else some edges hold it.
-    let inside = within(rows, &edges, &all, rest);
-    inside.or_else(|| {
-        ACCURACIES.iter().find_map(|&accuracy| {
-            let active = active(&all, &edges, rest, accuracy)?;
-            within(rows, &edges, &unknowns(&|k| active[k]), rest)
-        })
-    })
+    let none = vec![false; edges.len()];
+    let all = unknowns(&none);
+    let guesses = ACCURACIES.iter().map(|&accuracy| guess(&all, &edges, &rest, accuracy));
+    for guess in [Some(none)].into_iter().chain(guesses) {
+        let mut active = guess?;
+        for _ in 0..CHANGES {
+            let Some(found) = solve(rows.len(), &unknowns(&active), &rest) else { break };
+            // What a contact would push without edges: λ through its own rows.
+            let free = |contact: usize| {
+                let (row, lambda) = (&rows[contact], needs.transpose() * found.lambda);
+                [row.tangent.dot(&lambda), row.normal.dot(&lambda)].map(|g| g * row.stretch)
+            };
+            let limit = TIE * found.size;
+            let next: Vec<bool> = edges
+                .iter()
+                .enumerate()
+                .map(|(k, Edge { contact, edge: [t, n] })| {
+                    let ([f_t, f_n], [g_t, g_n]) = (found.forces[*contact], free(*contact));
+                    let (mode, mu) = (word.mode(*contact), rows[*contact].friction);
+                    if !active[k] {
+                        return t * f_t + n * f_n < -limit * (1.0 + n);
+                    }
+                    // An edge holds the force if it pushes: f − g = Σ z·edge with z ≥ 0.
+                    let z = if mode != Mode::Fixed || mu == 0.0 {
+                        mode.direction() * mu * g_t - g_n
+                    } else if edges.iter().zip(&active).all(|(e, on)| e.contact != *contact || *on)
+                    {
+                        -g_n - t * mu * g_t
+                    } else {
+                        t * (f_t - g_t) + n * (f_n - g_n)
+                    };
+                    z > -limit
+                })
+                .collect();
+            if next == active {
+                let forces = found.forces.iter().zip(rows);
+                return Some(forces.map(|(f, row)| f.map(|f| f * row.stretch)).collect());
+            }
+            active = next;
+        }
+    }
+    None
 }
 
-/// The smallest forces of these unknowns, if they suit the inequalities.
-fn within(
-    rows: &[Row],
-    edges: &[Edge],
-    unknowns: &[Unknown],
-    rest: &Vector3<f64>,
-) -> Option<Vec<[f64; 2]>> {
+/// The smallest forces of some unknowns, whatever their signs.
+struct Solved {
+    forces: Vec<[f64; 2]>,
+    /// The multipliers of the equations.
+    lambda: Vector3<f64>,
+    /// The largest of the forces, at least one.
+    size: f64,
+}
+
+fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<Solved> {
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
     let gram =
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
     let gram = gram.svd(true, true);
-    let mut forces = vec![[0.0; 2]; rows.len()];
-    let mut missing = *rest;
+    let mut forces = vec![[0.0; 2]; contacts];
+    let (mut missing, mut lambda) = (*rest, Vector3::zeros());
     for _ in 0..=REFINEMENTS {
-        let lambda = gram.solve(&missing, DEPENDENT * gram.singular_values.max()).ok()?;
+        let more = gram.solve(&missing, DEPENDENT * gram.singular_values.max()).ok()?;
+        lambda += more;
         for u in unknowns {
-            let size = u.wrench.dot(&lambda);
+            let size = u.wrench.dot(&more);
             missing -= u.wrench * size;
             for k in 0..2 {
                 forces[u.contact][k] += u.force[k] * size;
@@ -119,16 +170,11 @@ fn within(
         }
     }
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
-    let inside = edges.iter().all(|Edge { contact, edge: [t, n] }| {
-        let [f_t, f_n] = forces[*contact];
-        t * f_t + n * f_n >= -TIE * (1.0 + n) * size
-    });
-    let scaled = forces.iter().zip(rows).map(|(f, row)| f.map(|part| part * row.stretch)).collect();
-    (inside && missing.amax() <= BALANCE * size).then_some(scaled)
+    (missing.amax() <= BALANCE * size).then_some(Solved { forces, lambda, size })
 }
 
-/// Which of the inequalities are equations at the optimum.
-fn active(
+/// Which of the inequalities are equations at the optimum, by Clarabel.
+fn guess(
     unknowns: &[Unknown],
     edges: &[Edge],
     rest: &Vector3<f64>,
@@ -191,6 +237,13 @@ mod tests {
         .unwrap()
     }
 
+    /// No acceleration at all.
+    const AXES: [Plane; 3] = [
+        (Vector3::new(1.0, 0.0, 0.0), 0.0),
+        (Vector3::new(0.0, 1.0, 0.0), 0.0),
+        (Vector3::new(0.0, 0.0, 1.0), 0.0),
+    ];
+
     #[test]
     fn two_fixed_contacts_have_the_closed_form() {
         let mut edges = 0;
@@ -206,7 +259,7 @@ mod tests {
                 continue;
             };
             let word = "FF".parse().unwrap();
-            let by_clarabel = smallest(problem.rows(), word, &-problem.load()).unwrap();
+            let by_clarabel = smallest(problem.rows(), word, &AXES, &problem.load()).unwrap();
             for i in 0..2 {
                 let (one, two) = (mode.force(&problem, i), problem.force(i, by_clarabel[i]));
                 let off = (one[0] - two[0]).hypot(one[1] - two[1]);
