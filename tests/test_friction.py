@@ -1,6 +1,7 @@
 """Motion on contacts with friction against closed forms and against the equations of motion to 26 digits."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -372,11 +373,9 @@ def test_a_rough_ladder(friction, omega):
     phase = sliding_phase(run)
     body = Body(posture)
     first = [mpf(x) for x in start]
-    t, y, event = body.until(phase.mode, first, mpf(1) / 64)
+    t, y, _ = body.until(phase.mode, first, mpf(1) / 64)
     close(phase.end, t, 1e-12)
-    if event[0] == "stop":
-        assert run.outcome == "rest" or words(run)[-1] != phase.mode
-    q, qdot = run.at(phase.end)
+    q = run.at(phase.end)[0]
     for k in range(3):
         close(q[k], y[k], 1e-12, scale=HALF)
     for share in (0.4, 0.8):
@@ -482,7 +481,7 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
     first = [mpf(x) for x in start]
     if side < 0:  # the oracle begins on foot 1: mirror
         first = [-first[0], first[1], -first[2], -first[3], first[4], -first[5]]
-    count = 13 if restitution == 0 else 16
+    count = 16 if restitution == 0 else 20
     phases, starts = rocking(posture, first, count)
     mirror = str.maketrans("RL", "LR")
     for k, (word, t, y) in enumerate(phases[:-1]):
@@ -501,17 +500,16 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
             for i in range(3):
                 close(q[i], y[i], 1e-13, scale=0.01)
                 close(qdot[i], y[3 + i], 1e-13, scale=abs(omega))
-    lengths = [b - a for a, b in zip(starts, starts[1:], strict=False)]
-    ratios = [b / a for a, b in zip(lengths, lengths[1:], strict=False)]
-    # ever closer to one ratio
-    changes = [abs(b - a) for a, b in zip(ratios, ratios[1:], strict=False)]
-    assert changes[-1] < 0.1 * changes[0]
-    assert ratios[-1] < 0.8
-    # the last rounds summed: ratios approach their limit like the square of the speeds
-    tail = lengths[-1] * ratios[-1] / (1 - ratios[-1])
+    lengths = [b - a for a, b in pairwise(starts)]
+    # every second one: left and right may differ in their pattern
+    ratios = [b / a for a, b in zip(lengths, lengths[2:], strict=False)]
+    changes = [abs(b - a) for a, b in pairwise(ratios)]
+    assert changes[-1] < 0.05 * max(changes)
+    assert ratios[-1] < 0.5
+    tail = (lengths[-1] + lengths[-2]) * ratios[-1] / (1 - ratios[-1])
     error = tail * changes[-1] / (1 - ratios[-1]) ** 2
-    assert abs(mpf(point.time) - (starts[-1] + tail)) <= 2 * error + mpf("1e-13")
-    assert error < 1e-5 * run.time
+    assert abs(mpf(point.time) - (starts[-1] + tail)) <= 2 * error + mpf("1e-14")
+    assert error < 1e-9 * run.time
 
 
 # --- many runs ----------------------------------------------------------------------------------------------------
@@ -523,7 +521,7 @@ def random_scene(seed):
     uniform = random.uniform
     points = [(uniform(-0.5, 0.5), uniform(-0.1, 0.1))]
     if seed % 3:
-        points = [(uniform(s, 2 * s), uniform(-0.1, 0.1)) for s in (-0.5, 0.5)]
+        points = [(s * uniform(0.2, 1), uniform(-0.1, 0.1)) for s in (-1, 1)]
     contacts = [
         sf.Contact(point=p, slope=uniform(-0.5, 0.5), friction=uniform(0, 2))
         for p in points
@@ -539,3 +537,239 @@ def random_scene(seed):
     q = (0, 0, 0) if random.integers(2) else (0, uniform(0, 0.05), 0)
     kick = random.choice([0, 0.01, 0.1, 0.5])
     return posture, q, tuple(kick * uniform(-1, 1, 3))
+
+
+OUTCOMES = {
+    "rest",
+    "zeno",
+    "escape",
+    "sliding",
+    "time-limit",
+    "event-limit",
+    "inconsistent",
+    "ambiguous",
+}
+
+
+def flaws(posture, run):
+    """What a run of the full model does that no motion can do."""
+    phases = run.phases if len(run.phases) < 80 else run.phases[:40] + run.phases[-40:]
+    times = np.concatenate([np.linspace(p.start, p.end, 5) for p in phases])
+    times = np.maximum.accumulate(times)
+    q, qdot = run.at(times)
+    rho = posture.gyration_radius
+    kinetic = 0.5 * posture.mass * (qdot**2 @ [1, 1, rho**2])
+    size = 1 + np.abs(q).max(axis=1)
+    scale = np.maximum.accumulate(kinetic) + posture.mass * G * size
+    found = []
+    if (np.diff(run.energy(times)) > 1e-12 * scale[1:]).any():
+        found.append("energy rises")
+    gaps = np.array([posture.gaps(x) for x in q])
+    if (gaps < -1e-12 * size[:, None]).any():
+        found.append("in the terrain")
+    if (np.abs(gaps - run.gaps_at(times)[0]) > 1e-12 * size[:, None]).any():
+        found.append("gaps are not those of q")
+    if run.outcome not in OUTCOMES:
+        found.append("outcome")
+    if run.outcome in ("inconsistent", "ambiguous") and not found:
+        expected = {"inconsistent": "none", "ambiguous": "ambiguous"}[run.outcome]
+        if sf.contact_modes(posture, run.q, run.qdot).status != expected:
+            found.append("contact modes disagree")
+    return found
+
+
+#: Of the scenes below, those that meet one of the defects at the end of this file.
+FLAWED = {12, 33, 37, 49, 164, 189, 199, 201, 204, 304, 345, 366, 375, 417, 468}
+
+
+def test_no_run_gains_energy_or_enters_the_terrain():
+    """500 scenes; -s prints how they end."""
+    table, flawed, limited = {}, {}, []
+    for seed in range(500):
+        posture, q, qdot = random_scene(seed)
+        run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
+        key = (len(posture.contacts), run.outcome)
+        table[key] = table.get(key, 0) + 1
+        if run.outcome == "event-limit":
+            limited.append((seed, round(run.time, 4)))
+        if found := flaws(posture, run):
+            flawed[seed] = found
+    for (contacts, outcome), count in sorted(table.items()):
+        print(f"{contacts} contact(s)  {outcome:14}{count:5}")
+    print("event limit (seed, time):", limited)
+    print("flawed:", flawed)
+    assert set(flawed) <= FLAWED
+
+
+# --- more than one answer, or none --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", [1.2, 1.4, 1.6, 2.0])
+def test_painleves_rod(friction):
+    """A uniform rod slides on its lower end: 1 + 3cos φ (cos φ − μ sin φ) < 0 is possible for μ > 4/3 only. A rod at
+    rest but for its slide has then no motion at all; a rod that turns fast enough has two."""
+    seen = set()
+    for k in range(1, 30):
+        phi = math.pi / 2 * k / 30
+        rod = sf.Posture(
+            mass=1.0,
+            gyration_radius=1 / math.sqrt(3),
+            center_of_mass=(math.cos(phi), math.sin(phi)),
+            contacts=[sf.Contact(point=(0, 0), friction=friction)],
+            restitution=0.0,
+            gravity=G,
+        )
+        mass = 1 + 3 * math.cos(phi) * (math.cos(phi) - friction * math.sin(phi))
+        for omega in (0.0, 5.0):
+            v = (-2.0 - omega * math.sin(phi), omega * math.cos(phi), omega)
+            if rod.gap_rates((0, 0, 0), v)[0] != 0:
+                continue  # rounding: no sliding, but an impact or a flight
+            # the end leaves if nothing holds it: a_n = −g + ω² sin φ with c = −sin φ
+            lifts = omega**2 * math.sin(phi) > G
+            expected = {
+                (True, False): "unique",  # slides
+                (True, True): "unique",  # leaves
+                (False, False): "none",
+                (False, True): "ambiguous",
+            }[mass > 0, lifts]
+            status = sf.contact_modes(rod, (0, 0, 0), v).status
+            run = sf.simulate(rod, (0, 0, 0), v, model="full", time_limit=1e-6)
+            seen.add(status)
+            assert status == expected, (phi, omega)
+            outcome = {
+                "unique": "time-limit",
+                "none": "inconsistent",
+                "ambiguous": "ambiguous",
+            }
+            assert run.outcome == outcome[status]
+    assert ("none" in seen) == (friction > 4 / 3)
+    assert ("ambiguous" in seen) == (friction > 1.5)  # at 1.4 between the samples
+
+
+# --- known defects ------------------------------------------------------------------------------------------------
+
+
+def defect(reason):
+    """A test that fails now, and will have to pass."""
+    return pytest.mark.xfail(strict=True, reason=reason)
+
+
+@defect("the return of v_t to zero within the first step of a slide is missed")
+def test_a_swing_that_slips_at_its_ends_loses_energy():
+    """Ever shorter slips; at 80 s one does not end, and friction drives the body to 1000 m/s."""
+    body = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.3,
+        center_of_mass=(0, 0),
+        contacts=[sf.Contact(point=(0, 0.5), friction=0.5)],
+        restitution=0.0,
+        gravity=G,
+    )
+    run = sf.simulate(body, (0, 0, 0), (1.5, 0, 3), model="full", time_limit=300)
+    assert flaws(body, run) == []
+
+
+@defect(
+    "a slide that begins at v_t = 0 keeps the sign 0: at the next event it may turn"
+)
+def test_a_slide_goes_on_when_the_other_contact_lifts_off():
+    """Both slide to the right at 5 and 3 m/s, one lifts off: the other goes on to the right."""
+    posture, q, qdot = random_scene(304)
+    run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
+    k = words(run).index("RR")
+    assert words(run)[k + 1] == "SR"
+
+
+@defect("a contact at rest that lifts off at once still counts as closed")
+def test_a_contact_in_the_air_has_no_mode_but_s():
+    """From rest on both contacts the body swings about the second, which slips when the first is .7 m above."""
+    posture = sf.Posture(
+        mass=1.7223667390837893,
+        gyration_radius=0.70004355779108,
+        center_of_mass=(0.18067246599022818, 0.7223003143998428),
+        contacts=[
+            sf.Contact(
+                point=(-0.7435599075611132, -0.10934212670696004),
+                slope=0.2110014577124668,
+                friction=0.47571733050042275,
+            ),
+            sf.Contact(
+                point=(0.10526823005500549, 0.1416546513369853),
+                slope=-0.277569919749138,
+                friction=0.5931947276300742,
+            ),
+        ],
+        restitution=0.5418971432678209,
+        gravity=G,
+    )
+    run = sf.simulate(posture, (0, 0, 0), (0, 0, 0), model="full", time_limit=2.0)
+    assert flaws(posture, run) == []
+
+
+@defect("where one of two sliding contacts turns back all velocity is set to zero")
+def test_an_end_of_a_ladder_turns_back():
+    """At 45 degrees the upper end stands still while the ladder turns: energy is continuous."""
+    posture = ladder(0.05)
+    run = sf.simulate(posture, (0, 0, 0), (1.0, 0, 2.0), model="full", time_limit=0.4)
+    t = sliding_phase(run).end
+    close(run.at(t)[0][2], mp.pi / 4)
+    near = run.energy([t - 1e-6, t + 1e-6])
+    assert abs(near[1] - near[0]) < 1e-4
+
+
+@defect("velocity left over by rounding goes on in a word that allows none")
+@pytest.mark.parametrize("seed", [49])
+def test_two_fixed_contacts_do_not_drift(seed):
+    """A body that cannot move does not slide for 190 000 s at 1e-9 m/s."""
+    posture, q, qdot = random_scene(seed)
+    run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
+    assert run.outcome == "rest"
+    assert run.time < 10
+
+
+@defect(
+    "a frictionless test says that the body cannot rest, and the rounds are never summed"
+)
+@pytest.mark.parametrize("restitution", [0.0, 0.3])
+def test_rocking_on_a_slope_ends(restitution):
+    """The centre of mass is above the feet, but its projection along the normal is not between them: without friction
+    the body would tip."""
+    slope = 0.4
+    t, n = (math.cos(slope), math.sin(slope)), (-math.sin(slope), math.cos(slope))
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.5,
+        center_of_mass=tuple(0.6 * n[k] + 0.2537 * t[k] for k in (0, 1)),
+        contacts=[
+            sf.Contact(point=(s * t[0], s * t[1]), slope=slope, friction=1.0)
+            for s in (-0.25, 0.25)
+        ],
+        restitution=restitution,
+        gravity=G,
+    )
+    run = sf.simulate(
+        posture, (0, 0, 0), (0, 0.05, 0.1), model="full", event_limit=20_000
+    )
+    assert run.outcome == "rest"
+
+
+@defect("a step leads across the pole of the force, behind which it is negative")
+def test_no_motion_beyond_the_pole_of_the_force():
+    """The normal force of a sliding point grows without bound as 1 + b(b + σμc)/ρ² falls to zero."""
+    posture = sf.Posture(
+        mass=1.7100641222786925,
+        gyration_radius=0.1150509336682351,
+        center_of_mass=(-0.13332250385006805, 1.0846773183203156),
+        contacts=[
+            sf.Contact(
+                point=(0.46381058947336773, -0.10895103695681924),
+                slope=-0.1693576722834751,
+                friction=1.4276212472485426,
+            )
+        ],
+        restitution=0.8058644624976203,
+        gravity=G,
+    )
+    start = (0, 0.010153353803426163, 0)
+    run = sf.simulate(posture, start, (0, 0, 0), model="full", time_limit=0.72)
+    assert flaws(posture, run) == []
