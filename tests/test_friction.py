@@ -646,15 +646,6 @@ def test_painleves_rod(friction):
     assert ("ambiguous" in seen) == (friction > 1.5)  # at 1.4 between the samples
 
 
-# --- known defects ------------------------------------------------------------------------------------------------
-
-
-def defect(reason):
-    """A test that fails now, and will have to pass."""
-    return pytest.mark.xfail(strict=True, reason=reason)
-
-
-@defect("the return of v_t to zero within the first step of a slide is missed")
 def test_a_swing_that_slips_at_its_ends_loses_energy():
     """Ever shorter slips; at 80 s one does not end, and friction drives the body to 1000 m/s."""
     body = sf.Posture(
@@ -669,9 +660,6 @@ def test_a_swing_that_slips_at_its_ends_loses_energy():
     assert flaws(body, run) == []
 
 
-@defect(
-    "a slide that begins at v_t = 0 keeps the sign 0: at the next event it may turn"
-)
 def test_a_slide_goes_on_when_the_other_contact_lifts_off():
     """Both slide to the right at 5 and 3 m/s, one lifts off: the other goes on to the right."""
     posture, q, qdot = random_scene(304)
@@ -680,7 +668,6 @@ def test_a_slide_goes_on_when_the_other_contact_lifts_off():
     assert words(run)[k + 1] == "SR"
 
 
-@defect("a contact at rest that lifts off at once still counts as closed")
 def test_a_contact_in_the_air_has_no_mode_but_s():
     """From rest on both contacts the body swings about the second, which slips when the first is .7 m above."""
     posture = sf.Posture(
@@ -706,7 +693,6 @@ def test_a_contact_in_the_air_has_no_mode_but_s():
     assert flaws(posture, run) == []
 
 
-@defect("where one of two sliding contacts turns back all velocity is set to zero")
 def test_an_end_of_a_ladder_turns_back():
     """At 45 degrees the upper end stands still while the ladder turns: energy is continuous."""
     posture = ladder(0.05)
@@ -717,7 +703,6 @@ def test_an_end_of_a_ladder_turns_back():
     assert abs(near[1] - near[0]) < 1e-4
 
 
-@defect("velocity left over by rounding goes on in a word that allows none")
 @pytest.mark.parametrize("seed", [49])
 def test_two_fixed_contacts_do_not_drift(seed):
     """A body that cannot move does not slide for 190 000 s at 1e-9 m/s."""
@@ -727,9 +712,6 @@ def test_two_fixed_contacts_do_not_drift(seed):
     assert run.time < 10
 
 
-@defect(
-    "a frictionless test says that the body cannot rest, and the rounds are never summed"
-)
 @pytest.mark.parametrize("restitution", [0.0, 0.3])
 def test_rocking_on_a_slope_ends(restitution):
     """The centre of mass is above the feet, but its projection along the normal is not between them: without friction
@@ -753,7 +735,6 @@ def test_rocking_on_a_slope_ends(restitution):
     assert run.outcome == "rest"
 
 
-@defect("a step leads across the pole of the force, behind which it is negative")
 def test_no_motion_beyond_the_pole_of_the_force():
     """The normal force of a sliding point grows without bound as 1 + b(b + σμc)/ρ² falls to zero."""
     posture = sf.Posture(

@@ -30,6 +30,8 @@ pub(crate) struct Point {
     pub(crate) friction: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
+    /// c in the nominal posture, so that the gap is n·r + c − nominal.
+    pub(crate) nominal: f64,
     /// Gap and its rate.
     pub(crate) h: f64,
     pub(crate) u: f64,
@@ -90,6 +92,11 @@ impl Stance {
             }
         }
         !basis.is_empty() && rest(&basis, row(&self.points[i])).norm() <= DEPENDENT
+    }
+
+    /// Whether the rows that vanish leave no motion at all.
+    pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
+        self.independent(modes).len() == 3
     }
 
     /// Rows that vanish and determine the motion, the longest first: normal rows of closed contacts, tangential
@@ -167,6 +174,8 @@ pub(crate) struct Step {
     r: [Series; 2],
     v: [Series; 2],
     tracks: Vec<Track>,
+    /// Determinant of the friction matrix; positive at the start.
+    determinant: Series,
     /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
     unit: f64,
     /// Time for which the series serve to the last digit, in units.
@@ -186,11 +195,42 @@ pub(crate) enum StepEnd {
     Stop(usize),
     /// The force of this fixed contact has reached the edge of its cone: it begins to slide this way.
     Slip(usize, Mode),
+    /// The friction matrix becomes singular: forces grow beyond all bounds (dynamic jam).
+    Jam,
 }
 
 /// Coefficient k of the product of two series.
 fn product(a: &Series, b: &Series, k: usize) -> f64 {
     (0..=k).map(|j| a[j] * b[k - j]).sum()
+}
+
+fn times(a: &Series, b: &Series) -> Series {
+    let mut series = ZERO;
+    for (k, c) in series.iter_mut().enumerate() {
+        *c = product(a, b, k);
+    }
+    series
+}
+
+/// Determinant of the first n rows and columns.
+fn determinant(m: &[[Series; 3]; 3], n: usize) -> Series {
+    let minor = |i: usize, j: usize, k: usize, l: usize| {
+        let (one, two) = (times(&m[i][k], &m[j][l]), times(&m[i][l], &m[j][k]));
+        std::array::from_fn(|k| one[k] - two[k])
+    };
+    match n {
+        0 => constant(1.0),
+        1 => m[0][0],
+        2 => minor(0, 1, 0, 1),
+        _ => {
+            let parts = [
+                times(&m[0][0], &minor(1, 2, 1, 2)),
+                times(&m[0][1], &minor(1, 2, 0, 2)),
+                times(&m[0][2], &minor(1, 2, 0, 1)),
+            ];
+            std::array::from_fn(|k| parts[0][k] - parts[1][k] + parts[2][k])
+        }
+    }
 }
 
 /// The constant series.
@@ -340,14 +380,19 @@ impl Step {
             .chain([&omega])
             .map(|series| radius(series, share))
             .fold(f64::INFINITY, f64::min);
-        Some(Self { theta, omega, r, v, tracks, unit, reach })
+        let mut determinant = determinant(&matrix, n);
+        if determinant[0] < 0.0 {
+            determinant = determinant.map(|c| -c);
+        }
+        Some(Self { theta, omega, r, v, tracks, determinant, unit, reach })
     }
 
     /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they
     /// are here is rounding.
     pub(crate) fn lifts_off(&mut self, i: usize) {
         let track = &mut self.tracks[i];
-        (track.h[..3].fill(0.0), track.u[..2].fill(0.0));
+        track.h[..3].fill(0.0);
+        track.u[..2].fill(0.0);
     }
 
     /// A contact that has just broken loose: its sliding speed and acceleration are zero yet. Returns whether it then
@@ -363,6 +408,11 @@ impl Step {
     pub(crate) fn first_event(&self, limit: f64) -> (f64, StepEnd) {
         let end = self.reach.min(limit / self.unit);
         let mut first = (end, StepEnd::Reach);
+        if end < f64::INFINITY
+            && let Some(t) = first_root(&self.determinant, end)
+        {
+            first = (t, StepEnd::Jam);
+        }
         for (i, track) in self.tracks.iter().enumerate() {
             let edge = |side: f64| {
                 let mut series = ZERO;
@@ -436,7 +486,7 @@ impl Step {
             let (p, was) = (after.points[i], &state.points[i]);
             let (n, t) = (p.normal, p.tangent);
             after.center.v += n * (-p.b * after.spin.omega - n.dot(&after.center.v));
-            after.center.r += n * (was.c - p.c - n.dot(&(after.center.r - state.center.r)));
+            after.center.r += n * (p.nominal - p.c - n.dot(&after.center.r));
             if self.tracks[i].mode == Mode::Fixed {
                 after.center.v += t * (p.c * after.spin.omega - t.dot(&after.center.v));
                 after.center.r += t * (was.b - p.b - t.dot(&(after.center.r - state.center.r)));
@@ -472,6 +522,7 @@ mod tests {
             friction,
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
+            nominal: -0.75,
             h: 0.0,
             u: 0.0,
         };

@@ -157,7 +157,7 @@ impl ContactPhase<'_> {
             };
             self.word = answer.word.modes().collect();
             for (way, mode) in self.ways.iter_mut().zip(&self.word) {
-                *way = way.filter(|_| *mode != Mode::Separate); // it has left
+                *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
             }
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
@@ -196,7 +196,9 @@ impl ContactPhase<'_> {
         let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
         let [ax, ay, turn] = acceleration;
         let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
-        let rests = self.speed() <= self.still && most <= STILL * self.stance.gravity;
+        // Rows that leave no motion leave no velocity either: what there is of it is rounding.
+        let rests = self.stance.is_fixed(&self.word)
+            || self.speed() <= self.still && most <= STILL * self.stance.gravity;
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
@@ -247,6 +249,7 @@ impl ContactPhase<'_> {
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),
                 StepEnd::Stop(i) => return Next::Stop(i),
                 StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
+                StepEnd::Jam => return outcome(Outcome::Inconsistent),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
                 StepEnd::Reach if !counted => return outcome(Outcome::EventLimit),
                 StepEnd::Reach => {

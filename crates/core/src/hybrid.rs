@@ -540,7 +540,6 @@ impl<'a> Driver<'a> {
         (self.gaps, self.sum) = (state.gaps, Impulses::default());
         self.tumble = None;
         self.landings = [None; 2];
-        self.rounds = [None; 2];
     }
 
     /// Back to the full model.

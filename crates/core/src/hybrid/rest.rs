@@ -25,7 +25,16 @@ impl Base {
             let (b, c) = k.turned(sin, cos);
             let (normal, tangent) = (k.normal, k.tangent);
             let friction = posture.contacts()[i].friction;
-            Point { normal, tangent, friction, b, c, h: at.gaps.h[i], u: at.gaps.u[i] }
+            Point {
+                normal,
+                tangent,
+                friction,
+                b,
+                c,
+                nominal: k.c,
+                h: at.gaps.h[i],
+                u: at.gaps.u[i],
+            }
         });
         Some(Stance {
             points: points.collect(),
@@ -141,13 +150,13 @@ impl Driver<'_> {
             return match end {
                 PhaseEnd::Outcome(outcome) => Some(outcome),
                 PhaseEnd::Free => self.fly(),
-                PhaseEnd::Landing(i) if frozen.is_some() => self.round(i, &phase.stance),
-                PhaseEnd::Landing(_) | PhaseEnd::Thaw => None,
+                PhaseEnd::Landing(i) => self.round(i, &phase.stance),
+                PhaseEnd::Thaw => None,
             };
         }
     }
 
-    /// Contact `b` lands in a frozen geometry. Rounds from one such landing to the next that shrink in one ratio r, all
+    /// Contact `b` lands while another is held. Rounds from one such landing to the next that shrink in one ratio r, all
     /// times and all changes of velocity with it, are summed:
     ///
     /// ```text
@@ -162,7 +171,10 @@ impl Driver<'_> {
         let (dt, sum) = (now.clock.since(before.clock), ratio / (1.0 - ratio));
         let t = dt * sum;
         let change = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
-        let repeats = change <= f64::EPSILON * now.clock.hi;
+        // The geometry has to stay what it is, too: it changes by the square of the angle.
+        let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
+        let still = stance.frozen.is_some() || angle * angle <= f64::EPSILON;
+        let repeats = still && change <= f64::EPSILON * now.clock.hi;
         let reached = t <= REACHED * now.clock.hi;
         if !(0.0 < ratio && ratio < 1.0 && now.clock.hi + t <= self.log.end)
             || !(repeats || reached)
@@ -187,6 +199,9 @@ impl Driver<'_> {
                 return None;
             }
             (p.h, p.u) = (0.0, 0.0);
+        }
+        if let Some(state) = self.tumble {
+            self.freeze(&state); // for looks into the tail
         }
         self.note(Kind::Tail(Tail::Collisions));
         self.log.clock = self.log.clock.after(t);
