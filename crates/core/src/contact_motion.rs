@@ -422,8 +422,16 @@ impl Step {
                 series
             };
             let mut falls = |series: &Series, event: StepEnd| {
+                // The step before may have ended on the event: then it is due, unless what is below zero is rounding.
+                let mut series = *series;
+                let trend = series[1..].iter().find(|c| **c != 0.0).map_or(0.0, |c| *c);
+                if series[0] <= 0.0 && trend < 0.0 {
+                    first = (0.0, event);
+                    return;
+                }
+                series[0] = series[0].max(0.0);
                 let t = if first.0 < f64::INFINITY {
-                    first_root(series, first.0)
+                    first_root(&series, first.0)
                 } else {
                     // Nothing turns: gaps are parabolas, speeds linear, forces constant.
                     Some(parabola_touchdown(series[0], series[1], -2.0 * series[2]))
