@@ -578,8 +578,8 @@ def flaws(posture, run):
     return found
 
 
-#: Of the scenes below, those that meet one of the defects at the end of this file.
-FLAWED = {12, 33, 37, 49, 164, 189, 199, 201, 204, 304, 345, 366, 375, 417, 468}
+#: A body that tumbles down its slope in flights of hours: its gaps lose 1e-8 of the height it has fallen.
+FLAWED = {85}
 
 
 def test_no_run_gains_energy_or_enters_the_terrain():

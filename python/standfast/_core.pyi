@@ -12,7 +12,9 @@ _Triple: TypeAlias = Sequence[float] | _Floats
 _Pairs: TypeAlias = Sequence[_Pair] | _Floats
 _Path: TypeAlias = str | PathLike[str]
 _ModelName: TypeAlias = Literal["auto", "local", "full"]
-_Impact: TypeAlias = Literal["newton"]
+_Impact: TypeAlias = Literal[
+    "newton", "poisson", "stronge", "chatterjee-ruina", "moreau"
+]
 _Simultaneous: TypeAlias = Literal[
     "newton", "first-contact-first", "last-contact-first"
 ]
@@ -28,7 +30,7 @@ _Outcome: TypeAlias = Literal[
     "inconsistent",
     "ambiguous",
 ]
-_Kind: TypeAlias = Literal["1-zeno", "2-zeno"]
+_Kind: TypeAlias = str
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
 ]

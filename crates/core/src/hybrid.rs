@@ -481,6 +481,13 @@ impl<'a> Driver<'a> {
                 frame.translational(own.path),
             );
             after.stop_at(closed);
+            if let Tail::Bounce { contact } = tail {
+                // The other one, out of reach, moves as the body does: its rate in the frozen geometry misses that.
+                let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);
+                if after.gaps.h[i].is_finite() {
+                    after.gaps.u[i] = k.normal.dot(&after.center.v) + after.b[i] * after.spin.omega;
+                }
+            }
             let full = after.snapshot(clock);
             self.tumble = Some(after);
             if self.log.record {

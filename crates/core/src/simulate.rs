@@ -191,8 +191,7 @@ impl Options {
 /// # Errors
 ///
 /// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
-/// the body; more contacts or more physics than are solved so far: at most two contacts, unbounded
-/// segments, and beyond the first Zeno point no friction.
+/// the body; more physics than is solved so far: unbounded segments only.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
@@ -210,7 +209,7 @@ pub fn simulate_until(
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trajectory>, Error> {
     options.validate()?;
-    solvable(posture)?;
+    solvable(posture, options)?;
     state.validate()?;
     let (model, reason) = choose(posture, state, options.model);
     let geometry = posture.geometry();
@@ -314,8 +313,18 @@ impl LocalModel {
 }
 
 /// What is not solved yet is refused by name.
-fn solvable(posture: &Posture) -> Result<(), Error> {
+fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     let contacts = posture.contacts();
+    let together = options.simultaneous == Simultaneous::Newton;
+    if contacts.len() > 1 && options.impact != Impact::Newton && together {
+        return Err(Error::Unusable {
+            field: "simultaneous".into(),
+            value: "newton".into(),
+            allowed:
+                "first-contact-first or last-contact-first with a law of impact other than newton"
+                    .into(),
+        });
+    }
     for (i, contact) in contacts.iter().enumerate() {
         if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
             return Err(Error::Unusable {

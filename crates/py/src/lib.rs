@@ -31,18 +31,18 @@ mod _core {
 
     /// The motion of a posture from a state on, event by event.
     ///
-    /// posture : Posture with one or two contacts. q, qdot : (3,) m, m, rad and per second.
+    /// posture : Posture. q, qdot : (3,) m, m, rad and per second.
     ///
     /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the smallest
-    /// that is exact). impact : "newton", frictionless. simultaneous : what happens when both contacts arrive
-    /// together, "newton", "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
+    /// that is exact). impact : "newton" (frictionless), or with friction "poisson", "stronge",
+    /// "chatterjee-ruina" or "moreau". simultaneous : what happens when contacts arrive together, "newton" (all at
+    /// once; frictionless law only), "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
     /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
     /// run ends at the latest, s. event_limit : largest number of events. neighbourhood : displacement of the
     /// centre of mass beyond which the body has escaped, m. tolerance : largest relative error "auto" may
     /// make. record : whether the trajectory is kept.
     ///
-    /// Raises ValueError naming the field, its value and the allowed range; so far also for friction > 0
-    /// unless stop="zeno", for more than two contacts and for bounded segments.
+    /// Raises ValueError naming the field, its value and the allowed range; so far also for bounded segments.
     ///
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0),

@@ -1,0 +1,153 @@
+"""Any number of contacts, and impacts with friction."""
+
+import math
+
+import numpy as np
+import pytest
+import standfast as sf
+
+G = 9.81
+LAWS = ["poisson", "stronge", "chatterjee-ruina", "moreau"]
+IN_TURN = "first-contact-first"
+
+
+def body(feet, **change):
+    fields = {
+        "mass": 1.0,
+        "gyration_radius": 0.5,
+        "center_of_mass": (0.0, 0.7),
+        "contacts": [sf.Contact(point=(x, 0.0), friction=0.5) for x in feet],
+        "restitution": 0.3,
+        "gravity": G,
+    }
+    return sf.Posture(**(fields | change))
+
+
+@pytest.mark.parametrize("model", ["full", "local"])
+@pytest.mark.parametrize(("rho", "e"), [(0.2, 0.1), (0.5 / math.sqrt(3), 0.5)])
+def test_followed_to_rounding_or_summed(model, rho, e):
+    """Chatterjee and Ruina's law without friction is Newton's: collisions followed to the rounding of their speeds
+    against the closed sums, through a Zeno point of Zeno points."""
+    rod = sf.Posture.rod(half_length=0.5, gyration_radius=rho, restitution=e)
+    start = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0), "model": model}
+    summed = sf.simulate(rod, **start)
+    followed = sf.simulate(
+        rod, **start, impact="chatterjee-ruina", simultaneous=IN_TURN
+    )
+    assert summed.outcome == followed.outcome == "rest"
+    assert len(followed.impacts) > 5 * len(summed.impacts)
+    assert followed.time == pytest.approx(summed.time, rel=4e-15)
+    np.testing.assert_allclose(followed.q, summed.q, atol=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_ball_bounces(law):
+    ball = body([0.0], restitution=0.7, center_of_mass=(0, 0.5))
+    run = sf.simulate(ball, (0, 1, 0), (0, 0, 0), model="local", impact=law)
+    assert run.outcome == "rest"
+    assert run.time == pytest.approx(math.sqrt(2 / G) * 1.7 / 0.3, rel=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_spinning_ball_slips_and_then_rolls(law):
+    """m = 1, R = .1, Θ = ⅖mR², μ = .2, e = 0, dropped from a height of 1 with ω = 50 and 10. A disc is a body of the
+    local model: its contact stays under its centre."""
+    radius, mu = 0.1, 0.2
+    ball = body(
+        [0.0],
+        gyration_radius=radius * math.sqrt(0.4),
+        center_of_mass=(0, radius),
+        contacts=[sf.Contact(point=(0, 0), friction=mu)],
+        restitution=0.0,
+    )
+    start = {"q": (0, 1 - radius, 0), "model": "local", "impact": law}
+    fall = math.sqrt(2 * (1 - radius) / G)
+    run = sf.simulate(ball, **start, qdot=(0, 0, 50))
+    assert run.impacts["time"] == pytest.approx([fall], rel=1e-15)
+    # The impact gives −μ g·fall to the velocity, sliding friction the rest of 10/7 of −R·50·2/7.
+    slides, rolls = run.phases[1:]
+    assert (slides.mode, rolls.mode) == ("R", "F")
+    _, after = run.at(slides.start)
+    assert after[0] == pytest.approx(-mu * G * fall, rel=1e-14)
+    assert run.qdot == pytest.approx([-10 / 7, 0, 100 / 7], rel=1e-13)
+    assert rolls.start == pytest.approx(
+        fall + (10 / 7 + after[0]) / (mu * G), rel=1e-14
+    )
+    sticks = sf.simulate(ball, **start, qdot=(0, 0, 10))
+    assert [phase.mode for phase in sticks.phases] == ["S", "F"]
+    assert sticks.qdot == pytest.approx([-2 / 7, 0, 20 / 7], rel=1e-14)
+
+
+@pytest.mark.parametrize("e", [0.05, 0.3, 0.6])
+@pytest.mark.parametrize("tilt", [0.0, 0.05])
+def test_a_table_on_three_legs_slides_and_rests(e, tilt):
+    table = body([-1.0, 0.1, 1.0], restitution=e)
+    run = sf.simulate(table, (0, 0.1, tilt), (0.3, 0, 0))
+    assert run.outcome == "rest"
+    assert run.phases[-1].mode == "FFF"
+    assert run.phases[-2].mode == "RRR"
+    np.testing.assert_allclose(run.gaps, 0.0)
+    slide = run.phases[-2]
+    _, before = run.at(slide.start)
+    assert slide.end - slide.start == pytest.approx(before[0] / (0.5 * G), rel=1e-12)
+    if tilt == 0.0:
+        # All three land at once and bounce like a ball: T = t₁(1 + e)/(1 − e).
+        zeno = run.zeno_points[-1]
+        assert zeno.kind == "3-zeno"
+        expected = math.sqrt(0.2 / G) * (1 + e) / (1 - e)
+        assert zeno.time == pytest.approx(expected, rel=1e-12)
+        assert any("same instant" in warning for warning in run.warnings)
+
+
+def test_a_middle_leg_too_short_to_touch_changes_nothing():
+    feet = [sf.Contact(point=(x, 0), friction=0.3) for x in (-0.5, 0.5)]
+    idle = sf.Contact(point=(0, 0.4), slope=0.0, friction=0.3)
+    two = body([], contacts=feet, restitution=0.2, center_of_mass=(0, 0.5))
+    # Its terrain is where it is in the nominal posture: raise the body above it, and it lands first.
+    three = body([], contacts=[*feet, idle], restitution=0.2, center_of_mass=(0, 0.5))
+    start = ((0, 0.02, 0.01), (0.1, 0, 0))
+    one, other = (sf.simulate(p, *start, stop="zeno") for p in (two, three))
+    # Between two legs the third is never the lowest of a tilted body, until they all rest together.
+    assert other.impacts["contact"][0] == one.impacts["contact"][0]
+    assert other.impacts["time"][0] == one.impacts["time"][0]
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "stronge", "chatterjee-ruina"])
+def test_energy_never_rises(law):
+    rng = np.random.default_rng(7)
+    ends = {}
+    for _ in range(150):
+        contacts = [
+            sf.Contact(
+                point=(rng.uniform(-1, 1), rng.uniform(-0.2, 0.2)),
+                slope=rng.uniform(-0.4, 0.4),
+                friction=rng.uniform(0, 1.5),
+            )
+            for _ in range(1 if law in ("poisson", "stronge") else rng.integers(1, 5))
+        ]
+        posture = body(
+            [],
+            contacts=contacts,
+            center_of_mass=(rng.uniform(-0.3, 0.3), rng.uniform(0.2, 0.8)),
+            restitution=rng.uniform(0, 0.8),
+        )
+        q = np.array([0, 0, rng.uniform(-0.1, 0.1)])
+        q[1] = 0.02 - min(posture.gaps(q)) / math.cos(0.4)
+        if min(posture.gaps(q)) < 0:
+            continue
+        run = sf.simulate(
+            posture,
+            q,
+            rng.normal(size=3) * 0.5,
+            impact=law,
+            simultaneous="newton" if law == "newton" else IN_TURN,
+            event_limit=20_000,
+            time_limit=10.0,
+        )
+        ends[run.outcome] = ends.get(run.outcome, 0) + 1
+        times = np.unique([t for phase in run.phases for t in (phase.start, phase.end)])
+        energy = run.energy(times[:2000])
+        scale = np.abs(energy).max() + 1.0
+        assert np.diff(energy).max(initial=0.0) <= 1e-12 * scale
+    print(law, ends)
+    assert sum(ends.values()) > 100
