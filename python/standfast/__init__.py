@@ -1,6 +1,6 @@
-"""Exact motion of planar rigid bodies on two contacts, through every impact.
+"""Exact motion of planar rigid bodies on frictional contacts, through every impact.
 
-A body dropped on two contacts bounces and clatters, infinitely often in finite time.
+A body dropped on its contacts bounces and clatters, infinitely often in finite time.
 Every collision is computed as an event of its own, and the infinitely many that pile
 up are summed to their limit, the *Zeno point*.
 
