@@ -1,6 +1,7 @@
 """The command line: what it prints, what it writes, and how it refuses."""
 
 import json
+import math
 import os
 import re
 import signal
@@ -367,3 +368,28 @@ def test_a_reader_that_goes_away_is_no_error():
     )
     os.close(write)
     assert done.stderr == b""
+
+
+def test_a_run_without_an_answer_shows_the_modes(tmp_path, capsys):
+    """Two contacts at rest on one slope, with three consistent modes."""
+    scene = tmp_path / "scene.toml"
+    slope = -math.atan2(3, 4)
+    feet = [
+        sf.Contact(point=point, slope=slope, friction=1) for point in ((-1, -3), (1, 0))
+    ]
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=math.sqrt(0.5),
+        center_of_mass=(0, 0),
+        contacts=feet,
+        restitution=0,
+        gravity=10,
+    )
+    sf.Scene(posture, (0, 0, 0), (0, 0, 0)).save(scene)
+    assert main(["run", str(scene)]) == 0
+    out = capsys.readouterr().out
+    assert "outcome     ambiguous" in out
+    assert "status  ambiguous: SF, FS, FF" in out
+    run = sf.load(scene).simulate()
+    assert [point.method for point in run.zeno_points] == ["rest"]
+    assert sf.contact_modes(run.undecided).consistent == ["SF", "FS", "FF"]

@@ -318,6 +318,8 @@ def story(run: sf.Run, title: str) -> str:
     tell("gap rates", f"({_numbers(run.rates)}) m/s")
     for warning in run.warnings:
         tell("warning", warning)
+    if run.undecided is not None:
+        lines += ["", str(sf.contact_modes(run.undecided))]
     return "\n".join(lines)
 
 

@@ -262,6 +262,9 @@ impl<'a> Driver<'a> {
                     return Outcome::Zeno;
                 }
                 let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
+                if fresh {
+                    self.resting = rests; // they have been: nothing brought them there
+                }
                 match held {
                     _ if self.base.body.is_some() && rests != [false, false] => {
                         self.contact_phase(rests)
