@@ -1,0 +1,106 @@
+"""Postures kicked a little: those that are stable come to rest where they stood, one that is not does not."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import standfast as sf
+
+
+def between(left, right, friction, **fields):
+    contacts = [
+        sf.Contact(point=point, slope=slope, friction=friction)
+        for point, slope in (left, right)
+    ]
+    return sf.Posture(mass=1.0, gravity=1.0, contacts=contacts, **fields)
+
+
+def valley(slope, height, **fields):
+    return between(
+        ((-1.0, height), -slope), ((1.0, height), slope), friction=0.5, **fields
+    )
+
+
+STABLE = {
+    "20 degrees": valley(
+        math.radians(20),
+        0.0,
+        gyration_radius=0.5,
+        center_of_mass=(0, 0.2),
+        restitution=0.05,
+    ),
+    "slim, above its feet": valley(
+        math.atan(8 / 15),
+        8 / 15,
+        gyration_radius=0.4,
+        center_of_mass=(0, 0.8),
+        restitution=0.1,
+    ),
+    "wide, hanging": valley(
+        math.atan(8 / 15),
+        8 / 15,
+        gyration_radius=0.8,
+        center_of_mass=(0, -0.7),
+        restitution=0.1,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", STABLE)
+def test_stable_postures_come_to_rest_where_they_stood(name):
+    """Kinematic-strong equilibria whose clattering converges [Or & Rimon 2008, Theorem 3]."""
+    posture, rng = STABLE[name], np.random.default_rng(2008)
+    for _ in range(350):
+        q = 1e-3 * rng.normal(size=3)
+        lift = max(
+            -gap / math.cos(contact.slope)
+            for gap, contact in zip(posture.gaps(q), posture.contacts, strict=True)
+        )
+        q[1] += max(lift, 0.0) + 1e-6
+        run = sf.simulate(posture, q, 1e-3 * rng.normal(size=3))
+        assert run.outcome == "rest"
+        assert np.abs(run.q).max() < 1e-2
+
+
+def unstable(restitution):
+    return between(
+        ((-1.0, 0.0), -0.31),
+        ((1.0, 0.25), 1.16),
+        friction=0.89,
+        gyration_radius=0.38,
+        center_of_mass=(0.58, 0.95),
+        restitution=restitution,
+    )
+
+
+def landings(run):
+    """(contact that lands, r, φ) with −u = r cos φ of the contact that lands, v_t = r sin φ of the one that slides."""
+    found = []
+    for phase in run.phases:
+        if phase.mode not in ("LS", "SL"):
+            continue
+        held = phase.mode.index("L")
+        late = phase.start + (phase.end - phase.start) * (1 - 1e-9)
+        _, (vx, vy, omega) = run.at(late)
+        contact = run.posture.contacts[held]
+        arm = np.subtract(contact.point, run.posture.center_of_mass)
+        cos, sin = math.cos(contact.slope), math.sin(contact.slope)
+        speed = cos * vx + sin * vy - (cos * arm[1] - sin * arm[0]) * omega
+        rate = run.gaps_at([late])[1][0][1 - held]
+        found.append((2 - held, math.hypot(rate, speed), math.atan2(speed, -rate)))
+    return found
+
+
+def test_a_posture_that_is_strong_and_yet_unstable():
+    """At e = .26 corners settle on a cycle of two that grows by .744834 in ln r: contact 2 lands at φ = −1.05991 and
+    contact 1 after it with r 1.391633 larger in the logarithm, then at φ = −1.28054 and −.646799. At e = .05 it rests."""
+    start = ((0, 3e-9, 0), (1e-7, 0, 2e-7))
+    assert sf.contact_modes(unstable(0.26)).consistent == ["FF"]
+    run = sf.simulate(unstable(0.26), *start, model="local", event_limit=1500)
+    cycle = landings(run)[-9:-1]
+    for (contact, r, phi), (_, after, _) in pairwise(cycle):
+        at, growth = {2: (-1.05991, 1.391633), 1: (-1.28054, -0.646799)}[contact]
+        assert phi == pytest.approx(at, abs=2e-5)
+        assert math.log(after / r) == pytest.approx(growth, abs=2e-6)
+    assert sf.simulate(unstable(0.05), *start, model="local").outcome == "rest"
