@@ -76,22 +76,12 @@ impl Stance {
 
     /// Whether the gap of contact `i` follows from those of these others: their normal rows span its own.
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
-        let rho = self.rho2.sqrt();
-        let row = |p: &Point| Vector3::new(p.normal.x, p.normal.y, p.b / rho);
-        let mut basis: Vec<Vector3<f64>> = Vec::new();
-        let rest = |basis: &[Vector3<f64>], mut row: Vector3<f64>| {
-            for direction in basis {
-                row -= direction * direction.dot(&row);
-            }
-            row
-        };
-        for (p, _) in self.points.iter().zip(others).filter(|(_, other)| **other) {
-            let left = rest(&basis, row(p));
-            if left.norm() > DEPENDENT {
-                basis.push(left.normalize());
-            }
-        }
-        !basis.is_empty() && rest(&basis, row(&self.points[i])).norm() <= DEPENDENT
+        // A sliding contact has its normal row alone.
+        let closed = |on: bool| if on { Mode::Right } else { Mode::Separate };
+        let mut modes: Vec<Mode> = others.iter().map(|&on| closed(on)).collect();
+        let rank = self.independent(&modes).len();
+        modes[i] = Mode::Right;
+        rank > 0 && self.independent(&modes).len() == rank
     }
 
     /// Whether the rows that vanish leave no motion at all.

@@ -11,24 +11,32 @@ use crate::contact_motion::{Point, Stance, Step, StepEnd};
 use crate::error::Error;
 use crate::log::{Log, Spin};
 use crate::modes::{ContactProblem, Method, Mode, ProblemFields, Status, contact_modes};
+use crate::posture::Posture;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::{STILL, TOUCH};
 use crate::trajectory::Outcome;
 
 impl Stance {
-    /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
-    fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
-        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
-        ContactProblem::new(ProblemFields {
+    /// The body and its contacts as a contact-mode problem takes them, without state or load.
+    pub(crate) fn fields(&self, mass: f64) -> ProblemFields {
+        ProblemFields {
             mass,
             gyration_radius: self.rho2.sqrt(),
             arms: self.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
             tangents: self.points.iter().map(|p| p.tangent.into()).collect(),
             friction: self.points.iter().map(|p| p.friction).collect(),
+            ..ProblemFields::default()
+        }
+    }
+
+    /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
+    fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
+        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        ContactProblem::new(ProblemFields {
             sliding: ways.to_vec(),
             bias: self.points.iter().map(|p| [-p.b * bend, -p.c * bend]).collect(),
             free_acceleration: [0.0, -self.gravity, 0.0],
-            ..ProblemFields::default()
+            ..self.fields(mass)
         })
     }
 
@@ -68,15 +76,15 @@ impl Stance {
 pub(crate) struct ContactPhase<'a> {
     pub(crate) stance: Stance,
     /// Signs of sliding; `None` where a contact is off.
-    pub(crate) ways: Vec<Option<i8>>,
-    pub(crate) mass: f64,
+    ways: Vec<Option<i8>>,
+    mass: f64,
     /// Largest arm or ρ, in m.
-    pub(crate) size: f64,
+    size: f64,
     /// Speed that counts as none, in m/s.
-    pub(crate) still: f64,
+    still: f64,
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
-    pub(crate) options: &'a Options,
+    options: &'a Options,
     /// The word that the contacts are in.
     pub(crate) word: Vec<Mode>,
     /// What has no answer, or several.
@@ -114,7 +122,30 @@ const STOPPED: f64 = 1e3;
 /// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode.
 const LONG: f64 = 1e-3;
 
-impl ContactPhase<'_> {
+impl<'a> ContactPhase<'a> {
+    /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
+    pub(crate) fn new(
+        posture: &Posture,
+        stance: Stance,
+        still: f64,
+        brief: bool,
+        options: &'a Options,
+    ) -> Self {
+        Self {
+            stance,
+            ways: Vec::new(),
+            mass: posture.fields().mass,
+            size: posture.size(),
+            still,
+            brief,
+            options,
+            word: Vec::new(),
+            undecided: None,
+            acceleration: None,
+            warning: None,
+        }
+    }
+
     /// Contacts at rest become part of the phase, each with the sign of its sliding; and with them those that touch and
     /// whose gaps follow from theirs (at one point, or the third of three on one straight floor).
     pub(crate) fn close(&mut self, rests: &mut [bool]) {

@@ -6,7 +6,6 @@
 use crate::clock::Clock;
 use crate::contact_motion::{Stance, Step};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
-use crate::error::Error;
 use crate::flight::{Arc, parabola_touchdown};
 use crate::impact::Simultaneous;
 use crate::impact_law::{self, Material, Matrix};
@@ -343,29 +342,21 @@ impl<'a> General<'a> {
         let (n, state) = (self.state.points.len(), &self.state);
         let restitutions: Vec<f64> =
             self.posture.geometry().iter().map(|k| k.restitution).collect();
-        let fields = self.posture.fields();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
         let problem = ContactProblem::new(ProblemFields {
-            mass: 1.0,
-            gyration_radius: fields.gyration_radius,
-            arms: state.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
-            tangents: state.points.iter().map(|p| p.tangent.into()).collect(),
             friction: vec![0.0; n],
             // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
             sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
             bias: (0..n).map(|i| [0.0, restitutions[i] * before[i].min(0.0)]).collect(),
             free_acceleration: [state.center.v.x, state.center.v.y, state.spin.omega],
             level: Level::Impulse,
+            ..state.fields(1.0) // impulses per unit mass
         });
-        let forces = problem
-            .and_then(|problem| contact_modes(&problem, Method::Enumerate))
-            .map(|modes| modes.consistent().next().map(|answer| answer.forces.clone()));
-        let forces: Vec<[f64; 2]> = match forces {
-            Ok(Some(forces)) => forces,
-            Ok(None) | Err(Error::Solver(_)) | Err(_) => {
-                self.warnings.push("the impacts of one instant could not be solved".into());
-                return Some(Outcome::Inconsistent);
-            }
+        let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
+        let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
+        let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
+            self.warnings.push("the impacts of one instant could not be solved".into());
+            return Some(Outcome::Inconsistent);
         };
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
             self.state.kick(i, [0.0, force[1]]);
@@ -427,19 +418,9 @@ impl<'a> General<'a> {
         let mut rests: Vec<bool> =
             self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         let (options, record) = (self.options, self.log.record);
-        let mut phase = ContactPhase {
-            stance: self.state.clone(),
-            ways: Vec::new(),
-            mass: self.posture.fields().mass,
-            size: self.posture.size(),
-            still: STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi),
-            brief: false,
-            options: &options,
-            word: Vec::new(),
-            undecided: None,
-            acceleration: None,
-            warning: None,
-        };
+        let still = STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi);
+        let mut phase =
+            ContactPhase::new(&self.posture, self.state.clone(), still, false, &options);
         phase.close(&mut rests);
         self.state = phase.stance.clone();
         // At the start only what gravity presses down has come to rest.

@@ -1,4 +1,5 @@
-//! The completed hybrid system, frictionless: collisions, their accumulation, and on through the limit.
+//! The completed hybrid system of two contacts and frictionless impacts: collisions, their accumulation, and on through
+//! the limit. What contacts at rest do, with friction or without, is in `rest.rs`.
 //!
 //! ```text
 //! flight ── collisions ──► accumulation (Zeno point) ──► one contact held ──► the other lands (corner)

@@ -191,7 +191,7 @@ pub struct Instant {
 pub(crate) enum Kind {
     /// Ballistic, with simple collisions in between.
     Flight,
-    /// These contacts are held, without friction.
+    /// These contacts are held, in a model without a body.
     Held([bool; 2]),
     /// Each contact is in its mode; the rotation at which the geometry is frozen, if it is.
     Modes([Mode; 2], Option<Spin>),

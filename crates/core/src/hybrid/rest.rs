@@ -1,13 +1,11 @@
 //! The two-contact driver and its phases of contact: to and from the coordinates of flight, and rounds that repeat.
 
-use nalgebra::Vector2;
-
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
-use crate::contact_motion::{Point, Stance, Step};
+use crate::contact_motion::{Point, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::frame::{Base, Frame, Snapshot};
-use crate::log::{Center, Spin};
+use crate::log::Spin;
 use crate::modes::Mode;
 use crate::tolerance::{REACHED, STILL};
 use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
@@ -45,9 +43,7 @@ impl Base {
             frozen: frozen.map(|spin| spin.omega * spin.omega),
         })
     }
-}
 
-impl Base {
     /// The state `dt` after a snapshot of the full model, with each contact in its mode.
     pub(crate) fn in_modes(
         &self,
@@ -57,15 +53,9 @@ impl Base {
         dt: f64,
     ) -> Snapshot {
         let clock = at.clock.after(dt);
-        let after = self.stance(at, frozen).and_then(|stance| {
-            let rests = stance.center.v == Vector2::zeros() && stance.spin.omega == 0.0;
-            let modes = &modes[..stance.points.len()];
-            if rests && !modes.iter().any(|mode| mode.direction() != 0.0) {
-                return Some(stance.snapshot(clock));
-            }
-            Step::new(&stance, modes).map(|step| step.at(&stance, dt).snapshot(clock))
-        });
-        after.unwrap_or(Snapshot { clock, ..*at })
+        self.stance(at, frozen).map_or(Snapshot { clock, ..*at }, |stance| {
+            stance.moved(&modes[..stance.points.len()], dt).snapshot(clock)
+        })
     }
 }
 
@@ -95,19 +85,8 @@ impl Driver<'_> {
         };
         let (options, record) = (self.options, self.log.record);
         let count = stance.points.len();
-        let mut phase = ContactPhase {
-            stance,
-            ways: Vec::new(),
-            mass: posture.fields().mass,
-            size: posture.size(),
-            still: STILL * self.speed_scale(),
-            brief: frozen.is_some() && !self.local,
-            options: &options,
-            word: Vec::new(),
-            undecided: None,
-            acceleration: None,
-            warning: None,
-        };
+        let (still, brief) = (STILL * self.speed_scale(), frozen.is_some() && !self.local);
+        let mut phase = ContactPhase::new(&posture, stance, still, brief, &options);
         phase.close(&mut rests[..count]);
         // Rates can also come down to zero impact by impact, until there is no smaller number.
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
@@ -193,11 +172,12 @@ impl Driver<'_> {
         let omega = limit(now.spin.omega, before.spin.omega);
         let theta = place(now.spin.theta, before.spin.theta, omega);
         end.spin = Spin { theta, omega };
-        for (i, p) in end.points.iter_mut().enumerate() {
-            // Who slides through all of it has to slide the same way at its end.
-            if stance.slip(i) * end_slip(stance, &end.center, omega, i) < 0.0 && !reached {
-                return None;
-            }
+        // Who slides through all of it has to slide the same way at its end.
+        let turns_back = |i: usize| stance.slip(i) * end.slip(i) < 0.0;
+        if !reached && (0..end.points.len()).any(turns_back) {
+            return None;
+        }
+        for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
         }
         if let Some(state) = self.tumble {
@@ -241,10 +221,4 @@ pub(super) struct Round {
     at: Snapshot,
     /// Ratio of the landing speeds of this round and the one before.
     ratio: f64,
-}
-
-/// v_t of a contact with another velocity.
-fn end_slip(stance: &Stance, center: &Center, omega: f64, i: usize) -> f64 {
-    let p = &stance.points[i];
-    p.tangent.dot(&center.v) - p.c * omega
 }
