@@ -203,6 +203,10 @@ def test_values_print_copy_and_compare(value):
         (lambda: local(restitution=(0.1, 1.0)), ["restitution", "1"]),
         (lambda: sf.simulate(rod(), (0, -0.1, 0), (0, 0, 0)), ["contact 1", "gap"]),
         (lambda: sf.simulate(rod(), (0, math.nan, 0), (0, 0, 0)), ["q"]),
+        (
+            lambda: sf.simulate(rod(gyration_radius=1e-5), **START),
+            ["contacts.1.point", "gyration_radius", "1e4"],
+        ),
         (lambda: sf.simulate(rod(), (0, 1, 0), (0, math.inf, 0)), ["qdot", "inf"]),
         (lambda: sf.simulate(rod(), **START, model="exact"), ["model", "exact"]),
         (lambda: sf.simulate(rod(), **START, impact="coulomb"), ["impact", "coulomb"]),

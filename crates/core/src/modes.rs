@@ -19,6 +19,7 @@ mod words;
 pub use answer::{Condition, Forces, Margin, ModeAnswer, TIE};
 pub use painleve::Jamming;
 pub use pair::{PairMode, PairModes};
+pub(crate) use problem::LONGEST_ARM;
 pub use problem::{ContactProblem, Level, ProblemFields};
 pub use words::{Mode, Word};
 

@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Stance};
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, finite, in_range, positive};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::General;
 use crate::hybrid::Driver;
 use crate::impact::Simultaneous;
 use crate::local::LocalModel;
 use crate::log::{Center, Spin};
+use crate::modes::LONGEST_ARM;
 use crate::posture::Posture;
 use crate::tolerance::TOUCH;
 use crate::trajectory::{Record, Trajectory};
@@ -170,7 +171,7 @@ impl Options {
             }
             _ => Ok(()),
         }?;
-        crate::error::in_range(
+        in_range(
             "neighbourhood",
             self.neighbourhood,
             self.neighbourhood > 0.0,
@@ -325,7 +326,16 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
                     .into(),
         });
     }
-    for (i, contact) in contacts.iter().enumerate() {
+    for (i, (contact, k)) in contacts.iter().zip(posture.geometry()).enumerate() {
+        if options.stop != Stop::Zeno {
+            let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
+            in_range(
+                format!("contacts.{}.point", i + 1),
+                arm,
+                arm <= LONGEST_ARM,
+                "beyond the first Zeno point: distance from the centre of mass over gyration_radius at most 1e4",
+            )?;
+        }
         if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
             return Err(Error::Unusable {
                 field: format!("contacts.{}.segment", i + 1),

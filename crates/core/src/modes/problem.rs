@@ -125,7 +125,7 @@ impl Row {
 }
 
 /// Longest arm, in radii of gyration: rows of a longer one all but turn the body, and forces lose (|d|/ρ)² roundings.
-const LONGEST_ARM: f64 = 1e4;
+pub(crate) const LONGEST_ARM: f64 = 1e4;
 
 /// |t| may differ from one by the rounding of decimals such as 0.8 and 0.6, relative.
 const UNIT: f64 = 1e-12;
