@@ -1,5 +1,9 @@
 """Shared by all tests."""
 
 import os
+import signal
 
 os.environ["MPLBACKEND"] = "Agg"
+
+# Tests interrupt runs that would not end by themselves; a process started in the background ignores that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
