@@ -105,6 +105,22 @@ def test_v_terrain():
     assert run.outcome == "rest"
 
 
+def test_stairs():
+    run = run_of("stairs.toml")
+    # Down from the landing onto the floor, on one of its sides: a quarter turn is a multiple of π/2.
+    assert run.outcome == "rest"
+    assert run.q[1] == pytest.approx(-1.2, abs=1e-12)
+    turns = run.q[2] / (0.5 * math.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-12)
+    sides = run.posture.center_of_mass[0] + run.q[0] + np.array([-0.25, 0.25])
+    assert sides.min() > 1.601
+    # The first corner over the edge: from −0.75 m at 3 m/s, braked by μg.
+    first = run.phases[1]
+    assert (first.cause, first.contact, first.mode) == ("left-segment", 2, "RSSS")
+    pull = 0.3 * 9.81
+    assert first.start == pytest.approx((3 - math.sqrt(9 - 1.5 * pull)) / pull)
+
+
 def test_fast_spin():
     run = run_of("fast_spin.toml")
     first = run.impacts[0]["time"]

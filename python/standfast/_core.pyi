@@ -31,6 +31,9 @@ _Outcome: TypeAlias = Literal[
     "ambiguous",
 ]
 _Kind: TypeAlias = str
+_Cause: TypeAlias = Literal[
+    "start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment"
+]
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
 ]
@@ -94,6 +97,7 @@ class Posture:
         contacts: Sequence[Contact],
         restitution: float,
         gravity: float = 9.81,
+        terrain: _Pairs | None = None,
     ) -> Self: ...
     @staticmethod
     def rod(
@@ -115,6 +119,8 @@ class Posture:
     def restitution(self) -> float: ...
     @property
     def gravity(self) -> float: ...
+    @property
+    def terrain(self) -> list[tuple[float, float]] | None: ...
     @property
     def psi(self) -> tuple[float, float]: ...
     @property
@@ -193,6 +199,10 @@ class Phase:
     def start(self) -> float: ...
     @property
     def end(self) -> float: ...
+    @property
+    def cause(self) -> _Cause: ...
+    @property
+    def contact(self) -> int | None: ...
 
 @final
 class ZenoPoint:

@@ -301,8 +301,11 @@ def story(run: sf.Run, title: str) -> str:
         lines.append(
             "  phases (a letter for each contact: S separate, F held fast, R, L slides right, left)"
         )
-        rows = [("mode", "start / s", "end / s")]
-        rows += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
+        rows = [("mode", "start / s", "end / s", "begins with")]
+        rows += [
+            (p.mode, decimal(p.start), decimal(p.end), _cause(p))
+            for p in run.phases[:ROWS]
+        ]
         lines.extend(aligned(rows))
         if len(run.phases) > ROWS:
             lines.append(f"    ... and {len(run.phases) - ROWS} more (all with --json)")
@@ -377,6 +380,21 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
         for point in points
     ]
     return aligned(rows)
+
+
+#: How the story tells of the events that phases begin with.
+CAUSES = {
+    "lift-off": "lift-off of contact {}",
+    "impact": "impact of contact {}",
+    "left-segment": "end of the ground under contact {}",
+    "slip": "contact {} breaks loose",
+    "stop": "contact {} stops sliding",
+    "zeno": "Zeno point",
+}
+
+
+def _cause(phase: sf.Phase) -> str:
+    return CAUSES.get(phase.cause, phase.cause).format(phase.contact)
 
 
 def _tuple(values: Sequence[float]) -> str:

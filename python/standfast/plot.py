@@ -18,9 +18,9 @@ from standfast._core import Posture, Run, ZenoPoint
 _Floats = npt.NDArray[np.float64]
 
 #: Okabe and Ito's colours: told apart with every kind of colour vision.
-COLORS = ("#0072B2", "#D55E00")
-LINES = ("-", (0, (5, 1.5)))
-MARKERS = ("o", "^")
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
+MARKERS = ("o", "^", "s", "D")
 SHADE = "0.93"
 GROUND = "0.8"
 #: Width of a figure, in inches.
@@ -157,7 +157,7 @@ def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
     """Every contact's index and the look of its line."""
     for index in range(len(run.gaps)):
-        look = {"color": COLORS[index % 2], "linestyle": LINES[index % 2], "lw": 1.6}
+        look = {"color": COLORS[index % 4], "linestyle": LINES[index % 4], "lw": 1.6}
         yield index, look
 
 
@@ -197,7 +197,10 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     axes.set_xlabel("time / s")
     axes.set_ylabel("gap / m")
     axes.set_title(_headline(run), loc="left", fontsize=11)
-    axes.legend(loc="best", frameon=True, framealpha=0.9, fontsize=9)
+    place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
+    if len(run.gaps) > 2:  # many lines leave no room among the curves
+        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    axes.legend(frameon=True, fontsize=9, **place)
     _bare(axes)
 
 
@@ -209,8 +212,8 @@ def _mark(index: int) -> dict[str, Any]:
     """The look of an impact's marker."""
     return {
         "linestyle": "none",
-        "marker": MARKERS[index % 2],
-        "color": COLORS[index % 2],
+        "marker": MARKERS[index % 4],
+        "color": COLORS[index % 4],
         "markerfacecolor": "white",
         "markersize": 7,
         "zorder": 5,
@@ -287,6 +290,7 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
 
 def _decades(rest: _Floats, gaps: _Floats) -> tuple[float, float]:
     """Limits of a logarithmic axis: from below the last bounces to above everything."""
+    gaps = np.where(np.isfinite(gaps), gaps, 0.0)  # nothing is under a contact
     high = float(gaps.max())
     if not high > 0.0:
         return 1e-3, 1.0
@@ -306,13 +310,14 @@ def _posture(run: Run) -> Posture:
 def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
     """Times, and for each the corners of the body (m, 2): its contact points, then its centre of mass.
 
-    From the start to the first Zeno point; of a long journey only the end, near where it leads.
+    From the start to rest, or to the first Zeno point; of a long journey only the end, near where it leads.
     """
     posture = _posture(run)
     center = np.asarray(posture.center_of_mass)
     arms = np.array([contact.point for contact in posture.contacts]) - center
     point = accumulation(run)
-    times = np.linspace(start(run), run.time if point is None else point.time, 400)
+    end = run.time if point is None or run.outcome == "rest" else point.time
+    times = np.linspace(start(run), end, 400)
     places = run.at(times)[0][:, :2]
     size = max(posture.gyration_radius, *np.hypot(*arms.T))
     away = np.hypot(*(places - places[-1]).T) / size
@@ -329,10 +334,17 @@ def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
 
 
 def _terrain(run: Run, corners: _Floats) -> list[_Floats]:
-    """The piece of every contact's terrain that is drawn, as its two ends (2, 2)."""
-    contacts = _posture(run).contacts
+    """What is drawn of the terrain, as broken lines (k, 2): all of it, or a piece for every contact."""
+    posture = _posture(run)
+    contacts = posture.contacts
     low, high = corners[:, 0].min(), corners[:, 0].max()
     margin = 0.15 * max(high - low, float(np.ptp(corners[:, 1])), 1e-6)
+    if posture.terrain is not None:
+        vertices = np.array(posture.terrain)
+        ends = np.clip([low - margin, high + margin], *vertices[[0, -1], 0])
+        inner = vertices[(vertices[:, 0] > ends[0]) & (vertices[:, 0] < ends[1]), 0]
+        x = np.concatenate([ends[:1], inner, ends[1:]])
+        return [np.column_stack([x, np.interp(x, *vertices.T)])]
     points = [contact.point for contact in contacts]
     # Two terrains meet halfway between their contacts.
     middle = sum(x for x, _ in points) / len(points)
@@ -342,7 +354,8 @@ def _terrain(run: Run, corners: _Floats) -> list[_Floats]:
         left, right = low - margin, high + margin
         if len(points) > 1:
             left, right = (left, middle) if px < middle else (middle, right)
-        x = np.array([left, right])
+        ends = px + math.cos(contact.slope) * np.array(contact.segment)
+        x = np.clip([left, right], *ends)
         pieces.append(np.column_stack([x, py + math.tan(contact.slope) * (x - px)]))
     return pieces
 
@@ -358,7 +371,7 @@ def _body_height(run: Run) -> float:
 
 
 def draw_body(axes: Axes, run: Run) -> None:
-    """The body over its terrain, to scale, at some moments up to the first Zeno point."""
+    """The body over its terrain, to scale, at some moments up to rest or to the first Zeno point."""
     posture = _posture(run)
     times, corners = poses(run)
     terrain = _terrain(run, np.vstack(corners))
@@ -368,7 +381,9 @@ def draw_body(axes: Axes, run: Run) -> None:
     shades = np.linspace(0.8, 0.0, len(times))
     for t, shape, shade in zip(times, corners, shades, strict=True):
         last = t == times[-1]
-        outline = np.vstack([shape, shape[:1]])
+        # One contact or two are joined to the centre of mass, more of them to each other.
+        outline = shape[:-1] if len(shape) > 3 else shape
+        outline = np.vstack([outline, outline[:1]])
         label = f"t = {t:.6g} s" if last or t == times[0] else None
         axes.plot(*outline.T, color=str(shade), lw=1.8 if last else 1.0, label=label)
         axes.plot(*shape[-1], marker="+", color=str(shade), markersize=7)
@@ -379,6 +394,8 @@ def draw_body(axes: Axes, run: Run) -> None:
             if last:
                 axes.plot(*corner, **{**_mark(index), "markersize": 6})
     parts = "Contacts and centre of mass, joined by lines"
+    if len(posture.contacts) > 2:
+        parts = "Contacts, joined by lines, and centre of mass (+)"
     if len(posture.contacts) == 1:
         parts = "Contact, centre of mass (+) and circle of gyration"
     axes.set_title(f"{parts}; to scale", loc="left", fontsize=11)

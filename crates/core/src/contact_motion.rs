@@ -18,6 +18,7 @@ use crate::flight::parabola_touchdown;
 use crate::log::{Center, Spin};
 use crate::modes::Mode;
 use crate::roots::{ORDER, first_root};
+use crate::terrain::Place;
 
 type Series = [f64; ORDER];
 const ZERO: Series = [0.0; ORDER];
@@ -30,11 +31,19 @@ pub(crate) struct Point {
     pub(crate) friction: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
-    /// c in the nominal posture, so that the gap is n·r + c − nominal.
+    /// n·(origin − x) with a point of the terrain as origin: the gap is n·r + c − nominal.
     pub(crate) nominal: f64,
-    /// Gap and its rate.
+    pub(crate) place: Place,
+    /// Gap and its rate; a gap of ∞ where there is nothing to meet.
     pub(crate) h: f64,
     pub(crate) u: f64,
+}
+
+impl Point {
+    /// Arm from the centre of mass, world axes, in m.
+    pub(crate) fn arm(&self) -> Vector2<f64> {
+        self.tangent * self.b + self.normal * self.c
+    }
 }
 
 /// A body at an instant.
@@ -187,6 +196,8 @@ pub(crate) enum StepEnd {
     Slip(usize, Mode),
     /// The friction matrix becomes singular: forces grow beyond all bounds (dynamic jam).
     Jam,
+    /// This contact comes to an end of the piece of terrain under it: the one on the left (0) or on the right (1).
+    Leave(usize, usize),
 }
 
 /// Coefficient k of the product of two series.
@@ -394,8 +405,42 @@ impl Step {
         first.is_none_or(|c| c * track.mode.direction() > 0.0)
     }
 
+    /// Way of a point to the right since the start. A sliding one moves along its terrain, a fixed one not at all.
+    fn way(&self, i: usize, state: &Stance) -> Series {
+        let (track, p) = (&self.tracks[i], &state.points[i]);
+        let mut way = ZERO;
+        match track.mode {
+            Mode::Fixed => {}
+            Mode::Separate => {
+                for (k, way) in way.iter_mut().enumerate().skip(1) {
+                    let turned = if state.frozen.is_some() {
+                        -p.arm().y * self.theta[k]
+                    } else {
+                        p.tangent.x * track.b[k] + p.normal.x * track.c[k]
+                    };
+                    *way = self.r[0][k] + turned;
+                }
+            }
+            _ => {
+                for k in 1..ORDER {
+                    way[k] = p.tangent.x * track.slip[k - 1] / k as f64;
+                }
+            }
+        }
+        way
+    }
+
+    /// Distances of a point to the ends of the terrain under it.
+    fn sides(&self, i: usize, state: &Stance) -> [Series; 2] {
+        let way = self.way(i, state);
+        let [left, right] = state.points[i].place.sides;
+        let mut sides = [way, way.map(|k| -k)];
+        (sides[0][0], sides[1][0]) = (left, right);
+        sides
+    }
+
     /// The first event within the step, and when, in s. `limit`: no event later than this matters.
-    pub(crate) fn first_event(&self, limit: f64) -> (f64, StepEnd) {
+    pub(crate) fn first_event(&self, state: &Stance, limit: f64) -> (f64, StepEnd) {
         let end = self.reach.min(limit / self.unit);
         let mut first = (end, StepEnd::Reach);
         if end < f64::INFINITY
@@ -432,7 +477,14 @@ impl Step {
                     first = (t, event);
                 }
             };
+            let place = &state.points[i].place;
+            for (side, distance) in place.sides.into_iter().enumerate() {
+                if distance < f64::INFINITY {
+                    falls(&self.sides(i, state)[side], StepEnd::Leave(i, side));
+                }
+            }
             match track.mode {
+                Mode::Separate if track.h[0] == f64::INFINITY => {}
                 Mode::Separate => falls(&track.h, StepEnd::Landing(i)),
                 Mode::Fixed => {
                     falls(&track.normal, StepEnd::LiftOff(i));
@@ -472,6 +524,11 @@ impl Step {
             (p.b, p.c) = (value(&track.b), value(&track.c));
             if track.mode == Mode::Separate {
                 (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
+            }
+        }
+        for (i, p) in after.points.iter_mut().enumerate() {
+            if p.place.sides != [f64::INFINITY; 2] {
+                p.place.sides = self.sides(i, state).map(|side| value(&side).max(0.0));
             }
         }
         let modes: Vec<Mode> = self.tracks.iter().map(|track| track.mode).collect();
@@ -521,6 +578,7 @@ mod tests {
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
             nominal: -0.75,
+            place: Place::anywhere(0),
             h: 0.0,
             u: 0.0,
         };
@@ -550,7 +608,7 @@ mod tests {
             let (before, mut time) = (energy(&state), 0.0);
             loop {
                 let step = Step::new(&state, &[Mode::Separate, mode]).unwrap();
-                let (t, end) = step.first_event(f64::INFINITY);
+                let (t, end) = step.first_event(&state, f64::INFINITY);
                 state = step.at(&state, t);
                 time += t;
                 assert!((energy(&state) - before).abs() < 4e-15 * before.abs());

@@ -14,7 +14,7 @@ use crate::modes::{ContactProblem, Method, Mode, ProblemFields, Status, contact_
 use crate::posture::Posture;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::{STILL, TOUCH};
-use crate::trajectory::Outcome;
+use crate::trajectory::{Cause, ContactNumber, Outcome};
 
 impl Stance {
     /// The body and its contacts as a contact-mode problem takes them, without state or load.
@@ -92,6 +92,8 @@ pub(crate) struct ContactPhase<'a> {
     /// q̈ of an endless slide.
     pub(crate) acceleration: Option<[f64; 3]>,
     pub(crate) warning: Option<String>,
+    /// Why it is in this word.
+    pub(crate) cause: Option<Cause>,
 }
 
 /// How a phase of contact ends.
@@ -100,6 +102,8 @@ pub(crate) enum PhaseEnd {
     Outcome(Outcome),
     /// Another contact has landed: an impact.
     Landing(usize),
+    /// This contact has come to the left (0) or right (1) end of the piece of terrain under it.
+    Leave(usize, usize),
     /// All contacts have left.
     Free,
     /// Nothing for so long that the geometry may not be frozen any more.
@@ -130,6 +134,7 @@ impl<'a> ContactPhase<'a> {
         still: f64,
         brief: bool,
         options: &'a Options,
+        cause: Option<Cause>,
     ) -> Self {
         Self {
             stance,
@@ -143,6 +148,7 @@ impl<'a> ContactPhase<'a> {
             undecided: None,
             acceleration: None,
             warning: None,
+            cause,
         }
     }
 
@@ -174,7 +180,7 @@ impl<'a> ContactPhase<'a> {
     pub(crate) fn run(
         &mut self,
         log: &mut Log<'_>,
-        note: &mut dyn FnMut(&Stance, &[Mode], Clock),
+        note: &mut dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>),
     ) -> PhaseEnd {
         let mut last = None;
         loop {
@@ -226,6 +232,13 @@ impl<'a> ContactPhase<'a> {
                 }
                 Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
             }
+            let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
+            self.cause = match next {
+                Next::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
+                Next::Stop(i) => Some(Cause::Stop(contact(i))),
+                Next::Slip(i, _) => Some(Cause::Slip(contact(i))),
+                Next::End(_) => self.cause,
+            };
             last = Some(next);
         }
     }
@@ -236,7 +249,7 @@ impl<'a> ContactPhase<'a> {
         acceleration: [f64; 3],
         mut last: Option<Next>,
         log: &mut Log<'_>,
-        note: &mut dyn FnMut(&Stance, &[Mode], Clock),
+        note: &mut dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>),
     ) -> Next {
         let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
         let [ax, ay, turn] = acceleration;
@@ -252,7 +265,7 @@ impl<'a> ContactPhase<'a> {
         }
         let mut cycle = Cycle::new(stance, &self.word);
         loop {
-            note(stance, &self.word, log.clock);
+            note(stance, &self.word, log.clock, self.cause);
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);
@@ -270,7 +283,7 @@ impl<'a> ContactPhase<'a> {
                 }
                 _ => {}
             }
-            let (t, end) = step.first_event(log.left());
+            let (t, end) = step.first_event(stance, log.left());
             if t == f64::INFINITY || cycle.is_complete(stance) && log.end == f64::INFINITY {
                 self.acceleration = Some(step.acceleration());
                 // What flies while nothing ever happens flies away, if it does not turn around with the rest.
@@ -292,6 +305,10 @@ impl<'a> ContactPhase<'a> {
                     let p = &mut stance.points[i];
                     (p.h, p.u) = (0.0, p.u.min(0.0));
                     return Next::End(PhaseEnd::Landing(i));
+                }
+                StepEnd::Leave(i, side) => {
+                    stance.points[i].place.sides[side] = 0.0;
+                    return Next::End(PhaseEnd::Leave(i, side));
                 }
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),
                 StepEnd::Stop(i) => return Next::Stop(i),

@@ -3,8 +3,10 @@
 //! The same loop as for two contacts without friction in their impacts, but without its closed sums: an accumulation is
 //! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there.
 
+use nalgebra::Vector2;
+
 use crate::clock::Clock;
-use crate::contact_motion::{Stance, Step};
+use crate::contact_motion::{Point, Stance, Step};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::flight::{Arc, parabola_touchdown};
 use crate::impact::Simultaneous;
@@ -13,13 +15,21 @@ use crate::log::Log;
 use crate::modes::{ContactProblem, Level, Method, Mode, ProblemFields, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::{Impact, Options, Stop};
-use crate::tolerance::STILL;
-use crate::trajectory::Outcome;
+use crate::terrain::Place;
+use crate::tolerance::{STILL, TOUCH};
+use crate::trajectory::{Cause, ContactNumber, Outcome};
 use crate::trig::Turn;
 
 /// √(u² + 2gh) of a contact, relative to the largest speed there has been, below which it has come to rest: the rounding of
 /// the speeds of the body.
 const STOPPED: f64 = 1e-16;
+
+/// Speed of a contact in a vertex of its terrain, relative to the largest there has been, below which it has come to rest
+/// there: unlike a gap rate, it is a difference of the body's speeds, with a few of their roundings.
+const WEDGED: f64 = 1e-14;
+
+/// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
+const STEEP: f64 = 8.0;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
@@ -53,6 +63,8 @@ pub(crate) struct Stretch {
     pub(crate) clock: Clock,
     pub(crate) stance: Stance,
     pub(crate) word: Vec<Mode>,
+    /// `None`: the phase goes on.
+    pub(crate) cause: Option<Cause>,
 }
 
 /// What a run hands over.
@@ -70,11 +82,52 @@ pub(crate) struct GeneralRecord {
     pub(crate) acceleration: Option<[f64; 3]>,
 }
 
+/// Time to the next zero of an arc.
+fn next(arc: &Arc) -> Option<f64> {
+    if arc.omega == 0.0 {
+        let t = parabola_touchdown(arc.h, arc.u, arc.g);
+        return (t < f64::INFINITY).then_some(t);
+    }
+    arc.touchdown()
+}
+
 impl Stance {
     /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
     fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
         self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
+    }
+
+    /// Distance of a point to the left (0) or right (1) end of the terrain under it, as an arc without gravity.
+    fn side(&self, i: usize, side: usize) -> Arc {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let (p, spin) = (&self.points[i], self.spin.omega);
+        let arm = p.arm();
+        let u = sign * (self.center.v.x - arm.y * spin);
+        let (b, c, omega) = match self.frozen {
+            Some(_) => (0.0, 0.0, 0.0),
+            None => (-sign * arm.y, sign * arm.x, spin),
+        };
+        Arc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
+    }
+
+    /// When a point in flight comes to an end of the terrain under it, and which.
+    fn crossing(&self, i: usize) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        for side in 0..2 {
+            let arc = self.side(i, side);
+            if arc.h == f64::INFINITY {
+                continue;
+            }
+            let outwards = arc.u < 0.0 || arc.u == 0.0 && arc.effective_gravity() > 0.0;
+            let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
+            if let Some(t) = t
+                && first.is_none_or(|(earlier, _)| t < earlier)
+            {
+                first = Some((t, side));
+            }
+        }
+        first
     }
 
     fn arc(&self, i: usize) -> Arc {
@@ -85,12 +138,7 @@ impl Stance {
 
     /// Time to the next touchdown of a contact in flight.
     fn touchdown(&self, i: usize) -> Option<f64> {
-        let arc = self.arc(i);
-        if arc.omega == 0.0 {
-            let t = parabola_touchdown(arc.h, arc.u, arc.g);
-            return (t < f64::INFINITY).then_some(t);
-        }
-        arc.touchdown()
+        next(&self.arc(i))
     }
 
     /// The state after a flight of `dt`.
@@ -98,6 +146,11 @@ impl Stance {
         let mut after = self.clone();
         let turn = Turn::by(self.spin.omega * dt);
         for (i, p) in after.points.iter_mut().enumerate() {
+            for side in 0..2 {
+                if p.place.sides[side] < f64::INFINITY {
+                    p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
+                }
+            }
             let arc = self.arc(i);
             if self.frozen.is_some() {
                 p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
@@ -155,6 +208,8 @@ pub(crate) struct General<'a> {
     state: Stance,
     /// Contacts that rest or slide.
     resting: Vec<bool>,
+    /// The last event; `None`: one that changes no mode.
+    cause: Option<Cause>,
     /// The largest speed there has been, in m/s.
     fastest: f64,
     stretches: Vec<Stretch>,
@@ -179,6 +234,7 @@ impl<'a> General<'a> {
             options: *options,
             log: Log::new(options.record, options.end(), options.event_limit, cancel),
             state,
+            cause: Some(Cause::Start),
             fastest: 0.0,
             stretches: Vec::new(),
             collisions: Vec::new(),
@@ -244,20 +300,27 @@ impl<'a> General<'a> {
 
     fn note(&mut self, word: Vec<Mode>) {
         if self.log.record {
-            let (clock, stance) = (self.log.clock, self.state.clone());
-            self.stretches.push(Stretch { clock, stance, word });
+            let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
+            self.stretches.push(Stretch { clock, stance, word, cause });
         }
     }
 
-    /// Flight to the next touchdown.
+    /// Flight to the next touchdown, or to an end of a piece of terrain.
     fn fly(&mut self) -> Option<Outcome> {
+        self.leave_vertices();
         let n = self.state.points.len();
         self.resting.fill(false);
         self.note(vec![Mode::Separate; n]);
+        let lost = self.is_lost();
         let landings: Vec<Option<f64>> = (0..n).map(|i| self.state.touchdown(i)).collect();
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let crossing = (0..n)
+            .filter_map(|i| self.state.crossing(i).map(|(t, side)| (t, i, side)))
+            .filter(|(t, ..)| !lost && *t < first)
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = crossing.map_or(first, |(t, ..)| t);
         let left = self.log.left();
-        if first > left || first == f64::INFINITY {
+        if t > left || t == f64::INFINITY {
             if left == f64::INFINITY {
                 return Some(Outcome::Escape);
             }
@@ -265,14 +328,20 @@ impl<'a> General<'a> {
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Some(Outcome::TimeLimit);
         }
-        self.state = self.state.flown(first);
-        self.log.clock = self.log.clock.after(first);
+        self.state = self.state.flown(t);
+        self.log.clock = self.log.clock.after(t);
         if self.log.hits.is_multiple_of(REFRESH) && self.state.frozen.is_none() {
             let theta = self.state.spin.theta;
             let (sin, cos) = (libm::sin(theta), libm::cos(theta));
-            for (p, k) in self.state.points.iter_mut().zip(self.posture.geometry()) {
+            for p in &mut self.state.points {
+                let k = self.posture.on_nearest(&p.place);
                 (p.b, p.c) = k.turned(sin, cos);
             }
+        }
+        if let Some((_, i, side)) = crossing {
+            self.state.points[i].place.sides[side] = 0.0;
+            self.cross(i, side);
+            return None;
         }
         for (p, landing) in self.state.points.iter_mut().zip(landings) {
             if landing == Some(first) {
@@ -280,6 +349,117 @@ impl<'a> General<'a> {
             }
         }
         None
+    }
+
+    /// Whether the body has fallen below all of its terrain: nothing is ever met again.
+    fn is_lost(&self) -> bool {
+        let Stance { center, gravity, .. } = &self.state;
+        let lowest = self.posture.lowest_ground();
+        let rise = 0.5 * center.v.y.max(0.0) * center.v.y / gravity;
+        let top = self.posture.fields().center_of_mass[1] + center.r.y + rise;
+        lowest > f64::NEG_INFINITY && top + self.posture.size() < lowest
+    }
+
+    /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it: the next piece is as high there,
+    /// and the point moves on over it, or there is none, and it meets nothing any more.
+    fn cross(&mut self, i: usize, side: usize) {
+        let count = self.posture.contacts().len();
+        let contact = self.state.points[i].place.contact;
+        self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
+        if let Some(twin) = (count..self.state.points.len())
+            .find(|&k| self.state.points[k].place.contact == contact)
+        {
+            // At a vertex it had two pieces; the other one is left.
+            if i < count {
+                self.state.points[i] = self.state.points[twin];
+                self.resting[i] = self.resting[twin];
+            }
+            self.state.points.remove(twin);
+            self.resting.remove(twin);
+            return;
+        }
+        if self.wedge(i, side) {
+            return;
+        }
+        let p = self.neighbour(i, side);
+        self.state.points[i] = p;
+        self.resting[i] &= p.h == 0.0 && p.u == 0.0;
+    }
+
+    /// Contact `i` at an end of the piece of terrain under it, over the next one.
+    fn neighbour(&self, i: usize, side: usize) -> Point {
+        let old = self.state.points[i];
+        let mut p = old;
+        let Place { contact, piece, .. } = old.place;
+        let next = if side == 0 { piece - 1 } else { piece + 1 };
+        let width = self.posture.piece(contact, next).map_or(f64::INFINITY, |k| k.to - k.from);
+        p.place = Place {
+            contact,
+            piece: next,
+            sides: if side == 0 { [width, 0.0] } else { [0.0, width] },
+        };
+        let Some(piece) = self.posture.piece(contact, next) else {
+            p.h = f64::INFINITY;
+            return p;
+        };
+        let com = Vector2::from(self.posture.fields().center_of_mass);
+        let arm = old.arm();
+        let velocity = old.tangent * self.state.slip(i) + old.normal * old.u;
+        (p.tangent, p.normal) = (piece.tangent, piece.normal);
+        (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
+        p.nominal = p.normal.dot(&(piece.origin - com));
+        if p.normal != old.normal {
+            p.u = p.normal.dot(&velocity);
+        }
+        let turn = if self.state.frozen.is_some() { self.state.spin.theta } else { 0.0 };
+        let at = com + self.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
+        let (height, touch) = (piece.height(&at), TOUCH * self.posture.size());
+        p.h = if old.h == f64::INFINITY {
+            if height >= -touch { height.max(0.0) } else { f64::INFINITY }
+        } else if height > touch && p.normal.y > STEEP * old.normal.y {
+            height
+        } else {
+            old.h * p.normal.y / old.normal.y // as high above the vertex as before
+        };
+        p
+    }
+
+    /// Whether a contact has come to rest in a vertex between two rising pieces, on both of them.
+    fn wedge(&mut self, i: usize, side: usize) -> bool {
+        let old = self.state.points[i];
+        let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
+        let Some(piece) = self.posture.piece(old.place.contact, next) else { return false };
+        let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
+        let slip = self.state.slip(i);
+        let height = old.h + old.place.sides[side] / old.tangent.x;
+        let square = slip * slip + old.u * old.u + 2.0 * self.state.gravity * height;
+        let limit = WEDGED * self.fastest;
+        if !(rises > 0.0 && square <= limit * limit) {
+            return false;
+        }
+        let p = &mut self.state.points[i];
+        (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
+        let twin = Point { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
+        self.state.points.push(twin);
+        self.resting.push(true);
+        true
+    }
+
+    /// Contacts that leave a vertex where they met two pieces: they are over the one that they move to.
+    fn leave_vertices(&mut self) {
+        let count = self.posture.contacts().len();
+        while let Some(twin) = self.state.points.pop() {
+            if self.state.points.len() < count {
+                self.state.points.push(twin);
+                break;
+            }
+            let i = twin.place.contact;
+            let right = self.state.side(i, 0).u > 0.0;
+            if right == (twin.place.piece > self.state.points[i].place.piece) {
+                self.state.points[i] = twin;
+            }
+        }
+        self.resting.truncate(count);
     }
 
     /// Contacts with zero gap approach: one impact, or several at once.
@@ -301,8 +481,9 @@ impl<'a> General<'a> {
         }
         let last = self.options.simultaneous == Simultaneous::LastContactFirst;
         let i = if last { *chosen.last()? } else { chosen[0] };
-        let contact = self.posture.contacts()[i];
-        let restitution = self.posture.geometry()[i].restitution;
+        let owner = self.state.points[i].place.contact;
+        let contact = self.posture.contacts()[owner];
+        let restitution = self.posture.geometry()[owner].restitution;
         let material = Material {
             friction: contact.friction,
             restitution,
@@ -322,7 +503,13 @@ impl<'a> General<'a> {
             self.state.points[i].u = -restitution * rate; // the law itself, not its rounding
         }
         self.log.hits += 1;
-        self.write_down(i, before, impulse);
+        self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
+        self.write_down(owner, before, impulse);
+        if self.state.points.len() == self.posture.contacts().len()
+            && (self.wedge(i, 0) || self.wedge(i, 1))
+        {
+            return self.settle(&[i], false);
+        }
         self.stop_slow()
     }
 
@@ -340,8 +527,8 @@ impl<'a> General<'a> {
     /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
     fn together(&mut self) -> Option<Outcome> {
         let (n, state) = (self.state.points.len(), &self.state);
-        let restitutions: Vec<f64> =
-            self.posture.geometry().iter().map(|k| k.restitution).collect();
+        let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
+        let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
@@ -364,7 +551,9 @@ impl<'a> General<'a> {
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
             self.state.points[i].u = -restitutions[i] * before[i].min(0.0);
             self.log.hits += 1;
-            self.write_down(i, before.clone(), [0.0, force[1]]);
+            let contact = self.state.points[i].place.contact;
+            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+            self.write_down(contact, before.clone(), [0.0, force[1]]);
         }
         self.stop_slow()
     }
@@ -388,22 +577,27 @@ impl<'a> General<'a> {
     }
 
     /// Notes that these contacts have come to rest.
-    fn settle(&mut self, contacts: &[usize], from_start: bool) -> Option<Outcome> {
-        for &i in contacts {
+    fn settle(&mut self, points: &[usize], from_start: bool) -> Option<Outcome> {
+        let mut contacts = Vec::new();
+        for &i in points {
             self.resting[i] = true;
+            contacts.push(self.state.points[i].place.contact);
+        }
+        if !from_start {
+            self.cause = Some(Cause::Zeno);
         }
         let clock = self.log.clock;
         match self.zeno.last_mut() {
             // One accumulation ends contact by contact, within the rounding of the clock.
             Some(last) if clock.since(last.clock) <= 2.0 * f64::EPSILON * clock.hi => {
-                last.contacts.extend_from_slice(contacts);
+                last.contacts.append(&mut contacts);
                 last.contacts.sort_unstable();
                 last.contacts.dedup();
                 last.stance = self.state.clone();
             }
             _ => self.zeno.push(Settled {
                 clock,
-                contacts: contacts.to_vec(),
+                contacts,
                 hits: self.log.hits,
                 from_start,
                 stance: self.state.clone(),
@@ -419,8 +613,14 @@ impl<'a> General<'a> {
             self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         let (options, record) = (self.options, self.log.record);
         let still = STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi);
-        let mut phase =
-            ContactPhase::new(&self.posture, self.state.clone(), still, false, &options);
+        let mut phase = ContactPhase::new(
+            &self.posture,
+            self.state.clone(),
+            still,
+            false,
+            &options,
+            self.cause,
+        );
         phase.close(&mut rests);
         self.state = phase.stance.clone();
         // At the start only what gravity presses down has come to rest.
@@ -433,20 +633,26 @@ impl<'a> General<'a> {
         {
             return Some(outcome);
         }
+        phase.cause = self.cause;
         let stretches = &mut self.stretches;
-        let end = phase.run(&mut self.log, &mut |stance, word, clock| {
+        let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
             if record {
-                stretches.push(Stretch { clock, stance: stance.clone(), word: word.to_vec() });
+                let (stance, word) = (stance.clone(), word.to_vec());
+                stretches.push(Stretch { clock, stance, word, cause });
             }
         });
         self.resting = phase.word.iter().map(|mode| *mode != Mode::Separate).collect();
         self.resting.resize(n, false);
-        self.state = phase.stance;
+        (self.state, self.cause) = (phase.stance, phase.cause);
         self.warnings.extend(phase.warning);
         (self.undecided, self.acceleration) = (phase.undecided, phase.acceleration);
         match end {
             PhaseEnd::Outcome(outcome) => Some(outcome),
             PhaseEnd::Free => self.fly(),
+            PhaseEnd::Leave(i, side) => {
+                self.cross(i, side);
+                None
+            }
             PhaseEnd::Landing(_) | PhaseEnd::Thaw => None,
         }
     }

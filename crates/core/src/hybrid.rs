@@ -18,7 +18,9 @@ use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
 use crate::simulate::{Options, Stop};
-use crate::trajectory::{Kind, Method, Outcome, Record, Span, Tail, ZenoRecord};
+use crate::trajectory::{
+    Cause, ContactNumber, Kind, Method, Outcome, Record, Span, Tail, ZenoRecord,
+};
 use crate::tumble::Tumble;
 use crate::zeno::{Gaps, Impulses};
 
@@ -46,6 +48,8 @@ pub(crate) struct Driver<'a> {
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
     undecided: Option<ContactProblem>,
+    /// The last event.
+    cause: Option<Cause>,
 }
 
 impl<'a> Driver<'a> {
@@ -67,6 +71,7 @@ impl<'a> Driver<'a> {
             sum: first.start.impulses,
             local: first.frozen.is_some(),
             undecided: None,
+            cause: Some(Cause::Start),
             rounds: [None; 2],
             resting: [false; 2],
             frames: vec![first],
@@ -209,6 +214,7 @@ impl<'a> Driver<'a> {
                 frame: self.frames.len() - 1,
                 kind,
                 mode,
+                cause: self.cause,
                 first_collision,
             });
         }
@@ -369,6 +375,8 @@ impl<'a> Driver<'a> {
         let before = gaps;
         self.kick(jump, rates);
         self.log.hits += count.max(hits.len());
+        let last = hits.last().map_or(first, |hit| hit.contact);
+        self.cause = Some(Cause::Impact(ContactNumber::of(last)));
         for hit in &hits {
             if self.log.record {
                 self.log.collisions.push(Collision {
@@ -471,6 +479,7 @@ impl<'a> Driver<'a> {
                     frame: self.frames.len() - 1,
                     kind: Kind::Tail(tail),
                     mode: *b"SS",
+                    cause: self.cause,
                     first_collision: self.log.collisions.len(),
                 });
             }
@@ -524,6 +533,9 @@ impl<'a> Driver<'a> {
         let full = self.frame().to_full(&self.raw());
         for i in (0..2).filter(|&i| closed[i]) {
             self.resting[i] = true;
+        }
+        if method != Method::Rest {
+            self.cause = Some(Cause::Zeno);
         }
         self.zeno.push(ZenoRecord {
             closed,

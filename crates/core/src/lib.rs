@@ -44,6 +44,7 @@ mod posture;
 mod roots;
 mod scene;
 mod simulate;
+mod terrain;
 mod tolerance;
 mod trajectory;
 mod trig;
@@ -64,5 +65,8 @@ pub use scene::Scene;
 pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
+pub use terrain::MAX_VERTICES;
 pub use tolerance::TOUCH;
-pub use trajectory::{ContactNumber, ImpactRecord, Instant, Outcome, Phase, Trajectory, ZenoPoint};
+pub use trajectory::{
+    Cause, ContactNumber, ImpactRecord, Instant, Outcome, Phase, Trajectory, ZenoPoint,
+};

@@ -20,6 +20,8 @@ use serde::{Deserialize, Serialize};
 use crate::contact::Contact;
 use crate::error::{Error, finite, in_range, non_negative, positive, restitution};
 use crate::local::LocalModel;
+use crate::terrain::{self, Piece};
+use crate::tolerance::TOUCH;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -38,6 +40,8 @@ pub const MAX_CONTACTS: usize = 64;
 pub struct Posture {
     fields: Fields,
     geometry: Vec<Geometry>,
+    /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
+    grounds: Vec<Vec<Piece>>,
 }
 
 /// What a posture is made of, before validation. SI units.
@@ -56,6 +60,10 @@ pub struct Fields {
     pub restitution: f64,
     /// Gravity g ≥ 0, downwards, in m/s².
     pub gravity: f64,
+    /// Vertices of the terrain, x increasing, world axes, in m: each contact meets the piece under it, and `slope` and
+    /// `segment` of the contacts follow. Without any each contact has its own straight terrain.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terrain: Vec<[f64; 2]>,
 }
 
 /// Constants of one contact: its frame and arm in the nominal posture.
@@ -69,6 +77,8 @@ pub(crate) struct Geometry {
     pub(crate) b: f64,
     /// c_i at θ = 0, in m.
     pub(crate) c: f64,
+    /// Gap in the nominal posture, in m: not zero only over a terrain of several pieces.
+    pub(crate) offset: f64,
     /// g_i = g n_i·e_y, in m/s².
     pub(crate) gravity: f64,
     /// e_i
@@ -95,7 +105,7 @@ impl Posture {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
-    pub fn new(fields: Fields) -> Result<Self, Error> {
+    pub fn new(mut fields: Fields) -> Result<Self, Error> {
         positive("mass", fields.mass)?;
         positive("gyration_radius", fields.gyration_radius)?;
         finite("center_of_mass.x", fields.center_of_mass[0])?;
@@ -109,6 +119,14 @@ impl Posture {
                 value: format!("[{count} contacts]"),
                 allowed: format!("1 to {MAX_CONTACTS} contacts"),
             });
+        }
+        let mut grounds = Vec::new();
+        if !fields.terrain.is_empty() {
+            let pieces = terrain::polyline(&fields.terrain)?;
+            for (index, contact) in fields.contacts.iter_mut().enumerate() {
+                terrain::place_on(&pieces, contact, &format!("contacts.{}.", index + 1))?;
+            }
+            grounds.push(pieces);
         }
         let mut geometry = Vec::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
@@ -129,11 +147,32 @@ impl Posture {
                 normal,
                 b: tangent.dot(&arm),
                 c: normal.dot(&arm),
+                offset: 0.0,
                 gravity: fields.gravity * normal.y,
                 restitution: contact.restitution.unwrap_or(fields.restitution),
             });
         }
-        Ok(Self { fields, geometry })
+        if grounds.is_empty() {
+            grounds = terrain::own(&fields.contacts);
+        }
+        let mut posture = Self { fields, geometry, grounds };
+        for i in 0..if posture.fields.terrain.is_empty() { 0 } else { count } {
+            posture.geometry[i] = posture.under(i, &Vector3::zeros(), false).geometry;
+            let (gap, touch) = (posture.geometry[i].offset, TOUCH * posture.size());
+            if gap < -touch {
+                return Err(Error::Unusable {
+                    field: format!("contacts.{}.point", i + 1),
+                    value: format!("{:?}", posture.contacts()[i].point),
+                    allowed: format!("on the terrain or above it; it lies {:?} m below", -gap),
+                });
+            }
+        }
+        Ok(posture)
+    }
+
+    /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.
+    pub(crate) fn ground(&self, i: usize) -> Option<&[Piece]> {
+        self.grounds.get(i.min(self.grounds.len().saturating_sub(1))).map(Vec::as_slice)
     }
 
     /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.
@@ -164,6 +203,7 @@ impl Posture {
             contacts: vec![end(-half_length), end(half_length)],
             restitution,
             gravity,
+            terrain: Vec::new(),
         })
     }
 
@@ -200,16 +240,23 @@ impl Posture {
     /// Gaps h_i = n_i·(r + R(θ)d_i − d_i) at configuration `q`, in m [Or & Rimon 2008, (1)].
     ///
     /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller
-    /// than the displacements keeps its digits.
+    /// than the displacements keeps its digits. Terrain with ends: over the piece under the point; ∞ where there is none.
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
-        self.geometry.iter().map(|k| k.gap(q)).collect()
+        (0..self.geometry.len())
+            .map(|i| {
+                let under = self.under(i, q, false);
+                if under.exists { under.geometry.gap(q) } else { f64::INFINITY }
+            })
+            .collect()
     }
 
-    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s.
+    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; where nothing is under a point, those over the nearest piece.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
-        self.geometry.iter().map(|k| k.gap_rate(q, qdot)).collect()
+        (0..self.geometry.len())
+            .map(|i| self.under(i, q, false).geometry.gap_rate(q, qdot))
+            .collect()
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
@@ -277,6 +324,7 @@ impl Geometry {
         normal: Vector2::new(0.0, 0.0),
         b: 0.0,
         c: 0.0,
+        offset: 0.0,
         gravity: 0.0,
         restitution: 0.0,
     };
@@ -293,12 +341,23 @@ impl Geometry {
             (self.normal.y, q.y),
             (self.b, libm::sin(q.z)),
             (self.c, -2.0 * half * half),
+            (self.offset, 1.0),
         ])
     }
 
     /// Gap of the local model, N_i·q with the rows frozen at q = 0.
     pub(crate) fn local_gap(&self, q: &Vector3<f64>) -> f64 {
-        compensated_sum([(self.normal.x, q.x), (self.normal.y, q.y), (self.b, q.z)])
+        compensated_sum([
+            (self.normal.x, q.x),
+            (self.normal.y, q.y),
+            (self.b, q.z),
+            (self.offset, 1.0),
+        ])
+    }
+
+    /// Gap rate of the local model, N_i·q̇.
+    pub(crate) fn local_rate(&self, qdot: &Vector3<f64>) -> f64 {
+        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (self.b, qdot.z)])
     }
 
     pub(crate) fn gap_rate(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
@@ -363,6 +422,7 @@ mod tests {
             ],
             restitution: 0.3,
             gravity: 9.81,
+            terrain: Vec::new(),
         };
         let posture = Posture::new(fields).unwrap();
         let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));

@@ -54,6 +54,9 @@ struct File {
     gravity: f64,
     /// Coefficient of restitution e in [0, 1) of every contact that has none of its own.
     restitution: f64,
+    /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact has its own straight terrain.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    terrain: Vec<Vertex>,
     body: BodyTable,
     /// The contacts, numbered from 1.
     contact: Vec<Contact>,
@@ -62,6 +65,10 @@ struct File {
     #[serde(default)]
     run: Options,
 }
+
+/// A vertex of the terrain.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+struct Vertex(#[serde(deserialize_with = "exactly")] [f64; 2]);
 
 /// The rigid body.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -195,6 +202,7 @@ impl Scene {
             contacts: file.contact,
             restitution: file.restitution,
             gravity: file.gravity,
+            terrain: file.terrain.into_iter().map(|vertex| vertex.0).collect(),
         })?;
         file.run.validate()?;
         let start = State::new(file.start.q, file.start.qdot);
@@ -213,6 +221,7 @@ impl Scene {
                 center_of_mass: f.center_of_mass,
             },
             contact: f.contacts.clone(),
+            terrain: f.terrain.iter().copied().map(Vertex).collect(),
             start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
             run: self.options,
         }

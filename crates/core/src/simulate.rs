@@ -14,7 +14,8 @@ use crate::impact::Simultaneous;
 use crate::local::LocalModel;
 use crate::log::{Center, Spin};
 use crate::modes::LONGEST_ARM;
-use crate::posture::Posture;
+use crate::posture::{Geometry, Posture};
+use crate::terrain::Under;
 use crate::tolerance::TOUCH;
 use crate::trajectory::{Record, Trajectory};
 use crate::tumble::{Body, Tumble};
@@ -192,7 +193,7 @@ impl Options {
 /// # Errors
 ///
 /// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
-/// the body; more physics than is solved so far: unbounded segments only.
+/// the body; `simultaneous = "newton"` with another law of impact.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
@@ -214,32 +215,42 @@ pub fn simulate_until(
     state.validate()?;
     let (model, reason) = choose(posture, state, options.model);
     let geometry = posture.geometry();
-    let (mut heights, rates): (Vec<f64>, Vec<f64>) = geometry
+    let local = model == Model::Local;
+    let unders: Vec<Under> =
+        (0..geometry.len()).map(|i| posture.under(i, &state.q, local)).collect();
+    let (mut heights, rates): (Vec<f64>, Vec<f64>) = unders
         .iter()
-        .map(|k| match model {
-            Model::Local => (k.local_gap(&state.q), k.local_gap(&state.qdot)),
-            _ => (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot)),
+        .map(|under| {
+            let k = &under.geometry;
+            let (gap, rate) = if local {
+                (k.local_gap(&state.q), k.local_rate(&state.qdot))
+            } else {
+                (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot))
+            };
+            (if under.exists { gap } else { f64::INFINITY }, rate)
         })
         .unzip();
     let warnings = touch(&mut heights, TOUCH * posture.size())?;
     let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
     let base = Base::of_body(posture, body, state);
-    if geometry.len() > 2 || options.impact != Impact::Newton {
-        let theta = if model == Model::Local { 0.0 } else { state.q.z };
+    if geometry.len() > 2 || options.impact != Impact::Newton || posture.ground(0).is_some() {
+        let theta = if local { 0.0 } else { state.q.z };
         let (sin, cos) = (libm::sin(theta), libm::cos(theta));
-        let points =
-            geometry.iter().zip(posture.contacts()).enumerate().map(|(i, (k, contact))| {
-                let (b, c) = k.turned(sin, cos);
-                let (normal, tangent, friction) = (k.normal, k.tangent, contact.friction);
-                Point { normal, tangent, friction, b, c, nominal: k.c, h: heights[i], u: rates[i] }
-            });
+        let points = unders.iter().enumerate().map(|(i, under)| {
+            let Geometry { tangent, normal, c, offset, .. } = under.geometry;
+            let nominal = c - offset;
+            let (b, c) = under.geometry.turned(sin, cos);
+            let friction = posture.contacts()[i].friction;
+            let (place, h, u) = (under.place, heights[i], rates[i]);
+            Point { normal, tangent, friction, b, c, nominal, place, h, u }
+        });
         let start = Stance {
             points: points.collect(),
             center: base.center(),
             spin: base.spin(),
             rho2: posture.gyration_squared(),
             gravity: posture.fields().gravity,
-            frozen: (model == Model::Local).then_some(0.0),
+            frozen: local.then_some(0.0),
         };
         let run = General::new(posture, start, options, warnings, cancel).run();
         return Ok(run.map(|general| {
@@ -326,7 +337,7 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
                     .into(),
         });
     }
-    for (i, (contact, k)) in contacts.iter().zip(posture.geometry()).enumerate() {
+    for (i, k) in posture.geometry().iter().enumerate() {
         if options.stop != Stop::Zeno {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
@@ -335,13 +346,6 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
                 arm <= LONGEST_ARM,
                 "beyond the first Zeno point: distance from the centre of mass over gyration_radius at most 1e4",
             )?;
-        }
-        if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
-            return Err(Error::Unusable {
-                field: format!("contacts.{}.segment", i + 1),
-                value: format!("{:?}", contact.segment),
-                allowed: "only unbounded segments can be simulated so far".into(),
-            });
         }
     }
     Ok(())
@@ -354,13 +358,21 @@ fn choose(posture: &Posture, state: &State, asked: Model) -> (Model, &'static st
     match asked {
         Model::Local => (Model::Local, "asked for"),
         Model::Full => (Model::Full, "asked for"),
-        Model::Auto if upright && smooth && posture.geometry().iter().all(|k| k.b == 0.0) => {
+        Model::Auto if upright && smooth && no_impact_turns(posture) => {
             (Model::Local, "exact here: no impact turns the body")
         }
         Model::Auto => {
             (Model::Full, "the body turns; only the full model has no linearisation error")
         }
     }
+}
+
+/// Whether every contact is straight over or under the centre of mass, seen along each normal it may meet.
+fn no_impact_turns(posture: &Posture) -> bool {
+    posture.geometry().iter().enumerate().all(|(i, k)| match posture.ground(i) {
+        Some(pieces) => pieces.iter().all(|piece| posture.on_piece(i, piece).b == 0.0),
+        None => k.b == 0.0,
+    })
 }
 
 /// Gaps within `touch` of zero are zero; deeper ones are refused.

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::contact_motion::Stance;
 use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
-use crate::general::{GeneralRecord, Settled, Struck};
+use crate::general::{GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
 use crate::log::{Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
@@ -173,6 +173,62 @@ pub struct Phase {
     pub start: f64,
     /// On the clock, in s.
     pub end: f64,
+    /// The event at its start.
+    pub cause: Cause,
+}
+
+/// Why a phase begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The run starts.
+    Start,
+    /// A collision of this contact, or several.
+    Impact(ContactNumber),
+    /// Contacts have come to rest: see the Zeno points.
+    Zeno,
+    /// The force of this contact has come down to zero.
+    LiftOff(ContactNumber),
+    /// This contact has stopped sliding.
+    Stop(ContactNumber),
+    /// The force of this contact has reached the edge of its friction cone: it breaks loose.
+    Slip(ContactNumber),
+    /// This contact has come to the end of a piece of its terrain.
+    LeftSegment(ContactNumber),
+}
+
+impl Cause {
+    /// The cause as the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Impact(_) => "impact",
+            Self::Zeno => "zeno",
+            Self::LiftOff(_) => "lift-off",
+            Self::Stop(_) => "stop",
+            Self::Slip(_) => "slip",
+            Self::LeftSegment(_) => "left-segment",
+        }
+    }
+
+    /// The contact that it is about, if it is one.
+    #[must_use]
+    pub fn contact(self) -> Option<ContactNumber> {
+        match self {
+            Self::Start | Self::Zeno => None,
+            Self::Impact(contact)
+            | Self::LiftOff(contact)
+            | Self::Stop(contact)
+            | Self::Slip(contact)
+            | Self::LeftSegment(contact) => Some(contact),
+        }
+    }
+}
+
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_str().serialize(serializer)
+    }
 }
 
 /// The motion at one instant.
@@ -219,6 +275,7 @@ pub(crate) struct Span {
     pub(crate) frame: usize,
     pub(crate) kind: Kind,
     pub(crate) mode: [u8; 2],
+    pub(crate) cause: Option<Cause>,
     /// Index of the first collision after its start.
     pub(crate) first_collision: usize,
 }
@@ -312,11 +369,34 @@ impl Stance {
     }
 
     fn instant(&self) -> Instant {
-        Instant {
-            state: self.state(),
-            gaps: self.points.iter().map(|p| p.h).collect(),
-            rates: self.points.iter().map(|p| p.u).collect(),
+        Instant { state: self.state(), gaps: self.gaps(), rates: self.rates() }
+    }
+
+    /// Number of contacts: a contact in a vertex of its terrain has a second point behind all first ones.
+    fn count(&self) -> usize {
+        self.points.iter().map(|p| p.place.contact + 1).max().unwrap_or(0)
+    }
+
+    fn gaps(&self) -> Vec<f64> {
+        self.points[..self.count()].iter().map(|p| p.h).collect()
+    }
+
+    fn rates(&self) -> Vec<f64> {
+        self.points[..self.count()].iter().map(|p| p.u).collect()
+    }
+
+    /// One letter a contact. In a vertex: that of the piece it is on, F if it is on both.
+    fn letters(&self, word: &[Mode]) -> String {
+        let mut letters: Vec<Mode> = word[..self.count()].to_vec();
+        for (p, mode) in self.points.iter().zip(word).skip(letters.len()) {
+            let letter = &mut letters[p.place.contact];
+            if *letter == Mode::Separate {
+                *letter = *mode;
+            } else if *mode != Mode::Separate {
+                *letter = Mode::Fixed;
+            }
         }
+        letters.iter().map(|mode| mode.letter()).collect()
     }
 }
 
@@ -408,7 +488,7 @@ impl Trajectory {
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
         match &self.record.general {
-            Some(general) => general.end.points.iter().map(|p| p.h).collect(),
+            Some(general) => general.end.gaps(),
             None => self.each(self.record.end.gaps.h),
         }
     }
@@ -417,7 +497,7 @@ impl Trajectory {
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
         match &self.record.general {
-            Some(general) => general.end.points.iter().map(|p| p.u).collect(),
+            Some(general) => general.end.rates(),
             None => self.each(self.record.end.gaps.u),
         }
     }
@@ -500,8 +580,8 @@ impl Trajectory {
             q: Some(state.q.into()),
             qdot: Some(state.qdot.into()),
             rotation: [state.q.z, state.qdot.z],
-            gaps: stance.points.iter().map(|p| p.h).collect(),
-            gap_rates: stance.points.iter().map(|p| p.u).collect(),
+            gaps: stance.gaps(),
+            gap_rates: stance.rates(),
             certified: zeno.from_start,
             method: match (zeno.from_start, zeno.contacts.len()) {
                 (true, _) => Method::Rest,
@@ -541,28 +621,32 @@ impl Trajectory {
         let mut phases: Vec<Phase> = Vec::new();
         let of_span = |span: &Span| {
             let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
-            (letters.collect::<String>(), span.raw.clock)
+            (letters.collect::<String>(), span.raw.clock, span.cause)
         };
-        let words: Vec<(String, Clock)> = match &self.record.general {
-            Some(general) => general
-                .stretches
-                .iter()
-                .map(|stretch| {
-                    (stretch.word.iter().map(|mode| mode.letter()).collect(), stretch.clock)
-                })
-                .collect(),
+        let of_stretch = |stretch: &Stretch| {
+            (stretch.stance.letters(&stretch.word), stretch.clock, stretch.cause)
+        };
+        let words: Vec<(String, Clock, Option<Cause>)> = match &self.record.general {
+            Some(general) => general.stretches.iter().map(of_stretch).collect(),
             None => self.record.spans.iter().map(of_span).collect(),
         };
-        for (mode, clock) in words {
+        for (mode, clock, cause) in words {
             let start = self.clock(clock);
+            let held = mode.contains(|letter| letter != 'S');
+            let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
             match phases.last_mut() {
-                Some(last) if last.mode == mode => {}
-                Some(last) if last.start == start => last.mode = mode,
-                Some(last) => {
-                    last.end = start;
-                    phases.push(Phase { mode, start, end: start });
+                Some(last) if last.mode == mode && !leaves => {}
+                Some(last) if last.start == start => {
+                    (last.mode, last.cause) = (mode, cause.unwrap_or(last.cause));
                 }
-                None => phases.push(Phase { mode, start, end: start }),
+                last => {
+                    let mut begin = Cause::Start;
+                    if let Some(last) = last {
+                        (last.end, begin) = (start, last.cause);
+                    }
+                    let cause = cause.unwrap_or(begin);
+                    phases.push(Phase { mode, start, end: start, cause });
+                }
             }
         }
         if let Some(last) = phases.last_mut() {

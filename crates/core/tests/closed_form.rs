@@ -33,6 +33,7 @@ fn ball(e: f64, g: f64) -> Posture {
         contacts: vec![Contact::at(0.0, 0.0)],
         restitution: e,
         gravity: g,
+        terrain: Vec::new(),
     })
     .unwrap()
 }
@@ -386,6 +387,7 @@ fn coincident_contacts_act_as_one() {
             contacts: vec![Contact::at(0.0, 0.0), Contact::at(0.0, 0.0)],
             restitution: e,
             gravity: 9.81,
+            terrain: Vec::new(),
         })
         .unwrap();
         let one =
@@ -437,6 +439,7 @@ fn tall(e: f64, g: f64) -> Posture {
         contacts: vec![Contact::at(-0.5, 0.0), Contact::at(0.5, 0.0)],
         restitution: e,
         gravity: g,
+        terrain: Vec::new(),
     })
     .unwrap()
 }
@@ -741,6 +744,7 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
         contacts: vec![Contact::at(0.0, 0.5), Contact::at(0.0, -2.0)],
         restitution: 0.4,
         gravity: 1.0,
+        terrain: Vec::new(),
     })
     .unwrap();
     // Contact 1 lies above the centre of mass (c > 0), contact 2 below: c ω² = −2·1 < −g at θ = π, reversed.
@@ -841,6 +845,7 @@ fn time_and_length_have_no_scale_of_their_own() {
             contacts: vec![Contact::at(-0.5 * length, 0.0), Contact::at(0.5 * length, 0.0)],
             restitution: 0.5,
             gravity: 9.81 * length / time / time,
+            terrain: Vec::new(),
         })
         .unwrap();
         let start = State::at_rest([0.0, 0.084_384_598_778_461_83 * length, 0.2]);
@@ -867,6 +872,7 @@ fn a_body_laid_down_without_gravity_stays() {
         ],
         restitution: 0.0,
         gravity: 0.0,
+        terrain: Vec::new(),
     })
     .unwrap();
     let start = State::new(
@@ -952,6 +958,7 @@ fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
         ],
         restitution: 0.539_692_309_037_840_4,
         gravity: 0.3,
+        terrain: Vec::new(),
     })
     .unwrap();
     let start = State::new(
@@ -984,6 +991,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
         ],
         restitution: 0.0,
         gravity: 0.3,
+        terrain: Vec::new(),
     })
     .unwrap();
     let start = State::new([0.0; 3], [0.0, -1.524_977_574_835_2, 0.0]);
@@ -1016,6 +1024,7 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
         ],
         restitution: 0.143_396_946_191_887_78,
         gravity: 2.608_691_494_064_001,
+        terrain: Vec::new(),
     })
     .unwrap();
     let run = simulate(&body, &State::at_rest([0.0, 1.0, 0.0]), &until(Stop::Rest)).unwrap();

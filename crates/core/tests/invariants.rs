@@ -133,7 +133,15 @@ fn body() -> impl Strategy<Value = Fields> {
         prop_oneof![1 => Just(0.0), 6 => 0.3..3.0],
     )
         .prop_map(|(mass, gyration_radius, center_of_mass, contacts, restitution, gravity)| {
-            Fields { mass, gyration_radius, center_of_mass, contacts, restitution, gravity }
+            Fields {
+                mass,
+                gyration_radius,
+                center_of_mass,
+                contacts,
+                restitution,
+                gravity,
+                terrain: Vec::new(),
+            }
         })
 }
 

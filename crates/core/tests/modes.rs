@@ -95,6 +95,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
             contacts: vec![foot(-0.5), foot(0.5)],
             restitution: 0.0,
             gravity: 9.81,
+            terrain: Vec::new(),
         })
         .unwrap();
         let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]).unwrap();

@@ -6,7 +6,7 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PySequence, PyString};
-use standfast::{Error, MAX_CONTACTS};
+use standfast::{Error, MAX_CONTACTS, MAX_VERTICES};
 
 use crate::error::to_py;
 use crate::run::array;
@@ -90,6 +90,22 @@ fn per_contact<T>(
     }
     let items = value.try_iter()?.enumerate();
     items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
+}
+
+/// The vertices of a terrain; None: it has none.
+pub(crate) fn terrain(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    if value.is_none() {
+        return Ok(Vec::new());
+    }
+    let allowed = format!("None, or a sequence of 2 to {MAX_VERTICES} vertices (x, y)");
+    match length(value)? {
+        None => Err(wrong_type("terrain", value, allowed)),
+        Some(2..=MAX_VERTICES) => {
+            let items = value.try_iter()?.enumerate();
+            items.map(|(k, item)| reals(&format!("terrain.{}", k + 1), &item?)).collect()
+        }
+        Some(_) => Err(to_py(&unusable("terrain", value, allowed))),
+    }
 }
 
 fn pairs(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {

@@ -114,6 +114,8 @@ impl PyContact {
 ///
 /// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
 /// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
+/// terrain : vertices (x, y), m, x increasing: each contact meets the straight piece under it and nothing beyond the ends,
+/// and its slope and segment follow. None: each contact has the terrain of its own slope and segment.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
@@ -130,7 +132,7 @@ pub(crate) struct PyPosture(pub(crate) Posture);
 #[pymethods]
 impl PyPosture {
     #[new]
-    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81))]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new()), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None)")]
     fn new(
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
@@ -138,6 +140,7 @@ impl PyPosture {
         contacts: Vec<PyRef<'_, PyContact>>,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
     ) -> PyResult<Self> {
         let contacts = contacts.iter().map(|contact| contact.0).collect();
         Posture::new(Fields {
@@ -147,6 +150,7 @@ impl PyPosture {
             contacts,
             restitution,
             gravity,
+            terrain,
         })
         .map(Self)
         .map_err(|e| to_py(&e))
@@ -203,6 +207,13 @@ impl PyPosture {
         self.0.fields().gravity
     }
 
+    /// Vertices (x, y) of the terrain, m; None if each contact has its own.
+    #[getter]
+    fn terrain(&self) -> Option<Vec<(f64, f64)>> {
+        let vertices = &self.0.fields().terrain;
+        (!vertices.is_empty()).then(|| vertices.iter().map(|&vertex| vertex.into()).collect())
+    }
+
     /// Couplings (ψ_1, ψ_2) of the gap rates at q = 0, dimensionless. Two contacts only.
     #[getter]
     fn psi(&self) -> PyResult<(f64, f64)> {
@@ -221,7 +232,7 @@ impl PyPosture {
         self.0.normal_gravity().map(Into::into).map_err(|e| to_py(&e))
     }
 
-    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3).
+    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3); inf where nothing is under a contact.
     ///
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -271,8 +282,13 @@ impl PyPosture {
         let f = self.0.fields();
         let contacts: Vec<String> =
             f.contacts.iter().map(|contact| PyContact(*contact).__repr__()).collect();
+        let terrain = self.terrain().map_or(String::new(), |vertices| {
+            let vertices: Vec<String> =
+                vertices.into_iter().map(|vertex| pair_text(vertex.into())).collect();
+            format!(", terrain=[{}]", vertices.join(", "))
+        });
         format!(
-            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={})",
+            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain})",
             float(f.mass),
             float(f.gyration_radius),
             pair_text(f.center_of_mass),
@@ -286,7 +302,7 @@ impl PyPosture {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64)) {
+    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Option<Vec<(f64, f64)>>)) {
         let f = self.0.fields();
         let arguments = (
             f.mass,
@@ -295,6 +311,7 @@ impl PyPosture {
             self.contacts(),
             f.restitution,
             f.gravity,
+            self.terrain(),
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }

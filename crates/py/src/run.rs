@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::{Instant, Phase, Trajectory, ZenoPoint};
+use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
 use crate::input::{MOST_SAMPLES, doubles, whole};
@@ -16,7 +16,10 @@ use crate::posture::PyPosture;
 /// A stretch of time with one contact mode.
 ///
 /// mode : one letter a contact: S separate, F fixed, R or L sliding right or left at its start. The reduced
-/// model, which knows no tangential motion, says F. start, end : s.
+/// model, which knows no tangential motion, says F. start, end : s. cause : the event at its start: "start",
+/// "impact", "zeno", "lift-off" (a force has come down to zero), "stop" (a sliding speed has), "slip" (a force has reached the
+/// edge of its cone) or "left-segment" (a contact has come to the end of a piece of its terrain). contact : the number of the
+/// contact that it is about, or None.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(Phase);
@@ -38,9 +41,21 @@ impl PyPhase {
         self.0.end
     }
 
+    #[getter]
+    fn cause(&self) -> &str {
+        self.0.cause.as_str()
+    }
+
+    #[getter]
+    fn contact(&self) -> Option<usize> {
+        self.0.cause.contact().map(ContactNumber::number)
+    }
+
     fn __repr__(&self) -> String {
-        let Phase { mode, start, end } = &self.0;
-        format!("Phase(mode='{mode}', start={start:?}, end={end:?})")
+        let Phase { mode, start, end, cause } = &self.0;
+        let contact = cause.contact().map_or(String::new(), |i| format!(", contact={i}"));
+        let cause = cause.as_str();
+        format!("Phase(mode='{mode}', start={start:?}, end={end:?}, cause='{cause}'{contact})")
     }
 }
 

@@ -7,6 +7,7 @@ use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
 use crate::modes::Mode;
+use crate::terrain::Place;
 use crate::tolerance::{REACHED, STILL};
 use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
 use crate::tumble::Tumble;
@@ -30,6 +31,7 @@ impl Base {
                 b,
                 c,
                 nominal: k.c,
+                place: Place::anywhere(i),
                 h: at.gaps.h[i],
                 u: at.gaps.u[i],
             }
@@ -86,17 +88,18 @@ impl Driver<'_> {
         let (options, record) = (self.options, self.log.record);
         let count = stance.points.len();
         let (still, brief) = (STILL * self.speed_scale(), frozen.is_some() && !self.local);
-        let mut phase = ContactPhase::new(&posture, stance, still, brief, &options);
+        let mut phase = ContactPhase::new(&posture, stance, still, brief, &options, self.cause);
         phase.close(&mut rests[..count]);
         // Rates can also come down to zero impact by impact, until there is no smaller number.
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
             return Some(Outcome::Zeno);
         }
+        phase.cause = self.cause;
         loop {
             let (frames, spans) = (&mut self.frames, &mut self.spans);
             let first_collision = self.log.collisions.len();
-            let end = phase.run(&mut self.log, &mut |stance, word, clock| {
+            let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
                 if !record {
                     return;
                 }
@@ -109,6 +112,7 @@ impl Driver<'_> {
                     frame: frames.len() - 1,
                     kind: Kind::Modes(modes, frozen),
                     mode: modes.map(|mode| mode.letter() as u8),
+                    cause,
                     first_collision,
                 });
             });
@@ -122,6 +126,7 @@ impl Driver<'_> {
                 phase.stance = self.base.stance(&full, None).unwrap_or(phase.stance);
                 continue;
             }
+            self.cause = phase.cause;
             self.leave(&phase.stance, frozen);
             self.warnings.extend(phase.warning.take());
             self.undecided = phase.undecided.take();
@@ -130,7 +135,7 @@ impl Driver<'_> {
                 PhaseEnd::Outcome(outcome) => Some(outcome),
                 PhaseEnd::Free => self.fly(),
                 PhaseEnd::Landing(i) => self.round(i, &phase.stance),
-                PhaseEnd::Thaw => None,
+                PhaseEnd::Thaw | PhaseEnd::Leave(..) => None,
             };
         }
     }

@@ -308,6 +308,7 @@ impl Posture {
         let still = TOUCH * (v.x.hypot(v.y) + size * omega.abs());
         let (gaps, rates) = (self.gaps(&state.q), self.gap_rates(&state.q, &state.qdot));
         let (sin, cos) = (libm::sin(state.q.z), libm::cos(state.q.z));
+        let grounds = (0..self.contacts().len()).map(|i| self.under(i, &state.q, false).geometry);
         let mut problem = ProblemFields {
             mass: f.mass,
             gyration_radius: f.gyration_radius,
@@ -318,7 +319,7 @@ impl Posture {
             ],
             ..ProblemFields::default()
         };
-        for (i, k) in self.geometry().iter().enumerate() {
+        for (i, k) in grounds.enumerate() {
             let (b, c) = k.turned(sin, cos);
             let (gap, rate) = (gaps[i], rates[i]);
             if gap < -touch {

@@ -1,0 +1,342 @@
+"""Terrain with ends: polylines and segments, against closed forms, a second method and the same ground unbroken."""
+
+import itertools
+import math
+import pickle
+
+import numpy as np
+import pytest
+import standfast as sf
+
+G = 10.0
+
+
+def particle(terrain, x, y, *, friction=0.0, restitution=0.0, gravity=G):
+    """A body whose only contact is its centre of mass."""
+    return sf.Posture(
+        mass=1.0,
+        gyration_radius=0.1,
+        center_of_mass=(x, y),
+        contacts=[sf.Contact(point=(x, y), friction=friction)],
+        restitution=restitution,
+        gravity=gravity,
+        terrain=terrain,
+    )
+
+
+def story(run):
+    return [(phase.mode, phase.cause) for phase in run.phases]
+
+
+def test_off_a_table_onto_the_floor():
+    posture = particle([(-5, 0), (0, 0), (1e-9, -2), (9, -2)], -1, 0, friction=0.5)
+    run = sf.simulate(posture, (0, 0, 0), (4, 0, 0))
+    # Braked by 5 m/s² over 1 m: √(16 − 10); a fall of 2 m; then 6/(2·5) m on the floor.
+    fall = math.sqrt(2 * 2 / G)
+    speed = math.sqrt(6)
+    assert run.outcome == "rest"
+    assert story(run) == [
+        ("R", "start"),
+        ("S", "left-segment"),
+        ("R", "zeno"),
+        ("F", "stop"),
+    ]
+    assert run.phases[1].contact == 1
+    assert run.phases[1].start == pytest.approx((4 - speed) / 5, rel=1e-15)
+    assert run.phases[2].start == pytest.approx((4 - speed) / 5 + fall, rel=1e-15)
+    assert run.q[0] == pytest.approx(1 + speed * fall + 0.6, rel=1e-15)
+    assert run.q[1] == pytest.approx(-2, rel=1e-15)
+
+
+def test_past_the_end_of_a_segment_there_is_nothing():
+    contact = sf.Contact(point=(0.0, 0.0), segment=(-1.0, 2.0))
+    posture = sf.Posture(1.0, 0.1, (0.0, 0.0), [contact], restitution=0.5, gravity=G)
+    run = sf.simulate(posture, (0, 0, 0), (1, 0, 0))
+    assert (run.outcome, run.time) == ("escape", 2.0)
+    assert story(run) == [("R", "start"), ("S", "left-segment")]
+    assert run.gaps[0] == math.inf
+    # Over its end: the bounce before it is met, the one after it is not.
+    run = sf.simulate(posture, (0, 5, 0), (1.5, 0, 0), time_limit=4.0)
+    assert [float(t) for t in run.impacts["time"]] == [1.0]
+    assert run.outcome == "time-limit"
+    assert run.q == pytest.approx([6.0, 10 * 0.5 * 3 - 5 * 9 + 0.0, 0.0])
+    for x, gap in ((-1.0, 1.0), (-1.0000001, math.inf), (2.0, 1.0), (2.1, math.inf)):
+        assert posture.gaps((x, 1, 0))[0] == gap
+
+
+@pytest.mark.parametrize(("alpha", "beta"), [(0.4, 0.3), (0.9, 0.1), (0.6, 0.6)])
+def test_to_and_fro_in_a_valley(alpha, beta):
+    """Each passage of the vertex keeps cos(α + β) of the speed; up and down a side take 2v/(g sin) each."""
+    down = 1.0
+    terrain = [(-9, 9 * math.tan(alpha)), (0, 0), (9, 9 * math.tan(beta))]
+    start = (-down * math.cos(alpha), down * math.sin(alpha))
+    posture = particle(terrain, *start)
+    speed = math.sqrt(2 * G * down * math.sin(alpha))
+    keep = math.cos(alpha + beta)
+    first = speed / (G * math.sin(alpha))
+    up, back = (2 * speed / (G * math.sin(slope)) for slope in (beta, alpha))
+    expected = first + (up * keep + back * keep**2) / (1 - keep**2)
+    for model in ("local", "full"):
+        run = sf.simulate(posture, (0, 0, 0), (0, 0, 0), model=model)
+        assert run.outcome == "rest"
+        assert run.phases[-1].mode == "F"
+        assert run.elapsed == pytest.approx(expected, rel=1e-13)
+        assert run.q == pytest.approx([-start[0], -start[1], 0.0], abs=1e-13)
+        assert run.collisions < 2 * math.log(1e-14) / math.log(keep) + 20
+
+
+def test_a_corner_of_a_body_rests_in_a_vertex():
+    """The other foot holds it up: the vertex carries forces from both of its sides, and the body stays."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.3,
+        center_of_mass=(0.0, 0.5),
+        contacts=[sf.Contact(point=(-0.5, 0.0)), sf.Contact(point=(0.5, 0.0))],
+        restitution=0.1,
+        gravity=G,
+        terrain=[(-2, 0.75), (-0.5, 0), (0, 0.4), (0.2, 0), (3, 0)],
+    )
+    run = sf.simulate(posture, (0.0, 0.02, 0.001), (-0.1, 0, 0))
+    assert run.outcome == "rest"
+    assert run.phases[-1].mode == "FF"
+    assert run.q == pytest.approx([0, 0, 0], abs=1e-12)
+
+
+def bounces(terrain, position, velocity, restitution, count):
+    """The first bounces of a particle on a polyline: textbook quadratics, piece by piece, the earliest hit."""
+    time, hits = 0.0, []
+    (x, y), (vx, vy) = position, velocity
+    last = None
+    for _ in range(count):
+        best = None
+        for k, ((x0, y0), (x1, y1)) in enumerate(itertools.pairwise(terrain)):
+            length = math.hypot(x1 - x0, y1 - y0)
+            nx, ny = -(y1 - y0) / length, (x1 - x0) / length
+            h, u = nx * (x - x0) + ny * (y - y0), nx * vx + ny * vy
+            for t in np.roots([-G * ny / 2, u, 0.0 if k == last else h]):
+                if abs(t.imag) > 0 or t.real <= 1e-9 or u - G * ny * t.real >= 0:
+                    continue
+                t = float(t.real)
+                inside = x0 <= x + vx * t <= x1
+                if inside and (best is None or t < best[0]):
+                    best = (t, k, nx, ny)
+        if best is None:
+            break
+        t, last, nx, ny = best
+        time, x, y, vy = time + t, x + vx * t, y + vy * t - G * t * t / 2, vy - G * t
+        rate = nx * vx + ny * vy
+        vx, vy = vx - (1 + restitution) * rate * nx, vy - (1 + restitution) * rate * ny
+        hits.append((time, vx, vy))
+    return hits
+
+
+def test_bounces_of_a_particle_on_random_polylines():
+    """Against textbook roots, while these are good: a few bounces, then errors have grown."""
+    random = np.random.default_rng(20)
+    compared = 0
+    for _ in range(150):
+        count = int(random.integers(2, 9))
+        xs = np.sort(random.uniform(-3, 3, count))
+        if np.min(np.diff(xs)) < 1e-2:
+            continue
+        terrain = [(float(x), float(random.uniform(-1, 1))) for x in xs]
+        x = float(random.uniform(xs[0], xs[-1]))
+        y, e = 2.0, float(random.uniform(0.3, 0.9))
+        v = [float(s) for s in random.normal(0, 2, 2)]
+        posture = particle(terrain, x, y, restitution=e)
+        run = sf.simulate(posture, (0, 0, 0), (*v, 0), time_limit=3.0, model="full")
+        mine = run.impacts[:4]
+        others = [hit for hit in bounces(terrain, (x, y), v, e, 4) if hit[0] < 3.0]
+        assert len(mine) == len(others)
+        for hit, (time, vx, vy) in zip(mine, others, strict=True):
+            assert hit["time"] == pytest.approx(time, rel=1e-9)
+            if hit["time"] < run.time:
+                _, qdot = run.at(hit["time"])
+                assert qdot[:2] == pytest.approx([vx, vy], abs=1e-7)
+            compared += 1
+    assert compared > 200
+
+
+def test_a_floor_in_pieces_is_a_floor():
+    """Random bodies on one foot or two: to the same end as on the unbroken floor. (More feet on one line land together.)"""
+    random = np.random.default_rng(7)
+    rests = left = 0
+    for case in range(150):
+        feet = 1 if case % 4 == 0 else 2
+        xs = [float(x) for x in np.sort(random.uniform(-1, 1, feet))]
+        friction = float(random.choice([0.0, 0.2, 0.6]))
+        contacts = [
+            sf.Contact((x, 0.0), friction=friction, restitution=0.1 if i else 0.1000001)
+            for i, x in enumerate(xs)
+        ]
+        whole = sf.Posture(1.0, 0.5, (0.05, 0.4), contacts, 0.1, G)
+        parts = sf.Posture(
+            1.0,
+            0.5,
+            (0.05, 0.4),
+            contacts,
+            0.1,
+            G,
+            terrain=[
+                (float(x), 0.0) for x in (-50, *np.sort(random.uniform(-2, 2, 7)), 50)
+            ],
+        )
+        model = "full" if case % 2 else "local"
+        q = (0.0, 0.1, float(random.normal(0, 0.02)))
+        qdot = tuple(float(v) for v in random.normal(0, 0.5, 3))
+        options = {
+            "model": model,
+            "impact": "chatterjee-ruina" if friction else "newton",
+            "simultaneous": "first-contact-first",
+            "time_limit": 4.0,
+        }
+        one, other = (sf.simulate(body, q, qdot, **options) for body in (whole, parts))
+        if abs(one.q[2]) > 1.0:
+            continue  # upside down all its feet land at once: a tie that rounding breaks
+        assert one.outcome == other.outcome
+        assert other.elapsed == pytest.approx(one.elapsed, rel=1e-9)
+        assert other.q == pytest.approx(one.q, abs=1e-9)
+        rests += one.outcome == "rest"
+        left += any(phase.cause == "left-segment" for phase in other.phases)
+    assert rests > 20
+    assert left > 10
+
+
+def test_energy_never_rises_on_a_polyline():
+    random = np.random.default_rng(11)
+    for _ in range(60):
+        xs = np.linspace(-4, 4, 9)
+        ys = np.concatenate([[3], random.uniform(-0.5, 0.5, 7), [3]])
+        posture = sf.Posture(
+            1.0,
+            0.3,
+            (0.0, 1.5),
+            [
+                sf.Contact((-0.4, 1.1), friction=0.3),
+                sf.Contact((0.4, 1.1), friction=0.3),
+                sf.Contact((0.0, 1.9), friction=0.3),
+            ],
+            0.3,
+            G,
+            terrain=list(zip(xs.tolist(), ys.tolist(), strict=True)),
+        )
+        qdot = random.normal(0, 2, 3)
+        run = sf.simulate(
+            posture,
+            (0, 0, 0),
+            qdot,
+            impact="chatterjee-ruina",
+            simultaneous="first-contact-first",
+            event_limit=20_000,
+        )
+        times, _, _ = run.sample(400)
+        energy = run.energy(times)
+        scale = float(np.ptp(energy))
+        assert np.max(np.diff(energy)) <= 1e-12 * scale
+        for t in times[:-1]:
+            gaps, _ = run.gaps_at(t)
+            assert np.min(gaps) >= 0.0
+
+
+def test_a_spinning_body_that_falls_past_the_end_is_gone():
+    posture = sf.Posture(
+        1.0,
+        0.3,
+        (0.0, 0.5),
+        [sf.Contact((-0.5, 0.0)), sf.Contact((0.5, 0.0))],
+        0.5,
+        G,
+        terrain=[(-1, 0), (1, 0)],
+    )
+    run = sf.simulate(posture, (1.2, 0.0, 0.0), (0.5, -1.0, 30.0))
+    assert run.outcome == "escape"
+    assert len(run.phases) < 100
+
+
+def test_slopes_and_segments_follow_from_the_terrain():
+    terrain = [(-2, 2), (0, 0), (1, 0), (3, 1)]
+    contacts = [sf.Contact((-1.0, 1.0)), sf.Contact((2.0, 0.5), friction=0.2)]
+    posture = sf.Posture(1.0, 0.5, (0.5, 1.0), contacts, 0.1, terrain=terrain)
+    one, two = posture.contacts
+    assert one.slope == pytest.approx(-math.pi / 4, rel=1e-15)
+    assert one.segment == pytest.approx((-math.sqrt(2), math.sqrt(2)), rel=1e-15)
+    assert two.slope == pytest.approx(math.atan(0.5), rel=1e-15)
+    same = pickle.loads(pickle.dumps(posture))
+    assert same == posture
+    assert eval(repr(posture), vars(sf)) == posture
+    assert posture.terrain == terrain
+    # A contact may begin in the air; gaps are those over the piece below.
+    high = sf.Posture(1.0, 0.5, (0, 0.5), [sf.Contact((0.5, 0.25))], 0, terrain=terrain)
+    assert high.gaps([[0, 0, 0], [-1.5, 2.0, 0], [9, 0, 0]])[:, 0] == pytest.approx(
+        [0.25, (2.25 - 1.0) / math.sqrt(2), math.inf]
+    )
+
+
+def test_a_scene_with_terrain_survives_its_file(tmp_path):
+    text = """
+        gravity = 10.0
+        restitution = 0.0
+        terrain = [[-5.0, 0.0], [0.0, 0.0], [5.0, 2.5]]
+        [body]
+        mass = 1.0
+        gyration_radius = 0.1
+        center_of_mass = [-1.0, 0.0]
+        [[contact]]
+        point = [-1.0, 0.0]
+        [start]
+        qdot = [1.0, 0.0, 0.0]
+        [run]
+        model = "full"
+        time_limit = 1.1
+    """
+    path = tmp_path / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    scene = sf.load(path)
+    run = scene.simulate()
+    # Up the slope at the speed that the inelastic impact with it leaves, braked by g sin.
+    up = math.cos(math.atan(0.5)) - 0.1 * G * math.sin(math.atan(0.5))
+    assert run.qdot[:2] == pytest.approx(
+        [up * math.cos(math.atan(0.5)), up * math.sin(math.atan(0.5))]
+    )
+    for name in ("again.toml", "again.json"):
+        scene.save(tmp_path / name)
+        again = sf.load(tmp_path / name)
+        assert again.posture == scene.posture
+        assert (again.simulate().q == run.q).all()
+
+
+@pytest.mark.parametrize(
+    ("terrain", "text"),
+    [
+        ([(0, 0)], "terrain"),
+        ([(0, 0), (0, 1)], "terrain.2.x"),
+        ([(0, 0), (1, 0), (0.5, 1)], "terrain.3.x"),
+        ([(0, 0), (math.nan, 1)], "terrain.2.x"),
+        ([(0, 0), (1, 2, 3)], "terrain.2"),
+        ([(1, 0), (2, 0)], "contacts.1.point.x"),
+        ([(-1, 1), (1, 1)], "contacts.1.point"),
+        ([(k, 0) for k in range(1025)], "terrain"),
+        ([(-1e-300, 0), (1e-300, 1e300)], "terrain.2.y"),
+    ],
+)
+def test_a_wrong_terrain_is_named(terrain, text):
+    with pytest.raises(ValueError, match=text):
+        particle(terrain, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [
+        sf.Contact((0.0, 0.0), slope=0.1),
+        sf.Contact((0.0, 0.0), segment=(-0.5, 0.5)),
+    ],
+)
+def test_a_slope_of_its_own_contradicts_a_terrain(contact):
+    with pytest.raises(ValueError, match="follows from"):
+        sf.Posture(1.0, 0.1, (0, 0), [contact], 0.0, terrain=[(-1, 0), (1, 0)])
+
+
+@pytest.mark.parametrize("terrain", ["flat", 3, [1, 2], {1: 2, 3: 4}])
+def test_what_is_no_terrain(terrain):
+    with pytest.raises((TypeError, ValueError), match="terrain"):
+        particle(terrain, 0.0, 0.0)
