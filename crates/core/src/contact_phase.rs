@@ -96,6 +96,9 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) cause: Option<Cause>,
 }
 
+/// What hears of every stretch that begins: its start, its word, and why it begins.
+pub(crate) type Note<'n> = dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>) + 'n;
+
 /// How a phase of contact ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PhaseEnd {
@@ -180,7 +183,7 @@ impl<'a> ContactPhase<'a> {
     pub(crate) fn run(
         &mut self,
         log: &mut Log<'_>,
-        note: &mut dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>),
+        note: &mut Note<'_>,
     ) -> PhaseEnd {
         let mut last = None;
         loop {
@@ -249,7 +252,7 @@ impl<'a> ContactPhase<'a> {
         acceleration: [f64; 3],
         mut last: Option<Next>,
         log: &mut Log<'_>,
-        note: &mut dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>),
+        note: &mut Note<'_>,
     ) -> Next {
         let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
         let [ax, ay, turn] = acceleration;
