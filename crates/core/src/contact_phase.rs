@@ -180,11 +180,7 @@ impl<'a> ContactPhase<'a> {
     }
 
     /// Mode after mode until something else happens. `note` hears of every stretch that begins.
-    pub(crate) fn run(
-        &mut self,
-        log: &mut Log<'_>,
-        note: &mut Note<'_>,
-    ) -> PhaseEnd {
+    pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut Note<'_>) -> PhaseEnd {
         let mut last = None;
         loop {
             let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {

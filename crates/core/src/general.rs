@@ -54,6 +54,8 @@ pub(crate) struct Settled {
     pub(crate) hits: usize,
     /// Whether they were at rest from the start of the run.
     pub(crate) from_start: bool,
+    /// Time that their last bounces would still have taken, in s.
+    pub(crate) error: f64,
     pub(crate) stance: Stance,
 }
 
@@ -482,13 +484,8 @@ impl<'a> General<'a> {
         let last = self.options.simultaneous == Simultaneous::LastContactFirst;
         let i = if last { *chosen.last()? } else { chosen[0] };
         let owner = self.state.points[i].place.contact;
-        let contact = self.posture.contacts()[owner];
-        let restitution = self.posture.geometry()[owner].restitution;
-        let material = Material {
-            friction: contact.friction,
-            restitution,
-            tangential_restitution: contact.tangential_restitution,
-        };
+        let material = self.material(i);
+        let restitution = material.restitution;
         let w = self.state.impact_matrix(i);
         let rate = self.state.points[i].u;
         let law = self.options.impact;
@@ -508,9 +505,57 @@ impl<'a> General<'a> {
         if self.state.points.len() == self.posture.contacts().len()
             && (self.wedge(i, 0) || self.wedge(i, 1))
         {
-            return self.settle(&[i], false);
+            let g = self.state.gravity;
+            return self.settle(&[i], false, 2.0 * WEDGED * self.fastest / g);
         }
         self.stop_slow()
+    }
+
+    /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
+    fn jam(&mut self) -> bool {
+        let points = &self.state.points;
+        let mut closed: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
+        if self.options.simultaneous == Simultaneous::LastContactFirst {
+            closed.reverse();
+        }
+        let law = self.options.impact;
+        let found = closed.into_iter().find_map(|i| {
+            let w = self.state.impact_matrix(i);
+            let impulse = impact_law::jam(law, &w, self.state.slip(i), &self.material(i));
+            impulse.map(|impulse| (i, impulse))
+        });
+        let Some((i, impulse)) = found else { return false };
+        let contact = self.state.points[i].place.contact;
+        let warning = format!(
+            "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
+            contact + 1
+        );
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+        let before = self.rates();
+        self.state.kick(i, impulse);
+        if self.material(i).restitution == 0.0 {
+            self.state.points[i].u = 0.0; // the end of compression, not its rounding
+        }
+        self.resting[i] = false;
+        self.undecided = None;
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+        self.write_down(contact, before, impulse);
+        true
+    }
+
+    /// What point `i` is made of.
+    fn material(&self, i: usize) -> Material {
+        let owner = self.state.points[i].place.contact;
+        let contact = self.posture.contacts()[owner];
+        Material {
+            friction: contact.friction,
+            restitution: self.posture.geometry()[owner].restitution,
+            tangential_restitution: contact.tangential_restitution,
+        }
     }
 
     fn rates(&self) -> Vec<f64> {
@@ -561,23 +606,25 @@ impl<'a> General<'a> {
     /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest.
     fn stop_slow(&mut self) -> Option<Outcome> {
         let limit = STOPPED * self.fastest;
-        let mut stopped = Vec::new();
+        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
         for i in 0..self.state.points.len() {
             let pull = self.state.arc(i).effective_gravity();
+            let loss = 1.0 - self.material(i).restitution;
             let p = &mut self.state.points[i];
             let square = p.u * p.u + 2.0 * pull * p.h;
             if pull > 0.0 && square <= limit * limit {
                 (p.h, p.u) = (0.0, 0.0);
                 if !self.resting[i] {
+                    error = error.max(2.0 * square.max(0.0).sqrt() / (pull * loss));
                     stopped.push(i);
                 }
             }
         }
-        if stopped.is_empty() { None } else { self.settle(&stopped, false) }
+        if stopped.is_empty() { None } else { self.settle(&stopped, false, error) }
     }
 
     /// Notes that these contacts have come to rest.
-    fn settle(&mut self, points: &[usize], from_start: bool) -> Option<Outcome> {
+    fn settle(&mut self, points: &[usize], from_start: bool, error: f64) -> Option<Outcome> {
         let mut contacts = Vec::new();
         for &i in points {
             self.resting[i] = true;
@@ -594,12 +641,14 @@ impl<'a> General<'a> {
                 last.contacts.sort_unstable();
                 last.contacts.dedup();
                 last.stance = self.state.clone();
+                last.error = last.error.max(error);
             }
             _ => self.zeno.push(Settled {
                 clock,
                 contacts,
                 hits: self.log.hits,
                 from_start,
+                error,
                 stance: self.state.clone(),
             }),
         }
@@ -629,7 +678,7 @@ impl<'a> General<'a> {
             .filter(|&i| !fresh || self.state.arc(i).effective_gravity() > 0.0)
             .collect();
         if !new.is_empty()
-            && let Some(outcome) = self.settle(&new, fresh)
+            && let Some(outcome) = self.settle(&new, fresh, 0.0)
         {
             return Some(outcome);
         }
@@ -647,6 +696,7 @@ impl<'a> General<'a> {
         self.warnings.extend(phase.warning);
         (self.undecided, self.acceleration) = (phase.undecided, phase.acceleration);
         match end {
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_slow(),
             PhaseEnd::Outcome(outcome) => Some(outcome),
             PhaseEnd::Free => self.fly(),
             PhaseEnd::Leave(i, side) => {

@@ -170,6 +170,29 @@ pub(crate) fn impulse(
     }
 }
 
+/// The impulse (P_t, P_n), per unit mass, of a contact that slides at v_t without approaching, and whose normal force would
+/// pull it into the terrain (w_nn − σμ w_nt < 0, Painlevé): an impact without collision. Compression begins by itself and
+/// lasts beyond the end of sliding. `None` where that is not so, or the law knows no process.
+pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Option<[f64; 2]> {
+    let Material { friction: mu, restitution: e, .. } = *material;
+    let mut process = Process::new(w, [v_t, 0.0], mu);
+    if v_t == 0.0 || process.first.rise > SINGULAR * w.nn {
+        return None;
+    }
+    process.first.rise = process.first.rise.min(0.0);
+    let p_c = process.compression();
+    match law {
+        Impact::Poisson => Some(process.impulse((1.0 + e) * p_c)),
+        Impact::Stronge => {
+            Some(process.impulse(process.restitution(p_c, -e * e * process.work(p_c))))
+        }
+        _ => None,
+    }
+}
+
+/// Rise of v_n, relative to that without friction, that counts as zero: a slide that jams ends where it vanishes.
+const SINGULAR: f64 = 1e-9;
+
 /// The impulse that changes the velocity by `change` (tangential, normal).
 fn inverse(w: &Matrix, change: [f64; 2]) -> [f64; 2] {
     let det = w.nn * w.tt - w.nt * w.nt; // > 0: the rows of a contact are independent
@@ -191,6 +214,28 @@ mod tests {
     fn gain(w: &Matrix, v: [f64; 2], p: [f64; 2]) -> f64 {
         let end = after(w, v, p);
         0.5 * (p[0] * (v[0] + end[0]) + p[1] * (v[1] + end[1]))
+    }
+
+    /// The rod of Painlevé with sides 3, 4, 5 and μ = 2: W = [2.92, −1.44; −1.44, 2.08]. From v_t = −1 sliding stops at
+    /// p = 1/4.4, with v_n = −0.8 p; then it sticks.
+    #[test]
+    fn an_impact_without_collision() {
+        let w = Matrix { nn: 2.08, nt: -1.44, tt: 2.92 };
+        let (stop, rise) = (1.0 / 4.4, 2.08 - 1.44 * 1.44 / 2.92);
+        let p_c = stop + 0.8 * stop / rise;
+        for (e, law) in [(0.0, Impact::Poisson), (0.5, Impact::Poisson), (0.5, Impact::Stronge)] {
+            let p = jam(law, &w, -1.0, &material(2.0, e)).unwrap();
+            let end = after(&w, [-1.0, 0.0], p);
+            // Stronge: ½ rise x² = e² ½ (0.8 stop)(p_c)
+            let back =
+                if law == Impact::Poisson { e * p_c } else { e * (0.8 * stop * p_c / rise).sqrt() };
+            assert!((p[1] - p_c - back).abs() < 1e-15, "{p:?}");
+            assert!((end[1] - rise * back).abs() < 1e-15 && end[0].abs() < 1e-15, "{end:?}");
+            assert!(gain(&w, [-1.0, 0.0], p) < 0.0);
+        }
+        assert_eq!(jam(Impact::Poisson, &w, 1.0, &material(2.0, 0.5)), None);
+        assert_eq!(jam(Impact::Moreau, &w, -1.0, &material(2.0, 0.5)), None);
+        assert_eq!(jam(Impact::Poisson, &w, -1.0, &material(1.0, 0.5)), None);
     }
 
     fn material(friction: f64, restitution: f64) -> Material {

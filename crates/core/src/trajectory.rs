@@ -576,7 +576,7 @@ impl Trajectory {
             contacts: zeno.contacts.iter().map(|&i| ContactNumber::of(i)).collect(),
             time: self.clock(zeno.clock),
             elapsed,
-            time_error: CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
+            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
             q: Some(state.q.into()),
             qdot: Some(state.qdot.into()),
             rotation: [state.q.z, state.qdot.z],
