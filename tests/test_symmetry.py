@@ -8,7 +8,7 @@ ends otherwise, or moves in other phases, the run is ill-conditioned: it is skip
 import math
 import os
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 
 import numpy as np
@@ -19,7 +19,7 @@ G = 9.81
 EPS = np.finfo(float).eps
 LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 #: Random scenes for each symmetry.
-SCENES = int(os.environ.get("STANDFAST_SCENES", "1000"))
+SCENES = int(os.environ.get("STANDFAST_SCENES", "400"))
 #: Runs with inputs a rounding away.
 SIBLINGS = 6
 #: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart.
@@ -81,7 +81,7 @@ class Scene:
             self.q,
             self.qdot,
             time_limit=self.time_limit,
-            event_limit=50_000,
+            event_limit=20_000,
             **self.options,
         )
 
@@ -239,7 +239,9 @@ def course(image, size):
     for z in run.zeno_points:
         listed = z.first_summed and impacts["time"][z.first_summed - 1]
         sums.append((listed / unit, z.time / unit))
-    speeds = [image.scene.qdot, run.qdot, *(run.at(p.start)[1] for p in phases)]
+    speeds = [image.scene.qdot, run.qdot]
+    if phases:
+        speeds.extend(run.at([p.start for p in phases])[1])
     top = max(np.abs(image.vector(v, unit) * [1, 1, size]).max() for v in speeds)
     rates = -impacts["rates_before"][np.arange(len(impacts)), impacts["index"]]
     fast = rates * unit / image.length > RESOLVED * top
@@ -363,7 +365,9 @@ def random_scene(seed):
         mass=u(0.5, 2),
         gyration_radius=u(0.2, 0.8),
         gravity=G,
-        restitution=u(0, 0.8) * (rng.random() < 0.85),
+        # Poisson's and Stronge's laws leave a rounded rate at e = 0, which decides whether a Zeno point is listed.
+        restitution=u(0.0, 0.8)
+        * (rng.random() < 0.85 or law in ("poisson", "stronge")),
         center=np.array([u(-0.3, 0.3), u(0.1, 0.7)]),
         points=points,
         slopes=slopes,
@@ -400,9 +404,10 @@ def describe(scene):
     return f"{len(scene.points)} contact(s), {scene.options}"
 
 
-@pytest.mark.parametrize(
-    "image_of", [mirrored, in_decimal_units, in_binary_units, moved, renumbered]
-)
+IMAGES = [mirrored, in_decimal_units, in_binary_units, moved, renumbered]
+
+
+@pytest.mark.parametrize("image_of", IMAGES)
 def test_worlds_that_move_alike(image_of):
     """-s prints how runs end, how many were skipped, and the largest changes in conditioning limits."""
     rng = np.random.default_rng(1)
@@ -421,12 +426,33 @@ def test_worlds_that_move_alike(image_of):
             continue
         for name, unit in limits.items():
             if change[name] > 0:
-                share = change[name] / unit if unit else math.inf
+                share = float(change[name] / unit) if unit else math.inf
                 most[name] = max(most[name], share)
                 if share > ALLOWED:
                     wrong.append((seed, describe(scene), base.outcome, name, share))
     print()
-    print(image_of.__name__, dict(ends), dict(skipped), dict(most), len(wrong))
-    for x in wrong[:20]:
-        print(x)
+    print(image_of.__name__, dict(ends), dict(skipped), dict(most))
     assert not wrong
+    compared = ends.total()
+    lost = skipped["ill-conditioned"] + skipped["event limit"]
+    assert lost <= SKIPPED * (lost + compared)
+    assert compared > SCENES / 2
+
+
+def plain(x):
+    """Lists and numbers that can be compared."""
+    if isinstance(x, np.ndarray):
+        return x.tolist()
+    return [plain(y) for y in x] if isinstance(x, list | tuple) else x
+
+
+@pytest.mark.parametrize("image_of", [mirrored, in_binary_units])
+def test_signs_and_powers_of_two_change_no_bit(image_of):
+    """Every run, also those that are ill-conditioned, have ties or do not end."""
+    rng = np.random.default_rng(2)
+    for seed in range(SCENES):
+        scene, base, _ = case(seed)
+        other = course(image_of(scene, rng), scene.size)
+        for entry in fields(Course):
+            one, same = (plain(getattr(c, entry.name)) for c in (base, other))
+            assert one == same, f"scene {seed}, {describe(scene)}: {entry.name}"
