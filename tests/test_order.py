@@ -5,6 +5,7 @@ same, and its times have to be s times as long to rounding. The error is that of
 third party: the order of both would have to be wrong in the same way.
 """
 
+import math
 import os
 from collections import Counter
 
@@ -14,7 +15,7 @@ import standfast as sf
 
 G = 9.81
 #: Postures for each way to run.
-POSTURES = int(os.environ.get("STANDFAST_POSTURES", "40"))
+POSTURES = int(os.environ.get("STANDFAST_POSTURES", "80"))
 #: Powers of two: the local model is scaled without rounding.
 SCALES = 2.0 ** np.arange(-14.0, -4.0)
 #: More than two decades.
@@ -29,38 +30,42 @@ BRIEF = 1e-3
 SLOW = 1e-9
 
 
-def posture_and_state(seed, friction, parallel=False):
-    """Two feet below the centre of mass, c_i = n_i·d_i ≠ 0, and a state whose gaps are positive: N q > 0."""
+def heights(posture):
+    """c_i = n_i·d_i: contacts seen from the centre of mass, along their normals."""
+    return [
+        math.cos(c.slope) * (c.point[1] - posture.center_of_mass[1])
+        - math.sin(c.slope) * (c.point[0] - posture.center_of_mass[0])
+        for c in posture.contacts
+    ]
+
+
+def posture_and_state(seed, friction):
+    """Two feet with c_i ≠ 0, and a state whose gaps are positive: N q > 0."""
     rng = np.random.default_rng([4, seed])
     u = rng.uniform
-    slopes = [u(-0.4, 0.1), u(-0.1, 0.4)]
-    if parallel:
-        slopes[1] = slopes[0]
-    contacts = [
-        sf.Contact(
-            point=(side * u(0.3, 1.0), u(-0.1, 0.1)),
-            slope=slope,
-            friction=friction * u(0.6, 1.5),
+    while True:
+        contacts = [
+            sf.Contact(
+                point=(side * u(0.3, 1.0), u(-0.1, 0.1)),
+                slope=side * u(-0.1, 0.4),
+                friction=friction * u(0.6, 1.5),
+            )
+            for side in (-1, 1)
+        ]
+        posture = sf.Posture(
+            mass=1.0,
+            gyration_radius=u(0.2, 0.7),
+            center_of_mass=(u(-0.2, 0.2), u(0.2, 0.8)),
+            contacts=contacts,
+            restitution=u(0.0, 0.5),
+            gravity=G,
         )
-        for side, slope in zip((-1, 1), slopes, strict=True)
-    ]
-    posture = sf.Posture(
-        mass=1.0,
-        gyration_radius=u(0.2, 0.7),
-        center_of_mass=(u(-0.2, 0.2), u(0.2, 0.8)),
-        contacts=contacts,
-        restitution=u(0.0, 0.5),
-        gravity=G,
-    )
+        if min(abs(c) for c in heights(posture)) > 0.05:
+            break
     rows = normal_rows(posture)
     q = np.linalg.pinv(rows) @ u(0.05, 0.5, 2)
     # along the direction in which no gap changes
     q += u(-0.3, 0.3) * np.linalg.svd(rows)[2][2]
-    arms = [np.subtract(c.point, posture.center_of_mass) for c in contacts]
-    assert all(
-        abs(np.cos(c.slope) * d[1] - np.sin(c.slope) * d[0]) > 0.05
-        for c, d in zip(contacts, arms, strict=True)
-    )
     return posture, q, u(-1.0, 1.0, 3)
 
 
@@ -230,7 +235,7 @@ def test_errors_are_of_fourth_order_for_a_rod(stop):
             qdot,
             scales=2.0 ** np.arange(-10.0, -1.0),
             octaves=4,
-            rounding=1e-12,
+            rounding=2e-13,
             stop=stop,
         )
         if isinstance(found, str):
@@ -238,3 +243,44 @@ def test_errors_are_of_fourth_order_for_a_rod(stop):
         else:
             orders[seed] = order(found, 4)
     check(f"rod, {stop}", orders, skipped, 4)
+
+
+def enlarged(posture, run, rows, left):
+    """When the last Zeno point comes by a run of its own from a flight that long before, enlarged by a power of two."""
+    inverse, end = np.linalg.pinv(rows), run.zeno_points[-1].time
+    flight = [p for p in run.phases if p.mode == "SS" and p.start < end - left][-1]
+    t = (flight.start + flight.end) / 2
+    (gaps,), (rates,) = run.gaps_at([t])
+    _, qdot = run.at(t)
+    qdot = qdot + inverse @ (rates - rows @ qdot)
+    scale = 2.0 ** -np.round(np.log2(end - t))
+    tail = sf.simulate(posture, inverse @ gaps * scale**2, qdot * scale, model="local")
+    return t + tail.zeno_points[-1].time / scale
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="slow sliding is taken for none before the rounds are summed: 4e-12, where 1e-15 is said",
+)
+def test_the_end_of_ever_smaller_rounds_is_as_exact_as_it_says():
+    """The local model knows no scale: parts of the end, enlarged, end at the same time, with much smaller errors."""
+    wrong, compared = {}, 0
+    for seed in range(POSTURES):
+        posture, q, qdot = posture_and_state(seed, 0.9)
+        run = sf.simulate(posture, q, qdot, model="local", time_limit=20.0)
+        if run.outcome != "rest" or run.zeno_points[-1].method != "nested":
+            continue
+        end, rows = run.zeno_points[-1], normal_rows(posture)
+        if run.phases[0].end > end.time - 1e-2:
+            continue
+        times = [enlarged(posture, run, rows, left) for left in (1e-2, 1e-3, 1e-4)]
+        if np.ptp(times) > 5e-14 * end.time:
+            continue
+        compared += 1
+        error = abs(end.time - times[-1])
+        if error > 10 * end.time_error + 1e-13 * end.time:
+            wrong[seed] = (error / end.time, end.time_error / end.time)
+    print(f"\n{compared} compared; seed: (relative error, said): {wrong}")
+    assert compared > POSTURES / 4
+    assert not wrong
