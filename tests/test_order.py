@@ -233,9 +233,9 @@ def test_errors_are_of_fourth_order_for_a_rod(stop):
             rod,
             q,
             qdot,
-            scales=2.0 ** np.arange(-13.0, -1.0),
+            scales=2.0 ** np.arange(-10.0, -1.0),
             octaves=4,
-            rounding=2e-13,
+            rounding=1e-12,
             stop=stop,
         )
         if isinstance(found, str):
