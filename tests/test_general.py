@@ -231,3 +231,22 @@ def test_a_plastic_impact_leaves_no_rate(law):
         )
         for impact in run.impacts:
             assert impact["rates_after"][0] == 0
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=ValueError,
+    reason="a run that ends at once says that it was not recorded",
+)
+def test_a_run_without_a_phase_can_be_looked_into():
+    """Three feet of different friction slide: how the weight is shared, and with it the deceleration, is open."""
+    feet = [
+        sf.Contact(point=(x, 0.0), friction=mu)
+        for x, mu in [(-1.0, 0.2), (0.1, 0.5), (1.0, 0.8)]
+    ]
+    run = sf.simulate(body([], contacts=feet), (0, 0, 0), (0.3, 0, 0))
+    assert (run.outcome, run.time) == ("ambiguous", 0.0)
+    q, qdot = run.at(0.0)
+    assert q.tolist() == [0, 0, 0]
+    assert qdot.tolist() == [0.3, 0, 0]
+    assert run.energy(0.0) == pytest.approx(0.5 * 0.3**2)

@@ -2,7 +2,8 @@
 
 A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs
 are moved by a rounding or two, and not less than one rounding of the time, place and speed themselves. Where a sibling
-ends otherwise, or moves in other phases, the run is ill-conditioned: it is skipped and counted.
+ends otherwise, or moves in other phases, the run is ill-conditioned: it is skipped and counted. Contacts that arrive
+together, or as good as, are not compared: rounding decides which is first.
 """
 
 import math
@@ -19,14 +20,14 @@ G = 9.81
 EPS = np.finfo(float).eps
 LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 #: Random scenes for each symmetry.
-SCENES = int(os.environ.get("STANDFAST_SCENES", "400"))
+SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
 #: Runs with inputs a rounding away.
 SIBLINGS = 6
 #: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart.
 RESOLVED = 1e-7
 #: Allowed change, in conditioning limits.
 ALLOWED = 50
-#: Largest share of runs that may be ill-conditioned.
+#: Largest share of runs that may be ill-conditioned, or have no end.
 SKIPPED = 0.1
 #: How a run is called that has contacts arriving together.
 TIE = "same instant"
@@ -274,10 +275,13 @@ def course(image, size):
 
 def is_tied(run, hits, slow, size):
     """Whether contacts arrive together, or so little apart that rounding decides which is first."""
+    if any(TIE in warning for warning in run.warnings):
+        return True
+    if not run.phases:
+        return False
     gaps, _ = run.gaps_at(hits["time"])
     arrive = (hits["rates_before"] < -slow) & (gaps <= 1e-12 * size)
-    tied = (arrive.sum(axis=1) > 1).any()
-    return bool(tied) or any(TIE in warning for warning in run.warnings)
+    return bool((arrive.sum(axis=1) > 1).any())
 
 
 def changes(one, other, size):
@@ -325,8 +329,7 @@ NAMES = ("time", "place", "speed")
 
 @cache
 def case(seed):
-    """A scene, its course and the conditioning limits of its times, places and speeds, or None if it is skipped, and
-    why."""
+    """A scene, its course, and the conditioning limits of its times, places and speeds, or why it is skipped."""
     scene = random_scene(seed)
     base = course(Image(scene), scene.size)
     if base.tied:
