@@ -250,3 +250,46 @@ def test_a_run_without_a_phase_can_be_looked_into():
     assert q.tolist() == [0, 0, 0]
     assert qdot.tolist() == [0.3, 0, 0]
     assert run.energy(0.0) == pytest.approx(0.5 * 0.3**2)
+
+
+@pytest.mark.parametrize(
+    "length",
+    [
+        pytest.param(
+            1.0,
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="two landings 1e-17 s apart by rounding are no tie, and the policy is not asked",
+            ),
+        ),
+        3.0,
+    ],
+)
+def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
+    """The body pivots about foot 3; in the local model, whose feet all touch at θ = 0, the other two land together in
+    any unit of length."""
+    feet = [
+        sf.Contact(point=(x * length, y * length), friction=0.5)
+        for x, y in [(-0.7, 0.05), (-0.1, -0.1), (0.8, 0.0)]
+    ]
+    posture = body(
+        [],
+        contacts=feet,
+        gyration_radius=0.6 * length,
+        center_of_mass=(0.2 * length, 0.45 * length),
+        restitution=0.15,
+        gravity=G * length,
+    )
+    ends = {}
+    for policy in (IN_TURN, "last-contact-first"):
+        run = sf.simulate(
+            posture,
+            (0, 0, 0),
+            (0.3 * length, 0.18 * length, -0.3),
+            model="local",
+            impact="chatterjee-ruina",
+            simultaneous=policy,
+        )
+        assert any("same instant" in warning for warning in run.warnings)
+        ends[policy] = run.time
+    assert ends == pytest.approx({IN_TURN: 0.1064118, "last-contact-first": 0.1116233})

@@ -23,8 +23,9 @@ LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
 #: Runs with inputs a rounding away.
 SIBLINGS = 6
-#: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart.
-RESOLVED = 1e-7
+#: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart. More than one
+#: share, for what is as short or as slow as one of them.
+RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
 #: Allowed change, in conditioning limits.
 ALLOWED = 50
 #: Largest share of runs that may be ill-conditioned, or have no end.
@@ -220,7 +221,7 @@ class Course:
     qdot: np.ndarray
     phases: list  # word, start, end
     zeno: list  # time, contacts, q, qdot
-    hits: list  # contact, time; of impacts that are not too slow
+    hits: list  # contact, time, speed; of impacts that are not too slow
     #: From the last impact listed to the Zeno point that sums the rest.
     sums: list
     top: float  # largest speed
@@ -245,7 +246,8 @@ def course(image, size):
         speeds.extend(run.at([p.start for p in phases])[1])
     top = max(np.abs(image.vector(v, unit) * [1, 1, size]).max() for v in speeds)
     rates = -impacts["rates_before"][np.arange(len(impacts)), impacts["index"]]
-    fast = rates * unit / image.length > RESOLVED * top
+    rates = rates * unit / image.length
+    fast = rates > min(RESOLVED) * top
     return Course(
         run.outcome,
         run.elapsed / unit,
@@ -261,7 +263,10 @@ def course(image, size):
             )
             for z in run.zeno_points
         ],
-        [(number(c), t / unit) for c, t in impacts[["contact", "time"]][fast].tolist()],
+        [
+            (number(hit["contact"]), hit["time"] / unit, float(rate))
+            for hit, rate in zip(impacts[fast], rates[fast], strict=True)
+        ],
         sums,
         top,
         is_tied(
@@ -289,7 +294,12 @@ def changes(one, other, size):
 
     How many terms of a sum are listed one by one, and where an accumulation is lost in rounding, is not part of it.
     """
-    brief = RESOLVED * one.elapsed
+    return next(filter(None, (compared(one, other, size, x) for x in RESOLVED)), None)
+
+
+def compared(one, other, size, resolved):
+    """The same at one resolution."""
+    brief, slow = resolved * one.elapsed, resolved * one.top
     spans = [*one.sums, *other.sums]
 
     def counts(t):
@@ -304,7 +314,7 @@ def changes(one, other, size):
             if zeno and t - zeno[-1][0] <= brief:
                 contacts = contacts | zeno.pop()[1]
             zeno.append((t, contacts, *state))
-        hits = [h for h in run.hits if counts(h[1])]
+        hits = [h for h in run.hits if h[2] > slow and counts(h[1])]
         words = [p[0] for p in phases], [z[1] for z in zeno], [h[0] for h in hits]
         times = [run.elapsed]
         times += [t for p in phases for t in p[1:]]
