@@ -303,7 +303,8 @@ def compared(one, other, size, resolved):
     spans = [*one.sums, *other.sums]
 
     def counts(t):
-        return not any(a + brief < t < b - brief for a, b in spans)
+        same = 1e-11 * one.elapsed
+        return not any(a + same < t < b - same for a, b in spans)
 
     def kept(run):
         phases = [p for p in run.phases if p[2] - p[1] > brief and counts(p[1])]
