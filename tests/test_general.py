@@ -154,3 +154,142 @@ def test_energy_never_rises(law):
         assert np.diff(energy).max(initial=0.0) <= 1e-12 * scale
     print(law, ends)
     assert sum(ends.values()) > SCENES / 2
+
+
+def between_two_feet(*others, friction=0.5, restitution=0.3):
+    """A slim body on two feet of one level, and on others."""
+    feet = [sf.Contact(point=(x, 0), friction=friction) for x in (-0.8, 0.8)]
+    return body(
+        [],
+        contacts=[*feet, *others],
+        gyration_radius=0.2,
+        center_of_mass=(0.1, 0.5),
+        restitution=restitution,
+    )
+
+
+ENDLESS = "impacts in turn at the level of rounding go on to the event limit"
+
+
+@pytest.mark.xfail(strict=True, reason=ENDLESS)
+@pytest.mark.parametrize("law", LAWS)
+def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
+    """Foot 1 rests, foot 2 lands at .8 m/s: ever slower impacts in turn in one instant, after which both rest."""
+    posture, turn = between_two_feet(), (0, -0.45, -0.5)
+    assert posture.gap_rates((0, 0, 0), turn) == pytest.approx((0, -0.8), abs=1e-16)
+    run = sf.simulate(
+        posture,
+        (0, 0, 0),
+        turn,
+        impact=law,
+        simultaneous=IN_TURN,
+        event_limit=20_000,
+    )
+    assert run.outcome == "rest"
+    assert len(run.impacts) < 500
+
+
+@pytest.mark.xfail(strict=True, reason=ENDLESS)
+def test_three_smooth_contacts_come_to_rest():
+    """The same without friction by Newton's law, with a third contact beside."""
+    posture = between_two_feet(sf.Contact(point=(-0.4, 0), slope=0.2), friction=0.0)
+    run = sf.simulate(
+        posture,
+        (0, 0, 0),
+        (0, -0.45, -0.5),
+        model="local",
+        event_limit=20_000,
+        time_limit=2.0,
+    )
+    assert run.outcome != "event-limit"
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param(
+            law,
+            marks=pytest.mark.xfail(
+                law in ("poisson", "stronge"),
+                strict=True,
+                reason="the rate after a plastic impact is a rounding, of either sign",
+            ),
+        )
+        for law in LAWS
+    ],
+)
+def test_a_plastic_impact_leaves_no_rate(law):
+    """A rate of 1e-16 instead is a flight of 1e-17 s, or another impact, and a Zeno point of its own."""
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        foot = sf.Contact(
+            point=rng.uniform(-0.5, 0.5, 2), slope=rng.uniform(-0.4, 0.4), friction=0.4
+        )
+        posture = body([], contacts=[foot], restitution=0.0)
+        run = sf.simulate(
+            posture, (0, 0.1, 0), rng.normal(size=3), impact=law, time_limit=0.3
+        )
+        for impact in run.impacts:
+            assert impact["rates_after"][0] == 0
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=ValueError,
+    reason="a run that ends at once says that it was not recorded",
+)
+def test_a_run_without_a_phase_can_be_looked_into():
+    """Three feet of different friction slide: how the weight is shared, and with it the deceleration, is open."""
+    feet = [
+        sf.Contact(point=(x, 0.0), friction=mu)
+        for x, mu in [(-1.0, 0.2), (0.1, 0.5), (1.0, 0.8)]
+    ]
+    run = sf.simulate(body([], contacts=feet), (0, 0, 0), (0.3, 0, 0))
+    assert (run.outcome, run.time) == ("ambiguous", 0.0)
+    q, qdot = run.at(0.0)
+    assert q.tolist() == [0, 0, 0]
+    assert qdot.tolist() == [0.3, 0, 0]
+    assert run.energy(0.0) == pytest.approx(0.5 * 0.3**2)
+
+
+@pytest.mark.parametrize(
+    "length",
+    [
+        pytest.param(
+            1.0,
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="two landings 1e-17 s apart by rounding are no tie, and the policy is not asked",
+            ),
+        ),
+        3.0,
+    ],
+)
+def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
+    """The body pivots about foot 3; in the local model, whose feet all touch at θ = 0, the other two land together in
+    any unit of length."""
+    feet = [
+        sf.Contact(point=(x * length, y * length), friction=0.5)
+        for x, y in [(-0.7, 0.05), (-0.1, -0.1), (0.8, 0.0)]
+    ]
+    posture = body(
+        [],
+        contacts=feet,
+        gyration_radius=0.6 * length,
+        center_of_mass=(0.2 * length, 0.45 * length),
+        restitution=0.15,
+        gravity=G * length,
+    )
+    ends = {}
+    for policy in (IN_TURN, "last-contact-first"):
+        run = sf.simulate(
+            posture,
+            (0, 0, 0),
+            (0.3 * length, 0.18 * length, -0.3),
+            model="local",
+            impact="chatterjee-ruina",
+            simultaneous=policy,
+        )
+        assert any("same instant" in warning for warning in run.warnings)
+        ends[policy] = run.time
+    assert ends == pytest.approx({IN_TURN: 0.1064118, "last-contact-first": 0.1116233})

@@ -1,0 +1,245 @@
+"""A block that rocks from corner to corner [Housner 1963], its corners plastic: what each law of impact leaves of the
+rotation, and how long every swing takes.
+
+The block has half-diagonal R and angle α between diagonal and side: half-width B = R sin α, centre of mass at
+H = R cos α above the floor, ρ² = R²/3. It turns about one corner with ω; the other lands when the block stands upright.
+"""
+
+import math
+
+import pytest
+import standfast as sf
+from mpmath import mp, mpf
+
+G = 9.81
+R = 1.25
+LAWS = ["poisson", "stronge", "chatterjee-ruina", "moreau"]
+
+
+@pytest.fixture(autouse=True)
+def digits():
+    """Digits of the oracle."""
+    with mp.workdps(25):
+        yield
+
+
+class Block:
+    """A posture, and its numbers as the posture has them, without rounding."""
+
+    def __init__(self, alpha, friction):
+        self.posture = sf.Posture(
+            mass=2.0,
+            gyration_radius=R / math.sqrt(3),
+            center_of_mass=(0.0, R * math.cos(alpha)),
+            contacts=[
+                sf.Contact(point=(side * R * math.sin(alpha), 0.0), friction=friction)
+                for side in (-1, 1)
+            ],
+            restitution=0.0,
+            gravity=G,
+        )
+        self.width = mpf(self.posture.contacts[1].point[0])
+        self.height = mpf(self.posture.center_of_mass[1])
+        self.rho2 = mpf(self.posture.gyration_radius) ** 2
+        self.diagonal2 = self.width**2 + self.height**2
+        self.alpha = mp.atan(self.width / self.height)
+        #: p², of the physical pendulum about a corner: φ'' = −p² sin(α − φ)
+        self.pull = mpf(G) * mp.sqrt(self.diagonal2) / (self.rho2 + self.diagonal2)
+
+    def upright(self, omega):
+        """Start: upright, turning about corner 1; ω in few bits, so that no rounded rate is left there."""
+        width, height = float(self.width), float(self.height)
+        return (0, 0, 0), (-height * omega, width * omega, omega)
+
+    def kept_by_sticking(self):
+        """ω⁺/ω⁻ of an impact at the new corner alone, about which the angular momentum is kept."""
+        return (self.rho2 + self.height**2 - self.width**2) / (
+            self.rho2 + self.diagonal2
+        )
+
+    def kept_by_slipping(self):
+        """The same of a vertical impulse p: ω⁺ = ω + B p/(mρ²), v_y⁺ = −B ω + p/m, and v_y⁺ + B ω⁺ = 0 at the corner."""
+        return (self.rho2 - self.width**2) / (self.rho2 + self.width**2)
+
+    def apex(self, omega):
+        """Angle at which the block turns back: ½ω² = p² (cos(α − φ) − cos α)."""
+        cos = mp.cos(self.alpha) + omega**2 / (2 * self.pull)
+        assert cos < 1, "the block topples"
+        return self.alpha - mp.acos(cos)
+
+    def swing(self, omega):
+        """Time from upright to upright: 2 ∫ dφ/φ' with φ'² = 4p² sin((φ_m − φ)/2) sin(α − (φ + φ_m)/2), by quadrature in
+        u: φ = φ_m (1 − u²)."""
+        top = self.apex(omega)
+
+        def integrand(u):
+            phi = top * (1 - u * u)
+            rest = mp.sin(top * u * u / 2) * mp.sin(self.alpha - (phi + top) / 2)
+            return 2 * top * u / mp.sqrt(4 * self.pull * rest)
+
+        return 2 * mp.quad(integrand, [0, 1])
+
+
+def close(value, exact, rel=1e-11, scale=0):
+    """``value`` within ``rel`` of ``exact``, relative to it or to a larger scale."""
+    error, size = abs(mpf(float(value)) - exact), max(abs(exact), mpf(scale))
+    assert error <= rel * size, f"{value!r}: {mp.nstr(error / size, 3)} off"
+
+
+def kept(impact):
+    """ω⁺/ω⁻: before, the block turns about the old corner; after it, about the new one."""
+    new = impact["index"]
+    return -impact["rates_after"][1 - new] / impact["rates_before"][new]
+
+
+def run(block, omega, law, **options):
+    turn = "newton" if law == "newton" else "first-contact-first"
+    return sf.simulate(
+        block.posture,
+        *block.upright(omega),
+        impact=law,
+        simultaneous=turn,
+        event_limit=20_000,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("alpha", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_housners_ratio_of_a_uniform_block(alpha):
+    """Of the closed forms here: 1 − (3/2) sin² α if the new corner sticks, (1 − 3 sin² α)/(1 + 3 sin² α) if it slips."""
+    block, s = Block(alpha, 1.0), mp.sin(mpf(alpha))
+    close(block.kept_by_sticking(), 1 - 3 * s**2 / 2, 1e-14)
+    close(block.kept_by_slipping(), (1 - 3 * s**2) / (1 + 3 * s**2), 1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(
+    ("alpha", "friction", "omega"),
+    [
+        (0.15, 1.0, 0.25),
+        (0.3, 1.0, 0.625),
+        (0.5, 1.5, 0.875),
+        (0.7, 2.0, 1.5),
+        (0.9, 3.0, 1.0),
+    ],
+)
+def test_a_rough_block_rocks_with_housners_ratio(law, alpha, friction, omega):
+    """The impulse is within the cone of friction: the new corner sticks, the old one leaves, and the block turns about
+    the new one, a physical pendulum, until it is upright again."""
+    block = Block(alpha, friction)
+    found = run(block, omega, law, model="full", time_limit=6.0)
+    ratio, landings = block.kept_by_sticking(), 0
+    now, spin = mpf(0), mpf(omega)
+    phases = [p for p in found.phases if p.end > p.start]
+    # Poisson's and Stronge's corners are hit a second time at 1e-17 m/s.
+    hits = [i for i in found.impacts if i["rates_before"].min() < -1e-12]
+    for impact, phase in zip(hits, phases, strict=False):
+        if landings == 8 or impact["time"] > 5.9:
+            break
+        held = landings % 2
+        assert phase.mode == ("FS", "SF")[held]
+        assert impact["index"] == 1 - held
+        swing = block.swing(spin)
+        q, qdot = found.at(float(now + swing / 2))
+        close(abs(q[2]), block.apex(spin), scale=1e-4)  # rad, rounded like 1
+        assert abs(qdot[2]) <= 1e-11 * omega
+        now += swing
+        close(impact["time"], now)
+        close(-impact["rates_before"][1 - held], 2 * block.width * spin)
+        close(kept(impact), ratio)
+        tangential, normal = (mpf(float(x)) / 2 for x in impact["impulse"])
+        side = -1 if held else 1
+        close(normal, block.width * spin * (1 + ratio))
+        close(-side * tangential, block.height * spin * (1 - ratio))
+        spin *= ratio
+        landings += 1
+    assert landings >= 3
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("alpha", "omega"), [(0.4, 0.5), (0.8, 0.75)])
+def test_when_the_rocking_ends(law, alpha, omega):
+    """Infinitely many swings, each with Housner's share of the spin: their times add up, and the block rests where it
+    stood."""
+    block = Block(alpha, 2.0)
+    ratio = block.kept_by_sticking()
+    total, spin = mpf(0), mpf(omega)
+    while spin > mpf("1e-5"):
+        total += block.swing(spin)
+        spin *= ratio
+    # Small swings: 2ω/(p² sin α) (1 + x/3 cot α), x = ω²/(2 p² sin α)·2, and smaller.
+    small = block.pull * mp.sin(block.alpha)
+    total += 2 * spin / small / (1 - ratio)
+    found = run(block, omega, law, model="full")
+    assert found.outcome == "rest"
+    close(found.time, total)
+    assert max(abs(found.q)) <= 1e-14
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_rocking_of_the_local_model_is_a_geometric_series(law):
+    """Constant deceleration p² sin α: swings of 2ω/(p² sin α), times the ratio from swing to swing."""
+    block, omega = Block(0.4, 2.0), 0.5
+    first = 2 * mpf(omega) / (block.pull * mp.sin(block.alpha))
+    ratio = block.kept_by_sticking()
+    found = run(block, omega, law, model="local")
+    assert found.outcome == "rest"
+    close(found.impacts["time"][0], first, 1e-15)
+    close(found.time, first / (1 - ratio), 1e-12)
+
+
+@pytest.mark.parametrize(("alpha", "friction"), [(0.15, 0.3), (0.3, 0.4), (0.5, 0.5)])
+@pytest.mark.parametrize("model", ["full", "local"])
+def test_a_smooth_impact_takes_more_of_the_rotation(model, alpha, friction):
+    """Newton's law without friction: the impulse is vertical, the new corner slips away with the horizontal velocity that
+    is left, and friction stops it then."""
+    block, omega = Block(alpha, friction), 0.25
+    found = run(block, omega, "newton", model=model, time_limit=3.0)
+    ratio = block.kept_by_slipping()
+    impact = found.impacts[0]
+    assert impact["index"] == 1
+    close(kept(impact), ratio)
+    swing = (
+        block.swing(mpf(omega))
+        if model == "full"
+        else 2 * mpf(omega) / (block.pull * mp.sin(block.alpha))
+    )
+    close(impact["time"], swing)
+    slide = next(p for p in found.phases if p.start >= impact["time"])
+    assert slide.mode == "SR"
+    _, qdot = found.at(slide.start)
+    close(-qdot[2], ratio * omega)
+    close(qdot[0] + qdot[2] * float(block.height), block.height * omega * (1 - ratio))
+
+
+@pytest.mark.parametrize("model", ["full", "local"])
+def test_a_wider_block_does_not_rock_without_friction(model):
+    """ρ < B: the vertical impulse would press the old corner into the floor. Both stop in one instant, and the block
+    slides with the horizontal velocity it has, friction passing between its corners: μH < B."""
+    block, omega = Block(0.7, 0.7), 0.25
+    assert block.kept_by_slipping() < 0 < block.kept_by_sticking()
+    found = run(block, omega, "newton", model=model)
+    assert found.outcome == "rest"
+    zeno = found.zeno_points[-1]
+    assert (zeno.kind, zeno.method) == ("2-zeno", "chatter")
+    assert zeno.qdot[1:] == pytest.approx([0, 0], abs=1e-14)
+    close(zeno.qdot[0], block.height * omega)
+    assert [p.mode for p in found.phases[-2:]] == ["RR", "FF"]
+    close(found.time - zeno.time, block.height * omega / (mpf(0.7) * mpf(G)))
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("model", ["full", "local"])
+def test_a_flat_block_stops_when_its_other_corner_lands(law, model):
+    """sin² α > 2/3: even a sticking corner cannot keep the old one from being pressed down."""
+    block, omega = Block(1.05, 5.0), 0.25
+    assert block.kept_by_sticking() < 0
+    found = run(block, omega, law, model=model)
+    assert found.outcome == "rest"
+    swing = (
+        block.swing(mpf(omega))
+        if model == "full"
+        else 2 * mpf(omega) / (block.pull * mp.sin(block.alpha))
+    )
+    close(found.time, swing)
+    assert max(abs(found.q)) <= 1e-14

@@ -1,0 +1,472 @@
+"""Mirrored, rescaled, moved and renumbered worlds move alike, with friction, any law of impact and 1 to 4 contacts.
+
+A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs
+are moved by a rounding or two, and not less than one rounding of the time, place and speed themselves. Where a sibling
+ends otherwise, or moves in other phases, the run is ill-conditioned: it is skipped and counted. Contacts that arrive
+together, or as good as, are not compared: rounding decides which is first.
+"""
+
+import math
+import os
+from collections import Counter
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+
+import numpy as np
+import pytest
+import standfast as sf
+
+G = 9.81
+EPS = np.finfo(float).eps
+LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
+#: Random scenes for each symmetry.
+SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
+#: Runs with inputs a rounding away.
+SIBLINGS = 6
+#: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart. More than one
+#: share, for what is as short or as slow as one of them.
+RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
+#: Allowed change, in conditioning limits.
+ALLOWED = 50
+#: Largest share of runs that may be ill-conditioned, or have no end.
+SKIPPED = 0.1
+#: How a run is called that has contacts arriving together.
+TIE = "same instant"
+
+
+@dataclass
+class Scene:
+    """A body and its start in plain numbers, one row for each contact."""
+
+    mass: float
+    gyration_radius: float
+    gravity: float
+    restitution: float
+    center: np.ndarray  # (2,)
+    points: np.ndarray  # (n, 2)
+    slopes: np.ndarray
+    friction: np.ndarray
+    restitutions: list  # None: the body's
+    tangential: np.ndarray
+    q: np.ndarray
+    qdot: np.ndarray
+    time_limit: float = 2.0
+    options: dict = field(default_factory=dict)
+
+    @property
+    def size(self):
+        arms = np.linalg.norm(self.points - self.center, axis=1)
+        return max(self.gyration_radius, arms.max())
+
+    def posture(self):
+        return sf.Posture(
+            mass=self.mass,
+            gyration_radius=self.gyration_radius,
+            center_of_mass=self.center,
+            contacts=[
+                sf.Contact(
+                    point=self.points[i],
+                    slope=self.slopes[i],
+                    friction=self.friction[i],
+                    restitution=self.restitutions[i],
+                    tangential_restitution=self.tangential[i],
+                )
+                for i in range(len(self.points))
+            ],
+            restitution=self.restitution,
+            gravity=self.gravity,
+        )
+
+    def run(self):
+        return sf.simulate(
+            self.posture(),
+            self.q,
+            self.qdot,
+            time_limit=self.time_limit,
+            event_limit=20_000,
+            **self.options,
+        )
+
+    def changed(self, **change):
+        return replace(self, **change)
+
+    def sibling(self, rng):
+        """Inputs one to four units of 1e-16 away, points by as much of the size of the body."""
+
+        def move(x):
+            x = np.asarray(x)
+            return x * (
+                1 + 1e-16 * rng.uniform(1, 4, x.shape) * rng.choice([-1, 1], x.shape)
+            )
+
+        def shift(x):
+            return x + self.size * 1e-16 * rng.uniform(-4, 4, x.shape)
+
+        return self.changed(
+            mass=float(move(self.mass)),
+            gyration_radius=float(move(self.gyration_radius)),
+            gravity=float(move(self.gravity)),
+            restitution=float(move(self.restitution)),
+            center=shift(self.center),
+            points=shift(self.points),
+            slopes=move(self.slopes),
+            friction=move(self.friction),
+            restitutions=[
+                e if e is None else float(move(e)) for e in self.restitutions
+            ],
+            tangential=move(self.tangential),
+            q=move(self.q),
+            qdot=move(self.qdot),
+        )
+
+
+# --- worlds that move alike ---------------------------------------------------------------------------------------
+
+
+@dataclass
+class Image:
+    """A scene that moves like another, and how its results are read as the other's."""
+
+    scene: Scene
+    length: float = 1.0
+    time: float = 1.0
+    mirrored: bool = False
+    #: The number, from 0, of the contact in the original.
+    origin: tuple = ()
+
+    def vector(self, x, unit):
+        sign = -1.0 if self.mirrored else 1.0
+        return (
+            np.array([sign * x[0] / self.length, x[1] / self.length, sign * x[2]])
+            * unit
+        )
+
+    def word(self, word):
+        if self.mirrored:
+            word = word.translate(str.maketrans("RL", "LR"))
+        if not self.origin:
+            return word
+        letters = [""] * len(word)
+        for k, i in enumerate(self.origin):
+            letters[i] = word[k]
+        return "".join(letters)
+
+
+def mirrored(scene, _rng):
+    flip = np.array([-1.0, 1.0])
+    turn = np.array([-1.0, 1.0, -1.0])
+    other = scene.changed(
+        center=scene.center * flip,
+        points=scene.points * flip,
+        slopes=-scene.slopes,
+        q=scene.q * turn,
+        qdot=scene.qdot * turn,
+    )
+    return Image(other, mirrored=True)
+
+
+def in_units(scene, length, time, mass):
+    way = np.array([length, length, 1.0])
+    other = scene.changed(
+        mass=scene.mass * mass,
+        gyration_radius=scene.gyration_radius * length,
+        gravity=scene.gravity * length / time**2,
+        center=scene.center * length,
+        points=scene.points * length,
+        q=scene.q * way,
+        qdot=scene.qdot * way / time,
+        time_limit=scene.time_limit * time,
+    )
+    return Image(other, length=length, time=time)
+
+
+def in_decimal_units(scene, rng):
+    length, time = 10.0 ** rng.choice([-6, 6], 2)
+    return in_units(scene, length, time, 10.0 ** rng.choice([-6, 0, 6]))
+
+
+def in_binary_units(scene, rng):
+    length, time, mass = 2.0 ** rng.integers(-20, 21, 3)
+    return in_units(scene, length, time, mass)
+
+
+def moved(scene, rng):
+    by = scene.size * rng.uniform(-1, 1, 2)
+    return Image(scene.changed(center=scene.center + by, points=scene.points + by))
+
+
+def renumbered(scene, rng):
+    n = len(scene.points)
+    order = np.roll(np.arange(n), 1) if n == 2 else rng.permutation(n)
+    other = scene.changed(
+        points=scene.points[order],
+        slopes=scene.slopes[order],
+        friction=scene.friction[order],
+        restitutions=[scene.restitutions[i] for i in order],
+        tangential=scene.tangential[order],
+    )
+    return Image(other, origin=tuple(int(i) for i in order))
+
+
+# --- what a run says ----------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Course:
+    """What is compared of a run, in the units and the numbering of the original."""
+
+    outcome: str
+    elapsed: float
+    q: np.ndarray  # m, m, rad
+    qdot: np.ndarray
+    phases: list  # word, start, end
+    zeno: list  # time, contacts, q, qdot
+    hits: list  # contact, time, speed; of impacts that are not too slow
+    #: From the last impact listed to the Zeno point that sums the rest.
+    sums: list
+    top: float  # largest speed
+    tied: bool
+
+
+def course(image, size):
+    """Runs a scene and reads the result."""
+    run = image.scene.run()
+    unit = image.time
+    impacts, phases = run.impacts, run.phases
+
+    def number(c):
+        return image.origin[c - 1] + 1 if image.origin else int(c)
+
+    sums = []
+    for z in run.zeno_points:
+        listed = z.first_summed and impacts["time"][z.first_summed - 1]
+        sums.append((listed / unit, z.time / unit))
+    speeds = [image.scene.qdot, run.qdot]
+    if phases:
+        speeds.extend(run.at([p.start for p in phases])[1])
+    top = max(np.abs(image.vector(v, unit) * [1, 1, size]).max() for v in speeds)
+    rates = -impacts["rates_before"][np.arange(len(impacts)), impacts["index"]]
+    rates = rates * unit / image.length
+    fast = rates > min(RESOLVED) * top
+    return Course(
+        run.outcome,
+        run.elapsed / unit,
+        image.vector(run.q, 1.0),
+        image.vector(run.qdot, unit),
+        [(image.word(p.mode), p.start / unit, p.end / unit) for p in phases],
+        [
+            (
+                z.time / unit,
+                {number(c) for c in z.contacts},
+                image.vector(z.q, 1.0),
+                image.vector(z.qdot, unit),
+            )
+            for z in run.zeno_points
+        ],
+        [
+            (number(hit["contact"]), hit["time"] / unit, float(rate))
+            for hit, rate in zip(impacts[fast], rates[fast], strict=True)
+        ],
+        sums,
+        top,
+        is_tied(
+            run,
+            impacts[fast],
+            1e-4 * top * image.length / unit,
+            size * image.length,
+        ),
+    )
+
+
+def is_tied(run, hits, slow, size):
+    """Whether contacts arrive together, or so little apart that rounding decides which is first."""
+    if any(TIE in warning for warning in run.warnings):
+        return True
+    if not run.phases:
+        return False
+    gaps, _ = run.gaps_at(hits["time"])
+    arrive = (hits["rates_before"] < -slow) & (gaps <= 1e-12 * size)
+    return bool((arrive.sum(axis=1) > 1).any())
+
+
+def changes(one, other, size):
+    """Largest differences of times, places and speeds of two runs, or None if they do not take the same course.
+
+    How many terms of a sum are listed one by one, and where an accumulation is lost in rounding, is not part of it.
+    """
+    return next(filter(None, (compared(one, other, size, x) for x in RESOLVED)), None)
+
+
+def compared(one, other, size, resolved):
+    """The same at one resolution."""
+    brief, slow = resolved * one.elapsed, resolved * one.top
+    spans = [*one.sums, *other.sums]
+
+    def counts(t):
+        same = 1e-11 * one.elapsed
+        return not any(a + same < t < b - same for a, b in spans)
+
+    def kept(run):
+        phases = [p for p in run.phases if p[2] - p[1] > brief and counts(p[1])]
+        zeno = []
+        for t, contacts, *state in run.zeno:
+            if not counts(t):
+                continue
+            if zeno and t - zeno[-1][0] <= brief:
+                contacts = contacts | zeno.pop()[1]
+            zeno.append((t, contacts, *state))
+        hits = [h for h in run.hits if h[2] > slow and counts(h[1])]
+        words = [p[0] for p in phases], [z[1] for z in zeno], [h[0] for h in hits]
+        times = [run.elapsed]
+        times += [t for p in phases for t in p[1:]]
+        times += [z[0] for z in zeno] + [h[1] for h in hits]
+        places = [run.q, *(z[2] for z in zeno)]
+        speeds = [run.qdot, *(z[3] for z in zeno)]
+        lever = np.array([1.0, 1.0, size])
+        values = np.array(times), np.array(places) * lever, np.array(speeds) * lever
+        return (run.outcome, *words), values
+
+    (story, values), (other_story, other_values) = kept(one), kept(other)
+    if story != other_story:
+        return None
+    return {
+        name: np.abs(b - a).max()
+        for name, a, b in zip(NAMES, values, other_values, strict=True)
+    }
+
+
+NAMES = ("time", "place", "speed")
+
+
+@cache
+def case(seed):
+    """A scene, its course, and the conditioning limits of its times, places and speeds, or why it is skipped."""
+    scene = random_scene(seed)
+    base = course(Image(scene), scene.size)
+    if base.tied:
+        return scene, base, "tie"
+    if base.outcome == "event-limit":
+        return scene, base, "event limit"
+    rng = np.random.default_rng([2008, seed])
+    place = scene.size + np.abs(base.q).max()
+    limits = dict(
+        zip(NAMES, EPS * np.array([base.elapsed, place, base.top]), strict=True)
+    )
+    for _ in range(SIBLINGS):
+        change = changes(
+            base, course(Image(scene.sibling(rng)), scene.size), scene.size
+        )
+        if change is None:
+            return scene, base, "ill-conditioned"
+        limits = {name: max(limits[name], change[name]) for name in NAMES}
+    return scene, base, limits
+
+
+# --- scenes -------------------------------------------------------------------------------------------------------
+
+
+def random_scene(seed):
+    """1 to 4 contacts on slopes or on a floor, near their places: in flight, touching, sliding or at rest."""
+    rng = np.random.default_rng(seed)
+    u = rng.uniform
+    n = int(rng.integers(1, 5))
+    law = LAWS[rng.integers(len(LAWS))]
+    model = ["local", "full"][rng.integers(2)]
+    x = [u(-0.5, 0.5)] if n == 1 else np.linspace(-0.8, 0.8, n) + u(-0.15, 0.15, n)
+    points = np.array([(a, u(-0.1, 0.1)) for a in x])
+    slopes = u(-0.4, 0.4, n) * (rng.random() < 0.8)
+    scene = Scene(
+        mass=u(0.5, 2),
+        gyration_radius=u(0.2, 0.8),
+        gravity=G,
+        # Poisson's and Stronge's laws leave a rounded rate at e = 0, which decides whether a Zeno point is listed.
+        restitution=u(0.0, 0.8)
+        * (rng.random() < 0.85 or law in ("poisson", "stronge")),
+        center=np.array([u(-0.3, 0.3), u(0.1, 0.7)]),
+        points=points,
+        slopes=slopes,
+        friction=u(0, 1.5, n) * (rng.random(n) < 0.85),
+        restitutions=[u(0, 0.8) if rng.random() < 0.15 else None for _ in range(n)],
+        tangential=u(0, 0.5, n)
+        * (law in ("chatterjee-ruina", "moreau") and rng.random() < 0.3),
+        q=np.zeros(3),
+        qdot=np.zeros(3),
+        options={
+            "model": model,
+            "impact": law,
+            "simultaneous": "newton" if law == "newton" else "first-contact-first",
+        },
+    )
+    start = rng.integers(5)
+    if start <= 2:  # in flight, twice with a rotation
+        q = np.array([u(-0.1, 0.1), 0.0, u(-0.1, 0.1) * (start > 0)])
+        posture = scene.posture()
+        gaps = posture.gaps(q) if model == "full" else posture.gap_rates(np.zeros(3), q)
+        q[1] = (-gaps / np.cos(slopes)).max() + 10 ** u(-4, -1)
+        scene.q, scene.qdot = q, rng.choice([0.0, 0.1, 0.5]) * u(-1, 1, 3)
+    elif start == 3:  # touching
+        scene.qdot = rng.choice([0.0, 0.01, 0.1, 1.0]) * u(-1, 1, 3)
+    elif not slopes.any():  # along the floor
+        scene.qdot = np.array([u(-1, 1), 0.0, 0.0])
+    return scene
+
+
+# --- tests --------------------------------------------------------------------------------------------------------
+
+
+def describe(scene):
+    return f"{len(scene.points)} contact(s), {scene.options}"
+
+
+IMAGES = [mirrored, in_decimal_units, in_binary_units, moved, renumbered]
+
+
+@pytest.mark.parametrize("image_of", IMAGES)
+def test_worlds_that_move_alike(image_of):
+    """-s prints how runs end, how many were skipped, and the largest changes in conditioning limits."""
+    rng = np.random.default_rng(1)
+    ends, skipped, most, wrong = Counter(), Counter(), Counter(), []
+    for seed in range(SCENES):
+        scene, base, limits = case(seed)
+        image = image_of(scene, rng)
+        if isinstance(limits, str):
+            skipped[limits] += 1
+            continue
+        other = course(image, scene.size)
+        ends[base.outcome] += 1
+        change = changes(base, other, scene.size)
+        if change is None:
+            wrong.append((seed, describe(scene), base.outcome, other.outcome))
+            continue
+        for name, unit in limits.items():
+            if change[name] > 0:
+                share = float(change[name] / unit) if unit else math.inf
+                most[name] = max(most[name], share)
+                if share > ALLOWED:
+                    wrong.append((seed, describe(scene), base.outcome, name, share))
+    print()
+    print(image_of.__name__, dict(ends), dict(skipped), dict(most))
+    assert not wrong
+    compared = ends.total()
+    lost = skipped["ill-conditioned"] + skipped["event limit"]
+    assert lost <= SKIPPED * (lost + compared)
+    assert compared > SCENES / 2
+
+
+def plain(x):
+    """Lists and numbers that can be compared."""
+    if isinstance(x, np.ndarray):
+        return x.tolist()
+    return [plain(y) for y in x] if isinstance(x, list | tuple) else x
+
+
+@pytest.mark.parametrize("image_of", [mirrored, in_binary_units])
+def test_signs_and_powers_of_two_change_no_bit(image_of):
+    """Every run, also those that are ill-conditioned, have ties or do not end."""
+    rng = np.random.default_rng(2)
+    for seed in range(SCENES):
+        scene, base, _ = case(seed)
+        other = course(image_of(scene, rng), scene.size)
+        for entry in fields(Course):
+            one, same = (plain(getattr(c, entry.name)) for c in (base, other))
+            assert one == same, f"scene {seed}, {describe(scene)}: {entry.name}"
