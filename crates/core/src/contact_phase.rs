@@ -40,35 +40,15 @@ impl Stance {
         })
     }
 
-    /// Takes the sliding that counts as none from a body that holds on to one point only, and from the rates of the
-    /// contacts in the air what that means for them.
-    fn conform(&mut self, word: &[Mode]) {
-        let mut closed = word.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate);
-        if let (Some((i, Mode::Fixed)), None) = (closed.next(), closed.next()) {
-            let change = self.points[i].tangent * -self.slip(i);
-            self.center.v += change;
-            for (p, mode) in self.points.iter_mut().zip(word) {
-                if *mode == Mode::Separate {
-                    p.u += p.normal.dot(&change);
-                }
-            }
-        }
-    }
-
-    /// The sliding speed of contact `i` has come down to zero. If it is the only one held, the body may turn about it;
+    /// The sliding speed of a contact has come down to zero. If it is the only one held, the body may turn about it;
     /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
     /// whether that is so.
-    fn stop(&mut self, i: usize, modes: &[Mode], slow: bool) -> bool {
+    fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
-        if closed == 1 {
-            let change = self.points[i].tangent * -self.slip(i);
-            self.center.v += change;
-        } else if slow {
+        if closed > 1 && slow {
             (self.center.v, self.spin.omega) = (Vector2::zeros(), 0.0);
-        } else {
-            return true;
         }
-        false
+        closed > 1 && !slow
     }
 }
 
@@ -218,7 +198,7 @@ impl<'a> ContactPhase<'a> {
                 Next::LiftOff(i) => self.ways[i] = None,
                 Next::Stop(i) => {
                     let slow = self.speed() <= self.still * STOPPED;
-                    if self.stance.stop(i, &self.word, slow) {
+                    if self.stance.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
                     } else {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
@@ -247,8 +227,8 @@ impl<'a> ContactPhase<'a> {
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
-        } else if stance.frozen.is_none() {
-            stance.conform(&self.word);
+        } else {
+            stance.hold(&self.word);
         }
         let mut cycle = Cycle::new(stance, &self.word);
         loop {

@@ -21,6 +21,10 @@ use crate::trig::Turn;
 /// the speeds of the body.
 const STOPPED: f64 = 1e-16;
 
+/// Speed of a contact, in units of [`STOPPED`], at which it comes to rest together with one that does: in an accumulation
+/// of several their speeds differ by as much.
+const TOGETHER: f64 = 1e2;
+
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
 
@@ -191,6 +195,7 @@ impl<'a> General<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<GeneralRecord> {
+        self.note(vec![Mode::Separate; self.state.points.len()]); // a run that ends at once has one, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -369,15 +374,22 @@ impl<'a> General<'a> {
         self.stop_slow()
     }
 
-    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest.
+    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest, and with the
+    /// first of them those that are about to: one that stops by itself in a common accumulation would change the course
+    /// of the others, whose impacts then might go on for ever at the edge of what counts.
     fn stop_slow(&mut self) -> Option<Outcome> {
-        let limit = STOPPED * self.fastest;
+        let slow = |state: &Stance, i: usize, limit: f64| {
+            let (p, pull) = (&state.points[i], state.arc(i).effective_gravity());
+            pull > 0.0 && p.u * p.u + 2.0 * pull * p.h <= limit * limit
+        };
+        let (n, limit) = (self.state.points.len(), STOPPED * self.fastest);
+        if !(0..n).any(|i| slow(&self.state, i, limit)) {
+            return None;
+        }
         let mut stopped = Vec::new();
-        for i in 0..self.state.points.len() {
-            let pull = self.state.arc(i).effective_gravity();
-            let p = &mut self.state.points[i];
-            let square = p.u * p.u + 2.0 * pull * p.h;
-            if pull > 0.0 && square <= limit * limit {
+        for i in 0..n {
+            if slow(&self.state, i, TOGETHER * limit) {
+                let p = &mut self.state.points[i];
                 (p.h, p.u) = (0.0, 0.0);
                 if !self.resting[i] {
                     stopped.push(i);

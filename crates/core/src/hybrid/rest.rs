@@ -23,16 +23,7 @@ impl Base {
             let (b, c) = k.turned(sin, cos);
             let (normal, tangent) = (k.normal, k.tangent);
             let friction = posture.contacts()[i].friction;
-            Point {
-                normal,
-                tangent,
-                friction,
-                b,
-                c,
-                nominal: k.c,
-                h: at.gaps.h[i],
-                u: at.gaps.u[i],
-            }
+            Point { normal, tangent, friction, b, c, h: at.gaps.h[i], u: at.gaps.u[i] }
         });
         Some(Stance {
             points: points.collect(),
