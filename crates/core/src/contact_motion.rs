@@ -30,6 +30,8 @@ pub(crate) struct Point {
     pub(crate) friction: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
+    /// (t·r + b, n·r + c) where it began to be held, if it is: its place, up to a constant.
+    pub(crate) place: Option<[f64; 2]>,
     /// Gap and its rate.
     pub(crate) h: f64,
     pub(crate) u: f64,
@@ -103,12 +105,29 @@ impl Stance {
         }
     }
 
+    /// Back from a geometry that was frozen for a moment: the body moves with what is closed, and the gaps of the others
+    /// with the body.
+    pub(crate) fn thaw(&mut self) {
+        let closed =
+            |p: &Point| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
+        let modes: Vec<Mode> = self.points.iter().map(closed).collect();
+        self.project(&modes);
+        let (v, omega) = (self.center.v, self.spin.omega);
+        for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
+            p.u = p.normal.dot(&v) + p.b * omega;
+        }
+    }
+
     /// The velocity of a body whose contacts begin to be held in these modes. What it has left along the normals of those
     /// that are closed is rounding: the rates of the others, which are kept beside it, know nothing of that. Sliding too
     /// slow to count is taken from a body that holds on, and the rates of the contacts in the air follow.
     pub(crate) fn hold(&mut self, modes: &[Mode]) {
         if !self.has_rows() {
             return;
+        }
+        for p in &mut self.points {
+            let r = self.center.r;
+            p.place = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project(&modes.iter().map(sliding).collect::<Vec<_>>());
@@ -121,6 +140,9 @@ impl Stance {
         for (p, mode) in self.points.iter_mut().zip(modes) {
             if *mode == Mode::Separate {
                 p.u += p.normal.dot(&change) + p.b * turn;
+                if p.h == 0.0 {
+                    p.u = p.u.max(0.0); // it is leaving: sliding that counts as none brings no other contact back
+                }
             }
         }
     }
@@ -178,6 +200,10 @@ const DEPENDENT: f64 = 1e-10;
 /// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
 /// 1e-16 of them, and forces have grown by as much as leaves them four digits.
 const SINGULAR: f64 = 1e-12;
+
+/// Drift of a held point, relative to the distances of the body, that is taken back. Smaller ones are left: a single
+/// rounding of a place may weigh more than all the energy of a small motion.
+const DRIFT: f64 = 2.0 * f64::EPSILON;
 
 /// A force, and the row that it makes vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -557,7 +583,18 @@ impl Step {
                     (false, true) => (p.normal, p.b * turned),
                     (true, true) => (p.tangent, -p.c * turned),
                 };
-                let off = axis.dot(&moved) + lever + row.whole.dot(&back);
+                let mut off = axis.dot(&moved) + lever;
+                if let (Some(place), None) = (p.place, state.frozen) {
+                    // Step by step roundings add up: beyond a few the place itself is the measure.
+                    let r = state.center.r + moved;
+                    let (at, arm) = if row.unknown.tangential { (0, p.b) } else { (1, p.c) };
+                    let drift = axis.dot(&r) + arm - place[at];
+                    let size = r.norm() + libm::hypot(p.b, p.c);
+                    if drift.abs() > DRIFT * size {
+                        off = drift;
+                    }
+                }
+                off += row.whole.dot(&back);
                 back -= row.direction * (off / row.whole.dot(&row.direction));
             }
             moved += back.xy();
@@ -606,6 +643,7 @@ mod tests {
             friction,
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
+            place: None,
             h: 0.0,
             u: 0.0,
         };

@@ -91,7 +91,8 @@ pub(crate) enum PhaseEnd {
 enum Next {
     End(PhaseEnd),
     LiftOff(usize),
-    Stop(usize),
+    /// The sliding speed of this contact has come down to zero; the way it slid.
+    Stop(usize, Mode),
     Slip(usize, Mode),
 }
 
@@ -99,8 +100,9 @@ enum Next {
 /// have come down together, to the rounding of the time at which they do.
 const STOPPED: f64 = 1e3;
 
-/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode.
-const LONG: f64 = 1e-3;
+/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode: what it then misses
+/// of the rates, of second order in it, is below their rounding from 1e-8 on, and small enough for the last moments.
+const LONG: f64 = 1e-6;
 
 impl<'a> ContactPhase<'a> {
     /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
@@ -157,6 +159,7 @@ impl<'a> ContactPhase<'a> {
         note: &mut dyn FnMut(&Stance, &[Mode], Clock),
     ) -> PhaseEnd {
         let mut last = None;
+        let mut swing: Option<Swing> = None;
         loop {
             let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
@@ -187,6 +190,14 @@ impl<'a> ContactPhase<'a> {
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
+            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+                if swing.is_some_and(|before| before.encloses(&now)) && log.end == f64::INFINITY {
+                    self.acceleration = Some(answer.acceleration);
+                    note(&self.stance, &self.word, log.clock);
+                    return PhaseEnd::Outcome(Outcome::Sliding);
+                }
+                swing = Some(now);
+            }
             let next = self.hold(answer.acceleration, last, log, note);
             match next {
                 Next::End(end) => {
@@ -196,7 +207,7 @@ impl<'a> ContactPhase<'a> {
                     return end;
                 }
                 Next::LiftOff(i) => self.ways[i] = None,
-                Next::Stop(i) => {
+                Next::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
@@ -274,7 +285,7 @@ impl<'a> ContactPhase<'a> {
                     return Next::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),
-                StepEnd::Stop(i) => return Next::Stop(i),
+                StepEnd::Stop(i) => return Next::Stop(i, self.word[i]),
                 StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
                 StepEnd::Jam => return outcome(Outcome::Inconsistent),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
@@ -289,30 +300,109 @@ impl<'a> ContactPhase<'a> {
     }
 }
 
-/// Motion of one degree of freedom that keeps its energy, from its start: θ and ω determine each other.
+impl Stance {
+    /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
+    fn only(&self, word: &[Mode]) -> Option<usize> {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let i = closed.next()?;
+        let alone = closed.next().is_none() && self.frozen.is_none();
+        (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
+    }
+}
+
+/// A stretch of motion in which θ and ω determine each other's course, from its start.
 struct Cycle {
-    /// Whether nothing rubs.
-    smooth: bool,
+    kind: Course,
     theta: f64,
     omega: f64,
-    /// How often ω has changed its sign.
+    /// Where ω changed its sign, the last three times.
+    turned: [f64; 3],
+    /// How often it has.
     turns: usize,
+}
+
+/// What keeps a motion going.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Course {
+    /// Nothing rubs: one degree of freedom that keeps its energy.
+    Smooth,
+    /// One contact slides down terrain steeper than its friction holds: θ and ω follow from themselves alone.
+    Downhill,
+    /// Anything else.
+    Other,
 }
 
 impl Cycle {
     fn new(stance: &Stance, word: &[Mode]) -> Self {
         let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
-        let smooth = !stance.points.iter().zip(word).any(rubs);
-        Self { smooth, theta: stance.spin.theta, omega: stance.spin.omega, turns: 0 }
+        let downhill = |i: usize| {
+            let p = &stance.points[i];
+            -word[i].direction() * p.tangent.y > p.friction * p.normal.y
+        };
+        let kind = if !stance.points.iter().zip(word).any(rubs) {
+            Course::Smooth
+        } else if stance.only(word).is_some_and(downhill) {
+            Course::Downhill
+        } else {
+            Course::Other
+        };
+        let Spin { theta, omega } = stance.spin;
+        Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
     /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
-    /// around. As nothing happened on the way, nothing ever will.
+    /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
+    /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
     fn is_complete(&mut self, stance: &Stance) -> bool {
         let Spin { theta, omega } = stance.spin;
-        self.turns += usize::from(self.omega * omega < 0.0);
+        if self.omega * omega < 0.0 {
+            self.turns += 1;
+            self.turned = [self.turned[1], self.turned[2], theta];
+        }
         self.omega = omega;
-        let around = (theta - self.theta).abs() > std::f64::consts::TAU;
-        self.smooth && stance.frozen.is_none() && (self.turns > 2 || around)
+        if stance.frozen.is_some() {
+            return false;
+        }
+        let [first, other, last] = self.turned;
+        match self.kind {
+            Course::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
+            Course::Downhill => (last - other).abs() <= (first - other).abs(),
+            Course::Other => false,
+        }
+    }
+}
+
+/// A swing about a fixed contact that begins where its sliding has come to an end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Swing {
+    contact: usize,
+    /// Way in which it slid, and in which it turns.
+    way: Mode,
+    turns_left: bool,
+    /// Energy of the rotation about the contact, per unit mass.
+    energy: f64,
+}
+
+impl Swing {
+    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
+        let contact = stance.only(word)?;
+        let Some(Next::Stop(i, way)) = last else { return None };
+        if i != contact || word[i] != Mode::Fixed {
+            return None;
+        }
+        let (p, omega) = (&stance.points[contact], stance.spin.omega);
+        // The centre of mass is at −(t b + n c) from the contact.
+        let height = -(p.tangent.y * p.b + p.normal.y * p.c);
+        let inertia = p.b * p.b + p.c * p.c + stance.rho2;
+        let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
+        Some(Self { contact, way, turns_left: omega > 0.0, energy })
+    }
+
+    /// Whether a later swing has no more energy. The swing follows from its energy alone, so does the next one, and with
+    /// less energy less happens: slips become smaller and smaller, and the swing without any is never left.
+    fn encloses(&self, later: &Self) -> bool {
+        let same = (self.contact, self.way, self.turns_left)
+            == (later.contact, later.way, later.turns_left);
+        same && later.energy <= self.energy
     }
 }

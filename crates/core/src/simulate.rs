@@ -231,7 +231,7 @@ pub fn simulate_until(
             geometry.iter().zip(posture.contacts()).enumerate().map(|(i, (k, contact))| {
                 let (b, c) = k.turned(sin, cos);
                 let (normal, tangent, friction) = (k.normal, k.tangent, contact.friction);
-                Point { normal, tangent, friction, b, c, h: heights[i], u: rates[i] }
+                Point { normal, tangent, friction, b, c, place: None, h: heights[i], u: rates[i] }
             });
         let start = Stance {
             points: points.collect(),

@@ -23,7 +23,7 @@ impl Base {
             let (b, c) = k.turned(sin, cos);
             let (normal, tangent) = (k.normal, k.tangent);
             let friction = posture.contacts()[i].friction;
-            Point { normal, tangent, friction, b, c, h: at.gaps.h[i], u: at.gaps.u[i] }
+            Point { normal, tangent, friction, b, c, place: None, h: at.gaps.h[i], u: at.gaps.u[i] }
         });
         Some(Stance {
             points: points.collect(),
@@ -111,6 +111,7 @@ impl Driver<'_> {
                 frozen = None;
                 phase.brief = false;
                 phase.stance = self.base.stance(&full, None).unwrap_or(phase.stance);
+                phase.stance.thaw();
                 continue;
             }
             self.leave(&phase.stance, frozen);
