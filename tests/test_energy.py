@@ -82,7 +82,9 @@ def rise(run):
     posture = run.posture
     events = [t for phase in run.phases for t in (phase.start, phase.end)]
     struck = run.impacts["time"]
-    times = np.concatenate([run.sample(300)[0], events[:600], struck[:300], struck[-50:]])
+    times = np.concatenate(
+        [run.sample(300)[0], events[:600], struck[:300], struck[-50:]]
+    )
     times = np.unique(np.clip(times, 0.0, run.time))
     energy = run.energy(times)
     heights = run.at(times)[0][:, 1]
@@ -103,5 +105,9 @@ def test_energy_never_rises(law):
         run = sf.simulate(posture, q, qdot, **options)
         outcomes[run.outcome] = outcomes.get(run.outcome, 0) + 1
         worst = max(worst, (rise(run), seed))
-        assert worst[0] <= ROUNDING, f"seed {worst[1]}: {posture!r}, {q}, {qdot}, {options}"
-    print(f"{law}: {RUNS} runs, largest rise {worst[0]:.1e} (seed {worst[1]}), {outcomes}")
+        assert worst[0] <= ROUNDING, (
+            f"seed {worst[1]}: {posture!r}, {q}, {qdot}, {options}"
+        )
+    print(
+        f"{law}: {RUNS} runs, largest rise {worst[0]:.1e} (seed {worst[1]}), {outcomes}"
+    )

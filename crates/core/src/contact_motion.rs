@@ -395,9 +395,13 @@ impl Step {
                 // Lengths before anything cancels: a single contact that jams has nothing else to be compared with.
                 let size: f64 = (0..n)
                     .map(|l| {
+                        let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
+                        let side = state.points[u.contact].tangent * bent;
+                        let reach = lever[l][0].abs() + bent * tracks[u.contact].c[0].abs();
                         let square = |m: usize| {
-                            let push = row(unknowns[m]).dot(&along(unknowns[l])).abs();
-                            let turn = (lever[m][0] * arm[l][0]).abs() / state.rho2;
+                            let axis = row(unknowns[m]);
+                            let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
+                            let turn = lever[m][0].abs() * reach / state.rho2;
                             (push + turn) * (push + turn)
                         };
                         (0..n).map(square).sum::<f64>().sqrt()

@@ -159,7 +159,7 @@ impl<'a> ContactPhase<'a> {
         note: &mut dyn FnMut(&Stance, &[Mode], Clock),
     ) -> PhaseEnd {
         let mut last = None;
-        let mut swing: Option<Swing> = None;
+        let mut swings: Vec<Swing> = Vec::new();
         loop {
             let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
@@ -191,12 +191,13 @@ impl<'a> ContactPhase<'a> {
                 return PhaseEnd::Free;
             }
             if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
-                if swing.is_some_and(|before| before.encloses(&now)) && log.end == f64::INFINITY {
+                if swings.iter().any(|before| before.encloses(&now)) && log.end == f64::INFINITY {
                     self.acceleration = Some(answer.acceleration);
                     note(&self.stance, &self.word, log.clock);
                     return PhaseEnd::Outcome(Outcome::Sliding);
                 }
-                swing = Some(now);
+                swings.retain(|before| !before.is_like(&now));
+                swings.push(now);
             }
             let next = self.hold(answer.acceleration, last, log, note);
             match next {
@@ -238,6 +239,7 @@ impl<'a> ContactPhase<'a> {
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
+            stance.points.iter_mut().for_each(|p| p.u = 0.0);
         } else {
             stance.hold(&self.word);
         }
@@ -262,7 +264,9 @@ impl<'a> ContactPhase<'a> {
                 _ => {}
             }
             let (t, end) = step.first_event(log.left());
-            if t == f64::INFINITY || cycle.is_complete(stance) && log.end == f64::INFINITY {
+            if t == f64::INFINITY
+                || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
+            {
                 self.acceleration = Some(step.acceleration());
                 // What flies while nothing ever happens flies away, if it does not turn around with the rest.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
@@ -308,6 +312,23 @@ impl Stance {
         let alone = closed.next().is_none() && self.frozen.is_none();
         (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
     }
+
+    /// Whether a body that slides on one contact slides away from the terrain of the others: downhill, or on level ground as
+    /// its centre of mass does, for ever.
+    fn slides_clear(&self, word: &[Mode]) -> bool {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let (Some(i), None) = (closed.next(), closed.next()) else { return true };
+        let tangent = self.points[i].tangent;
+        let speed = tangent.dot(&self.center.v);
+        let way = if tangent.y == 0.0 { speed } else { -tangent.y };
+        let clear = |p: &Point| p.normal.dot(&tangent) * way >= 0.0;
+        word[i] == Mode::Fixed || way * speed >= 0.0 && self.points.iter().all(clear)
+    }
+}
+
+/// Whether one contact is closed.
+fn is_single(word: &[Mode]) -> bool {
+    word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
 }
 
 /// A stretch of motion in which θ and ω determine each other's course, from its start.
@@ -320,6 +341,9 @@ struct Cycle {
     /// How often it has.
     turns: usize,
 }
+
+/// Relative difference of the energies of two swings that are the same: a swing takes some twenty steps of a rounding each.
+const REPEATS: f64 = 1e-14;
 
 /// What keeps a motion going.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -337,11 +361,12 @@ impl Cycle {
         let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
         let downhill = |i: usize| {
             let p = &stance.points[i];
-            -word[i].direction() * p.tangent.y > p.friction * p.normal.y
+            word[i] != Mode::Separate
+                && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
         };
         let kind = if !stance.points.iter().zip(word).any(rubs) {
             Course::Smooth
-        } else if stance.only(word).is_some_and(downhill) {
+        } else if is_single(word) && (0..word.len()).any(downhill) {
             Course::Downhill
         } else {
             Course::Other
@@ -353,14 +378,14 @@ impl Cycle {
     /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
     /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
     /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
-    fn is_complete(&mut self, stance: &Stance) -> bool {
+    fn is_complete(&mut self, stance: &Stance, word: &[Mode]) -> bool {
         let Spin { theta, omega } = stance.spin;
         if self.omega * omega < 0.0 {
             self.turns += 1;
             self.turned = [self.turned[1], self.turned[2], theta];
         }
         self.omega = omega;
-        if stance.frozen.is_some() {
+        if stance.frozen.is_some() || !stance.slides_clear(word) {
             return false;
         }
         let [first, other, last] = self.turned;
@@ -401,8 +426,10 @@ impl Swing {
     /// Whether a later swing has no more energy. The swing follows from its energy alone, so does the next one, and with
     /// less energy less happens: slips become smaller and smaller, and the swing without any is never left.
     fn encloses(&self, later: &Self) -> bool {
-        let same = (self.contact, self.way, self.turns_left)
-            == (later.contact, later.way, later.turns_left);
-        same && later.energy <= self.energy
+        self.is_like(later) && later.energy <= self.energy + REPEATS * self.energy.abs()
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.contact, self.way, self.turns_left) == (other.contact, other.way, other.turns_left)
     }
 }

@@ -383,6 +383,14 @@ impl<'a> General<'a> {
             pull > 0.0 && p.u * p.u + 2.0 * pull * p.h <= limit * limit
         };
         let (n, limit) = (self.state.points.len(), STOPPED * self.fastest);
+        for i in 0..n {
+            // A contact that the spin of the body lifts has no bounces to come to rest from.
+            let lifted = self.state.arc(i).effective_gravity() <= 0.0;
+            let p = &mut self.state.points[i];
+            if lifted && p.h == 0.0 && p.u.abs() <= limit {
+                p.u = 0.0;
+            }
+        }
         if !(0..n).any(|i| slow(&self.state, i, limit)) {
             return None;
         }
