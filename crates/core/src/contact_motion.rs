@@ -57,6 +57,11 @@ impl Stance {
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
 
+    /// Kinetic energy per unit mass.
+    fn kinetic(&self) -> f64 {
+        0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
+    }
+
     /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
     /// where that is shorter.
     fn unit_of_time(&self) -> f64 {
@@ -198,12 +203,15 @@ impl Stance {
 const DEPENDENT: f64 = 1e-10;
 
 /// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
-/// 1e-16 of them, and forces have grown by as much as leaves them four digits.
-const SINGULAR: f64 = 1e-12;
+/// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
+const SINGULAR: f64 = 1e-14;
 
-/// Drift of a held point, relative to the distances of the body, that is taken back. Smaller ones are left: a single
-/// rounding of a place may weigh more than all the energy of a small motion.
+/// Drift of a held point, relative to the distances of the body, that is taken back.
 const DRIFT: f64 = 2.0 * f64::EPSILON;
+
+/// Weight of such a drift, relative to the kinetic energy, above which it is left: a single rounding of a place may weigh more
+/// than all the energy of a small motion.
+const WEIGHT: f64 = 16.0 * f64::EPSILON;
 
 /// A force, and the row that it makes vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -594,7 +602,8 @@ impl Step {
                     let (at, arm) = if row.unknown.tangential { (0, p.b) } else { (1, p.c) };
                     let drift = axis.dot(&r) + arm - place[at];
                     let size = r.norm() + libm::hypot(p.b, p.c);
-                    if drift.abs() > DRIFT * size {
+                    let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
+                    if drift.abs() > DRIFT * size && light {
                         off = drift;
                     }
                 }

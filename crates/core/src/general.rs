@@ -25,6 +25,9 @@ const STOPPED: f64 = 1e-16;
 /// of several their speeds differ by as much.
 const TOGETHER: f64 = 1e2;
 
+/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
+const BEYOND: f64 = 1e140;
+
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
 
@@ -224,7 +227,7 @@ impl<'a> General<'a> {
             if !self.log.count() {
                 return Outcome::EventLimit;
             }
-            if self.state.center.r.norm() > self.options.neighbourhood {
+            if self.state.center.r.norm() > self.options.neighbourhood.min(BEYOND) {
                 return Outcome::Escape;
             }
             let speed =
