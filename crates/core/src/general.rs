@@ -30,6 +30,12 @@ const WEDGED: f64 = 1e-14;
 
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
 const STEEP: f64 = 8.0;
+/// Speed of a contact, in units of [`STOPPED`], at which it comes to rest together with one that does: in an accumulation
+/// of several their speeds differ by as much.
+const TOGETHER: f64 = 1e2;
+
+/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
+const BEYOND: f64 = 1e140;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
@@ -249,6 +255,7 @@ impl<'a> General<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<GeneralRecord> {
+        self.note(vec![Mode::Separate; self.state.points.len()]); // a run that ends at once has one, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -277,7 +284,7 @@ impl<'a> General<'a> {
             if !self.log.count() {
                 return Outcome::EventLimit;
             }
-            if self.state.center.r.norm() > self.options.neighbourhood {
+            if self.state.center.r.norm() > self.options.neighbourhood.min(BEYOND) {
                 return Outcome::Escape;
             }
             let speed =
@@ -409,7 +416,7 @@ impl<'a> General<'a> {
         let velocity = old.tangent * self.state.slip(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
-        p.nominal = p.normal.dot(&(piece.origin - com));
+        p.held = None;
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
         }
@@ -603,16 +610,33 @@ impl<'a> General<'a> {
         self.stop_slow()
     }
 
-    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest.
+    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest, and with the
+    /// first of them those that are about to: one that stops by itself in a common accumulation would change the course
+    /// of the others, whose impacts then might go on for ever at the edge of what counts.
     fn stop_slow(&mut self) -> Option<Outcome> {
-        let limit = STOPPED * self.fastest;
-        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
-        for i in 0..self.state.points.len() {
-            let pull = self.state.arc(i).effective_gravity();
-            let loss = 1.0 - self.material(i).restitution;
+        let slow = |state: &Stance, i: usize, limit: f64| {
+            let (p, pull) = (&state.points[i], state.arc(i).effective_gravity());
+            pull > 0.0 && p.u * p.u + 2.0 * pull * p.h <= limit * limit
+        };
+        let (n, limit) = (self.state.points.len(), STOPPED * self.fastest);
+        for i in 0..n {
+            // A contact that the spin of the body lifts has no bounces to come to rest from.
+            let lifted = self.state.arc(i).effective_gravity() <= 0.0;
             let p = &mut self.state.points[i];
-            let square = p.u * p.u + 2.0 * pull * p.h;
-            if pull > 0.0 && square <= limit * limit {
+            if lifted && p.h == 0.0 && p.u.abs() <= limit {
+                p.u = 0.0;
+            }
+        }
+        if !(0..n).any(|i| slow(&self.state, i, limit)) {
+            return None;
+        }
+        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
+        for i in 0..n {
+            if slow(&self.state, i, TOGETHER * limit) {
+                let pull = self.state.arc(i).effective_gravity();
+                let loss = 1.0 - self.material(i).restitution;
+                let p = &mut self.state.points[i];
+                let square = p.u * p.u + 2.0 * pull * p.h;
                 (p.h, p.u) = (0.0, 0.0);
                 if !self.resting[i] {
                     error = error.max(2.0 * square.max(0.0).sqrt() / (pull * loss));

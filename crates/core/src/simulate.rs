@@ -237,12 +237,11 @@ pub fn simulate_until(
         let theta = if local { 0.0 } else { state.q.z };
         let (sin, cos) = (libm::sin(theta), libm::cos(theta));
         let points = unders.iter().enumerate().map(|(i, under)| {
-            let Geometry { tangent, normal, c, offset, .. } = under.geometry;
-            let nominal = c - offset;
+            let Geometry { tangent, normal, .. } = under.geometry;
             let (b, c) = under.geometry.turned(sin, cos);
             let friction = posture.contacts()[i].friction;
             let (place, h, u) = (under.place, heights[i], rates[i]);
-            Point { normal, tangent, friction, b, c, nominal, place, h, u }
+            Point { normal, tangent, friction, b, c, held: None, place, h, u }
         });
         let start = Stance {
             points: points.collect(),

@@ -635,7 +635,7 @@ impl Trajectory {
             let held = mode.contains(|letter| letter != 'S');
             let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
             match phases.last_mut() {
-                Some(last) if last.mode == mode && !leaves => {}
+                Some(last) if last.mode == mode && last.start < start && !leaves => {}
                 Some(last) if last.start == start => {
                     (last.mode, last.cause) = (mode, cause.unwrap_or(last.cause));
                 }
