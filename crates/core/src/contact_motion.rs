@@ -23,6 +23,14 @@ use crate::terrain::Place;
 type Series = [f64; ORDER];
 const ZERO: Series = [0.0; ORDER];
 
+/// Bounds of the rounding in a gap, since it was last exactly zero (in m), and in its rate (in m/s). In an accumulation of
+/// impacts they shrink with the gaps and the rates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Rounding {
+    pub(crate) gap: f64,
+    pub(crate) rate: f64,
+}
+
 /// A contact at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
@@ -37,6 +45,7 @@ pub(crate) struct Point {
     /// Gap and its rate; a gap of ∞ where there is nothing to meet.
     pub(crate) h: f64,
     pub(crate) u: f64,
+    pub(crate) rounding: Rounding,
 }
 
 impl Point {
@@ -627,6 +636,10 @@ impl Step {
         for (p, track) in after.points.iter_mut().zip(&self.tracks) {
             (p.b, p.c) = (value(&track.b), value(&track.c));
             if track.mode == Mode::Separate {
+                let terms =
+                    |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c.abs());
+                let (gap, speed) = (terms(&track.h), terms(&track.u) / self.unit);
+                p.rounding = p.rounding.after(t * self.unit, p.h, gap, speed);
                 (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
             }
         }
@@ -717,6 +730,7 @@ mod tests {
             place: Place::anywhere(0),
             h: 0.0,
             u: 0.0,
+            rounding: Rounding::default(),
         };
         let mut points = vec![point(-0.5), point(0.5)];
         points[0].h = points[0].c - points[1].c;

@@ -296,8 +296,11 @@ impl<'a> ContactPhase<'a> {
             let counted = log.count_step();
             match end {
                 StepEnd::Landing(i) => {
-                    let p = &mut stance.points[i];
-                    (p.h, p.u) = (0.0, p.u.min(0.0));
+                    for (j, p) in stance.points.iter_mut().enumerate() {
+                        if j == i || self.word[j] == Mode::Separate && p.lands() {
+                            (p.h, p.u) = (0.0, p.u.min(0.0));
+                        }
+                    }
                     return Next::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Leave(i, side) => {

@@ -729,7 +729,8 @@ impl Trajectory {
             });
         }
         let (start, end) = (self.options.time, self.time());
-        let even = count.div_ceil(2);
+        // Without a phase the run ends where it begins.
+        let even = if pieces.is_empty() { count } else { count.div_ceil(2) };
         let busy = count - even;
         let at = |k: usize, n: usize| k as f64 / n as f64;
         let mut times: Vec<f64> =
@@ -806,15 +807,14 @@ impl Trajectory {
     }
 
     fn pieces(&self) -> Result<&[Piece], Error> {
-        let pieces = &self.expanded().pieces;
-        if !self.options.record || pieces.is_empty() {
+        if !self.options.record {
             return Err(Error::Unusable {
                 field: "record".into(),
                 value: "false".into(),
                 allowed: "record = true, so that the trajectory is kept".into(),
             });
         }
-        Ok(pieces)
+        Ok(&self.expanded().pieces)
     }
 
     fn expanded(&self) -> &Expanded {

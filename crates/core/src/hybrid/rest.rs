@@ -2,7 +2,7 @@
 
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
-use crate::contact_motion::{Point, Stance};
+use crate::contact_motion::{Point, Rounding, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
@@ -34,6 +34,7 @@ impl Base {
                 place: Place::anywhere(i),
                 h: at.gaps.h[i],
                 u: at.gaps.u[i],
+                rounding: Rounding::default(),
             }
         });
         Some(Stance {
