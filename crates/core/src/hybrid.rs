@@ -175,7 +175,7 @@ impl<'a> Driver<'a> {
             zeno: self.zeno,
             warnings: self.warnings,
             collisions: self.log.collisions,
-            spins: self.log.spins,
+            bodies: self.log.bodies,
             hits: self.log.hits,
             end,
             state,
@@ -396,7 +396,7 @@ impl<'a> Driver<'a> {
                 });
             }
         }
-        self.align_spins();
+        self.align_bodies();
         self.note(Kind::Flight);
         if together && jump[0] > 0.0 && jump[1] > 0.0 {
             return self.bounce_together(rates);
@@ -421,10 +421,10 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One spin beside each collision.
-    fn align_spins(&mut self) {
-        let spin = self.tumble.as_ref().map(|state| state.spin).unwrap_or_default();
-        self.log.spins.resize(self.log.collisions.len(), spin);
+    /// One body beside each collision.
+    fn align_bodies(&mut self) {
+        let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
+        self.log.bodies.resize(self.log.collisions.len(), body);
     }
 
     fn warn_of_tie(&mut self) {
@@ -589,7 +589,7 @@ impl<'a> Driver<'a> {
                 clatter::fly(&model, &mut self.gaps, &mut self.sum, &mut self.log)
             }
         };
-        self.align_spins();
+        self.align_bodies();
         match halt {
             Halt::Bounce { contact, duration } => {
                 let model = self.model();

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::{GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
-use crate::log::{Collision, Spin};
+use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
 use crate::simulate::{Model, Options, State};
@@ -301,7 +301,7 @@ pub(crate) struct Record {
     pub(crate) zeno: Vec<ZenoRecord>,
     pub(crate) warnings: Vec<String>,
     pub(crate) collisions: Vec<Collision>,
-    pub(crate) spins: Vec<Spin>,
+    pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) hits: usize,
     pub(crate) end: Snapshot,
     pub(crate) state: State,
@@ -415,7 +415,7 @@ impl Record {
             zeno: Vec::new(),
             warnings: general.warnings.clone(),
             collisions: Vec::new(),
-            spins: Vec::new(),
+            bodies: Vec::new(),
             hits: general.hits,
             end: Snapshot { clock: general.clock, ..Snapshot::default() },
             state,
@@ -852,13 +852,8 @@ impl Trajectory {
                     raw.impulses.jump[i] += c.jump;
                     frame.share(i)
                 } else {
-                    raw.spin = record.spins[index];
-                    let share = record.base.share(i, raw.spin.theta);
-                    if let Some(body) = &record.base.body {
-                        raw.center.fly(body.gravity, dt);
-                        raw.center.v += body.contacts[i].normal * (share * c.jump);
-                    }
-                    share
+                    (raw.center, raw.spin) = record.bodies[index];
+                    record.base.share(i, raw.spin.theta)
                 };
                 expanded.shares.push(share);
                 expanded.pieces.push(Piece { frame: span.frame, raw, kind: Kind::Flight });
