@@ -43,16 +43,30 @@ impl Stance {
     /// Takes the sliding that counts as none from a body that holds on to one point only, and from the rates of the
     /// contacts in the air what that means for them.
     fn conform(&mut self, word: &[Mode]) {
-        let mut closed = word.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate);
-        if let (Some((i, Mode::Fixed)), None) = (closed.next(), closed.next()) {
-            let change = self.points[i].tangent * -self.slip(i);
-            self.center.v += change;
-            for (p, mode) in self.points.iter_mut().zip(word) {
-                if *mode == Mode::Separate {
-                    p.u += p.normal.dot(&change);
-                }
+        let closed: Vec<usize> = (0..word.len()).filter(|&i| word[i] != Mode::Separate).collect();
+        let change = match closed[..] {
+            [i] if word[i] == Mode::Fixed => self.points[i].tangent * -self.slip(i),
+            [i, j] if self.twin(i) == Some(j) => {
+                let (arm, spin) = (self.points[i].arm(), self.spin.omega);
+                Vector2::new(arm.y, -arm.x) * spin - self.center.v // both hold on to the vertex
+            }
+            _ => return,
+        };
+        self.center.v += change;
+        for (p, mode) in self.points.iter_mut().zip(word) {
+            if *mode == Mode::Separate {
+                p.u += p.normal.dot(&change);
             }
         }
+    }
+
+    /// Point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
+    /// if nothing rubs there, and the way in which it then slides up its piece.
+    fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
+        let left = &self.points[i];
+        let j = self.twin(i).filter(|&j| self.points[j].friction == 0.0)?;
+        let p = &self.points[j];
+        Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
     }
 
     /// The sliding speed of contact `i` has come down to zero. If it is the only one held, the body may turn about it;
@@ -220,7 +234,14 @@ impl<'a> ContactPhase<'a> {
                     }
                     return end;
                 }
-                Next::LiftOff(i) => self.ways[i] = None,
+                Next::LiftOff(i) => {
+                    self.ways[i] = None;
+                    if let Some((j, way)) = self.stance.up_from_vertex(i)
+                        && self.ways[j] == Some(0)
+                    {
+                        self.ways[j] = Some(way);
+                    }
+                }
                 Next::Stop(i) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(i, &self.word, slow) {
@@ -276,7 +297,12 @@ impl<'a> ContactPhase<'a> {
                 return outcome(Outcome::Inconsistent);
             };
             match last.take() {
-                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => step.lifts_off(i),
+                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                    step.lifts_off(i);
+                    if let Some((j, _)) = stance.up_from_vertex(i) {
+                        step.breaks_loose(j);
+                    }
+                }
                 Some(Next::Slip(i, mode)) if self.word[i] == mode && !step.breaks_loose(i) => {
                     return outcome(Outcome::Inconsistent);
                 }
