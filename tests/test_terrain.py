@@ -102,6 +102,109 @@ def test_a_corner_of_a_body_rests_in_a_vertex():
     assert run.q == pytest.approx([0, 0, 0], abs=1e-12)
 
 
+@pytest.mark.parametrize("law", ["newton", "stronge"])
+@pytest.mark.parametrize(
+    "friction",
+    [
+        0.0,
+        pytest.param(
+            0.4,
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="a contact that breaks loose from a vertex goes to and fro at the level of rounding",
+            ),
+        ),
+    ],
+)
+def test_a_pendulum_in_a_vertex(friction, law):
+    """A rod stands in a vertex and falls over. The sides hold its foot like a hinge, I θ̇²/2 + m g l cos θ constant, until
+    one of them would have to pull: the force leaves the cone of the vertex, and the foot goes up the other side."""
+    rho, length, tilt = 0.4, 0.8, 0.01
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=rho,
+        center_of_mass=(0.0, length),
+        contacts=[sf.Contact((0.0, 0.0), friction=friction)],
+        restitution=0.5,
+        gravity=G,
+        terrain=[(-9, 9), (0, 0), (9, 9)],
+    )
+    inertia = rho**2 + length**2
+    start = (-length * math.sin(tilt), length * (math.cos(tilt) - 1), tilt)
+    rate = 0.1
+    qdot = (-length * math.cos(tilt) * rate, -length * math.sin(tilt) * rate, rate)
+    run = sf.simulate(posture, start, qdot, impact=law, time_limit=3.0, model="full")
+    assert run.outcome == "time-limit"
+    hinge = run.phases[0]
+    assert hinge.mode == "F"
+    # Forces of the hinge: a = l (−θ̈ cos θ + θ̇² sin θ, −θ̈ sin θ − θ̇² cos θ), in a cone of 45° + α about the vertical.
+    q, qdot = run.at(hinge.end)
+    theta, omega = q[2], qdot[2]
+    assert omega**2 == pytest.approx(
+        rate**2 + 2 * G * length * (math.cos(tilt) - math.cos(theta)) / inertia,
+        rel=1e-11,
+    )
+    alpha = G * length * math.sin(theta) / inertia
+    sin, cos = math.sin(theta), math.cos(theta)
+    force = (
+        length * (-alpha * cos + omega**2 * sin),
+        G + length * (-alpha * sin - omega**2 * cos),
+    )
+    edge = math.pi / 4 + math.atan(friction)
+    assert abs(math.atan2(force[0], force[1])) == pytest.approx(edge, abs=1e-9)
+    times, q, _ = run.sample(500)
+    assert posture.gaps(q).min() > -1e-12
+    energy = run.energy(times)
+    assert np.diff(energy).max() <= 1e-12 * np.ptp(energy)
+
+
+def test_a_foot_that_sticks_without_gravity_is_in_no_vertex():
+    """Poisson's law leaves it on a side, where it is then held, not in the vertex some way off."""
+    posture = particle(
+        [(-5, 3), (-1, 0.2), (0, 0.6), (5, 3)], -0.5, 0.8, friction=0.8, gravity=0.0
+    )
+    run = sf.simulate(posture, (0, 0, 0), (0.1, -1, 0), impact="poisson")
+    assert run.outcome == "rest"
+    assert posture.gaps(run.q) == pytest.approx([0], abs=1e-15)
+    assert run.q[0] == pytest.approx(0.1 * run.time, rel=1e-13)
+
+
+def test_a_foot_far_off_does_not_rest_without_gravity():
+    """Feet 1 and 2 stop the body in turn; foot 3 hangs in the air, as still as they are."""
+    feet = [sf.Contact((x, y)) for x, y in [(-0.8, 0), (0.8, 0), (0.0, 0.4)]]
+    posture = sf.Posture(
+        1.0, 0.1, (0.1, 0.5), feet, 0.0, 0.0, terrain=[(-2, 0), (2, 0)]
+    )
+    run = sf.simulate(
+        posture,
+        (0, 0.1, 0.05),
+        (0.1, -1, -0.1),
+        simultaneous="first-contact-first",
+        time_limit=3.0,
+    )
+    for t in np.linspace(0, run.time, 100):
+        assert posture.gaps(run.at(t)[0]) == pytest.approx(run.gaps_at(t)[0], abs=1e-13)
+
+
+def test_a_point_over_a_piece_again_is_not_there_at_once():
+    """What was out of reach has no gap; back over the terrain it falls from where it is."""
+    posture = sf.Posture(
+        1.0,
+        0.3,
+        (0.0, 1.0),
+        [sf.Contact((-0.5, 0.5)), sf.Contact((0.5, 0.5))],
+        0.3,
+        G,
+        terrain=[(-0.7, 0), (0.7, 0)],
+    )
+    for spin in (-9.0, -4.0, 4.0, 9.0):
+        run = sf.simulate(posture, (0.5, 1.0, 0), (-1.5, 0, spin), time_limit=1.0)
+        for t in np.linspace(0, run.time, 300, endpoint=False):
+            gaps, expected = run.gaps_at(t)[0], posture.gaps(run.at(t)[0])
+            met = np.isfinite(gaps)
+            assert gaps[met] == pytest.approx(expected[met], abs=1e-12)
+
+
 def bounces(terrain, position, velocity, restitution, count):
     """The first bounces of a particle on a polyline: textbook quadratics, piece by piece, the earliest hit."""
     time, hits = 0.0, []

@@ -80,6 +80,19 @@ impl Stance {
         0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
     }
 
+    /// The other point of a contact in a vertex of its terrain.
+    pub(crate) fn twin(&self, i: usize) -> Option<usize> {
+        let contact = |j: usize| self.points[j].place.contact;
+        (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
+    }
+
+    /// Whether point `i` is one of two that hold a contact in a vertex. Their normal forces alone hold it: any other share
+    /// of the same force would reach an edge of a friction cone where the vertex as a whole does not.
+    fn is_wedged(&self, i: usize, modes: &[Mode]) -> bool {
+        let closed = |i: usize| modes[i] != Mode::Separate;
+        closed(i) && self.twin(i).is_some_and(closed)
+    }
+
     /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
     /// where that is shorter.
     fn unit_of_time(&self) -> f64 {
@@ -189,7 +202,7 @@ impl Stance {
             if mode != Mode::Separate {
                 push(false, p.normal, p.b);
             }
-            if mode == Mode::Fixed {
+            if mode == Mode::Fixed && !self.is_wedged(contact, modes) {
                 push(true, p.tangent, -p.c);
             }
         }
@@ -251,6 +264,10 @@ struct Row {
 #[derive(Debug, Clone)]
 struct Track {
     mode: Mode,
+    /// One of two that hold a contact in a vertex.
+    wedged: bool,
+    /// Off, but at the place of the other point of its contact, which is fixed.
+    pinned: bool,
     friction: f64,
     b: Series,
     c: Series,
@@ -351,6 +368,9 @@ impl Step {
                 let p = &state.points[i];
                 Track {
                     mode: modes[i],
+                    wedged: state.is_wedged(i, modes),
+                    pinned: modes[i] == Mode::Separate
+                        && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
                     friction: p.friction,
                     b: constant(p.b),
                     c: constant(p.c),
@@ -480,7 +500,7 @@ impl Step {
                         (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
                     (row.dot(&push) + side * turned - product(bend, &square, k)) * next
                 };
-                if track.mode == Mode::Separate {
+                if track.mode == Mode::Separate && !track.pinned {
                     track.h[k + 1] = track.u[k] * next;
                     track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);
                 }
@@ -598,10 +618,13 @@ impl Step {
                 }
             }
             match track.mode {
-                Mode::Separate if track.h[0] == f64::INFINITY => {}
+                Mode::Separate if track.pinned || track.h[0] == f64::INFINITY => {}
                 Mode::Separate => falls(&track.h, StepEnd::Landing(i)),
                 Mode::Fixed => {
                     falls(&track.normal, StepEnd::LiftOff(i));
+                    if track.wedged {
+                        continue;
+                    }
                     falls(&edge(1.0), StepEnd::Slip(i, Mode::Right));
                     falls(&edge(-1.0), StepEnd::Slip(i, Mode::Left));
                 }
@@ -635,7 +658,9 @@ impl Step {
         after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
         for (p, track) in after.points.iter_mut().zip(&self.tracks) {
             (p.b, p.c) = (value(&track.b), value(&track.c));
-            if track.mode == Mode::Separate {
+            if track.pinned {
+                (p.h, p.u) = (0.0, 0.0);
+            } else if track.mode == Mode::Separate {
                 let terms =
                     |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c.abs());
                 let (gap, speed) = (terms(&track.h), terms(&track.u) / self.unit);
@@ -720,19 +745,19 @@ mod tests {
 
     fn tall(friction: f64, theta: f64) -> Stance {
         let (sin, cos) = theta.sin_cos();
-        let point = |x: f64| Point {
+        let point = |i: usize, x: f64| Point {
             normal: Vector2::new(0.0, 1.0),
             tangent: Vector2::new(1.0, 0.0),
             friction,
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
             held: None,
-            place: Place::anywhere(0),
+            place: Place::anywhere(i),
             h: 0.0,
             u: 0.0,
             rounding: Rounding::default(),
         };
-        let mut points = vec![point(-0.5), point(0.5)];
+        let mut points = vec![point(0, -0.5), point(1, 0.5)];
         points[0].h = points[0].c - points[1].c;
         Stance {
             points,

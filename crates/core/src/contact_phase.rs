@@ -40,6 +40,15 @@ impl Stance {
         })
     }
 
+    /// Point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
+    /// if nothing rubs there, and the way in which it then slides up its piece.
+    fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
+        let left = &self.points[i];
+        let j = self.twin(i).filter(|&j| self.points[j].friction == 0.0)?;
+        let p = &self.points[j];
+        Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
+    }
+
     /// The sliding speed of a contact has come down to zero. If it is the only one held, the body may turn about it;
     /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
     /// whether that is so.
@@ -212,7 +221,14 @@ impl<'a> ContactPhase<'a> {
                     }
                     return end;
                 }
-                Next::LiftOff(i) => self.ways[i] = None,
+                Next::LiftOff(i) => {
+                    self.ways[i] = None;
+                    if let Some((j, way)) = self.stance.up_from_vertex(i)
+                        && self.ways[j] == Some(0)
+                    {
+                        self.ways[j] = Some(way);
+                    }
+                }
                 Next::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(&self.word, slow) {
@@ -269,7 +285,12 @@ impl<'a> ContactPhase<'a> {
                 return outcome(Outcome::Inconsistent);
             };
             match last.take() {
-                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => step.lifts_off(i),
+                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                    step.lifts_off(i);
+                    if let Some((j, _)) = stance.up_from_vertex(i) {
+                        step.breaks_loose(j);
+                    }
+                }
                 Some(Next::Slip(i, mode)) if self.word[i] == mode && !step.breaks_loose(i) => {
                     return outcome(Outcome::Inconsistent);
                 }

@@ -24,16 +24,15 @@ use crate::trig::Turn;
 /// the speeds of the body.
 const STOPPED: f64 = 1e-16;
 
+/// How much faster than that a contact may be to be hit in turn with one that is below.
+const IN_TURN: f64 = 1e3;
+
 /// Speed of a contact in a vertex of its terrain, relative to the largest there has been, below which it has come to rest
 /// there: unlike a gap rate, it is a difference of the body's speeds, with a few of their roundings.
 const WEDGED: f64 = 1e-14;
 
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
 const STEEP: f64 = 8.0;
-/// Speed of a contact, in units of [`STOPPED`], at which it comes to rest together with one that does: in an accumulation
-/// of several their speeds differ by as much.
-const TOGETHER: f64 = 1e2;
-
 /// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
 const BEYOND: f64 = 1e140;
 
@@ -124,6 +123,9 @@ impl Rounding {
 
     /// After an arc of `dt` from a gap `h` on, whose terms sum up to `gap`, and those of its rate to `rate`.
     pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
+        if h == f64::INFINITY {
+            return self; // over nothing
+        }
         let before = if h == 0.0 { 0.0 } else { self.gap };
         let own = Self::new(gap, rate);
         Self { gap: before + self.rate * dt + own.gap, rate: self.rate + own.rate }
@@ -279,6 +281,8 @@ pub(crate) struct General<'a> {
     collisions: Vec<Struck>,
     zeno: Vec<Settled>,
     sequence: Sequence,
+    /// Impacts for which a contact that is slow enough to stop has waited for others.
+    waiting: usize,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
     acceleration: Option<[f64; 3]>,
@@ -304,6 +308,7 @@ impl<'a> General<'a> {
             collisions: Vec::new(),
             zeno: Vec::new(),
             sequence: Sequence::default(),
+            waiting: 0,
             warnings,
             undecided: None,
             acceleration: None,
@@ -480,13 +485,13 @@ impl<'a> General<'a> {
         let turn = if self.state.frozen.is_some() { self.state.spin.theta } else { 0.0 };
         let at = com + self.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
         let (height, touch) = (piece.height(&at), TOUCH * self.posture.size());
-        p.h = if old.h == f64::INFINITY {
-            if height >= -touch { height.max(0.0) } else { f64::INFINITY }
-        } else if height > touch && p.normal.y > STEEP * old.normal.y {
-            height
-        } else {
-            old.h * p.normal.y / old.normal.y // as high above the vertex as before
-        };
+        if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEP * old.normal.y) {
+            p.h = old.h * p.normal.y / old.normal.y; // as high above the vertex as before
+            return p;
+        }
+        p.h = if height >= -touch { height.max(0.0) } else { f64::INFINITY };
+        let terms = self.state.center.r.norm() + p.b.abs() + p.c.abs() + self.posture.size();
+        p.rounding = Rounding { gap: f64::EPSILON * terms, ..old.rounding };
         p
     }
 
@@ -500,7 +505,9 @@ impl<'a> General<'a> {
         let height = old.h + old.place.sides[side] / old.tangent.x;
         let square = slip * slip + old.u * old.u + 2.0 * self.state.gravity * height;
         let limit = WEDGED * self.fastest;
-        if !(rises > 0.0 && square <= limit * limit) {
+        // Without gravity a contact may come to rest anywhere.
+        let near = height <= TOUCH * self.posture.size();
+        if !(rises > 0.0 && near && square <= limit * limit) {
             return false;
         }
         let p = &mut self.state.points[i];
@@ -627,8 +634,10 @@ impl<'a> General<'a> {
         }
     }
 
+    /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
     fn rates(&self) -> Vec<f64> {
-        if self.log.record { self.state.points.iter().map(|p| p.u).collect() } else { Vec::new() }
+        let count = if self.log.record { self.posture.contacts().len() } else { 0 };
+        self.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
     fn write_down(&mut self, contact: usize, before: Vec<f64>, impulse: [f64; 2]) {
@@ -644,6 +653,7 @@ impl<'a> General<'a> {
         let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
+        let listed = self.rates();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
             // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
@@ -667,7 +677,7 @@ impl<'a> General<'a> {
             self.log.hits += 1;
             let contact = self.state.points[i].place.contact;
             self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-            self.write_down(contact, before.clone(), [0.0, force[1]]);
+            self.write_down(contact, listed.clone(), [0.0, force[1]]);
         }
         self.stop_slow()
     }
@@ -721,8 +731,8 @@ impl<'a> General<'a> {
             p.u += (rates[j] - start[j]) * sum;
             if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
                 p.u = 0.0;
-            } else if p.u < 0.0 {
-                return false; // it is hit before
+            } else if p.u < 0.0 && !(rates[j] < 0.0 && start[j] < 0.0) {
+                return false; // it is hit before; one that waits for its turn has it after all of these
             }
         }
         // Who slides through all of it has to slide the same way at its end.
@@ -737,40 +747,50 @@ impl<'a> General<'a> {
         true
     }
 
-    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest, and with the
-    /// first of them those that are about to: one that stops by itself in a common accumulation would change the course
-    /// of the others, whose impacts then might go on for ever at the edge of what counts.
+    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest. Not so while
+    /// another one is nearly as slow: the two may be hit in turn. What were taken from the one that leaves would be
+    /// missing when the other is hit, and the impacts would go on for ever.
     fn stop_slow(&mut self) -> Option<Outcome> {
-        let (n, limit) = (self.state.points.len(), STOPPED * self.fastest);
-        let all = TOGETHER * limit;
-        let square = |state: &Stance, i: usize| {
-            let (p, pull) = (&state.points[i], state.arc(i).effective_gravity());
-            let bounces = pull > 0.0 || p.h == 0.0;
-            if bounces { p.u * p.u + 2.0 * pull * p.h } else { f64::INFINITY }
+        let limit = STOPPED * self.fastest;
+        let pulls: Vec<f64> =
+            (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
+        // Without gravity, or with next to none, a contact may be slow anywhere.
+        let near = TOUCH * self.posture.size();
+        let speed = |(p, pull): (&Point, &f64)| match (p.h, *pull > 0.0) {
+            (0.0, _) => p.u.abs(),
+            (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
+            _ => f64::INFINITY,
         };
-        if !(0..n).any(|i| square(&self.state, i) <= limit * limit) {
-            return None;
-        }
+        let speeds: Vec<f64> = self.state.points.iter().zip(&pulls).map(speed).collect();
+        let in_turn = |one: f64, other: f64| {
+            other > limit && other <= IN_TURN * limit && one > STOPPED * other
+        };
+        // In turn for ever at the edge of what counts: they stop together.
+        let slow = speeds.iter().any(|&speed| speed <= limit);
+        self.waiting = if slow { self.waiting + 1 } else { 0 };
+        let together = self.waiting > LISTED;
         let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
-        for i in 0..n {
-            let (own, pull) = (square(&self.state, i), self.state.arc(i).effective_gravity());
+        for (i, &speed) in speeds.iter().enumerate() {
+            let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
+            if !(alone || together && speed <= IN_TURN * limit) {
+                continue;
+            }
             let loss = 1.0 - self.material(i).restitution;
             let p = &mut self.state.points[i];
-            if own <= all * all {
-                (p.h, p.u) = (0.0, 0.0);
-                if !self.resting[i] {
-                    if pull > 0.0 {
-                        error = error.max(2.0 * own.max(0.0).sqrt() / (pull * loss));
-                    }
-                    stopped.push(i);
+            (p.h, p.u) = (0.0, 0.0);
+            if !self.resting[i] {
+                if pulls[i] > 0.0 {
+                    error = error.max(2.0 * speed / (pulls[i] * loss));
                 }
+                stopped.push(i);
             }
         }
         if stopped.is_empty() {
             return None;
         }
+        self.waiting = 0;
         for p in &mut self.state.points {
-            p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + all };
+            p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
         }
         self.settle(&stopped, false, error)
     }
@@ -825,8 +845,10 @@ impl<'a> General<'a> {
         phase.close(&mut rests);
         self.state = phase.stance.clone();
         // At the start only what gravity presses down has come to rest.
+        let held =
+            |i: usize| self.resting[i] || self.state.twin(i).is_some_and(|j| self.resting[j]);
         let new: Vec<usize> = (0..n)
-            .filter(|&i| rests[i] && !self.resting[i])
+            .filter(|&i| rests[i] && !held(i))
             .filter(|&i| !fresh || self.state.arc(i).effective_gravity() > 0.0)
             .collect();
         if !new.is_empty()
