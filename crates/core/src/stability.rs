@@ -56,8 +56,7 @@ impl Stability {
 }
 
 /// The argument of a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum By {
     /// The contacts cannot hold the body.
     NotEquilibrium,
@@ -88,6 +87,12 @@ impl By {
             Self::GrowingCycle => "growing-cycle",
             Self::AcceleratingMode => "accelerating-mode",
         }
+    }
+}
+
+impl Serialize for By {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_str().serialize(serializer)
     }
 }
 
@@ -267,6 +272,70 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
 const DELICATE: f64 = 1e-10;
 
 impl Verdict {
+    /// Everything but the table of modes as JSON; infinities as the strings "inf" and "-inf".
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        #[derive(Serialize)]
+        struct Summary<'a> {
+            frictional_stability: Stability,
+            by: Option<By>,
+            equilibrium: bool,
+            #[serde(with = "crate::scene::extended")]
+            equilibrium_margin: f64,
+            equilibrium_region: Option<Region>,
+            kinematic_strong: bool,
+            kinematic_strong_strict: bool,
+            kinematic_margin: f64,
+            unambiguous: bool,
+            coupling: f64,
+            clattering: bool,
+            clattering_margin: f64,
+            chatter: bool,
+            chatter_margin: f64,
+            energy: bool,
+            delicate: bool,
+            evidence: &'a Evidence,
+        }
+        #[derive(Serialize)]
+        struct Region(#[serde(with = "crate::scene::extended_pair")] [f64; 2]);
+        let summary = Summary {
+            frictional_stability: self.frictional_stability,
+            by: self.by,
+            equilibrium: self.equilibrium,
+            equilibrium_margin: self.equilibrium_margin,
+            equilibrium_region: self.region.map(Region),
+            kinematic_strong: self.kinematic_strong,
+            kinematic_strong_strict: self.kinematic_strong_strict,
+            kinematic_margin: self.kinematic_margin,
+            unambiguous: self.unambiguous,
+            coupling: self.coupling,
+            clattering: self.clattering,
+            clattering_margin: self.clattering_margin,
+            chatter: self.chatter,
+            chatter_margin: self.chatter_margin,
+            energy: self.energy,
+            delicate: self.delicate,
+            evidence: &self.evidence,
+        };
+        serde_json::to_string_pretty(&summary)
+            .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
+    }
+
+    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        crate::scene::write_whole(path.as_ref(), &self.to_json())
+    }
+
+    /// The evidence as JSON.
+    #[must_use]
+    pub fn evidence_json(&self) -> String {
+        serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
+    }
+
     fn decide(&mut self, map: Option<&CornerMap>) {
         let stable = |by| (Stability::Stable, Some(by));
         (self.frictional_stability, self.by) = if !self.equilibrium {
