@@ -28,6 +28,8 @@ use crate::modes::{Condition, Method, Mode, ModeAnswer, TIE, Word, contact_modes
 use crate::posture::Posture;
 use crate::simulate::State;
 use crate::trajectory::ContactNumber;
+pub use certify::Reason;
+
 use certify::Decision;
 use corner::CornerMap;
 
@@ -127,11 +129,13 @@ pub enum Evidence {
     Word(String),
     /// A corner that leads away; none if sliding on one contact or both does.
     Away(Option<CornerStep>),
-    /// Angles of corners that are not decided: (contact, from, to).
+    /// Why the corner map does not decide, and what is left over.
     Left {
+        /// Painlevé's jam, several modes, energy, a flight, or cells.
+        reason: Reason,
         /// Cells per contact.
         cells: usize,
-        /// The cells left over, in φ.
+        /// The cells left over: (contact, [from, to]) in atan(ξ/y).
         left: Vec<(ContactNumber, [f64; 2])>,
     },
 }
@@ -226,7 +230,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
         region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x));
     let equilibrium = equilibrium_margin >= 0.0;
     let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3])?;
-    let modes = contact_modes(&problem, Method::Enumerate)?.answers().to_vec();
+    let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
     let restitution = posture.geometry().iter().map(|k| k.restitution).collect::<Vec<_>>();
     let e = [restitution[0], restitution[1]];
     let coupling = clattering::coupling(psi);
@@ -391,10 +395,10 @@ impl Verdict {
                 self.evidence = Evidence::Away(corner.as_ref().map(step));
                 (Stability::Unstable, Some(By::AcceleratingMode))
             }
-            Decision::Undecided { cells, left } => {
+            Decision::Undecided { reason, cells, left } => {
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
                 let left = left.into_iter().map(number).collect();
-                self.evidence = Evidence::Left { cells, left };
+                self.evidence = Evidence::Left { reason, cells, left };
                 (Stability::Undecided, None)
             }
         }

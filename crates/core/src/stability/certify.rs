@@ -17,6 +17,7 @@ use std::sync::OnceLock;
 
 use super::corner::{Cell, CornerMap, Image, Images};
 use super::interval::Interval;
+use serde::Serialize;
 
 type I = Interval;
 
@@ -39,7 +40,7 @@ const LONGER: f64 = 4.0;
 const TRANSIT: f64 = 0.05;
 
 /// Steps of an orbit that is searched for a cycle, and the longest cycle.
-const ORBIT: usize = 300;
+const ORBIT: usize = 240;
 const LONGEST: usize = 24;
 
 /// Difference of angles, in rad, at which an orbit has come back.
@@ -68,8 +69,24 @@ pub(crate) enum Decision {
     Grows(Vec<Corner>),
     /// Corners that lead away, or none of them (a motion with a contact on the terrain, or both, does).
     Escapes(Option<Corner>),
-    /// Cells per contact, and those that are left over: (contact, φ from, φ to).
-    Undecided { cells: usize, left: Vec<(usize, [f64; 2])> },
+    /// Why; cells per contact, and those that are left over: (contact, φ from, φ to).
+    Undecided { reason: Reason, cells: usize, left: Vec<(usize, [f64; 2])> },
+}
+
+/// Why the corner map does not decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reason {
+    /// A contact that slides alone jams: no mode is consistent.
+    Painleve,
+    /// Several modes are consistent, or it is too close to call.
+    Modes,
+    /// Frictionless motion need not come to rest: λ > 0 fails.
+    Energy,
+    /// The impacts after a corner are not followed to their end with certainty.
+    Flight,
+    /// Cells are left over.
+    Cells,
 }
 
 /// The cells of the angles, and the tangents of the limits between them.
@@ -160,26 +177,39 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
             return Decision::Escapes(None);
         }
     }
-    if let Some(found) = follow(map) {
-        return found;
-    }
-    let may_be_stable = map.returns() == Some(true)
-        && map.local().weights().iter().all(|weight| weight.is_positive())
-        && [false, true]
-            .into_iter()
-            .all(|right| !map.sliding_together(right).iter().any(|image| *image == Image::Unknown));
+    let slides = [false, true].map(|right| map.sliding_together(right));
+    let unknown = |images: &Images| images.iter().any(|image| *image == Image::Unknown);
+    let reason = if map.jams() {
+        Some(Reason::Painleve)
+    } else if map.returns().is_none() || slides.iter().any(unknown) {
+        Some(Reason::Modes)
+    } else if !map.local().weights().iter().all(|weight| weight.is_positive()) {
+        Some(Reason::Energy)
+    } else if map.flies_unknown() {
+        Some(Reason::Flight)
+    } else {
+        None
+    };
+    // The coarse grid is cheaper than any orbit.
+    let levels = if reason.is_some() { 0 } else { CELLS.len() };
     let mut left = Vec::new();
-    let mut cells = 0;
-    if may_be_stable {
-        for level in 0..CELLS.len() {
-            cells = Grid::of(level).cells.len();
+    for level in 0..levels.max(1) {
+        if level < levels {
             match stable(map, Grid::of(level)) {
-                Ok(potential) => return Decision::Stable { cells, potential },
+                Ok(potential) => {
+                    return Decision::Stable { cells: Grid::of(level).cells.len(), potential };
+                }
                 Err(open) => left = open,
             }
         }
+        if level == 0
+            && let Some(found) = follow(map)
+        {
+            return found;
+        }
     }
-    Decision::Undecided { cells, left }
+    let cells = if levels == 0 { 0 } else { Grid::of(levels - 1).cells.len() };
+    Decision::Undecided { reason: reason.unwrap_or(Reason::Cells), cells, left }
 }
 
 /// A potential over the cells, or the cells that stand against it.
@@ -372,7 +402,7 @@ fn only(images: &Images) -> Option<Image> {
 
 /// Follows single corners, to a growing cycle or away.
 fn follow(map: &CornerMap) -> Option<Decision> {
-    for start in [0.0, 0.4, -0.4, 1.0, -1.0, 1.4, -1.4] {
+    for start in [0.0, 1.2, -1.2] {
         for j in 0..2 {
             if let Some(found) = orbit(map, j, start) {
                 return Some(found);
@@ -385,7 +415,12 @@ fn follow(map: &CornerMap) -> Option<Decision> {
 fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
     let (mut j, mut phi) = (contact, phi);
     let mut way: Vec<Corner> = Vec::new();
-    for _ in 0..ORBIT {
+    for step in 0..ORBIT {
+        if step % LONGEST == 0
+            && let Some(found) = back(map, &way)
+        {
+            return found;
+        }
         let images = map.images(j, &Cell::point(phi));
         match only(&images)? {
             Image::Escape => {
@@ -403,18 +438,21 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
             Image::Rest | Image::Unknown => return None,
         }
     }
-    // The tail of the orbit, if it has come back.
-    let last = way.len() - 1;
-    let period = (1..=LONGEST).find(|p| {
+    None
+}
+
+/// The cycle that an orbit has come into, if it grows: `Some(None)` if it shrinks.
+#[allow(clippy::option_option, reason = "none yet, or one that does not grow")]
+fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
+    let last = way.len().checked_sub(1)?;
+    let period = (1..=LONGEST.min(last)).find(|p| {
         let (one, two) = (&way[last], &way[last - p]);
         one.contact == two.contact && (one.phi - two.phi).abs() <= BACK
     })?;
     let cycle = &way[last + 1 - period..];
-    let mean: f64 = cycle.iter().map(|corner| corner.growth).sum();
-    if mean <= 0.0 {
-        return None;
-    }
-    verified(map, cycle).then(|| Decision::Grows(cycle.to_vec()))
+    let growth: f64 = cycle.iter().map(|corner| corner.growth).sum();
+    let grows = growth > 0.0 && verified(map, cycle);
+    Some(grows.then(|| Decision::Grows(cycle.to_vec())))
 }
 
 /// Whether there is a cycle close to this one, and grows: of an interval of angles around its first corner one end comes back

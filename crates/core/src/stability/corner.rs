@@ -130,6 +130,8 @@ pub(crate) struct Cell {
     pub(crate) y: I,
     /// ξ/y
     pub(crate) slope: I,
+    /// (cos 2φ, sin 2φ) at both ends
+    doubled: [[f64; 2]; 2],
 }
 
 impl Cell {
@@ -142,7 +144,8 @@ impl Cell {
         // Wider than the roundings of the functions, and of the angles where they are shares of π.
         let wide = |x: f64, y: f64| I::new(x.min(y) - ROUNDED, x.max(y) + ROUNDED);
         if (a, b) == (0.0, 0.0) {
-            return Self { phi: [a, b], xi: I::ZERO, y: I::ONE, slope: I::ZERO };
+            let doubled = [[1.0, 0.0]; 2];
+            return Self { phi: [a, b], xi: I::ZERO, y: I::ONE, slope: I::ZERO, doubled };
         }
         let (xi, mut y) = (wide(libm::sin(a), libm::sin(b)), wide(libm::cos(a), libm::cos(b)));
         if a < 0.0 && b > 0.0 {
@@ -162,6 +165,7 @@ impl Cell {
             xi: I::new(xi.lo.max(-1.0), xi.hi.min(1.0)),
             y: I::new(y.lo.max(0.0), y.hi.min(1.0)),
             slope: I::new(tan(a, -1.0), tan(b, 1.0)),
+            doubled: [a, b].map(|phi| [libm::cos(2.0 * phi), libm::sin(2.0 * phi)]),
         }
     }
 }
@@ -177,18 +181,19 @@ struct Form {
 }
 
 impl Form {
-    /// The largest value on a cell, where it is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ.
-    fn most(&self, [a, b]: [f64; 2]) -> f64 {
+    /// The largest value on a cell narrower than a quarter turn: it is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ there.
+    fn most(&self, cell: &Cell) -> f64 {
         let [xx, xy, yy] = [&self.xx, &self.xy, &self.yy].map(|k| k.middle());
         let off: f64 = [&self.xx, &self.xy, &self.yy].iter().map(|k| k.hi - k.lo).sum();
         let (mean, even, odd) = (0.5 * (xx + yy), 0.5 * (yy - xx), xy);
-        let value = |phi: f64| mean + even * libm::cos(2.0 * phi) + odd * libm::sin(2.0 * phi);
-        let top = 0.5 * libm::atan2(odd, even);
-        let near = |phi: f64| phi >= a - 1e-9 && phi <= b + 1e-9;
-        let half_turn = std::f64::consts::PI;
-        let peak = near(top) || near(top - half_turn) || near(top + half_turn);
-        let most = if peak { mean + libm::hypot(even, odd) } else { value(a).max(value(b)) };
+        let value = |[cos, sin]: [f64; 2]| mean + even * cos + odd * sin;
+        let rises = |[cos, sin]: [f64; 2]| odd * cos - even * sin;
         let size = mean.abs() + even.abs() + odd.abs();
+        let [a, b] = cell.doubled;
+        let slack = 4.0 * f64::EPSILON * size;
+        let peak = rises(a) >= -slack && rises(b) <= slack;
+        let most =
+            if peak { mean + (even * even + odd * odd).sqrt() } else { value(a).max(value(b)) };
         most + off + 16.0 * f64::EPSILON * size
     }
 }
@@ -623,6 +628,21 @@ impl CornerMap {
         })
     }
 
+    /// Whether some contact jams when it slides alone.
+    pub(crate) fn jams(&self) -> bool {
+        let l = &self.local;
+        (0..2).any(|k| {
+            [1.0, -1.0]
+                .into_iter()
+                .any(|side| (l.nn[k][k] - l.mu[k].times(side) * l.tn[k][k]).is_negative())
+        })
+    }
+
+    /// Whether the flight after a corner is not known.
+    pub(crate) fn flies_unknown(&self) -> bool {
+        self.flights.contains(&Flight::Unknown)
+    }
+
     pub(crate) fn local(&self) -> &Local {
         &self.local
     }
@@ -697,7 +717,7 @@ impl CornerMap {
                     } else {
                         tangent(part, y)
                     },
-                    most: form.most(cell.phi).max(0.0).sqrt().next_up(),
+                    most: form.most(cell).max(0.0).sqrt().next_up(),
                 });
             }
             match slows {
@@ -745,7 +765,7 @@ impl CornerMap {
                     xy: (b + c * q) * p,
                     yy: a + (b * q).times(2.0) + c * q.square(),
                 };
-                Some(form.most(cell.phi).max(0.0).sqrt().next_up())
+                Some(form.most(cell).max(0.0).sqrt().next_up())
             }
             _ => None,
         };
