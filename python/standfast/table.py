@@ -93,14 +93,23 @@ def verdict_table(verdict: sf.Verdict) -> str:
 
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
     >>> print(sf.stability(rod))
-      stability   stable, by theorem-3
+      stability         stable, by theorem-3
         kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon
-      equilibrium yes: centre of mass at 0 m, region from -0.5 to 0.5 m
+      equilibrium       yes: centre of mass at 0 m, region from -0.5 to 0.5 m
       modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)
-        word  kinematics          forces        acceleration / (m/s^2, rad/s^2)  forces (tangential, normal) / N
-        SS    fails: 1: a_n > 0   fit           (0, -9.81, 0)                    none
-        SF    fails: 1: a_n > 0   fit           (0, -1.35345, -16.9138)          2: (0, 8.45655)
-      kinematic-strong  yes, by 0.5; strict reading: yes
+        word  kinematics                                        forces  acceleration / (m/s^2, rad/s^2)  forces (tangential, normal) / N
+        SS    fail at 1: a_n > 0 by 0.371, 2: a_n > 0 by 0.371  fit     (0, -9.81, 0)                    none
+        SF    fail at 1: a_n > 0 by 0.64                        fit     (0, -8.4569, 16.9138)            2: (0, 1.3531)
+        SR    fail at 1: a_n > 0 by 0.64, 2: a_t > 0 by 0.0256  fit     (-0.676552, -8.4569, 16.9138)    2: (-0.676552, 1.3531)
+        SL    fail at 1: a_n > 0 by 0.64, 2: a_t < 0 by 0.0256  fit     (0.676552, -8.4569, 16.9138)     2: (0.676552, 1.3531)
+        FS    fail at 2: a_n > 0 by 0.64                        fit     (0, -8.4569, -16.9138)           1: (0, 1.3531)
+        FF    fit                                               fit     (0, 0, 0)                        1: (0, 4.905)  2: (0, 4.905)
+        RS    fail at 1: a_t > 0 by 0.0256, 2: a_n > 0 by 0.64  fit     (-0.676552, -8.4569, -16.9138)   1: (-0.676552, 1.3531)
+        RR    fail at 1: a_t > 0 by 0.186, 2: a_t > 0 by 0.186  fit     (-4.905, -4.35652e-15, 0)        1: (-2.4525, 4.905)  2: (-2.4525, 4.905)
+        LS    fail at 1: a_t < 0 by 0.0256, 2: a_n > 0 by 0.64  fit     (0.676552, -8.4569, -16.9138)    1: (0.676552, 1.3531)
+        LL    fail at 1: a_t < 0 by 0.186, 2: a_t < 0 by 0.186  fit     (4.905, -4.35652e-15, 0)         1: (2.4525, 4.905)  2: (2.4525, 4.905)
+      kinematic-strong  yes, margin 0.1857; strict reading: yes; FF alone consistent: yes
+      clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
     """
     x = verdict.posture.center_of_mass[0]
     where = f"centre of mass at {x:.6g} m, "

@@ -187,7 +187,7 @@ fn moves(word: Word) -> bool {
     let fixed = modes.contains(&Mode::Fixed);
     let slides = modes.iter().any(|mode| mode.direction() != 0.0);
     let all = modes.iter().all(|mode| *mode == Mode::Fixed);
-    !all && !(fixed && slides)
+    !(all || fixed && slides)
 }
 
 /// Whether a word is excluded by kinematics although its forces fit, and by how much: the forces' least margin or the largest

@@ -421,10 +421,7 @@ impl Local {
         }
         let p = [0, 1].map(|i| (I::ONE + self.e[i]) * self.psi[i]);
         let bound = (self.e[0].sqrt() + self.e[1].sqrt()).square();
-        match (p[0] * p[1] - bound).sign() {
-            Some(sign) => Some(sign >= 0),
-            None => None,
-        }
+        (p[0] * p[1] - bound).sign().map(|sign| sign >= 0)
     }
 
     /// Rates after an impact at i.
