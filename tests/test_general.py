@@ -168,10 +168,6 @@ def between_two_feet(*others, friction=0.5, restitution=0.3):
     )
 
 
-ENDLESS = "impacts in turn at the level of rounding go on to the event limit"
-
-
-@pytest.mark.xfail(strict=True, reason=ENDLESS)
 @pytest.mark.parametrize("law", LAWS)
 def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
     """Foot 1 rests, foot 2 lands at .8 m/s: ever slower impacts in turn in one instant, after which both rest."""
@@ -189,7 +185,29 @@ def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
     assert len(run.impacts) < 500
 
 
-@pytest.mark.xfail(strict=True, reason=ENDLESS)
+@pytest.mark.parametrize("gravity", [G, 0.0])
+def test_a_slow_sequence_of_impacts_in_one_instant_is_summed(gravity):
+    """ψ = .9999: its impacts lose 1e-4 of their speed each; so many would be 4e5. What is left is the projection of the
+    velocity on sliding along both feet."""
+    feet = [sf.Contact(point=(x, 0), slope=0.0) for x in (-0.8, 0.8)]
+    posture = body(
+        [],
+        contacts=feet,
+        gyration_radius=0.8 * math.sqrt(5e-5),
+        center_of_mass=(0, 0.5),
+        restitution=0.18,
+        gravity=gravity,
+    )
+    start = {"q": (0, 0, 0), "qdot": (0.3, -0.45, -0.5), "model": "local"}
+    run = sf.simulate(
+        posture, **start, impact="chatterjee-ruina", simultaneous=IN_TURN, stop="zeno"
+    )
+    assert (run.outcome, run.time, run.zeno_points[0].kind) == ("zeno", 0.0, "2-zeno")
+    assert len(run.impacts) < 200
+    assert run.qdot == pytest.approx([0.3, 0, 0], abs=1e-12)
+    assert run.rates.tolist() == [0, 0]
+
+
 def test_three_smooth_contacts_come_to_rest():
     """The same without friction by Newton's law, with a third contact beside."""
     posture = between_two_feet(sf.Contact(point=(-0.4, 0), slope=0.2), friction=0.0)
@@ -204,20 +222,7 @@ def test_three_smooth_contacts_come_to_rest():
     assert run.outcome != "event-limit"
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        pytest.param(
-            law,
-            marks=pytest.mark.xfail(
-                law in ("poisson", "stronge"),
-                strict=True,
-                reason="the rate after a plastic impact is a rounding, of either sign",
-            ),
-        )
-        for law in LAWS
-    ],
-)
+@pytest.mark.parametrize("law", LAWS)
 def test_a_plastic_impact_leaves_no_rate(law):
     """A rate of 1e-16 instead is a flight of 1e-17 s, or another impact, and a Zeno point of its own."""
     rng = np.random.default_rng(1)
@@ -233,11 +238,6 @@ def test_a_plastic_impact_leaves_no_rate(law):
             assert impact["rates_after"][0] == 0
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=ValueError,
-    reason="a run that ends at once says that it was not recorded",
-)
 def test_a_run_without_a_phase_can_be_looked_into():
     """Three feet of different friction slide: how the weight is shared, and with it the deceleration, is open."""
     feet = [
@@ -252,22 +252,10 @@ def test_a_run_without_a_phase_can_be_looked_into():
     assert run.energy(0.0) == pytest.approx(0.5 * 0.3**2)
 
 
-@pytest.mark.parametrize(
-    "length",
-    [
-        pytest.param(
-            1.0,
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="two landings 1e-17 s apart by rounding are no tie, and the policy is not asked",
-            ),
-        ),
-        3.0,
-    ],
-)
+@pytest.mark.parametrize("length", [1.0, 3.0, 0.1, 1 / 3, 1.7])
 def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
     """The body pivots about foot 3; in the local model, whose feet all touch at θ = 0, the other two land together in
-    any unit of length."""
+    any unit of length, and so do any two while it pivots about the third, round after smaller round."""
     feet = [
         sf.Contact(point=(x * length, y * length), friction=0.5)
         for x, y in [(-0.7, 0.05), (-0.1, -0.1), (0.8, 0.0)]
@@ -292,4 +280,5 @@ def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
         )
         assert any("same instant" in warning for warning in run.warnings)
         ends[policy] = run.time
-    assert ends == pytest.approx({IN_TURN: 0.1064118, "last-contact-first": 0.1116233})
+    expected = {IN_TURN: 0.106411750879892, "last-contact-first": 0.113057822730814}
+    assert ends == pytest.approx(expected, rel=1e-12)

@@ -379,9 +379,7 @@ def random_scene(seed):
         mass=u(0.5, 2),
         gyration_radius=u(0.2, 0.8),
         gravity=G,
-        # Poisson's and Stronge's laws leave a rounded rate at e = 0, which decides whether a Zeno point is listed.
-        restitution=u(0.0, 0.8)
-        * (rng.random() < 0.85 or law in ("poisson", "stronge")),
+        restitution=u(0.0, 0.8) * (rng.random() < 0.85),
         center=np.array([u(-0.3, 0.3), u(0.1, 0.7)]),
         points=points,
         slopes=slopes,

@@ -23,6 +23,14 @@ use crate::terrain::Place;
 type Series = [f64; ORDER];
 const ZERO: Series = [0.0; ORDER];
 
+/// Bounds of the rounding in a gap, since it was last exactly zero (in m), and in its rate (in m/s). In an accumulation of
+/// impacts they shrink with the gaps and the rates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Rounding {
+    pub(crate) gap: f64,
+    pub(crate) rate: f64,
+}
+
 /// A contact at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
@@ -31,12 +39,13 @@ pub(crate) struct Point {
     pub(crate) friction: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
-    /// n·(origin − x) with a point of the terrain as origin: the gap is n·r + c − nominal.
-    pub(crate) nominal: f64,
+    /// (t·r + b, n·r + c) where it began to be held, if it is: its place, up to a constant.
+    pub(crate) held: Option<[f64; 2]>,
     pub(crate) place: Place,
     /// Gap and its rate; a gap of ∞ where there is nothing to meet.
     pub(crate) h: f64,
     pub(crate) u: f64,
+    pub(crate) rounding: Rounding,
 }
 
 impl Point {
@@ -66,6 +75,11 @@ impl Stance {
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
 
+    /// Kinetic energy per unit mass.
+    fn kinetic(&self) -> f64 {
+        0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
+    }
+
     /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
     /// where that is shorter.
     fn unit_of_time(&self) -> f64 {
@@ -93,6 +107,69 @@ impl Stance {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
+    /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
+    /// velocity into the rates of the contacts.
+    fn has_rows(&self) -> bool {
+        self.frozen.is_none_or(|bend| bend == 0.0)
+    }
+
+    /// Takes from the velocity what moves the rows that vanish, as a plastic impact on them would: orthogonally in the
+    /// metric of the mass, so that it can only lose energy.
+    fn project(&mut self, modes: &[Mode]) {
+        let rho = self.rho2.sqrt();
+        let v = self.center.v;
+        let mut velocity = Vector3::new(v.x, v.y, rho * self.spin.omega);
+        for row in self.independent(modes) {
+            velocity -= row.direction * row.direction.dot(&velocity);
+        }
+        (self.center.v, self.spin.omega) = (velocity.xy(), velocity.z / rho);
+        if self.is_level(modes) {
+            self.spin.omega = 0.0;
+        }
+    }
+
+    /// Back from a geometry that was frozen for a moment: the body moves with what is closed, and the gaps of the others
+    /// with the body.
+    pub(crate) fn thaw(&mut self) {
+        let closed =
+            |p: &Point| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
+        let modes: Vec<Mode> = self.points.iter().map(closed).collect();
+        self.project(&modes);
+        let (v, omega) = (self.center.v, self.spin.omega);
+        for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
+            p.u = p.normal.dot(&v) + p.b * omega;
+        }
+    }
+
+    /// The velocity of a body whose contacts begin to be held in these modes. What it has left along the normals of those
+    /// that are closed is rounding: the rates of the others, which are kept beside it, know nothing of that. Sliding too
+    /// slow to count is taken from a body that holds on, and the rates of the contacts in the air follow.
+    pub(crate) fn hold(&mut self, modes: &[Mode]) {
+        if !self.has_rows() {
+            return;
+        }
+        for p in &mut self.points {
+            let r = self.center.r;
+            p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
+        }
+        let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
+        self.project(&modes.iter().map(sliding).collect::<Vec<_>>());
+        if !modes.contains(&Mode::Fixed) {
+            return;
+        }
+        let (v, omega) = (self.center.v, self.spin.omega);
+        self.project(modes);
+        let (change, turn) = (self.center.v - v, self.spin.omega - omega);
+        for (p, mode) in self.points.iter_mut().zip(modes) {
+            if *mode == Mode::Separate {
+                p.u += p.normal.dot(&change) + p.b * turn;
+                if p.h == 0.0 {
+                    p.u = p.u.max(0.0); // it is leaving: sliding that counts as none brings no other contact back
+                }
+            }
+        }
+    }
+
     /// Whether the rows that vanish leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
         self.independent(modes).len() == 3
@@ -100,35 +177,40 @@ impl Stance {
 
     /// Rows that vanish and determine the motion, the longest first: normal rows of closed contacts, tangential
     /// rows of fixed ones, each by the part that the ones before it leave over.
-    fn independent(&self, modes: &[Mode]) -> Vec<Unknown> {
+    fn independent(&self, modes: &[Mode]) -> Vec<Row> {
         let rho = self.rho2.sqrt();
-        let mut rows: Vec<(Unknown, Vector3<f64>)> = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
         for (contact, (p, &mode)) in self.points.iter().zip(modes).enumerate() {
+            let mut push = |tangential, axis: Vector2<f64>, lever: f64| {
+                let whole = Vector3::new(axis.x, axis.y, lever / rho);
+                let unknown = Unknown { contact, tangential };
+                rows.push(Row { unknown, whole, direction: whole });
+            };
             if mode != Mode::Separate {
-                let normal = Vector3::new(p.normal.x, p.normal.y, p.b / rho);
-                rows.push((Unknown { contact, tangential: false }, normal));
+                push(false, p.normal, p.b);
             }
             if mode == Mode::Fixed {
-                let tangent = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
-                rows.push((Unknown { contact, tangential: true }, tangent));
+                push(true, p.tangent, -p.c);
             }
         }
-        let mut chosen = Vec::new();
+        let mut chosen: Vec<Row> = Vec::new();
         while chosen.len() < 3 {
+            let length = |row: &Row| row.direction.norm_squared();
             let longest = rows
                 .iter()
                 .enumerate()
-                .max_by(|(_, x), (_, y)| x.1.norm_squared().total_cmp(&y.1.norm_squared()));
-            let Some((at, &(unknown, row))) = longest else { break };
-            if row.norm() <= DEPENDENT {
+                .max_by(|(_, x), (_, y)| length(x).total_cmp(&length(y)))
+                .map(|(at, _)| at);
+            let Some(at) = longest else { break };
+            let mut row = rows.remove(at);
+            if row.direction.norm() <= DEPENDENT {
                 break;
             }
-            chosen.push(unknown);
-            rows.remove(at);
-            let direction = row.normalize();
-            for (_, other) in &mut rows {
-                *other -= direction * direction.dot(other);
+            row.direction.normalize_mut();
+            for other in &mut rows {
+                other.direction -= row.direction * row.direction.dot(&other.direction);
             }
+            chosen.push(row);
         }
         chosen
     }
@@ -138,14 +220,31 @@ impl Stance {
 /// roundings of 1e-16 times their lengths.
 const DEPENDENT: f64 = 1e-10;
 
-/// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular.
-const SINGULAR: f64 = 1e-12;
+/// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
+/// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
+const SINGULAR: f64 = 1e-14;
+
+/// Drift of a held point, relative to the distances of the body, that is taken back.
+const DRIFT: f64 = 2.0 * f64::EPSILON;
+
+/// Weight of such a drift, relative to the kinetic energy, above which it is left: a single rounding of a place may weigh more
+/// than all the energy of a small motion.
+const WEIGHT: f64 = 16.0 * f64::EPSILON;
 
 /// A force, and the row that it makes vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Unknown {
     contact: usize,
     tangential: bool,
+}
+
+/// A row that vanishes, per unit mass, in coordinates (x, y, ρθ).
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    unknown: Unknown,
+    whole: Vector3<f64>,
+    /// Unit vector along what the rows before it leave over.
+    direction: Vector3<f64>,
 }
 
 /// One contact during a step.
@@ -274,7 +373,8 @@ impl Step {
         let mut square = ZERO; // ω², as far as it bends the paths of the contact points
 
         // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
-        let unknowns = state.independent(modes);
+        let unknowns: Vec<Unknown> =
+            state.independent(modes).iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
             if u.tangential { p.tangent } else { p.normal }
@@ -320,7 +420,21 @@ impl Step {
                     (true, true) => matrix[i][j][0],
                     _ => f64::from(u8::from(i == j)),
                 });
-                let size: f64 = m.column_iter().map(|column| column.norm()).product();
+                // Lengths before anything cancels: a single contact that jams has nothing else to be compared with.
+                let size: f64 = (0..n)
+                    .map(|l| {
+                        let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
+                        let side = state.points[u.contact].tangent * bent;
+                        let reach = lever[l][0].abs() + bent * tracks[u.contact].c[0].abs();
+                        let square = |m: usize| {
+                            let axis = row(unknowns[m]);
+                            let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
+                            let turn = lever[m][0].abs() * reach / state.rho2;
+                            (push + turn) * (push + turn)
+                        };
+                        (0..n).map(square).sum::<f64>().sqrt()
+                    })
+                    .product();
                 if !(m.determinant().abs() > SINGULAR * size) {
                     return None;
                 }
@@ -514,15 +628,18 @@ impl Step {
         let t = t / self.unit;
         let value = |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c);
         let rate = |series: &Series| value(series) / self.unit;
+        // Without its first term: to all its digits, however little it is.
+        let change = |series: &Series| series[1..].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
         let mut after = state.clone();
         after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
-        for axis in 0..2 {
-            after.center.r[axis] = value(&self.r[axis]);
-            after.center.v[axis] = rate(&self.v[axis]);
-        }
+        after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
         for (p, track) in after.points.iter_mut().zip(&self.tracks) {
             (p.b, p.c) = (value(&track.b), value(&track.c));
             if track.mode == Mode::Separate {
+                let terms =
+                    |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c.abs());
+                let (gap, speed) = (terms(&track.h), terms(&track.u) / self.unit);
+                p.rounding = p.rounding.after(t * self.unit, p.h, gap, speed);
                 (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
             }
         }
@@ -531,38 +648,70 @@ impl Step {
                 p.place.sides = self.sides(i, state).map(|side| value(&side).max(0.0));
             }
         }
-        let modes: Vec<Mode> = self.tracks.iter().map(|track| track.mode).collect();
-        let closed = modes.iter().filter(|mode| **mode != Mode::Separate).count();
-        if let Some(i) = modes.iter().position(|mode| *mode != Mode::Separate)
-            && (closed == 1 || state.is_level(&modes))
-            && state.frozen.is_none()
-        {
-            // The place of a point that is held follows from the rotation: it cannot drift.
-            let (p, was) = (after.points[i], &state.points[i]);
-            let (n, t) = (p.normal, p.tangent);
-            after.center.v += n * (-p.b * after.spin.omega - n.dot(&after.center.v));
-            after.center.r += n * (p.nominal - p.c - n.dot(&after.center.r));
-            if self.tracks[i].mode == Mode::Fixed {
-                after.center.v += t * (p.c * after.spin.omega - t.dot(&after.center.v));
-                after.center.r += t * (was.b - p.b - t.dot(&(after.center.r - state.center.r)));
+        let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
+        if state.has_rows() {
+            let modes: Vec<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+            after.project(&modes);
+            // Points that are held stay where they are, n·r + c and t·r + b: what they have moved is rounding, and is
+            // taken back along the shortest way.
+            let turned = change(&self.theta);
+            let mut back = Vector3::<f64>::zeros();
+            for row in after.independent(&modes) {
+                let (p, track) =
+                    (&after.points[row.unknown.contact], &self.tracks[row.unknown.contact]);
+                let (axis, lever) = match (row.unknown.tangential, state.frozen.is_some()) {
+                    (false, false) => (p.normal, change(&track.c)),
+                    (true, false) => (p.tangent, change(&track.b)),
+                    (false, true) => (p.normal, p.b * turned),
+                    (true, true) => (p.tangent, -p.c * turned),
+                };
+                let mut off = axis.dot(&moved) + lever;
+                if let (Some(place), None) = (p.held, state.frozen) {
+                    // Step by step roundings add up: beyond a few the place itself is the measure.
+                    let r = state.center.r + moved;
+                    let (at, arm) = if row.unknown.tangential { (0, p.b) } else { (1, p.c) };
+                    let drift = axis.dot(&r) + arm - place[at];
+                    let size = r.norm() + libm::hypot(p.b, p.c);
+                    let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
+                    if drift.abs() > DRIFT * size && light {
+                        off = drift;
+                    }
+                }
+                off += row.whole.dot(&back);
+                back -= row.direction * (off / row.whole.dot(&row.direction));
+            }
+            moved += back.xy();
+            let turn = if state.is_level(&modes) { 0.0 } else { back.z / state.rho2.sqrt() };
+            after.spin.theta += turn;
+            if state.frozen.is_none() {
+                for p in &mut after.points {
+                    (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
+                }
             }
         }
+        after.center.r += moved;
         after
     }
 }
 
-/// Time up to which the last two terms of a series stay below `share` of its first ones: with a unit of time in which
-/// the body turns by about a radian, these say how large the quantity is, even where it passes zero.
+/// Time up to which the last two terms of a series stay below `share` of its first three ones: these say how large the
+/// quantity is, even where it passes zero. With a unit of time in which the body turns by about a radian they count in
+/// full, but where forces soon grow beyond all bounds, only for as much as they are by then.
 fn radius(series: &Series, share: f64) -> f64 {
-    let size = series[..3].iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-    let reach = |k: usize| {
-        if series[k] == 0.0 || size == 0.0 {
-            f64::INFINITY
-        } else {
-            libm::pow(share * size / series[k].abs(), 1.0 / k as f64)
-        }
+    let within = |time: f64| {
+        let t = time.min(1.0);
+        let size = series[0].abs().max(t * series[1].abs()).max(t * t * series[2].abs());
+        let reach = |k: usize| {
+            if series[k] == 0.0 || size == 0.0 {
+                f64::INFINITY
+            } else {
+                libm::pow(share * size / series[k].abs(), 1.0 / k as f64)
+            }
+        };
+        reach(ORDER - 1).min(reach(ORDER - 2))
     };
-    reach(ORDER - 1).min(reach(ORDER - 2))
+    // The size enters by a root so high that each round gains a digit.
+    within(within(within(1.0)))
 }
 
 #[cfg(test)]
@@ -577,10 +726,11 @@ mod tests {
             friction,
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
-            nominal: -0.75,
+            held: None,
             place: Place::anywhere(0),
             h: 0.0,
             u: 0.0,
+            rounding: Rounding::default(),
         };
         let mut points = vec![point(-0.5), point(0.5)];
         points[0].h = points[0].c - points[1].c;

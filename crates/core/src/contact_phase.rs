@@ -40,35 +40,15 @@ impl Stance {
         })
     }
 
-    /// Takes the sliding that counts as none from a body that holds on to one point only, and from the rates of the
-    /// contacts in the air what that means for them.
-    fn conform(&mut self, word: &[Mode]) {
-        let mut closed = word.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate);
-        if let (Some((i, Mode::Fixed)), None) = (closed.next(), closed.next()) {
-            let change = self.points[i].tangent * -self.slip(i);
-            self.center.v += change;
-            for (p, mode) in self.points.iter_mut().zip(word) {
-                if *mode == Mode::Separate {
-                    p.u += p.normal.dot(&change);
-                }
-            }
-        }
-    }
-
-    /// The sliding speed of contact `i` has come down to zero. If it is the only one held, the body may turn about it;
+    /// The sliding speed of a contact has come down to zero. If it is the only one held, the body may turn about it;
     /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
     /// whether that is so.
-    fn stop(&mut self, i: usize, modes: &[Mode], slow: bool) -> bool {
+    fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
-        if closed == 1 {
-            let change = self.points[i].tangent * -self.slip(i);
-            self.center.v += change;
-        } else if slow {
+        if closed > 1 && slow {
             (self.center.v, self.spin.omega) = (Vector2::zeros(), 0.0);
-        } else {
-            return true;
         }
-        false
+        closed > 1 && !slow
     }
 }
 
@@ -118,7 +98,8 @@ pub(crate) enum PhaseEnd {
 enum Next {
     End(PhaseEnd),
     LiftOff(usize),
-    Stop(usize),
+    /// The sliding speed of this contact has come down to zero; the way it slid.
+    Stop(usize, Mode),
     Slip(usize, Mode),
 }
 
@@ -126,8 +107,9 @@ enum Next {
 /// have come down together, to the rounding of the time at which they do.
 const STOPPED: f64 = 1e3;
 
-/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode.
-const LONG: f64 = 1e-3;
+/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode: what it then misses
+/// of the rates, of second order in it, is below their rounding from 1e-8 on, and small enough for the last moments.
+const LONG: f64 = 1e-6;
 
 impl<'a> ContactPhase<'a> {
     /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
@@ -182,6 +164,7 @@ impl<'a> ContactPhase<'a> {
     /// Mode after mode until something else happens. `note` hears of every stretch that begins.
     pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut Note<'_>) -> PhaseEnd {
         let mut last = None;
+        let mut swings: Vec<Swing> = Vec::new();
         loop {
             let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
@@ -212,6 +195,15 @@ impl<'a> ContactPhase<'a> {
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
+            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+                if swings.iter().any(|before| before.encloses(&now)) && log.end == f64::INFINITY {
+                    self.acceleration = Some(answer.acceleration);
+                    note(&self.stance, &self.word, log.clock, self.cause);
+                    return PhaseEnd::Outcome(Outcome::Sliding);
+                }
+                swings.retain(|before| !before.is_like(&now));
+                swings.push(now);
+            }
             let next = self.hold(answer.acceleration, last, log, note);
             match next {
                 Next::End(end) => {
@@ -221,9 +213,9 @@ impl<'a> ContactPhase<'a> {
                     return end;
                 }
                 Next::LiftOff(i) => self.ways[i] = None,
-                Next::Stop(i) => {
+                Next::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
-                    if self.stance.stop(i, &self.word, slow) {
+                    if self.stance.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
                     } else {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
@@ -234,7 +226,7 @@ impl<'a> ContactPhase<'a> {
             let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
             self.cause = match next {
                 Next::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
-                Next::Stop(i) => Some(Cause::Stop(contact(i))),
+                Next::Stop(i, _) => Some(Cause::Stop(contact(i))),
                 Next::Slip(i, _) => Some(Cause::Slip(contact(i))),
                 Next::End(_) => self.cause,
             };
@@ -259,8 +251,9 @@ impl<'a> ContactPhase<'a> {
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
-        } else if stance.frozen.is_none() {
-            stance.conform(&self.word);
+            stance.points.iter_mut().for_each(|p| p.u = 0.0);
+        } else {
+            stance.hold(&self.word);
         }
         let mut cycle = Cycle::new(stance, &self.word);
         loop {
@@ -283,7 +276,9 @@ impl<'a> ContactPhase<'a> {
                 _ => {}
             }
             let (t, end) = step.first_event(stance, log.left());
-            if t == f64::INFINITY || cycle.is_complete(stance) && log.end == f64::INFINITY {
+            if t == f64::INFINITY
+                || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
+            {
                 self.acceleration = Some(step.acceleration());
                 // What flies while nothing ever happens flies away, if it does not turn around with the rest.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
@@ -301,8 +296,11 @@ impl<'a> ContactPhase<'a> {
             let counted = log.count_step();
             match end {
                 StepEnd::Landing(i) => {
-                    let p = &mut stance.points[i];
-                    (p.h, p.u) = (0.0, p.u.min(0.0));
+                    for (j, p) in stance.points.iter_mut().enumerate() {
+                        if j == i || self.word[j] == Mode::Separate && p.lands() {
+                            (p.h, p.u) = (0.0, p.u.min(0.0));
+                        }
+                    }
                     return Next::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Leave(i, side) => {
@@ -310,7 +308,7 @@ impl<'a> ContactPhase<'a> {
                     return Next::End(PhaseEnd::Leave(i, side));
                 }
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),
-                StepEnd::Stop(i) => return Next::Stop(i),
+                StepEnd::Stop(i) => return Next::Stop(i, self.word[i]),
                 StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
                 StepEnd::Jam => return outcome(Outcome::Inconsistent),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
@@ -325,30 +323,132 @@ impl<'a> ContactPhase<'a> {
     }
 }
 
-/// Motion of one degree of freedom that keeps its energy, from its start: θ and ω determine each other.
+impl Stance {
+    /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
+    fn only(&self, word: &[Mode]) -> Option<usize> {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let i = closed.next()?;
+        let alone = closed.next().is_none() && self.frozen.is_none();
+        (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
+    }
+
+    /// Whether a body that slides on one contact slides away from the terrain of the others: downhill, or on level ground as
+    /// its centre of mass does, for ever.
+    fn slides_clear(&self, word: &[Mode]) -> bool {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let (Some(i), None) = (closed.next(), closed.next()) else { return true };
+        let tangent = self.points[i].tangent;
+        let speed = tangent.dot(&self.center.v);
+        let way = if tangent.y == 0.0 { speed } else { -tangent.y };
+        let clear = |p: &Point| p.normal.dot(&tangent) * way >= 0.0;
+        word[i] == Mode::Fixed || way * speed >= 0.0 && self.points.iter().all(clear)
+    }
+}
+
+/// Whether one contact is closed.
+fn is_single(word: &[Mode]) -> bool {
+    word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
+}
+
+/// A stretch of motion in which θ and ω determine each other's course, from its start.
 struct Cycle {
-    /// Whether nothing rubs.
-    smooth: bool,
+    kind: Course,
     theta: f64,
     omega: f64,
-    /// How often ω has changed its sign.
+    /// Where ω changed its sign, the last three times.
+    turned: [f64; 3],
+    /// How often it has.
     turns: usize,
+}
+
+/// Relative difference of the energies of two swings that are the same: a swing takes some twenty steps of a rounding each.
+const REPEATS: f64 = 1e-14;
+
+/// What keeps a motion going.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Course {
+    /// Nothing rubs: one degree of freedom that keeps its energy.
+    Smooth,
+    /// One contact slides down terrain steeper than its friction holds: θ and ω follow from themselves alone.
+    Downhill,
+    /// Anything else.
+    Other,
 }
 
 impl Cycle {
     fn new(stance: &Stance, word: &[Mode]) -> Self {
         let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
-        let smooth = !stance.points.iter().zip(word).any(rubs);
-        Self { smooth, theta: stance.spin.theta, omega: stance.spin.omega, turns: 0 }
+        let downhill = |i: usize| {
+            let p = &stance.points[i];
+            word[i] != Mode::Separate
+                && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
+        };
+        let kind = if !stance.points.iter().zip(word).any(rubs) {
+            Course::Smooth
+        } else if is_single(word) && (0..word.len()).any(downhill) {
+            Course::Downhill
+        } else {
+            Course::Other
+        };
+        let Spin { theta, omega } = stance.spin;
+        Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
     /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
-    /// around. As nothing happened on the way, nothing ever will.
-    fn is_complete(&mut self, stance: &Stance) -> bool {
+    /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
+    /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
+    fn is_complete(&mut self, stance: &Stance, word: &[Mode]) -> bool {
         let Spin { theta, omega } = stance.spin;
-        self.turns += usize::from(self.omega * omega < 0.0);
+        if self.omega * omega < 0.0 {
+            self.turns += 1;
+            self.turned = [self.turned[1], self.turned[2], theta];
+        }
         self.omega = omega;
-        let around = (theta - self.theta).abs() > std::f64::consts::TAU;
-        self.smooth && stance.frozen.is_none() && (self.turns > 2 || around)
+        if stance.frozen.is_some() || !stance.slides_clear(word) {
+            return false;
+        }
+        let [first, other, last] = self.turned;
+        match self.kind {
+            Course::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
+            Course::Downhill => (last - other).abs() <= (first - other).abs(),
+            Course::Other => false,
+        }
+    }
+}
+
+/// A swing about a fixed contact that begins where its sliding has come to an end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Swing {
+    contact: usize,
+    /// Way in which it slid, and in which it turns.
+    way: Mode,
+    turns_left: bool,
+    /// Energy of the rotation about the contact, per unit mass.
+    energy: f64,
+}
+
+impl Swing {
+    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
+        let contact = stance.only(word)?;
+        let Some(Next::Stop(i, way)) = last else { return None };
+        if i != contact || word[i] != Mode::Fixed {
+            return None;
+        }
+        let (p, omega) = (&stance.points[contact], stance.spin.omega);
+        // The centre of mass is at −(t b + n c) from the contact.
+        let height = -(p.tangent.y * p.b + p.normal.y * p.c);
+        let inertia = p.b * p.b + p.c * p.c + stance.rho2;
+        let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
+        Some(Self { contact, way, turns_left: omega > 0.0, energy })
+    }
+
+    /// Whether a later swing has no more energy. The swing follows from its energy alone, so does the next one, and with
+    /// less energy less happens: slips become smaller and smaller, and the swing without any is never left.
+    fn encloses(&self, later: &Self) -> bool {
+        self.is_like(later) && later.energy <= self.energy + REPEATS * self.energy.abs()
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.contact, self.way, self.turns_left) == (other.contact, other.way, other.turns_left)
     }
 }

@@ -95,6 +95,15 @@ impl Arc {
         self.h + dt * (self.u - 0.5 * self.g * dt) - (turn.versed * self.c + turn.lag * self.b)
     }
 
+    /// The terms of the gap (m) and of its rate (m/s) after `dt`, each as large as it is: what they have roundings of.
+    pub(crate) fn terms(&self, dt: f64, turn: &Turn) -> [f64; 2] {
+        let fall = self.g.abs() * dt;
+        let turned = (turn.versed * self.c).abs() + (turn.lag * self.b).abs();
+        let spun = (turn.sin * self.c).abs() + (turn.versed * self.b).abs();
+        let gap = self.h + dt * (self.u.abs() + 0.5 * fall) + turned;
+        [gap, self.u.abs() + fall + self.omega.abs() * spun]
+    }
+
     #[inline]
     pub(crate) fn rate_turned(&self, dt: f64, turn: &Turn) -> f64 {
         self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.versed * self.b)

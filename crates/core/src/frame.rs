@@ -133,8 +133,40 @@ impl Frame {
                 full.center.r += n * (self.share[i] * sum.path[i]);
                 full.center.v += n * (self.share[i] * sum.jump[i]);
             }
+            self.agree(frozen, body, &mut full);
         }
         full
+    }
+
+    /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
+    /// say, along the shortest way. Only where they are linear in its state, without spin at the start.
+    fn agree(&self, frozen: &Frozen, body: &Body, full: &mut Snapshot) {
+        let (start, turned) = (&self.start, self.spin.theta);
+        let (sin, cos) = (libm::sin(turned), libm::cos(turned));
+        let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
+        if !linear || self.spin.omega != 0.0 {
+            return;
+        }
+        let (mut gaps, mut rates) = ([0.0; 2], [0.0; 2]);
+        for i in (0..2).filter(|&i| full.gaps.h[i].is_finite()) {
+            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(sin, cos));
+            let moved =
+                n.dot(&(full.center.r - start.center.r)) + b * (full.spin.theta - start.spin.theta);
+            let sped =
+                n.dot(&(full.center.v - start.center.v)) + b * (full.spin.omega - start.spin.omega);
+            gaps[i] = full.gaps.h[i] - start.gaps.h[i] - moved;
+            rates[i] = full.gaps.u[i] - start.gaps.u[i] - sped;
+        }
+        let single = full.gaps.h.iter().any(|h| h.is_infinite());
+        let own = |y: [f64; 2]| if single { y } else { frozen.share(y) };
+        let (path, jump) = (own(gaps), own(rates));
+        for i in 0..2 {
+            let n = body.contacts[i].normal;
+            full.center.r += n * (self.share[i] * path[i]);
+            full.center.v += n * (self.share[i] * jump[i]);
+            full.spin.theta -= frozen.phi[i] * path[i];
+            full.spin.omega -= frozen.phi[i] * jump[i];
+        }
     }
 
     /// Own-rate accelerations by which the held contacts keep their gaps at zero.

@@ -3,10 +3,10 @@
 //! The same loop as for two contacts without friction in their impacts, but without its closed sums: an accumulation is
 //! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::clock::Clock;
-use crate::contact_motion::{Point, Stance, Step};
+use crate::contact_motion::{Point, Rounding, Stance, Step};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::flight::{Arc, parabola_touchdown};
 use crate::impact::Simultaneous;
@@ -30,6 +30,22 @@ const WEDGED: f64 = 1e-14;
 
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
 const STEEP: f64 = 8.0;
+/// Speed of a contact, in units of [`STOPPED`], at which it comes to rest together with one that does: in an accumulation
+/// of several their speeds differ by as much.
+const TOGETHER: f64 = 1e2;
+
+/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
+const BEYOND: f64 = 1e140;
+
+/// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
+/// body's own motion add to all gaps, a few times as much.
+const SIMULTANEOUS: f64 = 16.0;
+
+/// Impacts of one instant that are followed one by one before a limit of theirs is looked for.
+const LISTED: usize = 64;
+
+/// Roundings in the changes of velocity between two impacts of a contact in one instant.
+const ROUNDINGS: f64 = 64.0;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
@@ -93,6 +109,27 @@ fn next(arc: &Arc) -> Option<f64> {
     arc.touchdown()
 }
 
+impl Point {
+    /// Whether its gap is zero within its rounding, and closing: at this instant it lands, as the first contact does.
+    pub(crate) fn lands(&self) -> bool {
+        self.u < 0.0 && self.h <= SIMULTANEOUS * self.rounding.gap && self.h < f64::INFINITY
+    }
+}
+
+impl Rounding {
+    /// At the start: of the terms of a gap and of its rate.
+    pub(crate) fn new(gap: f64, rate: f64) -> Self {
+        Self { gap: f64::EPSILON * gap, rate: f64::EPSILON * rate }
+    }
+
+    /// After an arc of `dt` from a gap `h` on, whose terms sum up to `gap`, and those of its rate to `rate`.
+    pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
+        let before = if h == 0.0 { 0.0 } else { self.gap };
+        let own = Self::new(gap, rate);
+        Self { gap: before + self.rate * dt + own.gap, rate: self.rate + own.rate }
+    }
+}
+
 impl Stance {
     /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
     fn pull(&self, i: usize) -> f64 {
@@ -146,14 +183,16 @@ impl Stance {
     /// The state after a flight of `dt`.
     pub(crate) fn flown(&self, dt: f64) -> Self {
         let mut after = self.clone();
-        let turn = Turn::by(self.spin.omega * dt);
+        let turn = Turn::by(if self.frozen.is_some() { 0.0 } else { self.spin.omega * dt });
         for (i, p) in after.points.iter_mut().enumerate() {
+            let (arc, was) = (self.arc(i), &self.points[i]);
+            let [gap, rate] = arc.terms(dt, &turn);
+            p.rounding = was.rounding.after(dt, was.h, gap, rate);
             for side in 0..2 {
                 if p.place.sides[side] < f64::INFINITY {
                     p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
                 }
             }
-            let arc = self.arc(i);
             if self.frozen.is_some() {
                 p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
                 p.u = arc.u - arc.g * dt;
@@ -189,17 +228,39 @@ impl Stance {
         Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * p.c / rho2, tt: 1.0 + p.c * p.c / rho2 }
     }
 
-    /// An impulse (tangential, normal) per unit mass acts at contact `i`.
-    fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) {
+    /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
+    fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
         let hit = self.points[i];
         let force = hit.tangent * p_t + hit.normal * p_n;
         let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;
         self.center.v += force;
         self.spin.omega += turn;
         for p in &mut self.points {
-            p.u += p.normal.dot(&force) + p.b * turn;
+            let (push, twist) = (p.normal.dot(&force), p.b * turn);
+            p.u += push + twist;
+            p.rounding.rate += f64::EPSILON * (push.abs() + twist.abs());
         }
+        Vector3::new(force.x, force.y, turn)
     }
+}
+
+/// Impacts in one instant, without a flight between them.
+#[derive(Debug, Clone, Default)]
+struct Sequence {
+    clock: Clock,
+    hits: usize,
+    /// For each point: since it was hit last.
+    rounds: Vec<Round>,
+}
+
+/// From one impact at a point to the next at the same, in one instant.
+#[derive(Debug, Clone, Default)]
+struct Round {
+    /// Gap rates at its beginning; none before the first.
+    rates: Vec<f64>,
+    /// Change of velocity in this round, and in the one before.
+    change: Vector3<f64>,
+    before: Option<Vector3<f64>>,
 }
 
 /// The loop.
@@ -217,6 +278,7 @@ pub(crate) struct General<'a> {
     stretches: Vec<Stretch>,
     collisions: Vec<Struck>,
     zeno: Vec<Settled>,
+    sequence: Sequence,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
     acceleration: Option<[f64; 3]>,
@@ -241,6 +303,7 @@ impl<'a> General<'a> {
             stretches: Vec::new(),
             collisions: Vec::new(),
             zeno: Vec::new(),
+            sequence: Sequence::default(),
             warnings,
             undecided: None,
             acceleration: None,
@@ -249,6 +312,7 @@ impl<'a> General<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<GeneralRecord> {
+        self.note(vec![Mode::Separate; self.state.points.len()]); // a run that ends at once has one, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -277,7 +341,7 @@ impl<'a> General<'a> {
             if !self.log.count() {
                 return Outcome::EventLimit;
             }
-            if self.state.center.r.norm() > self.options.neighbourhood {
+            if self.state.center.r.norm() > self.options.neighbourhood.min(BEYOND) {
                 return Outcome::Escape;
             }
             let speed =
@@ -346,7 +410,7 @@ impl<'a> General<'a> {
             return None;
         }
         for (p, landing) in self.state.points.iter_mut().zip(landings) {
-            if landing == Some(first) {
+            if landing == Some(first) || p.lands() {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }
@@ -409,7 +473,7 @@ impl<'a> General<'a> {
         let velocity = old.tangent * self.state.slip(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
-        p.nominal = p.normal.dot(&(piece.origin - com));
+        p.held = None;
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
         }
@@ -478,7 +542,7 @@ impl<'a> General<'a> {
                 self.warnings.push(tie);
             }
             if self.options.simultaneous == Simultaneous::Newton {
-                return self.together();
+                return if self.sum_up(chosen[0]) { self.stop_slow() } else { self.together() };
             }
         }
         let last = self.options.simultaneous == Simultaneous::LastContactFirst;
@@ -487,17 +551,22 @@ impl<'a> General<'a> {
         let material = self.material(i);
         let restitution = material.restitution;
         let w = self.state.impact_matrix(i);
-        let rate = self.state.points[i].u;
+        let (rate, rounding) = (self.state.points[i].u, self.state.points[i].rounding);
         let law = self.options.impact;
+        if self.sum_up(i) {
+            return self.stop_slow();
+        }
         let Some(impulse) = impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
         else {
             self.warnings.push(format!("the law of impact has no answer at contact {}", i + 1));
             return Some(Outcome::Inconsistent);
         };
         let before = self.rates();
-        self.state.kick(i, impulse);
-        if law != Impact::Poisson && law != Impact::Stronge {
-            self.state.points[i].u = -restitution * rate; // the law itself, not its rounding
+        self.kick(i, impulse);
+        if restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge) {
+            let p = &mut self.state.points[i];
+            p.u = -restitution * rate; // the law itself, not its rounding
+            p.rounding.rate = restitution * (rounding.rate + f64::EPSILON * rate.abs());
         }
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
@@ -535,7 +604,7 @@ impl<'a> General<'a> {
             self.warnings.push(warning);
         }
         let before = self.rates();
-        self.state.kick(i, impulse);
+        self.kick(i, impulse);
         if self.material(i).restitution == 0.0 {
             self.state.points[i].u = 0.0; // the end of compression, not its rounding
         }
@@ -591,7 +660,7 @@ impl<'a> General<'a> {
             return Some(Outcome::Inconsistent);
         };
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
-            self.state.kick(i, [0.0, force[1]]);
+            self.kick(i, [0.0, force[1]]);
         }
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
             self.state.points[i].u = -restitutions[i] * before[i].min(0.0);
@@ -603,24 +672,107 @@ impl<'a> General<'a> {
         self.stop_slow()
     }
 
-    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest.
+    /// An impulse (tangential, normal) per unit mass acts at point `i`.
+    fn kick(&mut self, i: usize, impulse: [f64; 2]) {
+        let change = self.state.kick(i, impulse);
+        for round in &mut self.sequence.rounds {
+            round.change += change;
+        }
+    }
+
+    /// Point `i` is about to be hit, after others in the same instant. Where the rounds of impacts from one at `i` to the
+    /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + Δv r/(1 − r)
+    /// ```
+    ///
+    /// Contacts whose rates come to zero with it are hit infinitely often; they come to rest.
+    fn sum_up(&mut self, i: usize) -> bool {
+        let rates: Vec<f64> = self.state.points.iter().map(|p| p.u).collect();
+        let sequence = &mut self.sequence;
+        if sequence.clock != self.log.clock || sequence.rounds.len() != rates.len() {
+            let rounds = vec![Round::default(); rates.len()];
+            *sequence = Sequence { clock: self.log.clock, hits: 0, rounds };
+        }
+        sequence.hits += 1;
+        let round = &mut sequence.rounds[i];
+        let before = (!round.rates.is_empty()).then_some(round.change);
+        let next = Round { rates: rates.clone(), change: Vector3::zeros(), before };
+        let Round { rates: start, change, before } = std::mem::replace(round, next);
+        let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
+        let ratio = rates[i] / start[i];
+        if !(0.0 < ratio && ratio < 1.0) {
+            return false;
+        }
+        let sum = ratio / (1.0 - ratio);
+        let few = ROUNDINGS * f64::EPSILON;
+        if !((change - last * ratio).norm() <= few * change.norm()) {
+            return false;
+        }
+        let mut end = self.state.clone();
+        end.center.v += change.xy() * sum;
+        end.spin.omega += change.z * sum;
+        for (j, p) in end.points.iter_mut().enumerate() {
+            if p.h > 0.0 {
+                p.u += sum * (p.normal.dot(&change.xy()) + p.b * change.z);
+                continue;
+            }
+            p.u += (rates[j] - start[j]) * sum;
+            if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
+                p.u = 0.0;
+            } else if p.u < 0.0 {
+                return false; // it is hit before
+            }
+        }
+        // Who slides through all of it has to slide the same way at its end.
+        let turns_back = |j: usize| {
+            let (slip, after) = (self.state.slip(j), end.slip(j));
+            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.fastest
+        };
+        if (0..rates.len()).any(turns_back) {
+            return false;
+        }
+        self.state = end;
+        true
+    }
+
+    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest, and with the
+    /// first of them those that are about to: one that stops by itself in a common accumulation would change the course
+    /// of the others, whose impacts then might go on for ever at the edge of what counts.
     fn stop_slow(&mut self) -> Option<Outcome> {
-        let limit = STOPPED * self.fastest;
+        let (n, limit) = (self.state.points.len(), STOPPED * self.fastest);
+        let all = TOGETHER * limit;
+        let square = |state: &Stance, i: usize| {
+            let (p, pull) = (&state.points[i], state.arc(i).effective_gravity());
+            let bounces = pull > 0.0 || p.h == 0.0;
+            if bounces { p.u * p.u + 2.0 * pull * p.h } else { f64::INFINITY }
+        };
+        if !(0..n).any(|i| square(&self.state, i) <= limit * limit) {
+            return None;
+        }
         let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
-        for i in 0..self.state.points.len() {
-            let pull = self.state.arc(i).effective_gravity();
+        for i in 0..n {
+            let (own, pull) = (square(&self.state, i), self.state.arc(i).effective_gravity());
             let loss = 1.0 - self.material(i).restitution;
             let p = &mut self.state.points[i];
-            let square = p.u * p.u + 2.0 * pull * p.h;
-            if pull > 0.0 && square <= limit * limit {
+            if own <= all * all {
                 (p.h, p.u) = (0.0, 0.0);
                 if !self.resting[i] {
-                    error = error.max(2.0 * square.max(0.0).sqrt() / (pull * loss));
+                    if pull > 0.0 {
+                        error = error.max(2.0 * own.max(0.0).sqrt() / (pull * loss));
+                    }
                     stopped.push(i);
                 }
             }
         }
-        if stopped.is_empty() { None } else { self.settle(&stopped, false, error) }
+        if stopped.is_empty() {
+            return None;
+        }
+        for p in &mut self.state.points {
+            p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + all };
+        }
+        self.settle(&stopped, false, error)
     }
 
     /// Notes that these contacts have come to rest.

@@ -44,6 +44,8 @@ pub(crate) struct Driver<'a> {
     local: bool,
     /// For each contact: the last round of a frozen geometry that ended with its landing.
     rounds: [Option<rest::Round>; 2],
+    /// The way in which each contact last slid: +1 right, −1 left.
+    slid: [f64; 2],
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -73,6 +75,7 @@ impl<'a> Driver<'a> {
             undecided: None,
             cause: Some(Cause::Start),
             rounds: [None; 2],
+            slid: [0.0; 2],
             resting: [false; 2],
             frames: vec![first],
             base,
@@ -172,7 +175,7 @@ impl<'a> Driver<'a> {
             zeno: self.zeno,
             warnings: self.warnings,
             collisions: self.log.collisions,
-            spins: self.log.spins,
+            bodies: self.log.bodies,
             hits: self.log.hits,
             end,
             state,
@@ -393,7 +396,7 @@ impl<'a> Driver<'a> {
                 });
             }
         }
-        self.align_spins();
+        self.align_bodies();
         self.note(Kind::Flight);
         if together && jump[0] > 0.0 && jump[1] > 0.0 {
             return self.bounce_together(rates);
@@ -418,10 +421,10 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One spin beside each collision.
-    fn align_spins(&mut self) {
-        let spin = self.tumble.as_ref().map(|state| state.spin).unwrap_or_default();
-        self.log.spins.resize(self.log.collisions.len(), spin);
+    /// One body beside each collision.
+    fn align_bodies(&mut self) {
+        let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
+        self.log.bodies.resize(self.log.collisions.len(), body);
     }
 
     fn warn_of_tie(&mut self) {
@@ -586,7 +589,7 @@ impl<'a> Driver<'a> {
                 clatter::fly(&model, &mut self.gaps, &mut self.sum, &mut self.log)
             }
         };
-        self.align_spins();
+        self.align_bodies();
         match halt {
             Halt::Bounce { contact, duration } => {
                 let model = self.model();

@@ -57,8 +57,9 @@ const STEP: usize = 20;
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// Beside each collision of the full model; elsewhere default values.
-    pub(crate) spins: Vec<Spin>,
+    /// The body after each collision of the full model; elsewhere default values. A replay that summed the impulses anew
+    /// would round them anew.
+    pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.
     pub(crate) end: f64,
@@ -85,7 +86,7 @@ impl<'a> Log<'a> {
         Self {
             clock: Clock::default(),
             collisions: Vec::new(),
-            spins: Vec::new(),
+            bodies: Vec::new(),
             record,
             end,
             hits: 0,

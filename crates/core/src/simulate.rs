@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
-use crate::contact_motion::{Point, Stance};
+use crate::contact_motion::{Point, Rounding, Stance};
 use crate::error::{Error, finite, in_range, positive};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::General;
@@ -237,12 +237,16 @@ pub fn simulate_until(
         let theta = if local { 0.0 } else { state.q.z };
         let (sin, cos) = (libm::sin(theta), libm::cos(theta));
         let points = unders.iter().enumerate().map(|(i, under)| {
-            let Geometry { tangent, normal, c, offset, .. } = under.geometry;
-            let nominal = c - offset;
+            let Geometry { tangent, normal, .. } = under.geometry;
             let (b, c) = under.geometry.turned(sin, cos);
             let friction = posture.contacts()[i].friction;
             let (place, h, u) = (under.place, heights[i], rates[i]);
-            Point { normal, tangent, friction, b, c, nominal, place, h, u }
+            let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
+            let rounding = Rounding::new(
+                state.q.xy().norm() + place_terms,
+                state.qdot.xy().norm() + spin.abs(),
+            );
+            Point { normal, tangent, friction, b, c, held: None, place, h, u, rounding }
         });
         let start = Stance {
             points: points.collect(),

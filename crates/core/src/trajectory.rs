@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::{GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
-use crate::log::{Collision, Spin};
+use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
 use crate::simulate::{Model, Options, State};
@@ -301,7 +301,7 @@ pub(crate) struct Record {
     pub(crate) zeno: Vec<ZenoRecord>,
     pub(crate) warnings: Vec<String>,
     pub(crate) collisions: Vec<Collision>,
-    pub(crate) spins: Vec<Spin>,
+    pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) hits: usize,
     pub(crate) end: Snapshot,
     pub(crate) state: State,
@@ -415,7 +415,7 @@ impl Record {
             zeno: Vec::new(),
             warnings: general.warnings.clone(),
             collisions: Vec::new(),
-            spins: Vec::new(),
+            bodies: Vec::new(),
             hits: general.hits,
             end: Snapshot { clock: general.clock, ..Snapshot::default() },
             state,
@@ -635,7 +635,7 @@ impl Trajectory {
             let held = mode.contains(|letter| letter != 'S');
             let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
             match phases.last_mut() {
-                Some(last) if last.mode == mode && !leaves => {}
+                Some(last) if last.mode == mode && last.start < start && !leaves => {}
                 Some(last) if last.start == start => {
                     (last.mode, last.cause) = (mode, cause.unwrap_or(last.cause));
                 }
@@ -729,7 +729,8 @@ impl Trajectory {
             });
         }
         let (start, end) = (self.options.time, self.time());
-        let even = count.div_ceil(2);
+        // Without a phase the run ends where it begins.
+        let even = if pieces.is_empty() { count } else { count.div_ceil(2) };
         let busy = count - even;
         let at = |k: usize, n: usize| k as f64 / n as f64;
         let mut times: Vec<f64> =
@@ -806,15 +807,14 @@ impl Trajectory {
     }
 
     fn pieces(&self) -> Result<&[Piece], Error> {
-        let pieces = &self.expanded().pieces;
-        if !self.options.record || pieces.is_empty() {
+        if !self.options.record {
             return Err(Error::Unusable {
                 field: "record".into(),
                 value: "false".into(),
                 allowed: "record = true, so that the trajectory is kept".into(),
             });
         }
-        Ok(pieces)
+        Ok(&self.expanded().pieces)
     }
 
     fn expanded(&self) -> &Expanded {
@@ -852,13 +852,8 @@ impl Trajectory {
                     raw.impulses.jump[i] += c.jump;
                     frame.share(i)
                 } else {
-                    raw.spin = record.spins[index];
-                    let share = record.base.share(i, raw.spin.theta);
-                    if let Some(body) = &record.base.body {
-                        raw.center.fly(body.gravity, dt);
-                        raw.center.v += body.contacts[i].normal * (share * c.jump);
-                    }
-                    share
+                    (raw.center, raw.spin) = record.bodies[index];
+                    record.base.share(i, raw.spin.theta)
                 };
                 expanded.shares.push(share);
                 expanded.pieces.push(Piece { frame: span.frame, raw, kind: Kind::Flight });

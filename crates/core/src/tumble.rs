@@ -248,7 +248,7 @@ impl Tumble {
                     jump,
                     other_gap: self.gaps.h[1 - contact],
                 });
-                log.spins.push(self.spin);
+                log.bodies.push((self.center, self.spin));
             }
             if let Some(stop) = self.accumulates(contact, landing.dt, log) {
                 return stop;

@@ -2,7 +2,7 @@
 
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
-use crate::contact_motion::{Point, Stance};
+use crate::contact_motion::{Point, Rounding, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
@@ -30,10 +30,11 @@ impl Base {
                 friction,
                 b,
                 c,
-                nominal: k.c,
+                held: None,
                 place: Place::anywhere(i),
                 h: at.gaps.h[i],
                 u: at.gaps.u[i],
+                rounding: Rounding::default(),
             }
         });
         Some(Stance {
@@ -99,7 +100,13 @@ impl Driver<'_> {
         loop {
             let (frames, spans) = (&mut self.frames, &mut self.spans);
             let first_collision = self.log.collisions.len();
+            let slid = &mut self.slid;
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
+                for (way, mode) in slid.iter_mut().zip(word) {
+                    if mode.direction() != 0.0 {
+                        *way = mode.direction();
+                    }
+                }
                 if !record {
                     return;
                 }
@@ -124,6 +131,7 @@ impl Driver<'_> {
                 frozen = None;
                 phase.brief = false;
                 phase.stance = self.base.stance(&full, None).unwrap_or(phase.stance);
+                phase.stance.thaw();
                 continue;
             }
             self.cause = phase.cause;
@@ -177,8 +185,11 @@ impl Driver<'_> {
         let omega = limit(now.spin.omega, before.spin.omega);
         let theta = place(now.spin.theta, before.spin.theta, omega);
         end.spin = Spin { theta, omega };
-        // Who slides through all of it has to slide the same way at its end.
-        let turns_back = |i: usize| stance.slip(i) * end.slip(i) < 0.0;
+        // Who slides through all of it has to slide the same way at its end, and as it last slid while it touched.
+        let turns_back = |i: usize| {
+            stance.slip(i) * end.slip(i) < 0.0
+                || stance.points[i].friction > 0.0 && self.slid[i] * end.slip(i) < 0.0
+        };
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
         }

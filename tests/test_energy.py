@@ -1,0 +1,116 @@
+"""Energy never rises, between any two instants of a run, with any law of impact that promises it.
+
+A run's scale of energy is what it has at most to move with: its energy at the start, above that of the lowest place its
+centre of mass comes to, and no less than of a start that counts as touching. Kinetic and potential energy are rounded to
+1e-16 of it each, and every event adds a few roundings.
+"""
+
+import math
+import os
+
+import numpy as np
+import pytest
+import standfast as sf
+
+#: Random runs for each law.
+RUNS = int(os.environ.get("STANDFAST_ENERGY_RUNS", "250"))
+#: Rise of the energy, relative to the scale of the run, that is rounding: a few hundred units in the last place.
+ROUNDING = 1e-13
+#: Height of a start that counts as touching: 1e-12 of a body of about a metre.
+TOUCH = 1e-12
+#: Most contacts for which a law promises it: Newton's and Chatterjee and Ruina's impacts lose energy one by one whatever
+#: else is touching; so do Routh's processes, but with them other contacts may be pressed on meanwhile.
+LAWS = {"newton": 4, "poisson": 1, "stronge": 1, "chatterjee-ruina": 4}
+
+
+def draw(rng, law):
+    """A body of about a metre over terrain of any slopes, and how it is thrown."""
+    g = 9.81
+    level = rng.random() < 0.3
+    contacts = [
+        sf.Contact(
+            point=(rng.uniform(-1, 1), 0.0 if level else rng.uniform(-0.3, 0.3)),
+            slope=0.0 if level else rng.uniform(-0.7, 0.7),
+            friction=rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
+            restitution=rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
+            tangential_restitution=rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0,
+        )
+        for _ in range(rng.integers(1, LAWS[law] + 1))
+    ]
+    posture = sf.Posture(
+        mass=math.exp(rng.uniform(-2, 2)),
+        gyration_radius=math.exp(rng.uniform(math.log(0.05), math.log(1.5))),
+        center_of_mass=(rng.uniform(-0.5, 0.5), rng.uniform(-0.2, 1.0)),
+        contacts=contacts,
+        restitution=rng.uniform(0, 0.95) if rng.random() < 0.8 else 0.0,
+        gravity=g,
+    )
+    q = np.array([0.0, 0.0, rng.uniform(-0.1, 0.1) if rng.random() < 0.7 else 0.0])
+    model = "full" if rng.random() < 0.6 else "local"
+    gaps = posture.gaps(q) if model == "full" else frozen(posture, q)
+    lift = max(
+        -gap / math.cos(contact.slope)
+        for gap, contact in zip(gaps, contacts, strict=True)
+    )
+    height = 10 ** rng.uniform(-5, 0) if rng.random() < 0.9 else 0.0
+    q[1] = lift + height
+    spin = 10 ** rng.uniform(-2, 2) if rng.random() < 0.5 else 0.5
+    qdot = rng.normal(size=3) * (0.5, 0.5, spin) * (rng.random() < 0.9)
+    simultaneous = rng.choice(["newton", "first-contact-first", "last-contact-first"])
+    if law != "newton" and simultaneous == "newton":
+        simultaneous = "first-contact-first"
+    options = {
+        "model": model,
+        "impact": law,
+        "simultaneous": str(simultaneous),
+        "time_limit": 10.0,
+        "event_limit": 20_000,
+    }
+    return posture, q, qdot, options
+
+
+def frozen(posture, q):
+    """Gaps of the local model, N·q."""
+    x, y = posture.center_of_mass
+    found = []
+    for contact in posture.contacts:
+        cos, sin = math.cos(contact.slope), math.sin(contact.slope)
+        b = cos * (contact.point[0] - x) + sin * (contact.point[1] - y)
+        found.append(-sin * q[0] + cos * q[1] + b * q[2])
+    return found
+
+
+def rise(run):
+    """Largest rise of the energy from any instant to a later one, relative to the scale of the run."""
+    posture = run.posture
+    events = [t for phase in run.phases for t in (phase.start, phase.end)]
+    struck = run.impacts["time"]
+    times = np.concatenate(
+        [run.sample(300)[0], events[:600], struck[:300], struck[-50:]]
+    )
+    times = np.unique(np.clip(times, 0.0, run.time))
+    energy = run.energy(times)
+    heights = run.at(times)[0][:, 1]
+    weight = posture.mass * posture.gravity
+    scale = max(energy[0] - weight * heights.min(), weight * TOUCH)
+    assert np.isfinite(energy).all()
+    # Two roundings of the number itself, at the height it is counted from.
+    rounded = 2 * np.finfo(float).eps * np.abs(energy).max()
+    rises = energy - np.minimum.accumulate(energy) - rounded
+    return float(rises.max() / scale)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_never_rises(law):
+    worst, outcomes = (0.0, None), {}
+    for seed in range(RUNS):
+        rng = np.random.default_rng([1988, seed])
+        posture, q, qdot, options = draw(rng, law)
+        run = sf.simulate(posture, q, qdot, **options)
+        outcomes[run.outcome] = outcomes.get(run.outcome, 0) + 1
+        risen = rise(run)
+        worst = max(worst, (risen, seed))
+        assert risen <= ROUNDING, f"seed {seed}: {posture!r}, {q}, {qdot}, {options}"
+    print(
+        f"{law}: {RUNS} runs, largest rise {worst[0]:.1e} (seed {worst[1]}), {outcomes}"
+    )
