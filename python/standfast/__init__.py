@@ -29,12 +29,15 @@ from standfast._core import (
     Run,
     Scene,
     SolverError,
+    Verdict,
     ZenoPoint,
     __version__,
     contact_modes,
+    equilibrium_region,
     load,
     schema,
     simulate,
+    stability,
 )
 
 __all__ = [
@@ -48,10 +51,13 @@ __all__ = [
     "Run",
     "Scene",
     "SolverError",
+    "Verdict",
     "ZenoPoint",
     "__version__",
     "contact_modes",
+    "equilibrium_region",
     "load",
     "schema",
     "simulate",
+    "stability",
 ]

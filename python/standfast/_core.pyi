@@ -34,6 +34,16 @@ _Kind: TypeAlias = str
 _Cause: TypeAlias = Literal[
     "start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment"
 ]
+_Stability: TypeAlias = Literal["stable", "unstable", "undecided"]
+_By: TypeAlias = Literal[
+    "not-equilibrium",
+    "theorem-3",
+    "theorem-3-loose",
+    "goyal",
+    "corner-map",
+    "growing-cycle",
+    "accelerating-mode",
+]
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
 ]
@@ -49,12 +59,15 @@ __all__ = [
     "Run",
     "Scene",
     "SolverError",
+    "Verdict",
     "ZenoPoint",
     "__version__",
     "contact_modes",
+    "equilibrium_region",
     "load",
     "schema",
     "simulate",
+    "stability",
 ]
 
 __version__: Final[str]
@@ -364,6 +377,51 @@ class Modes:
     def __getitem__(self, word: str, /) -> ContactMode: ...
     def __eq__(self, other: object, /) -> bool: ...
 
+@final
+class Verdict:
+    @property
+    def equilibrium(self) -> bool: ...
+    @property
+    def equilibrium_margin(self) -> float: ...
+    @property
+    def equilibrium_region(self) -> tuple[float, float] | None: ...
+    @property
+    def kinematic_strong(self) -> bool: ...
+    @property
+    def kinematic_strong_strict(self) -> bool: ...
+    @property
+    def kinematic_margin(self) -> float: ...
+    @property
+    def unambiguous(self) -> bool: ...
+    @property
+    def coupling(self) -> float: ...
+    @property
+    def clattering(self) -> bool: ...
+    @property
+    def clattering_margin(self) -> float: ...
+    @property
+    def chatter(self) -> bool: ...
+    @property
+    def chatter_margin(self) -> float: ...
+    @property
+    def energy(self) -> bool: ...
+    @property
+    def frictional_stability(self) -> _Stability: ...
+    @property
+    def by(self) -> _By | None: ...
+    @property
+    def evidence(self) -> Any: ...
+    @property
+    def delicate(self) -> bool: ...
+    @property
+    def modes(self) -> Modes: ...
+    @property
+    def posture(self) -> Posture: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self, path: _Path) -> None: ...
+
+def stability(posture: Posture) -> Verdict: ...
+def equilibrium_region(posture: Posture) -> tuple[float, float] | None: ...
 def contact_modes(
     posture: Posture | ContactProblem,
     q: _Triple = ...,

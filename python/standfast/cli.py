@@ -91,6 +91,30 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
 
 
 @app.command
+def stability(
+    scene: Annotated[Path, Parameter(converter=_path)],
+    *,
+    json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+) -> None:
+    """Print whether the posture of a scene is stable, and why.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON.
+    json
+        Write the verdict with its evidence to this file, as JSON.
+    """
+    _writable(json, "--json")
+    verdict = sf.stability(sf.load(scene).posture)
+    _say(f"{scene.name}\n{verdict}")
+    if json is not None:
+        with _replacing(json) as path:
+            verdict.to_json(path)
+        _say(f"wrote {json}")
+
+
+@app.command
 def schema() -> None:
     """Print the JSON Schema of scene files."""
     _say(sf.schema().rstrip())

@@ -76,6 +76,107 @@ def modes_table(modes: sf.Modes) -> str:
     return "\n".join(lines)
 
 
+#: What the argument of a verdict says.
+ARGUMENTS = {
+    "not-equilibrium": "no forces at the contacts hold the body",
+    "theorem-3": "kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon",
+    "theorem-3-loose": "kinematic-strong and clattering converges: Theorem 3 of Or and Rimon",
+    "goyal": "kinematic-strong, and impacts alternate for ever without gravity (Goyal's bound)",
+    "corner-map": "every sequence of corners shrinks, or ends at rest",
+    "growing-cycle": "a cycle of corners comes again and again, larger every time",
+    "accelerating-mode": "a contact mode leads away and does not come back",
+}
+
+
+def verdict_table(verdict: sf.Verdict) -> str:
+    """A verdict on a posture, with what it rests on.
+
+    >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+    >>> print(sf.stability(rod))
+      stability         stable, by theorem-3
+        kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon
+      equilibrium       yes: centre of mass at 0 m, region from -0.5 to 0.5 m
+      modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)
+        word  kinematics                                        forces  acceleration / (m/s^2, rad/s^2)  forces (tangential, normal) / N
+        SS    fail at 1: a_n > 0 by 0.371, 2: a_n > 0 by 0.371  fit     (0, -9.81, 0)                    none
+        SF    fail at 1: a_n > 0 by 0.64                        fit     (0, -8.4569, 16.9138)            2: (0, 1.3531)
+        SR    fail at 1: a_n > 0 by 0.64, 2: a_t > 0 by 0.0256  fit     (-0.676552, -8.4569, 16.9138)    2: (-0.676552, 1.3531)
+        SL    fail at 1: a_n > 0 by 0.64, 2: a_t < 0 by 0.0256  fit     (0.676552, -8.4569, 16.9138)     2: (0.676552, 1.3531)
+        FS    fail at 2: a_n > 0 by 0.64                        fit     (0, -8.4569, -16.9138)           1: (0, 1.3531)
+        FF    fit                                               fit     (0, 0, 0)                        1: (0, 4.905)  2: (0, 4.905)
+        RS    fail at 1: a_t > 0 by 0.0256, 2: a_n > 0 by 0.64  fit     (-0.676552, -8.4569, -16.9138)   1: (-0.676552, 1.3531)
+        RR    fail at 1: a_t > 0 by 0.186, 2: a_t > 0 by 0.186  fit     (-4.905, -4.35652e-15, 0)        1: (-2.4525, 4.905)  2: (-2.4525, 4.905)
+        LS    fail at 1: a_t < 0 by 0.0256, 2: a_n > 0 by 0.64  fit     (0.676552, -8.4569, -16.9138)    1: (0.676552, 1.3531)
+        LL    fail at 1: a_t < 0 by 0.186, 2: a_t < 0 by 0.186  fit     (4.905, -4.35652e-15, 0)         1: (2.4525, 4.905)  2: (2.4525, 4.905)
+      kinematic-strong  yes, margin 0.1857; strict reading: yes; FF alone consistent: yes
+      clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
+    """
+    x = verdict.posture.center_of_mass[0]
+    where = f"centre of mass at {x:.6g} m, "
+    region = verdict.equilibrium_region
+    where += (
+        "region empty"
+        if region is None
+        else f"region from {region[0]:.6g} to {region[1]:.6g} m"
+    )
+    argument = "" if verdict.by is None else f", by {verdict.by}"
+    lines = [f"  stability         {verdict.frictional_stability}{argument}"]
+    if verdict.by is not None:
+        lines.append(f"    {ARGUMENTS[verdict.by]}")
+    lines += [
+        f"  equilibrium       {_yes(verdict.equilibrium)}: {where}",
+        "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",
+        *aligned(
+            [
+                (
+                    "word",
+                    "kinematics",
+                    "forces",
+                    "acceleration / (m/s^2, rad/s^2)",
+                    "forces (tangential, normal) / N",
+                ),
+                *(_tests(verdict.modes[word]) for word in verdict.modes),
+            ]
+        ),
+        f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
+        f" strict reading: {_yes(verdict.kinematic_strong_strict)}; FF alone consistent:"
+        f" {_yes(verdict.unambiguous)}",
+        f"  clattering        coupling {verdict.coupling:.6g}; converges: {_yes(verdict.clattering)},"
+        f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
+        f" margin {verdict.chatter_margin:.4g}",
+    ]
+    if verdict.delicate:
+        lines.append(
+            "  delicate          a margin is so small that rounding may decide"
+        )
+    return "\n".join(lines)
+
+
+def _yes(answer: bool) -> str:
+    return "yes" if answer else "no"
+
+
+def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
+    """Kinematics and forces of a word at rest, apart."""
+    if mode.determined == "impossible":
+        return mode.word, "no motion", "", "", ""
+    words = {}
+    for kind in ("a_", "f_"):
+        failed = [
+            f"{number}: {test} by {abs(value):.3g}"
+            for number, test, value in mode.margins
+            if kind in test and f"contact {number}: {test}" in mode.violated
+        ]
+        words[kind] = f"fail at {', '.join(failed)}" if failed else "fit"
+    return (
+        mode.word,
+        words["a_"],
+        words["f_"],
+        _vector(mode.acceleration),
+        _forces(mode.forces),
+    )
+
+
 def _failure(mode: sf.ContactMode) -> tuple[bool, bool, float]:
     """How far a word is from being consistent; 0 for all that are."""
     worst = min((value for _, _, value in mode.margins), default=0.0)

@@ -44,6 +44,7 @@ mod posture;
 mod roots;
 mod scene;
 mod simulate;
+mod stability;
 mod terrain;
 mod tolerance;
 mod trajectory;
@@ -65,6 +66,11 @@ pub use scene::Scene;
 pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
+pub use stability::{
+    By, CornerStep, Evidence, Reason, SelfSimilar, Stability, Verdict, chatter_bound,
+    chatter_restitution, clattering_bound, clattering_restitution, coupling, equilibrium_region,
+    neimark_sacker, self_similar, stability,
+};
 pub use terrain::MAX_VERTICES;
 pub use tolerance::TOUCH;
 pub use trajectory::{

@@ -9,6 +9,7 @@ mod options;
 mod posture;
 mod run;
 mod scene;
+mod stability;
 
 #[pymodule]
 mod _core {
@@ -24,6 +25,8 @@ mod _core {
     use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
+    #[pymodule_export]
+    use crate::stability::{PyVerdict, equilibrium_region, stability};
 
     use crate::input;
     use crate::options::{call, stopped};

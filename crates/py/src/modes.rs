@@ -300,6 +300,13 @@ pub(crate) struct PyModes {
 }
 
 impl PyModes {
+    /// All words of a problem.
+    pub(crate) fn enumerated(problem: ContactProblem) -> PyResult<Self> {
+        let method = Method::Enumerate;
+        let modes = standfast::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
+        Ok(Self { question: Arc::new(Question { problem, method }), modes })
+    }
+
     fn get(&self, letters: &str) -> Option<&ModeAnswer> {
         letters.parse().ok().and_then(|word| self.modes.get(word))
     }

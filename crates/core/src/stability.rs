@@ -1,0 +1,457 @@
+//! Whether a posture on two frictional contacts is stable: after any small kick the body comes back to rest near it.
+//!
+//! The verdict of the paper, with its evidence, and what goes beyond it [Or & Rimon 2008]:
+//!
+//! 1. equilibrium: the centre of mass lies over the equilibrium region;
+//! 2. kinematic-strong equilibrium: no word other than FF fits kinematics and forces;
+//! 3. clattering convergence (10): with 2. it is Theorem 3, frictional stability;
+//! 4. where these are silent: Goyal's bound instead of (10), and the corner map, in intervals.
+//!
+//! Everything here speaks of the local model: small motions, to first order.
+
+mod certify;
+mod clattering;
+mod corner;
+mod interval;
+mod region;
+
+pub use clattering::{
+    SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
+    coupling, neimark_sacker, self_similar,
+};
+pub use region::equilibrium_region;
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::modes::{Condition, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
+use crate::posture::Posture;
+use crate::simulate::State;
+use crate::trajectory::ContactNumber;
+pub use certify::Reason;
+
+use certify::Decision;
+use corner::CornerMap;
+
+/// Whether a body comes back to rest after any small kick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stability {
+    /// It does.
+    Stable,
+    /// Some kicks, however small, lead away.
+    Unstable,
+    /// None of the arguments says which.
+    Undecided,
+}
+
+impl Stability {
+    /// As the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// The argument of a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum By {
+    /// The contacts cannot hold the body.
+    NotEquilibrium,
+    /// Kinematic-strong in the strict reading, and (10): Theorem 3.
+    Theorem3,
+    /// Kinematic-strong, and (10): Theorem 3.
+    Theorem3Loose,
+    /// Kinematic-strong, and Goyal's bound.
+    Goyal,
+    /// Every sequence of corners shrinks.
+    CornerMap,
+    /// A cycle of corners grows.
+    GrowingCycle,
+    /// A mode leads away, and does not come back.
+    AcceleratingMode,
+}
+
+impl By {
+    /// As the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::NotEquilibrium => "not-equilibrium",
+            Self::Theorem3 => "theorem-3",
+            Self::Theorem3Loose => "theorem-3-loose",
+            Self::Goyal => "goyal",
+            Self::CornerMap => "corner-map",
+            Self::GrowingCycle => "growing-cycle",
+            Self::AcceleratingMode => "accelerating-mode",
+        }
+    }
+}
+
+impl Serialize for By {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_str().serialize(serializer)
+    }
+}
+
+/// A corner: one contact on the terrain, the other one lands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CornerStep {
+    /// The contact that lands.
+    pub contact: ContactNumber,
+    /// φ, in rad: landing speed −u_j = r cos φ, sliding speed v_t,i = r sin φ of the other contact.
+    pub phi: f64,
+    /// ln r′/r to the next corner.
+    pub growth: f64,
+}
+
+/// The data of the argument.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Evidence {
+    /// Margins of the verdict itself say it all.
+    Margins,
+    /// Cells per contact and a potential V for each (contact 1 first, φ from −π/2 to π/2, of the angle atan(ξ/y)):
+    /// V(cell) ≥ ln G + 1e-9 + V(next), so that no sequence of corners grows for ever.
+    Potential {
+        /// Cells per contact.
+        cells: usize,
+        /// V of each.
+        potential: Vec<f64>,
+    },
+    /// Corners that come again and again, larger every time.
+    Cycle(Vec<CornerStep>),
+    /// A word that is consistent at rest and leads away.
+    Word(String),
+    /// A corner that leads away; none if sliding on one contact or both does.
+    Away(Option<CornerStep>),
+    /// Why the corner map does not decide, and what is left over.
+    Left {
+        /// Painlevé's jam, several modes, energy, a flight, or cells.
+        reason: Reason,
+        /// Cells per contact.
+        cells: usize,
+        /// The cells left over: (contact, [from, to]) in atan(ξ/y).
+        left: Vec<(ContactNumber, [f64; 2])>,
+    },
+}
+
+/// What is said of a posture.
+#[derive(Debug, Clone)]
+pub struct Verdict {
+    /// Whether the centre of mass lies over the equilibrium region.
+    pub equilibrium: bool,
+    /// Its distance to the nearer end of the region, in m; negative outside, −∞ if there is none.
+    pub equilibrium_margin: f64,
+    /// The region, see [`equilibrium_region`].
+    pub region: Option<[f64; 2]>,
+    /// Every word at rest with its motion, forces and margins.
+    pub modes: Vec<ModeAnswer>,
+    /// No word other than the static one fits: its forces do (f_n ≥ 0), but a strict kinematic inequality fails.
+    pub kinematic_strong: bool,
+    /// The same, with the friction cone required of fixed contacts, too.
+    pub kinematic_strong_strict: bool,
+    /// FF is the only consistent word.
+    pub unambiguous: bool,
+    /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from failing or holding.
+    pub kinematic_margin: f64,
+    /// ψ.
+    pub coupling: f64,
+    /// Whether (10) holds.
+    pub clattering: bool,
+    /// ψ less the bound of (10).
+    pub clattering_margin: f64,
+    /// Whether Goyal's bound holds.
+    pub chatter: bool,
+    /// ψ less Goyal's bound.
+    pub chatter_margin: f64,
+    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
+    pub energy: bool,
+    /// The verdict.
+    pub frictional_stability: Stability,
+    /// Its argument.
+    pub by: Option<By>,
+    /// The argument's data.
+    pub evidence: Evidence,
+    /// Whether rounding may decide: a margin that counts is below 1e-10.
+    pub delicate: bool,
+}
+
+/// Whether a word may be looked at: not FF, and not one with a fixed and a sliding contact, whose motion is none.
+fn moves(word: Word) -> bool {
+    let modes: Vec<Mode> = word.modes().collect();
+    let fixed = modes.contains(&Mode::Fixed);
+    let slides = modes.iter().any(|mode| mode.direction() != 0.0);
+    let all = modes.iter().all(|mode| *mode == Mode::Fixed);
+    !(all || fixed && slides)
+}
+
+/// Whether a word is excluded by kinematics although its forces fit, and by how much: the forces' least margin or the largest
+/// violation, whichever is nearer to failing.
+fn excluded(answer: &ModeAnswer, strict: bool) -> (bool, f64) {
+    let mut forces = f64::INFINITY;
+    let mut kinematics = f64::INFINITY;
+    for margin in &answer.margins {
+        match margin.condition {
+            Condition::Presses => forces = forces.min(margin.value),
+            Condition::InCone if strict => forces = forces.min(margin.value),
+            condition if condition.is_strict() => kinematics = kinematics.min(margin.value),
+            _ => {}
+        }
+    }
+    let fits = forces >= -TIE;
+    let fails = kinematics <= TIE;
+    (fits && fails, forces.min(-kinematics))
+}
+
+/// The verdict on a posture with two contacts, in its nominal configuration q = 0.
+///
+/// # Errors
+///
+/// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
+pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
+    let psi = posture.psi()?;
+    for (i, k) in posture.geometry().iter().enumerate() {
+        if k.offset != 0.0 {
+            return Err(Error::Unusable {
+                field: format!("contacts.{}.point", i + 1),
+                value: format!("{:?}", posture.contacts()[i].point),
+                allowed: "on the terrain: stability is asked of a posture that touches".into(),
+            });
+        }
+    }
+    let region = equilibrium_region(posture);
+    let x = posture.fields().center_of_mass[0];
+    let equilibrium_margin =
+        region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x));
+    let equilibrium = equilibrium_margin >= 0.0;
+    let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3])?;
+    let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
+    let restitution = posture.geometry().iter().map(|k| k.restitution).collect::<Vec<_>>();
+    let e = [restitution[0], restitution[1]];
+    let coupling = clattering::coupling(psi);
+    let clattering_margin = coupling - clattering_bound(e);
+    let chatter_margin = coupling - chatter_bound(e);
+    let moving = || modes.iter().filter(|answer| moves(answer.word));
+    let strong = |strict: bool| moving().all(|answer| excluded(answer, strict).0);
+    let consistent = |answer: &&ModeAnswer| answer.consistent;
+    let static_word = |answer: &ModeAnswer| !moves(answer.word);
+    let unambiguous = modes.iter().any(|answer| answer.consistent && static_word(answer))
+        && modes.iter().filter(consistent).all(static_word);
+    let kinematic_margin =
+        moving().map(|answer| excluded(answer, false).1).fold(f64::INFINITY, f64::min);
+    let map = if equilibrium { CornerMap::new(posture) } else { None };
+    let energy = map
+        .as_ref()
+        .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
+    let mut verdict = Verdict {
+        equilibrium,
+        equilibrium_margin,
+        region,
+        kinematic_strong: equilibrium && strong(false),
+        kinematic_strong_strict: equilibrium && strong(true),
+        unambiguous: equilibrium && unambiguous,
+        kinematic_margin,
+        coupling,
+        clattering: clattering_margin > 0.0,
+        clattering_margin,
+        chatter: coupling > 0.0 && chatter_margin >= 0.0,
+        chatter_margin,
+        energy,
+        frictional_stability: Stability::Undecided,
+        by: None,
+        evidence: Evidence::Margins,
+        delicate: false,
+        modes,
+    };
+    verdict.decide(map.as_ref());
+    Ok(verdict)
+}
+
+/// Margin below which rounding may decide a verdict, relative to the body or to the load.
+const DELICATE: f64 = 1e-10;
+
+impl Verdict {
+    /// Everything but the table of modes as JSON; infinities as the strings "inf" and "-inf".
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        #[derive(Serialize)]
+        struct Summary<'a> {
+            frictional_stability: Stability,
+            by: Option<By>,
+            equilibrium: bool,
+            #[serde(with = "crate::scene::extended")]
+            equilibrium_margin: f64,
+            equilibrium_region: Option<Region>,
+            kinematic_strong: bool,
+            kinematic_strong_strict: bool,
+            kinematic_margin: f64,
+            unambiguous: bool,
+            coupling: f64,
+            clattering: bool,
+            clattering_margin: f64,
+            chatter: bool,
+            chatter_margin: f64,
+            energy: bool,
+            delicate: bool,
+            evidence: &'a Evidence,
+        }
+        #[derive(Serialize)]
+        struct Region(#[serde(with = "crate::scene::extended_pair")] [f64; 2]);
+        let summary = Summary {
+            frictional_stability: self.frictional_stability,
+            by: self.by,
+            equilibrium: self.equilibrium,
+            equilibrium_margin: self.equilibrium_margin,
+            equilibrium_region: self.region.map(Region),
+            kinematic_strong: self.kinematic_strong,
+            kinematic_strong_strict: self.kinematic_strong_strict,
+            kinematic_margin: self.kinematic_margin,
+            unambiguous: self.unambiguous,
+            coupling: self.coupling,
+            clattering: self.clattering,
+            clattering_margin: self.clattering_margin,
+            chatter: self.chatter,
+            chatter_margin: self.chatter_margin,
+            energy: self.energy,
+            delicate: self.delicate,
+            evidence: &self.evidence,
+        };
+        serde_json::to_string_pretty(&summary)
+            .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
+    }
+
+    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        crate::scene::write_whole(path.as_ref(), &self.to_json())
+    }
+
+    /// The evidence as JSON.
+    #[must_use]
+    pub fn evidence_json(&self) -> String {
+        serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
+    }
+
+    fn decide(&mut self, map: Option<&CornerMap>) {
+        let stable = |by| (Stability::Stable, Some(by));
+        (self.frictional_stability, self.by) = if !self.equilibrium {
+            (Stability::Unstable, Some(By::NotEquilibrium))
+        } else if self.clattering && self.kinematic_strong_strict {
+            stable(By::Theorem3)
+        } else if self.clattering && self.kinematic_strong {
+            stable(By::Theorem3Loose)
+        } else if self.chatter && self.kinematic_strong {
+            stable(By::Goyal)
+        } else {
+            self.look_further(map)
+        };
+        let mut margins = vec![self.equilibrium_margin];
+        match self.by {
+            Some(By::Theorem3 | By::Theorem3Loose) => {
+                margins.extend([self.kinematic_margin, self.clattering_margin]);
+            }
+            Some(By::Goyal) => margins.extend([self.kinematic_margin, self.chatter_margin]),
+            _ => {}
+        }
+        self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE);
+    }
+
+    fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<By>) {
+        let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
+        if let Some(answer) = self.modes.iter().find(leaves) {
+            self.evidence = Evidence::Word(answer.word.to_string());
+            return (Stability::Unstable, Some(By::AcceleratingMode));
+        }
+        if !self.unambiguous {
+            return (Stability::Undecided, None);
+        }
+        let Some(map) = map else { return (Stability::Undecided, None) };
+        let step = |corner: &certify::Corner| {
+            let alpha = map.local().alpha[1 - corner.contact].middle();
+            CornerStep {
+                contact: ContactNumber::of(corner.contact),
+                phi: libm::atan(alpha * libm::tan(corner.phi)),
+                growth: corner.growth,
+            }
+        };
+        match certify::decide(map) {
+            Decision::Stable { cells, potential } => {
+                self.evidence = Evidence::Potential { cells, potential };
+                (Stability::Stable, Some(By::CornerMap))
+            }
+            Decision::Grows(cycle) => {
+                self.evidence = Evidence::Cycle(rescaled(cycle.iter().map(step).collect(), map));
+                (Stability::Unstable, Some(By::GrowingCycle))
+            }
+            Decision::Escapes(corner) => {
+                self.evidence = Evidence::Away(corner.as_ref().map(step));
+                (Stability::Unstable, Some(By::AcceleratingMode))
+            }
+            Decision::Undecided { reason, cells, left } => {
+                let number = |(contact, phi)| (ContactNumber::of(contact), phi);
+                let left = left.into_iter().map(number).collect();
+                self.evidence = Evidence::Left { reason, cells, left };
+                (Stability::Undecided, None)
+            }
+        }
+    }
+}
+
+/// The growths of a cycle in r² = v_t² + y² instead of ξ² + y²: the same around the cycle.
+fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
+    // ln of the new r per old one, at each corner.
+    let ratio = |corner: &CornerStep| {
+        let alpha = map.local().alpha[1 - corner.contact.index()].middle();
+        let t = libm::tan(corner.phi);
+        0.5 * (libm::log1p(t * t) - libm::log1p((t / alpha) * (t / alpha)))
+    };
+    let ratios: Vec<f64> = cycle.iter().map(ratio).collect();
+    let n = cycle.len();
+    for (k, corner) in cycle.iter_mut().enumerate() {
+        corner.growth += ratios[(k + 1) % n] - ratios[k];
+    }
+    cycle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Contact;
+    use crate::posture::Fields;
+
+    /// Kinematic-strong, and yet unstable at e = .26; at rest at .05.
+    fn odd(restitution: f64) -> Posture {
+        let contact =
+            |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };
+        Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.38,
+            center_of_mass: [0.58, 0.95],
+            contacts: vec![contact(-1.0, 0.0, -0.31), contact(1.0, 0.25, 1.16)],
+            restitution,
+            gravity: 1.0,
+            terrain: Vec::new(),
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_growing_cycle_is_enclosed() {
+        let verdict = stability(&odd(0.26)).unwrap();
+        assert!(verdict.kinematic_strong);
+        assert_eq!(verdict.by, Some(By::GrowingCycle), "{:?}", verdict.evidence);
+        let Evidence::Cycle(cycle) = &verdict.evidence else { panic!() };
+        let total: f64 = cycle.iter().map(|corner| corner.growth).sum();
+        assert!((total - 0.744834).abs() < 2e-6, "{cycle:?}");
+        let verdict = stability(&odd(0.05)).unwrap();
+        assert_eq!(verdict.frictional_stability, Stability::Stable, "{verdict:?}");
+    }
+}

@@ -1,0 +1,498 @@
+//! From the corner map to a decision.
+//!
+//! *Stable*: the angles of the corners at each contact are cut into cells. Every cell has the cells that its image meets, and
+//! an upper bound on its growth ln G. If no chain of cells grows for ever, that is if a potential V ≥ 0 exists with
+//!
+//! ```text
+//! V(cell) ≥ ln G(cell) + ε + V(next)     for all next cells,
+//! ```
+//!
+//! then every sequence of corners shrinks, or ends at rest. At the fast-slide ends φ = ±π/2 the growth of r is nothing while
+//! the landing speeds are multiplied by a constant product κ once around. Where κ < 1, impacts accumulate and both contacts
+//! slide together; where κ > 1, the corners leave the end at once, and the growth on the way is bounded by a geometric sum.
+//!
+//! *Unstable*: a cycle of corners whose growth is certainly positive, enclosed; or a corner that certainly leads away.
+
+use std::sync::OnceLock;
+
+use super::corner::{Cell, CornerMap, Image, Images};
+use super::interval::Interval;
+use serde::Serialize;
+
+type I = Interval;
+
+/// Even cells with |ξ| ≤ y per contact, coarse to fine.
+const CELLS: [usize; 3] = [24, 96, 384];
+
+/// y/|ξ| of the outermost cells.
+const NEAREST: f64 = 1e-4;
+
+/// ε, the strictness of the potential.
+const STRICT: f64 = 1e-9;
+
+/// Largest change of direction within the zone of an end.
+const BEND: f64 = 0.5;
+
+/// Largest growth of the sliding speed on the way into an end.
+const LONGER: f64 = 4.0;
+
+/// Largest growth on the way out of a zone: with a larger one a smaller zone is better.
+const TRANSIT: f64 = 0.05;
+
+/// Steps of an orbit that is searched for a cycle, and the longest cycle.
+const ORBIT: usize = 240;
+const LONGEST: usize = 24;
+
+/// Difference of angles, in rad, at which an orbit has come back.
+const BACK: f64 = 1e-9;
+
+/// Half-widths of the intervals of φ that are tried around a cycle.
+const AROUND: [f64; 3] = [1e-10, 1e-8, 1e-6];
+
+/// A corner of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Corner {
+    /// The contact that lands.
+    pub(crate) contact: usize,
+    /// φ = atan(ξ/y)
+    pub(crate) phi: f64,
+    /// ln r'/r to the next corner, r² = ξ² + y².
+    pub(crate) growth: f64,
+}
+
+/// What the corner map says.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Decision {
+    /// Cells per contact, and the potential of each.
+    Stable { cells: usize, potential: Vec<f64> },
+    /// A growing cycle.
+    Grows(Vec<Corner>),
+    /// Corners that lead away, or none of them (a motion with a contact on the terrain, or both, does).
+    Escapes(Option<Corner>),
+    /// Why; cells per contact, and those that are left over: (contact, φ from, φ to).
+    Undecided { reason: Reason, cells: usize, left: Vec<(usize, [f64; 2])> },
+}
+
+/// Why the corner map does not decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reason {
+    /// A contact that slides alone jams: no mode is consistent.
+    Painleve,
+    /// Several modes are consistent, or it is too close to call.
+    Modes,
+    /// Frictionless motion need not come to rest: λ > 0 fails.
+    Energy,
+    /// The impacts after a corner are not followed to their end with certainty.
+    Flight,
+    /// Cells are left over.
+    Cells,
+}
+
+/// The cells of the angles, and the tangents of the limits between them.
+struct Grid {
+    cells: Vec<Cell>,
+    limits: Vec<f64>,
+}
+
+impl Grid {
+    fn new(n: usize) -> Self {
+        // Evenly for |ξ| ≤ y; beyond, y/|ξ| shrinks by one ratio from cell to cell.
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let ratio = 1.0 - 2.0 * quarter / n as f64 * 2.0;
+        let count = (libm::log(NEAREST) / libm::log(ratio)).ceil() as usize;
+        let outer = (1..=count).map(|k| {
+            let angle = libm::atan(libm::pow(ratio, k as f64));
+            2.0 * quarter - angle
+        });
+        let outer: Vec<f64> = outer.collect();
+        let inner = (0..=n).map(|k| quarter * (2.0 * k as f64 / n as f64 - 1.0));
+        let mut angles = vec![-2.0 * quarter];
+        angles.extend(outer.iter().rev().map(|angle| -angle));
+        angles.extend(inner);
+        angles.extend(outer.iter());
+        angles.push(2.0 * quarter);
+        Self {
+            cells: angles.windows(2).map(|pair| Cell::new(pair[0], pair[1])).collect(),
+            limits: angles[1..angles.len() - 1].iter().map(|&angle| libm::tan(angle)).collect(),
+        }
+    }
+
+    /// The grid of `CELLS[level]`.
+    fn of(level: usize) -> &'static Self {
+        static GRIDS: [OnceLock<Grid>; CELLS.len()] = [const { OnceLock::new() }; CELLS.len()];
+        GRIDS[level].get_or_init(|| Self::new(CELLS[level]))
+    }
+
+    /// First and last cell that a direction may lie in.
+    fn range(&self, slope: I) -> (usize, usize) {
+        // The limits themselves carry the rounding of a tangent.
+        let slack = |x: f64, side: f64| x + side * 1e-14 * (1.0 + x.abs());
+        let (low, high) = (slack(slope.lo, -1.0), slack(slope.hi, 1.0));
+        (
+            self.limits.partition_point(|&limit| limit < low),
+            self.limits.partition_point(|&limit| limit <= high),
+        )
+    }
+}
+
+/// ln r, r² = ξ² + y².
+fn size(xi: I, y: I) -> I {
+    let square = xi.square() + y.square();
+    if square.lo > 0.0 {
+        square.ln().times(0.5)
+    } else {
+        I::new(f64::NEG_INFINITY, I::from(square.hi.max(f64::MIN_POSITIVE)).ln().hi * 0.5)
+    }
+}
+
+/// An edge of the graph: to the cells `from..=to` of a contact.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    contact: usize,
+    from: usize,
+    to: usize,
+    growth: f64,
+}
+
+/// What happens at a fast-slide end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum End {
+    /// Nothing of the kind.
+    Ordinary,
+    /// Both contacts come to slide together, at this speed for a speed of one.
+    Attracts(I),
+    /// The corners leave it; bound on the growth on the way.
+    Repels(f64),
+    Unknown,
+}
+
+/// The decision of the corner map; `returns`, the frictionless energy argument and the two-contact slides included.
+pub(crate) fn decide(map: &CornerMap) -> Decision {
+    if map.returns() == Some(false) {
+        return Decision::Escapes(None);
+    }
+    for right in [false, true] {
+        if map.sliding_together(right).iter().any(|image| *image == Image::Escape) {
+            return Decision::Escapes(None);
+        }
+    }
+    let slides = [false, true].map(|right| map.sliding_together(right));
+    let unknown = |images: &Images| images.iter().any(|image| *image == Image::Unknown);
+    let reason = if map.jams() {
+        Some(Reason::Painleve)
+    } else if map.returns().is_none() || slides.iter().any(unknown) {
+        Some(Reason::Modes)
+    } else if !map.local().weights().iter().all(|weight| weight.is_positive()) {
+        Some(Reason::Energy)
+    } else if map.flies_unknown() {
+        Some(Reason::Flight)
+    } else {
+        None
+    };
+    // The coarse grid is cheaper than any orbit.
+    let levels = if reason.is_some() { 0 } else { CELLS.len() };
+    let mut left = Vec::new();
+    for level in 0..levels.max(1) {
+        if level < levels {
+            match stable(map, Grid::of(level)) {
+                Ok(potential) => {
+                    return Decision::Stable { cells: Grid::of(level).cells.len(), potential };
+                }
+                Err(open) => left = open,
+            }
+        }
+        if level == 0
+            && let Some(found) = follow(map)
+        {
+            return found;
+        }
+    }
+    let cells = if levels == 0 { 0 } else { Grid::of(levels - 1).cells.len() };
+    Decision::Undecided { reason: reason.unwrap_or(Reason::Cells), cells, left }
+}
+
+/// A potential over the cells, or the cells that stand against it.
+fn stable(map: &CornerMap, grid: &Grid) -> Result<Vec<f64>, Vec<(usize, [f64; 2])>> {
+    let n = grid.cells.len();
+    let at = |contact: usize, cell: usize| contact * n + cell;
+    let mut left = Vec::new();
+    let mut edges: Vec<Edge> = Vec::with_capacity(4 * n);
+    let mut starts = Vec::with_capacity(2 * n + 1);
+    let zones = [0, 1].map(|j| [false, true].map(|right| zone(map, grid, j, right)));
+    let kind = |j: usize, k: usize| {
+        let ([left, right], back) = (zones[j], n - 1 - k);
+        if k < left.1 {
+            (left.0, false)
+        } else if back < right.1 {
+            (right.0, true)
+        } else {
+            (End::Ordinary, false)
+        }
+    };
+    for j in 0..2 {
+        for (k, cell) in grid.cells.iter().enumerate() {
+            starts.push(edges.len());
+            let (what, right) = kind(j, k);
+            let images = match what {
+                End::Unknown => {
+                    left.push((j, cell.phi));
+                    continue;
+                }
+                End::Attracts(speed) => {
+                    let mut images = Images::none();
+                    map.together(if right { speed } else { -speed }, &mut images);
+                    images
+                }
+                _ => map.images(j, cell),
+            };
+            for image in images.iter() {
+                match *image {
+                    Image::Rest => {}
+                    Image::Corner { contact, slope, most, .. } => {
+                        let (from, to) = grid.range(slope);
+                        let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT;
+                        edges.push(Edge { contact, from, to, growth });
+                    }
+                    Image::Escape | Image::Unknown => {
+                        left.push((j, cell.phi));
+                    }
+                }
+            }
+        }
+    }
+    starts.push(edges.len());
+    if !left.is_empty() {
+        left.dedup();
+        return Err(left);
+    }
+    // Longest chains. Chains within a repelling end are in its transit.
+    let repels = |contact: usize, cell: usize| match kind(contact, cell) {
+        (End::Repels(_), right) => {
+            let transit = |j: usize| match zones[j][usize::from(right)].0 {
+                End::Repels(transit) => transit,
+                _ => 0.0,
+            };
+            Some((right, transit(0).max(transit(1))))
+        }
+        _ => None,
+    };
+    let most: f64 = edges.iter().map(|edge| edge.growth.max(0.0)).sum::<f64>() + 1.0;
+    let mut potential = vec![0.0_f64; 2 * n];
+    let mut pools = [0.0_f64; 2];
+    for _ in 0..4 * n {
+        let mut changed = false;
+        for j in 0..2 {
+            for k in 0..n {
+                let own = repels(j, k);
+                let mut value = 0.0_f64;
+                for edge in &edges[starts[at(j, k)]..starts[at(j, k) + 1]] {
+                    for cell in edge.from..=edge.to.min(n - 1) {
+                        let inside = own.is_some_and(|(right, _)| {
+                            repels(edge.contact, cell).is_some_and(|(other, _)| other == right)
+                        });
+                        if !inside {
+                            value = value.max(edge.growth + potential[at(edge.contact, cell)]);
+                        }
+                    }
+                }
+                if let Some((right, transit)) = own {
+                    // Who is in a repelling zone may leave it from any of its cells.
+                    value += transit;
+                    let pool = &mut pools[usize::from(right)];
+                    *pool = pool.max(value);
+                    value = *pool;
+                }
+                if value > potential[at(j, k)] {
+                    potential[at(j, k)] = value;
+                    changed = true;
+                    if value > most {
+                        return Err(growing(&potential, &grid.cells, most));
+                    }
+                }
+            }
+        }
+        if !changed {
+            return Ok(potential);
+        }
+    }
+    Err(growing(&potential, &grid.cells, 0.5 * most))
+}
+
+/// The cells with the highest potentials: those of the chains that may grow for ever, and those that lead there.
+fn growing(potential: &[f64], cells: &[Cell], most: f64) -> Vec<(usize, [f64; 2])> {
+    let n = cells.len();
+    (0..potential.len())
+        .filter(|&cell| potential[cell] > 0.5 * most)
+        .map(|cell| (cell / n, cells[cell % n].phi))
+        .collect()
+}
+
+/// The fast-slide end of the corners at j: the largest zone around it, in cells, in which its kind is certain.
+fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (End, usize) {
+    let Some(own) = map.fast(j, right) else { return (End::Ordinary, 0) };
+    let back = map.fast(own.0, right);
+    let cycle = match (own.0 == j, back) {
+        (true, _) => [own, own],
+        (false, Some(back)) if back.0 == j => [own, back],
+        // Into the other contact's end, or out of it.
+        (false, _) => return (End::Ordinary, 0),
+    };
+    let n = grid.limits.len();
+    let mut cells = (0..n).rev().map(|k| {
+        // y/|ξ| beyond this limit
+        let limit = if right { grid.limits[n - 1 - k] } else { grid.limits[k] };
+        (k + 1, (1.0 / limit.abs()).next_up(), limit)
+    });
+    let found = cells.find_map(|(cells, width, limit)| {
+        let kind = if (limit > 0.0) == right && width <= BEND {
+            end(cycle, right, width)
+        } else {
+            End::Unknown
+        };
+        (kind != End::Unknown).then_some((kind, cells))
+    });
+    found.unwrap_or((End::Unknown, 1))
+}
+
+/// What happens within y/|ξ| ≤ `width` of an end, where corners go round: ξ' = ξ + B y, y' = K y at either of them.
+fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
+    let side = if right { 1.0 } else { -1.0 };
+    let step = |(_, b, k): (usize, I, I), width: f64| {
+        let bend = b.times(side) * I::new(0.0, width);
+        (bend.lo > -BEND && bend.hi < BEND).then(|| k / (I::ONE + bend))
+    };
+    // From either of the two corners, and on from the other.
+    let Some(first) =
+        step(cycle[0], width).and_then(|f| step(cycle[1], width).map(|g| f.hi.max(g.hi)))
+    else {
+        return End::Unknown;
+    };
+    let wide = width * first.max(1.0);
+    let [Some(f), Some(g)] = cycle.map(|corner| step(corner, wide)) else { return End::Unknown };
+    let factor = f * g;
+    // Once around: ξ'' = ξ + (B_1 + B_2K_1) y, y'' = K_1K_2 y; from either corner, and half way.
+    let [(_, b1, k1), (_, b2, k2)] = cycle;
+    let half = b1.hull(b2).hull(I::ZERO).times(side);
+    let round = (b1 + b2 * k1).hull(b2 + b1 * k2).hull(I::ZERO).times(side);
+    if factor.hi < 1.0 {
+        // All rounds, and half a one more.
+        let sum = I::new(0.0, wide) * (round / (I::ONE - I::from(factor.hi)) + half);
+        if sum.lo > -BEND && sum.hi < LONGER { End::Attracts(I::ONE + sum) } else { End::Unknown }
+    } else if factor.lo > 1.0 {
+        let most = |x: I| x.lo.abs().max(x.hi.abs());
+        let (bend, stretch) = (most(half), k1.hi.max(k2.hi));
+        let growth = bend + 0.5 * (bend * bend + stretch * stretch) * wide;
+        let sum = 2.0 * wide * factor.lo / (factor.lo - 1.0);
+        let transit = growth * sum * (1.0 + 1e-12) + STRICT;
+        if transit < TRANSIT { End::Repels(transit) } else { End::Unknown }
+    } else {
+        End::Unknown
+    }
+}
+
+/// The only image of a corner; `None` if it has several, or ends at rest, or is not known.
+fn only(images: &Images) -> Option<Image> {
+    let mut list = images.iter();
+    match (list.next(), list.next()) {
+        (Some(image), None) => Some(*image),
+        _ => None,
+    }
+}
+
+/// Follows single corners, to a growing cycle or away.
+fn follow(map: &CornerMap) -> Option<Decision> {
+    for start in [0.0, 1.2, -1.2] {
+        for j in 0..2 {
+            if let Some(found) = orbit(map, j, start) {
+                return Some(found);
+            }
+        }
+    }
+    None
+}
+
+fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
+    let (mut j, mut phi) = (contact, phi);
+    let mut way: Vec<Corner> = Vec::new();
+    for step in 0..ORBIT {
+        if step % LONGEST == 0
+            && let Some(found) = back(map, &way)
+        {
+            return found;
+        }
+        let images = map.images(j, &Cell::point(phi));
+        match only(&images)? {
+            Image::Escape => {
+                return Some(Decision::Escapes(Some(Corner { contact: j, phi, growth: 0.0 })));
+            }
+            Image::Corner { contact, xi, y, .. } => {
+                let (xi, y) = (xi.middle(), y.middle());
+                let r = libm::hypot(xi, y);
+                if !(r > 0.0 && y > 1e-12 * r) {
+                    return None; // at rest, or at a fast-slide end
+                }
+                way.push(Corner { contact: j, phi, growth: libm::log(r) });
+                (j, phi) = (contact, libm::atan2(xi, y));
+            }
+            Image::Rest | Image::Unknown => return None,
+        }
+    }
+    None
+}
+
+/// The cycle that an orbit has come into, if it grows: `Some(None)` if it shrinks.
+#[allow(clippy::option_option, reason = "none yet, or one that does not grow")]
+fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
+    let last = way.len().checked_sub(1)?;
+    let period = (1..=LONGEST.min(last)).find(|p| {
+        let (one, two) = (&way[last], &way[last - p]);
+        one.contact == two.contact && (one.phi - two.phi).abs() <= BACK
+    })?;
+    let cycle = &way[last + 1 - period..];
+    let growth: f64 = cycle.iter().map(|corner| corner.growth).sum();
+    let grows = growth > 0.0 && verified(map, cycle);
+    Some(grows.then(|| Decision::Grows(cycle.to_vec())))
+}
+
+/// Whether there is a cycle close to this one, and grows: of an interval of angles around its first corner one end comes back
+/// to the right of where it was, the other one to the left.
+fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
+    // Through a corner with ξ = 0 exactly, if there is one: it is a point.
+    let first = cycle.iter().position(|corner| corner.phi == 0.0).unwrap_or(0);
+    let Corner { contact, phi, .. } = cycle[first];
+    let turn = |phi: I| -> Option<(I, I)> {
+        let (mut j, mut growth, mut phi) = (contact, I::ZERO, phi);
+        for _ in cycle {
+            let images = map.images(j, &Cell::new(phi.lo, phi.hi));
+            let Some(Image::Corner { contact, xi, y, slope, .. }) = only(&images) else {
+                return None;
+            };
+            growth = growth + size(xi, y);
+            phi = if slope == I::ZERO {
+                I::ZERO
+            } else {
+                I::new(libm::atan(slope.lo) - 4e-16, libm::atan(slope.hi) + 4e-16)
+            };
+            j = contact;
+        }
+        (j == contact).then_some((phi, growth))
+    };
+    if phi == 0.0 {
+        return turn(I::ZERO).is_some_and(|(angle, growth)| angle == I::ZERO && growth.lo > 0.0);
+    }
+    AROUND.iter().any(|&half| {
+        let around = I::new(phi - half, phi + half);
+        let Some((_, growth)) = turn(around) else { return false };
+        if growth.lo <= 0.0 {
+            return false;
+        }
+        // One image all along: the map is continuous there, and image less angle changes its sign.
+        let side =
+            |end: f64| turn(I::from(end)).and_then(|(image, _)| (image - I::from(end)).sign());
+        match (side(around.lo), side(around.hi)) {
+            (Some(low), Some(high)) => low * high < 0,
+            _ => false,
+        }
+    })
+}

@@ -1,0 +1,882 @@
+//! The corner map of a two-contact posture in its local model, enclosed in intervals.
+//!
+//! *Corner*: contact i rests on the terrain or slides along it, and contact j lands with speed y = −u_j > 0. The velocity then
+//! has one more component, s, along the direction z in which both contacts slide (N_1 z = N_2 z = 0, zᵀMz = m):
+//!
+//! ```text
+//! q̇ = s z + M⁻¹Nᵀ(N M⁻¹Nᵀ)⁻¹ u,   v_t,i = α_i s + Σ_j β_ij u_j,   ξ = v_t,i/α_i = s − (β_ij/α_i) y
+//! ```
+//!
+//! Impacts without friction do not change s, and gravity changes it at a constant rate. Everything until the next Zeno point
+//! is therefore the same for all corners at j, but for the scale y: it is computed once. Then contact k rests, the other one, m,
+//! is in the air at h = H y², u = U y, and with constant accelerations
+//!
+//! * m lands before the sliding of k ends:  ξ' = ξ + B y,  y' = K y;
+//! * or sliding ends first, and k stays fixed (ξ' = 0) or turns back;
+//! * or both contacts rest, slide together, and stop, accelerate, or one of them lifts off and lands again.
+//!
+//! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
+
+use super::interval::Interval;
+use crate::posture::Posture;
+
+type I = Interval;
+
+/// Impacts of one flight that are followed.
+const IMPACTS: usize = 256;
+
+/// Time that a clattering tail may still take, relative to the flight so far, at which it is added as an interval.
+const TAIL: f64 = 1e-12;
+
+/// Constants of a posture in its local model, per unit mass.
+#[derive(Debug, Clone)]
+pub(crate) struct Local {
+    g: [I; 2],
+    e: [I; 2],
+    psi: [I; 2],
+    mu: [I; 2],
+    /// N_iM⁻¹N_jᵀ, T_iM⁻¹N_jᵀ, T_iM⁻¹T_iᵀ
+    nn: [[I; 2]; 2],
+    tn: [[I; 2]; 2],
+    tt: [I; 2],
+    /// Tangential free acceleration T_i (0, −g, 0).
+    pull: [I; 2],
+    pub(crate) alpha: [I; 2],
+    beta: [[I; 2]; 2],
+    /// ṡ in flight.
+    drift: I,
+}
+
+/// What one contact does while it rests and the other is in the air, or both rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Arc {
+    /// dξ/dt (ds/dt with both contacts closed), and the acceleration of the other gap.
+    along: I,
+    normal: I,
+}
+
+/// How a contact at rest goes on, alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Still {
+    Fixed(Arc),
+    /// Slides with this sign of ξ.
+    Slides(i8, Arc),
+    /// No mode, several, or too close to call.
+    Unknown,
+}
+
+/// How two sliding contacts go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Both {
+    /// They stop.
+    Stops,
+    /// They never stop.
+    Runs,
+    /// Contact k slides on, the other one lifts off.
+    Lifts(usize),
+    Unknown,
+}
+
+/// What frictionless flight and impacts after a corner lead to, at landing speed 1 and after the time `t`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Flight {
+    /// Contact `kept` rests, the other has this gap and rate.
+    One {
+        kept: usize,
+        h: I,
+        u: I,
+        t: I,
+    },
+    /// Both rest.
+    Two {
+        t: I,
+    },
+    Unknown,
+}
+
+/// The start of a slide: contact k at ξ + from y, the gap and rate of the other one at landing speed 1.
+#[derive(Clone, Copy)]
+struct Slide<'c> {
+    k: usize,
+    from: I,
+    h: I,
+    u: I,
+    cell: &'c Cell,
+}
+
+/// Where a corner leads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Image {
+    /// To a corner at `contact`, with `slope` = ξ/y, and r at most `most`.
+    Corner {
+        contact: usize,
+        xi: I,
+        y: I,
+        slope: I,
+        most: f64,
+    },
+    Rest,
+    /// Away, for ever.
+    Escape,
+    /// Not decided.
+    Unknown,
+}
+
+/// Corners (ξ, y) = (sin φ, cos φ) with φ in an interval.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cell {
+    pub(crate) phi: [f64; 2],
+    pub(crate) xi: I,
+    pub(crate) y: I,
+    /// ξ/y
+    pub(crate) slope: I,
+    /// (cos 2φ, sin 2φ) at both ends
+    doubled: [[f64; 2]; 2],
+}
+
+impl Cell {
+    /// A single corner, to rounding.
+    pub(crate) fn point(phi: f64) -> Self {
+        Self::new(phi, phi)
+    }
+
+    pub(crate) fn new(a: f64, b: f64) -> Self {
+        // Wider than the roundings of the functions, and of the angles where they are shares of π.
+        let wide = |x: f64, y: f64| I::new(x.min(y) - ROUNDED, x.max(y) + ROUNDED);
+        if (a, b) == (0.0, 0.0) {
+            let doubled = [[1.0, 0.0]; 2];
+            return Self { phi: [a, b], xi: I::ZERO, y: I::ONE, slope: I::ZERO, doubled };
+        }
+        let (xi, mut y) = (wide(libm::sin(a), libm::sin(b)), wide(libm::cos(a), libm::cos(b)));
+        if a < 0.0 && b > 0.0 {
+            y.hi = 1.0;
+        }
+        let half = std::f64::consts::FRAC_PI_2;
+        let tan = |phi: f64, side: f64| {
+            if phi.abs() >= half {
+                f64::INFINITY.copysign(phi)
+            } else {
+                let tan = libm::tan(phi);
+                tan + side * ROUNDED * (1.0 + tan * tan)
+            }
+        };
+        Self {
+            phi: [a, b],
+            xi: I::new(xi.lo.max(-1.0), xi.hi.min(1.0)),
+            y: I::new(y.lo.max(0.0), y.hi.min(1.0)),
+            slope: I::new(tan(a, -1.0), tan(b, 1.0)),
+            doubled: [a, b].map(|phi| [libm::cos(2.0 * phi), libm::sin(2.0 * phi)]),
+        }
+    }
+}
+
+/// Error of the sine, cosine or tangent of a computed angle, absolute (of the tangent: times 1 + tan²).
+const ROUNDED: f64 = 4e-16;
+
+/// xx ξ² + 2 xy ξy + yy y²
+struct Form {
+    xx: I,
+    xy: I,
+    yy: I,
+}
+
+impl Form {
+    /// The largest value on a cell narrower than a quarter turn: it is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ there.
+    fn most(&self, cell: &Cell) -> f64 {
+        let [xx, xy, yy] = [&self.xx, &self.xy, &self.yy].map(|k| k.middle());
+        let off: f64 = [&self.xx, &self.xy, &self.yy].iter().map(|k| k.hi - k.lo).sum();
+        let (mean, even, odd) = (0.5 * (xx + yy), 0.5 * (yy - xx), xy);
+        let value = |[cos, sin]: [f64; 2]| mean + even * cos + odd * sin;
+        let rises = |[cos, sin]: [f64; 2]| odd * cos - even * sin;
+        let size = mean.abs() + even.abs() + odd.abs();
+        let [a, b] = cell.doubled;
+        let slack = 4.0 * f64::EPSILON * size;
+        let peak = rises(a) >= -slack && rises(b) <= slack;
+        let most =
+            if peak { mean + (even * even + odd * odd).sqrt() } else { value(a).max(value(b)) };
+        most + off + 16.0 * f64::EPSILON * size
+    }
+}
+
+/// The images of a set of corners: at most eight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Images {
+    list: [Image; 8],
+    len: usize,
+}
+
+impl Images {
+    pub(crate) fn none() -> Self {
+        Self { list: [Image::Unknown; 8], len: 0 }
+    }
+
+    fn push(&mut self, image: Image) {
+        if self.len == self.list.len() {
+            self.list[0] = Image::Unknown;
+        } else {
+            self.list[self.len] = image;
+            self.len += 1;
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Image> {
+        self.list[..self.len].iter()
+    }
+}
+
+/// The corner map.
+#[derive(Debug, Clone)]
+pub(crate) struct CornerMap {
+    local: Local,
+    flights: [Flight; 2],
+    /// Of contact k sliding with ξ < 0, ξ > 0; `None` where no force keeps it on the terrain (Painlevé).
+    slides: [[Option<Arc>; 2]; 2],
+    stills: [Still; 2],
+    /// With s < 0, s > 0.
+    both: [Both; 2],
+}
+
+/// Solves a x + b y = p, c x + d y = q.
+fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
+    let det = a * d - b * c;
+    [(p * d - q * b) / det, (q * a - p * c) / det]
+}
+
+impl Local {
+    /// `None` where the two normal rows may depend on each other, or the sliding direction leaves a contact in place.
+    pub(crate) fn new(posture: &Posture) -> Option<Self> {
+        let [first, second] = posture.contacts() else { return None };
+        let f = posture.fields();
+        let exact = |x: f64| I::from(x);
+        let gravity = exact(f.gravity);
+        let rho2 = exact(f.gyration_radius).square();
+        let mut rows = Vec::new();
+        for contact in [first, second] {
+            let (sin, cos) = if contact.slope == 0.0 {
+                (I::ZERO, I::ONE)
+            } else {
+                (I::near(libm::sin(contact.slope)), I::near(libm::cos(contact.slope)))
+            };
+            let arm: [I; 2] =
+                std::array::from_fn(|k| exact(contact.point[k]) - exact(f.center_of_mass[k]));
+            let (n, t) = ([-sin, cos], [cos, sin]);
+            let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
+            rows.push((n, t, b, c));
+        }
+        let dot = |x: [I; 2], y: [I; 2]| x[0] * y[0] + x[1] * y[1];
+        let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
+        let nn = both(&|i, j| {
+            let turned = rows[i].2 * rows[j].2 / rho2;
+            (if i == j { I::ONE } else { dot(rows[i].0, rows[j].0) }) + turned
+        });
+        let tn = both(&|i, j| {
+            let turned = rows[i].3 * rows[j].2 / rho2;
+            (if i == j { I::ZERO } else { dot(rows[i].1, rows[j].0) }) - turned
+        });
+        let each = |f: &dyn Fn(usize) -> I| [f(0), f(1)];
+        let tt = each(&|i| I::ONE + rows[i].3.square() / rho2);
+        let (n1, b1) = (rows[0].0, rows[0].2);
+        let (n2, b2) = (rows[1].0, rows[1].2);
+        let z = [n1[1] * b2 - b1 * n2[1], b1 * n2[0] - n1[0] * b2, n1[0] * n2[1] - n1[1] * n2[0]];
+        let size = (z[0].square() + z[1].square() + rho2 * z[2].square()).sqrt();
+        let det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0];
+        if !size.is_positive() || !det.is_positive() {
+            return None;
+        }
+        let z = z.map(|part| part / size);
+        let alpha = each(&|i| rows[i].1[0] * z[0] + rows[i].1[1] * z[1] - rows[i].3 * z[2]);
+        if alpha.iter().any(|a| a.contains_zero()) {
+            return None;
+        }
+        // β = (T M⁻¹Nᵀ)(N M⁻¹Nᵀ)⁻¹
+        let beta = both(&|i, j| {
+            let other = 1 - j;
+            (tn[i][j] * nn[other][other] - tn[i][other] * nn[other][j]) / det
+        });
+        let restitution = |i: usize| exact([first, second][i].restitution.unwrap_or(f.restitution));
+        Some(Self {
+            g: each(&|i| gravity * rows[i].0[1]),
+            e: each(&restitution),
+            psi: each(&|i| -nn[0][1] / nn[i][i]),
+            mu: each(&|i| exact([first, second][i].friction)),
+            pull: each(&|i| -(gravity * rows[i].1[1])),
+            drift: -(gravity * z[1]),
+            nn,
+            tn,
+            tt,
+            alpha,
+            beta,
+        })
+    }
+
+    /// λ = (N M⁻¹Nᵀ)⁻¹ g: the forces of the contacts without friction.
+    pub(crate) fn weights(&self) -> [I; 2] {
+        solve(self.nn, self.g)
+    }
+
+    /// Contact k slides along its tangent with this sign, the other one is in the air.
+    fn slide(&self, k: usize, side: f64) -> Option<Arc> {
+        let rub = self.mu[k].times(side);
+        let stiffness = self.nn[k][k] - rub * self.tn[k][k];
+        if !stiffness.is_positive() {
+            return None;
+        }
+        let force = self.g[k] / stiffness;
+        let along = self.pull[k] + force * (self.tn[k][k] - rub * self.tt[k]);
+        let m = 1 - k;
+        let normal = force * (self.nn[m][k] - rub * self.tn[k][m]) - self.g[m];
+        Some(Arc { along: along / self.alpha[k], normal })
+    }
+
+    /// Contact k at rest on the terrain, the other one in the air.
+    fn still(&self, k: usize) -> Still {
+        let m = 1 - k;
+        let [normal, tangential] = solve(
+            [[self.nn[k][k], self.tn[k][k]], [self.tn[k][k], self.tt[k]]],
+            [self.g[k], -self.pull[k]],
+        );
+        let room = [self.mu[k] * normal - tangential, self.mu[k] * normal + tangential];
+        let sticks = if room.iter().all(|side| side.is_positive()) {
+            Some(true)
+        } else if room.iter().any(|side| side.is_negative()) {
+            Some(false)
+        } else {
+            None
+        };
+        let mut found = Vec::new();
+        match sticks {
+            None => return Still::Unknown,
+            Some(true) => {
+                let lift = normal * self.nn[m][k] + tangential * self.tn[k][m] - self.g[m];
+                found.push(Still::Fixed(Arc { along: I::ZERO, normal: lift }));
+            }
+            Some(false) => {}
+        }
+        for side in [1.0, -1.0] {
+            let Some(arc) = self.slide(k, side) else {
+                let stiffness = self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k];
+                if !stiffness.is_negative() {
+                    return Still::Unknown;
+                }
+                // A force that pulls: it would have to be negative.
+                continue;
+            };
+            // arc.along is a_t/α: back to a_t by the sign of α.
+            let alpha = if self.alpha[k].is_positive() { 1.0 } else { -1.0 };
+            match arc.along.times(side * alpha).sign() {
+                Some(1) => found.push(Still::Slides((side * alpha) as i8, arc)),
+                Some(_) => {}
+                None => return Still::Unknown,
+            }
+        }
+        match found.as_slice() {
+            [one] => *one,
+            _ => Still::Unknown,
+        }
+    }
+
+    /// Both contacts rest and slide with this sign of s.
+    fn both(&self, side: f64) -> Both {
+        let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
+        let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
+        let stiffness = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
+        let matrix = [[stiffness(0, 0), stiffness(0, 1)], [stiffness(1, 0), stiffness(1, 1)]];
+        let force = solve(matrix, self.g);
+        let mut found = Vec::new();
+        let closed = force.map(I::sign);
+        if closed == [Some(1), Some(1)] {
+            let along = self.drift
+                - (rub[0] * force[0] * self.alpha[0] + rub[1] * force[1] * self.alpha[1]);
+            match along.times(side).sign() {
+                Some(-1) => found.push(Both::Stops),
+                Some(_) => found.push(Both::Runs),
+                None => return Both::Unknown,
+            }
+        } else if !closed.contains(&Some(-1)) {
+            return Both::Unknown;
+        }
+        for k in 0..2 {
+            match self.slide(k, sign(k)) {
+                Some(arc) => match arc.normal.sign() {
+                    Some(1) => found.push(Both::Lifts(k)),
+                    Some(-1) => {}
+                    _ => return Both::Unknown,
+                },
+                None if stiffness(k, k).is_negative() => {} // would pull
+                None => return Both::Unknown,
+            }
+        }
+        match found.as_slice() {
+            [one] => *one,
+            _ => Both::Unknown,
+        }
+    }
+
+    /// (√e_1 + √e_2)² against p_1p_2: whether contact impacts are endless.
+    fn chatters(&self) -> Option<bool> {
+        match self.psi[0].sign() {
+            Some(1) => {}
+            Some(_) => return Some(false),
+            None => return None,
+        }
+        let p = [0, 1].map(|i| (I::ONE + self.e[i]) * self.psi[i]);
+        let bound = (self.e[0].sqrt() + self.e[1].sqrt()).square();
+        (p[0] * p[1] - bound).sign().map(|sign| sign >= 0)
+    }
+
+    /// Rates after an impact at i.
+    fn hit(&self, u: [I; 2], i: usize) -> [I; 2] {
+        let mut after = u;
+        after[i] = -(self.e[i] * u[i]);
+        after[1 - i] = u[1 - i] + (I::ONE + self.e[i]) * self.psi[i] * u[i];
+        after
+    }
+
+    /// The impacts of the instant in which contact j lands with speed 1 while the other one rests, and the flight after them.
+    fn flight(&self, j: usize) -> Flight {
+        match self.chatters() {
+            Some(true) => return Flight::Two { t: I::ZERO },
+            Some(false) => {}
+            None => return Flight::Unknown,
+        }
+        let mut u = [I::ZERO; 2];
+        u[j] = -I::ONE;
+        let mut last = j;
+        for _ in 0..IMPACTS {
+            u = self.hit(u, last);
+            match u[1 - last].sign() {
+                Some(-1) => last = 1 - last,
+                Some(_) => return self.fly(last, u),
+                None => return Flight::Unknown,
+            }
+        }
+        Flight::Unknown
+    }
+
+    /// Flight from zero gaps, after an impact at a.
+    fn fly(&self, mut a: usize, mut u: [I; 2]) -> Flight {
+        let mut h = [I::ZERO; 2];
+        let mut t = I::ZERO;
+        for _ in 0..IMPACTS {
+            let b = 1 - a;
+            if u[a] == I::ZERO {
+                return Flight::One { kept: a, h: h[b], u: u[b], t };
+            }
+            if h[b] == I::ZERO && u[b] == I::ZERO {
+                return Flight::One { kept: b, h: h[a], u: u[a], t };
+            }
+            if let Some((end, rate, duration)) = self.bounces(a, h[b], u) {
+                return Flight::One { kept: a, h: end, u: rate, t: t + duration };
+            }
+            if let Some(tail) = self.clatters(a, h[b], u)
+                && t.hi > 0.0
+                && tail.hi <= TAIL * t.hi
+            {
+                return Flight::Two { t: t + I::new(0.0, tail.hi) };
+            }
+            let again = u[a].times(2.0) / self.g[a];
+            let Some(lands) = landing(h[b], u[b], -self.g[b]) else { return Flight::Unknown };
+            let first = (lands - again).sign();
+            let (hit, dt) = match first {
+                Some(-1) => (b, lands),
+                Some(1) => (a, again),
+                _ => return Flight::Unknown,
+            };
+            let other = 1 - hit;
+            let next = |i: usize| h[i] + u[i] * dt - self.g[i] * dt.square().times(0.5);
+            let left = next(other);
+            let rate_hit = if hit == a {
+                -u[a]
+            } else {
+                -(u[b].square() + self.g[b] * h[b].times(2.0)).sqrt()
+            };
+            let rate_other = u[other] - self.g[other] * dt;
+            let mut rates = [I::ZERO; 2];
+            (rates[hit], rates[other]) = (rate_hit, rate_other);
+            u = self.hit(rates, hit);
+            h = [I::ZERO; 2];
+            let Some(left) = left.non_negative() else { return Flight::Unknown };
+            h[other] = left;
+            t = t + dt;
+            a = hit;
+        }
+        Flight::Unknown
+    }
+
+    /// The bounces at a to their limit, if b is certainly clear of the terrain all along: gap and rate of b then, and when.
+    fn bounces(&self, a: usize, h: I, u: [I; 2]) -> Option<(I, I, I)> {
+        let b = 1 - a;
+        let e = self.e[a];
+        let loss = I::ONE - e;
+        let t = u[a].times(2.0) / (self.g[a] * loss);
+        let fall = (self.g[b] + e * self.psi[a] * self.g[a]).times(0.5);
+        let end = h + t * (u[b] - t * fall);
+        if !end.is_positive() {
+            return None;
+        }
+        if !(self.psi[a].lo >= 0.0) {
+            // At the impacts the gap of b is h + p y − q y² with y in (0, 1), positive at both ends.
+            let kick = (I::ONE + e) * self.psi[a];
+            let lift = kick * u[a] * t / loss;
+            let p = u[b] * t + lift * loss / (I::ONE + e);
+            let q = self.g[b] * t.square().times(0.5) + lift / (I::ONE + e);
+            let least = p.square() + (q * h).times(4.0);
+            if !(q.lo >= 0.0 || p.lo >= 0.0 || least.is_negative()) {
+                return None;
+            }
+        }
+        let rate = u[b] - self.g[b] * t - (I::ONE + e) * self.psi[a] * u[a] / loss;
+        Some((end, rate, t))
+    }
+
+    /// An upper bound on the time until both contacts rest, after an impact at a, if they certainly clatter to it [certificate
+    /// for e_1 = e_2].
+    fn clatters(&self, a: usize, h: I, u: [I; 2]) -> Option<I> {
+        let b = 1 - a;
+        let e = self.e[0];
+        if self.e[0] != self.e[1] || !self.psi[0].is_positive() || !u[b].is_negative() {
+            return None;
+        }
+        let p = (I::ONE + e) * (self.psi[0] * self.psi[1]).sqrt();
+        let root = p.square() - e.times(4.0);
+        if !(root.lo >= 0.0) {
+            return None;
+        }
+        let large = (p + root.sqrt()).times(0.5);
+        let small = e / large;
+        let scale = (self.psi[a] / self.psi[b]).sqrt();
+        let ratio = scale * u[a] / -u[b];
+        if !(ratio.hi < large.lo) {
+            return None;
+        }
+        let most = I::from(ratio.hi.max(small.hi));
+        let kappa = most * most.square() / e.square();
+        let tau = landing(h, u[b], -self.g[b])?;
+        let eta = self.g[a] * tau / u[a].times(2.0);
+        let pull = (self.psi[b] / self.psi[a]).sqrt() * self.g[b] / self.g[a];
+        let certain =
+            kappa.hi < 1.0 && eta.hi < 1.0 && (pull * kappa * eta * (I::ONE - eta)).hi < 1.0;
+        // T0, an upper bound
+        certain.then(|| h / (-u[b] - scale * u[a] / large))
+    }
+}
+
+/// When a gap h ≥ 0 with rate u and acceleration a comes down to zero; `None` if it is not certain that it does.
+fn landing(h: I, u: I, a: I) -> Option<I> {
+    let square = u.square() - (a * h).times(2.0);
+    if a.is_negative() {
+        let root = square.non_negative()?.sqrt();
+        let late = (u + root) / -a;
+        if u.hi < 0.0 {
+            let early = h.times(2.0) / (root - u);
+            return Some(I::new(early.lo.max(0.0), early.hi));
+        }
+        return Some(I::new(late.lo.max(0.0), late.hi));
+    }
+    if u.is_negative() && square.is_positive() {
+        return Some(h.times(2.0) / (square.sqrt() - u));
+    }
+    None
+}
+
+/// Speed of the landing of a gap h ≥ 0 with rate u and acceleration a: √(u² − 2ah).
+fn fall(h: I, u: I, a: I) -> I {
+    (u.square() - (a * h).times(2.0)).non_negative().map_or(I::ZERO, I::sqrt)
+}
+
+/// ξ/y for y ≥ 0.
+pub(crate) fn tangent(xi: I, y: I) -> I {
+    if xi == I::ZERO {
+        return I::ZERO;
+    }
+    let quotient = |x: f64, near: f64, far: f64| {
+        let y = if x < 0.0 { near } else { far };
+        if x == 0.0 { 0.0 } else { x / y }
+    };
+    let (lo, hi) = (quotient(xi.lo, y.lo, y.hi), quotient(xi.hi, y.hi, y.lo));
+    I::new(lo.next_down(), hi.next_up())
+}
+
+/// x + a, where x may reach to infinity.
+fn shifted(x: I, a: I) -> I {
+    I::new((x.lo + a.lo).next_down(), (x.hi + a.hi).next_up())
+}
+
+/// Whether a gap h ≥ 0 with rate u and acceleration a certainly never comes down to zero.
+fn never_lands(h: I, u: I, a: I) -> bool {
+    let rises = u.lo >= 0.0 && a.lo >= 0.0;
+    let turns = a.is_positive() && (u.square() - (a * h).times(2.0)).is_negative();
+    rises || turns
+}
+
+impl CornerMap {
+    pub(crate) fn new(posture: &Posture) -> Option<Self> {
+        let local = Local::new(posture)?;
+        let slides = [0, 1].map(|k| {
+            let alpha = if local.alpha[k].is_positive() { 1.0 } else { -1.0 };
+            [local.slide(k, -alpha), local.slide(k, alpha)]
+        });
+        Some(Self {
+            flights: [local.flight(0), local.flight(1)],
+            stills: [local.still(0), local.still(1)],
+            both: [local.both(-1.0), local.both(1.0)],
+            slides,
+            local,
+        })
+    }
+
+    /// Whether some contact jams when it slides alone.
+    pub(crate) fn jams(&self) -> bool {
+        let l = &self.local;
+        (0..2).any(|k| {
+            [1.0, -1.0]
+                .into_iter()
+                .any(|side| (l.nn[k][k] - l.mu[k].times(side) * l.tn[k][k]).is_negative())
+        })
+    }
+
+    /// Whether the flight after a corner is not known.
+    pub(crate) fn flies_unknown(&self) -> bool {
+        self.flights.contains(&Flight::Unknown)
+    }
+
+    pub(crate) fn local(&self) -> &Local {
+        &self.local
+    }
+
+    /// The images of the corners of a cell at contact j.
+    pub(crate) fn images(&self, j: usize, cell: &Cell) -> Images {
+        let mut images = Images::none();
+        let i = 1 - j;
+        let l = &self.local;
+        let shift = l.beta[i][j] / l.alpha[i];
+        match self.flights[j] {
+            Flight::Unknown => images.push(Image::Unknown),
+            Flight::Two { t } => {
+                let s = cell.xi + (shift + l.drift * t) * cell.y;
+                self.together(s, &mut images);
+            }
+            Flight::One { kept, h, u, t } => {
+                let m = 1 - kept;
+                let from = shift + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
+                let start = cell.xi + from * cell.y;
+                self.parts(start, &mut images, |side, xi, images| {
+                    self.slide(&Slide { k: kept, from, h, u, cell }, side, xi, images);
+                });
+            }
+        }
+        images
+    }
+
+    /// What happens to the parts of an interval of speeds below, at and above zero.
+    fn parts(&self, speed: I, images: &mut Images, mut what: impl FnMut(i8, I, &mut Images)) {
+        if speed.lo < 0.0 {
+            what(-1, I::new(speed.lo, speed.hi.min(0.0)), images);
+        }
+        if speed.hi > 0.0 {
+            what(1, I::new(speed.lo.max(0.0), speed.hi), images);
+        }
+        if speed == I::ZERO {
+            what(0, speed, images);
+        }
+    }
+
+    /// Contact k slides at ξ, a part of ξ + from y on one side of zero; the other one is in the air.
+    fn slide(&self, start: &Slide, side: i8, xi: I, images: &mut Images) {
+        let Slide { k, from, h, u, cell } = *start;
+        let (m, y) = (1 - k, cell.y);
+        if side == 0 {
+            return self.turn(k, h * y.square(), u * y, None, None, images);
+        }
+        let Some(arc) = self.slides[k][usize::from(side > 0)] else {
+            return images.push(Image::Unknown);
+        };
+        let sign = f64::from(side);
+        let slows = arc.along.times(sign).sign();
+        if let Some(t) = landing(h, u, arc.normal) {
+            // ξ' = ξ + B y, y' = K y, where that is still on this side.
+            let (bend, factor) = (from + arc.along * t, fall(h, u, arc.normal));
+            let clip = |x: I| {
+                if side > 0 { I::new(x.lo.max(0.0), x.hi) } else { I::new(x.lo, x.hi.min(0.0)) }
+            };
+            let end = xi + arc.along * t * y;
+            let part = clip(end);
+            if part.lo <= part.hi {
+                let form = Form { xx: I::ONE, xy: bend, yy: bend.square() + factor.square() };
+                let slope = clip(shifted(cell.slope, bend) / factor);
+                let y = factor * y;
+                images.push(Image::Corner {
+                    contact: m,
+                    xi: part,
+                    y,
+                    slope: if factor.is_positive() && slope.lo <= slope.hi {
+                        slope
+                    } else {
+                        tangent(part, y)
+                    },
+                    most: form.most(cell).max(0.0).sqrt().next_up(),
+                });
+            }
+            match slows {
+                Some(-1) if end.times(sign).lo <= 0.0 => {
+                    let stop = -xi / arc.along;
+                    let stop = I::new(stop.lo.max(0.0), stop.hi.min((t * y).hi));
+                    if stop.lo <= stop.hi {
+                        self.stop(start, side, &arc, stop, images);
+                    }
+                }
+                Some(_) => {}
+                None => images.push(Image::Unknown),
+            }
+            return;
+        }
+        match slows {
+            Some(-1) => {
+                if !never_lands(h, u, arc.normal) {
+                    return images.push(Image::Unknown);
+                }
+                let stop = -xi / arc.along;
+                self.stop(start, side, &arc, I::new(stop.lo.max(0.0), stop.hi), images);
+            }
+            Some(_) if never_lands(h, u, arc.normal) => images.push(Image::Escape),
+            _ => images.push(Image::Unknown),
+        }
+    }
+
+    /// The sliding of contact k has come to its end after the time `t`.
+    fn stop(&self, start: &Slide, side: i8, arc: &Arc, t: I, images: &mut Images) {
+        let Slide { k, from, h, u, cell } = *start;
+        let y = cell.y;
+        let gap = h * y.square() + u * y * t + (arc.normal * t.square()).times(0.5);
+        let rate = u * y + arc.normal * t;
+        let Some(gap) = gap.non_negative() else { return images.push(Image::Unknown) };
+        let form = match self.stills[k] {
+            Still::Fixed(still) => {
+                // y'² = A y² + 2B yτ + C τ² with τ = p ξ + q y
+                let less = arc.normal - still.normal;
+                let a = u.square() - (still.normal * h).times(2.0);
+                let (b, c) = (u * less, arc.normal * less);
+                let (p, q) = (-I::ONE / arc.along, -from / arc.along);
+                let form = Form {
+                    xx: c * p.square(),
+                    xy: (b + c * q) * p,
+                    yy: a + (b * q).times(2.0) + c * q.square(),
+                };
+                Some(form.most(cell).max(0.0).sqrt().next_up())
+            }
+            _ => None,
+        };
+        self.turn(k, gap, rate, Some(side), form, images);
+    }
+
+    /// Contact k is at rest, after it slid to this side; the other one is in the air. `most`: a bound on its speed at the landing.
+    fn turn(&self, k: usize, h: I, u: I, side: Option<i8>, most: Option<f64>, images: &mut Images) {
+        let m = 1 - k;
+        let arc = match self.stills[k] {
+            Still::Fixed(arc) => arc,
+            Still::Slides(to, arc) if side != Some(to) => arc,
+            _ => return images.push(Image::Unknown),
+        };
+        match landing(h, u, arc.normal) {
+            Some(t) => {
+                let (xi, y) = (arc.along * t, fall(h, u, arc.normal));
+                let size = (xi.square() + y.square()).sqrt().hi;
+                images.push(Image::Corner {
+                    contact: m,
+                    xi,
+                    y,
+                    slope: tangent(xi, y),
+                    most: most.map_or(size, |most| most.min(size)),
+                });
+            }
+            None if never_lands(h, u, arc.normal) => images.push(Image::Escape),
+            None => images.push(Image::Unknown),
+        }
+    }
+
+    /// Both contacts rest, and slide at s.
+    pub(crate) fn together(&self, s: I, images: &mut Images) {
+        if s.contains_zero() {
+            images.push(Image::Rest);
+        }
+        self.parts(s, images, |side, s, images| {
+            let k = match self.both[usize::from(side > 0)] {
+                _ if side == 0 => return, // at rest
+                Both::Stops => return images.push(Image::Rest),
+                Both::Runs => return images.push(Image::Escape),
+                Both::Unknown => return images.push(Image::Unknown),
+                Both::Lifts(k) => k,
+            };
+            let Some(arc) = self.slides[k][usize::from(side > 0)] else {
+                return images.push(Image::Unknown);
+            };
+            match arc.along.times(f64::from(side)).sign() {
+                Some(-1) => {
+                    let t = -s / arc.along;
+                    let t = I::new(t.lo.max(0.0), t.hi);
+                    let gap = (arc.normal * t.square()).times(0.5);
+                    self.turn(k, gap, arc.normal * t, Some(side), None, images);
+                }
+                Some(_) => images.push(Image::Escape),
+                None => images.push(Image::Unknown),
+            }
+        });
+    }
+
+    /// What becomes of both contacts sliding with s < 0 or s > 0.
+    pub(crate) fn sliding_together(&self, right: bool) -> Images {
+        let mut images = Images::none();
+        self.together(if right { I::ONE } else { -I::ONE }, &mut images);
+        images
+    }
+
+    /// Near the fast-slide end of the corners at j: contact k stays on the terrain all along, ξ' = ξ + B y, y' = K y. Returns
+    /// (the contact that lands next, B, K); `None` if it does not go on so.
+    pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I)> {
+        let Flight::One { kept, h, u, t } = self.flights[j] else { return None };
+        let (i, m, l) = (1 - j, 1 - kept, &self.local);
+        let arc = self.slides[kept][usize::from(right)]?;
+        let from = l.beta[i][j] / l.alpha[i] + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
+        let time = landing(h, u, arc.normal)?;
+        Some((m, from + arc.along * time, fall(h, u, arc.normal)))
+    }
+
+    /// Whether every motion with one contact on the terrain ends in a landing of the other one, however it starts; `Some(false)`
+    /// if some do not, certainly.
+    pub(crate) fn returns(&self) -> Option<bool> {
+        let mut all = Some(true);
+        let mut need = |holds: Option<bool>| {
+            all = match (all, holds) {
+                (Some(false), _) | (_, Some(false)) => Some(false),
+                (None, _) | (_, None) => None,
+                _ => Some(true),
+            };
+        };
+        let falls = |arc: &Arc| match arc.normal.sign() {
+            Some(-1) => Some(true),
+            Some(_) => Some(false),
+            None => None,
+        };
+        for k in 0..2 {
+            let back = match &self.stills[k] {
+                Still::Fixed(arc) | Still::Slides(_, arc) => falls(arc),
+                Still::Unknown => None,
+            };
+            need(back);
+            for right in [false, true] {
+                let Some(arc) = &self.slides[k][usize::from(right)] else {
+                    need(None);
+                    continue;
+                };
+                let side = if right { 1.0 } else { -1.0 };
+                need(match (falls(arc), arc.along.times(side).sign()) {
+                    (Some(true), _) => Some(true),
+                    (_, Some(-1)) => back,
+                    (Some(false), Some(_)) => Some(false),
+                    _ => None,
+                });
+            }
+        }
+        all
+    }
+}

@@ -1,0 +1,126 @@
+//! Where the centre of mass may be for the contacts to hold the body, and the forces that do.
+//!
+//! The edges of the friction cones, u = n_i ± μ_i t_i with moments m_u = x_i × u, carry a weight of one at abscissa x if
+//!
+//! ```text
+//! Σ a_u u = e_y,   Σ a_u m_u = x,   a_u ≥ 0.
+//! ```
+//!
+//! Over these x runs a linear programme with two equations beside its objective: its extremes lie on two edges, or on one
+//! that is vertical, whatever the number of contacts; and it is unbounded in the directions of the moments of those
+//! combinations of at most three edges that carry no force at all (a squeeze).
+
+use nalgebra::Vector2;
+
+use crate::posture::Posture;
+
+/// An edge of a friction cone: its direction and its moment about the origin.
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    u: Vector2<f64>,
+    moment: f64,
+}
+
+/// Sine of the angle between two edges below which they are parallel: a few roundings of slopes and friction.
+const PARALLEL: f64 = 8.0 * f64::EPSILON;
+
+/// Moment of a combination without force, relative to the sizes that it is a difference of, that counts as none.
+const SQUEEZE: f64 = 1e-13;
+
+impl Edge {
+    fn cross(&self, other: &Self) -> f64 {
+        let sine = self.u.perp(&other.u);
+        if sine.abs() <= PARALLEL * self.u.norm() * other.u.norm() { 0.0 } else { sine }
+    }
+}
+
+/// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the
+/// nominal posture can balance gravity; ±∞ where there is no bound, `None` if there is no such place. Without gravity:
+/// everywhere.
+///
+/// Closed form over pairs of cone edges for any number of contacts [Or & Rimon 2008, III]. Only contacts that touch in the
+/// nominal posture count.
+#[must_use]
+pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
+    if posture.fields().gravity == 0.0 {
+        return Some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let edges = edges(posture);
+    let mut region = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut take = |x: f64| region = [region[0].min(x), region[1].max(x)];
+    for (k, u) in edges.iter().enumerate() {
+        if u.u.x == 0.0 {
+            take(u.moment / u.u.y);
+        }
+        for v in &edges[k + 1..] {
+            let d = u.cross(v);
+            if d != 0.0 {
+                let (a, b) = (-v.u.x / d, u.u.x / d);
+                if a >= 0.0 && b >= 0.0 {
+                    take(a * u.moment + b * v.moment);
+                }
+            }
+        }
+    }
+    if region[0] > region[1] {
+        return None; // an upward force is in no cone
+    }
+    let squeeze = squeeze(&edges);
+    if squeeze[0] {
+        region[0] = f64::NEG_INFINITY;
+    }
+    if squeeze[1] {
+        region[1] = f64::INFINITY;
+    }
+    Some(region)
+}
+
+/// The edges of all friction cones; one for a contact without friction. Moments about the nominal centre of mass lose no
+/// digits to the place of the origin; the abscissas are shifted back.
+fn edges(posture: &Posture) -> Vec<Edge> {
+    let mut edges = Vec::new();
+    for (contact, k) in posture.contacts().iter().zip(posture.geometry()) {
+        if k.offset != 0.0 {
+            continue;
+        }
+        let sides: &[f64] = if contact.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+        for side in sides {
+            let u = k.normal + k.tangent * (side * contact.friction);
+            edges.push(Edge { u, moment: Vector2::from(contact.point).perp(&u) });
+        }
+    }
+    edges
+}
+
+/// Whether combinations of edges without force have a negative, or a positive moment.
+fn squeeze(edges: &[Edge]) -> [bool; 2] {
+    let mut found = [false; 2];
+    let mut take = |moment: f64, size: f64| {
+        found[0] |= moment < -SQUEEZE * size;
+        found[1] |= moment > SQUEEZE * size;
+    };
+    for (i, u) in edges.iter().enumerate() {
+        for (j, v) in edges.iter().enumerate().skip(i + 1) {
+            let uv = u.cross(v);
+            if uv == 0.0 {
+                if u.u.dot(&v.u) < 0.0 {
+                    // u/|u| + v/|v| = 0
+                    let (a, b) = (u.moment / u.u.norm(), v.moment / v.u.norm());
+                    take(a + b, a.abs() + b.abs());
+                }
+                continue;
+            }
+            for w in &edges[j + 1..] {
+                // a u + b v + c w = 0 with a : b : c = v×w : w×u : u×v
+                let (a, b) = (v.cross(w), w.cross(u));
+                let sign = uv.signum();
+                if a * sign > 0.0 && b * sign > 0.0 {
+                    let parts = [a * u.moment, b * v.moment, uv * w.moment];
+                    let moment: f64 = parts.iter().sum();
+                    take(sign * moment, parts.iter().map(|part| part.abs()).sum());
+                }
+            }
+        }
+    }
+    found
+}
