@@ -67,7 +67,8 @@ pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
 pub use stability::{
-    By, CornerStep, Evidence, Reason, SelfSimilar, Stability, Verdict, chatter_bound,
+    BATCHES, By, CornerStep, Evidence, Exponents, Fate, FateKind, Orbit, OrbitEnd, Reason,
+    ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, Verdict, chatter_bound,
     chatter_restitution, clattering_bound, clattering_restitution, coupling, equilibrium_region,
     neimark_sacker, self_similar, stability,
 };

@@ -12,13 +12,17 @@
 mod certify;
 mod clattering;
 mod corner;
+mod fate;
 mod interval;
+mod reduced;
 mod region;
 
 pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
     coupling, neimark_sacker, self_similar,
 };
+pub use fate::{Fate, FateKind};
+pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 
 use serde::Serialize;

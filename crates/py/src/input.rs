@@ -196,6 +196,11 @@ pub(crate) fn restitutions(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     })
 }
 
+/// The reduced coupling of two contacts, a single number.
+pub(crate) fn coupling(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    real("psi", value)
+}
+
 /// The friction of each contact.
 pub(crate) fn frictions(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     per_contact("friction", value, real)
@@ -249,12 +254,21 @@ pub(crate) fn triples<'py>(
     field: &str,
     value: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    tuples(field, value, 3)
+}
+
+/// An array of shape (..., n).
+pub(crate) fn tuples<'py>(
+    field: &str,
+    value: &Bound<'py, PyAny>,
+    n: usize,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = doubles(field, value)?;
-    if array.as_array().shape().last() != Some(&3) {
+    if array.as_array().shape().last() != Some(&n) {
         return Err(to_py(&Error::Unusable {
             field: field.into(),
             value: format!("array of shape {:?}", array.as_array().shape()),
-            allowed: "an array of shape (..., 3)".into(),
+            allowed: format!("an array of shape (..., {n})"),
         }));
     }
     Ok(array)

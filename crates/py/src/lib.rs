@@ -7,6 +7,7 @@ mod input;
 mod modes;
 mod options;
 mod posture;
+mod reduced;
 mod run;
 mod scene;
 mod stability;
@@ -21,6 +22,11 @@ mod _core {
     use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]
     use crate::posture::{PyContact, PyLocalModel, PyPosture};
+    #[pymodule_export]
+    use crate::reduced::{
+        PyExponents, PyFate, PyOrbit, PySelfSimilar, chatter_bound, chatter_restitution,
+        clattering_bound, clattering_restitution, neimark_sacker, self_similar,
+    };
     #[pymodule_export]
     use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]

@@ -32,6 +32,14 @@ pub(crate) fn stopped(
     py: Python<'_>,
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
 ) -> PyResult<PyRun> {
+    interruptible(py, run).map(PyRun)
+}
+
+/// Computes without the GIL what ends early, with nothing, once `cancel` says so: at Ctrl-C.
+pub(crate) fn interruptible<T: Send>(
+    py: Python<'_>,
+    compute: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
+) -> PyResult<T> {
     let raised = Mutex::new(None);
     let cancel = || {
         Python::attach(|py| match py.check_signals() {
@@ -44,8 +52,8 @@ pub(crate) fn stopped(
             }
         })
     };
-    match py.detach(|| run(&cancel)).map_err(|e| to_py(&e))? {
-        Some(trajectory) => Ok(PyRun(trajectory)),
+    match py.detach(|| compute(&cancel)).map_err(|e| to_py(&e))? {
+        Some(found) => Ok(found),
         None => Err(raised
             .into_inner()
             .ok()

@@ -2,12 +2,20 @@
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use standfast::{Contact, Error, Fields, LocalModel, Posture, State};
+use standfast::{Contact, Error, Fields, LocalModel, Posture, ReducedMap, State};
 
 use crate::error::to_py;
 use crate::input;
-use crate::options::{call, float, pair_text, stopped};
+use crate::options::{call, float, interruptible, pair_text, stopped};
+use crate::reduced::{PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::PyRun;
+
+/// Most impacts of an orbit that is not kept: far more than a lifetime of computing.
+const MOST_IMPACTS: usize = 1 << 52;
+/// Impacts for which the fate of a motion is looked for, unless told.
+const FATE_IMPACTS: usize = 10_000;
+/// States between two looks at whether the caller wants to stop.
+const STATES: usize = 256;
 
 /// A point of the body on a straight piece of terrain.
 ///
@@ -404,6 +412,128 @@ impl PyLocalModel {
             ..Default::default()
         };
         stopped(py, |cancel| self.0.simulate_until(gaps, rates, theta, omega, &options, cancel))
+    }
+
+    /// The first n impacts up to scale: Orbit. Fewer where one contact bounces alone from some impact on.
+    ///
+    /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. A state right after an impact, with a gap of zero and its rate
+    /// positive, is row 0; from any other the motion goes on to its first impact. However long, an orbit neither underflows
+    /// nor overflows: only the logarithm of its size is kept.
+    ///
+    /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity has to press on
+    /// both contacts, and restitution to be at least 1e-12.
+    ///
+    /// >>> import standfast as sf
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
+    /// >>> c = sf.self_similar(0.5, 0.9)        # every impact takes all speeds times c
+    /// >>> orbit = local.orbit(gaps=(0, c.gap), rates=(1, c.rate), n=4)
+    /// >>> orbit.contacts, orbit.log_sizes - orbit.log_sizes[0]
+    /// (array([1, 2, 1, 2]), array([ 0.        , ...
+    fn orbit(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
+        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
+        n: &Bound<'_, PyAny>,
+    ) -> PyResult<PyOrbit> {
+        let n = input::whole("n", n, 1..=input::MOST_SAMPLES)?;
+        let map = ReducedMap::new(&self.0).map_err(|e| to_py(&e))?;
+        let orbit = py.detach(|| self.0.orbit(gaps, rates, n)).map_err(|e| to_py(&e))?;
+        Ok(PyOrbit { map, orbit })
+    }
+
+    /// Mean growth per impact of speeds and of differences in shape: Exponents.
+    ///
+    /// The means are over n impacts after `transient` others. See `orbit` for gaps, rates and what is refused.
+    ///
+    /// >>> import standfast as sf
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
+    /// >>> chaos = local.exponents(gaps=(0, 0.3), rates=(1, -1), n=1_000_000)
+    /// >>> round(chaos.sigma, 3), round(chaos.lyapunov[0], 2)
+    /// (-0.038, 0.2)
+    #[pyo3(signature = (gaps, rates, n=None, transient=None), text_signature = "($self, gaps, rates, n=100_000, transient=1000)")]
+    fn exponents(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
+        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
+        n: Option<&Bound<'_, PyAny>>,
+        transient: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyExponents> {
+        let n = n.map_or(Ok(100_000), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
+        let transient =
+            transient.map_or(Ok(1000), |n| input::whole("transient", n, 0..=MOST_IMPACTS))?;
+        interruptible(py, |cancel| self.0.exponents_until(gaps, rates, n, transient, cancel))
+            .map(PyExponents)
+    }
+
+    /// What becomes of a motion: Fate. Looked at for n impacts at most.
+    ///
+    /// See `orbit` for gaps, rates and what is refused.
+    ///
+    /// >>> import standfast as sf
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> local.fate(gaps=(0, 0.1), rates=(0.1, -1.9))
+    /// <Fate: clattering, certified, known after 0 impacts>
+    /// >>> local.fate(gaps=(0, 1), rates=(0.1, 0)).kind
+    /// '1-zeno'
+    #[pyo3(signature = (gaps, rates, n=None), text_signature = "($self, gaps, rates, n=10_000)")]
+    fn fate(
+        &self,
+        py: Python<'_>,
+        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
+        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
+        n: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyFate> {
+        let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
+        interruptible(py, |cancel| self.0.fate_until(gaps, rates, n, cancel)).map(PyFate)
+    }
+
+    /// The fates of many motions: gaps, rates of shape (..., 2). A structured array of shape (...) with the fields of Fate:
+    /// kind, contact and period (0 where there is none), certified, hits, sigma.
+    ///
+    /// >>> import numpy as np
+    /// >>> import standfast as sf
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> rates = [[0.1, u] for u in (-2, -1, 0)]
+    /// >>> local.fates(gaps=np.broadcast_to((0, 0.1), (3, 2)), rates=rates)["kind"]
+    /// array(['clattering', 'clattering', '1-zeno'], dtype='<U12')
+    #[pyo3(signature = (gaps, rates, n=None), text_signature = "($self, gaps, rates, n=10_000)")]
+    fn fates<'py>(
+        &self,
+        py: Python<'py>,
+        gaps: &Bound<'py, PyAny>,
+        rates: &Bound<'py, PyAny>,
+        n: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
+        let (gaps, rates) = (input::tuples("gaps", gaps, 2)?, input::tuples("rates", rates, 2)?);
+        let shape = gaps.as_array().shape().to_vec();
+        if rates.as_array().shape() != shape {
+            return Err(to_py(&Error::Unusable {
+                field: "rates".into(),
+                value: format!("array of shape {:?}", rates.as_array().shape()),
+                allowed: format!("the shape of gaps, {shape:?}"),
+            }));
+        }
+        let pairs = |array: &PyReadonlyArrayDyn<'py, f64>| -> Vec<[f64; 2]> {
+            array.as_array().rows().into_iter().map(|row| [row[0], row[1]]).collect()
+        };
+        let (gaps, rates) = (pairs(&gaps), pairs(&rates));
+        let fates = interruptible(py, |cancel| {
+            let mut fates = Vec::with_capacity(gaps.len());
+            for (k, (gaps, rates)) in gaps.iter().zip(&rates).enumerate() {
+                if k % STATES == STATES - 1 && cancel() {
+                    return Ok(None);
+                }
+                let Some(fate) = self.0.fate_until(*gaps, *rates, n, cancel)? else {
+                    return Ok(None);
+                };
+                fates.push(fate);
+            }
+            Ok(Some(fates))
+        })?;
+        fate_table(py, &fates, &shape[..shape.len() - 1])
     }
 
     fn __repr__(&self) -> String {

@@ -1,0 +1,266 @@
+//! What becomes of a clattering motion.
+
+use crate::error::Error;
+use crate::local::LocalModel;
+use crate::stability::clattering::clattering_bound;
+use crate::stability::reduced::{OrbitEnd, PATIENCE, ReducedMap, ReducedStep, Shape};
+use crate::trajectory::ContactNumber;
+
+/// Distance, relative to one plus the size of a coordinate, below which a shape counts as one that has been before. A chaotic orbit
+/// comes as close to itself by chance once in some 1e9 impacts; whatever comes so close is then tried by its tangent map.
+const RECURRENCE: f64 = 1e-9;
+/// Distance from a cycle, by its tangent map and in the same measure, within which a contracting one is taken for reached.
+const SETTLED: f64 = 1e-6;
+
+/// Rounding in a shape, relative to one plus the size of its coordinates, up to which what is found of it is said of the motion
+/// from its start on. A chaotic transient comes beyond it after some fifty impacts.
+const LOST: f64 = 1e-6;
+
+/// How a clattering motion goes on, or ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FateKind {
+    /// One contact bounces alone until it rests, the other in the air.
+    OneZeno,
+    /// Both contacts are hit in turn for ever, gravity becomes negligible, and both come to rest at once.
+    Clattering,
+    /// The shape comes to an attracting cycle: the motion repeats on a smaller and smaller scale.
+    SelfSimilar,
+    /// None of these within the impacts allowed: a quasi-periodic or chaotic shape, or one that settles slowly.
+    Other,
+    /// Both contacts land at the same instant: the impacts have no order.
+    None,
+}
+
+impl FateKind {
+    /// As the Python face spells it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::OneZeno => "1-zeno",
+            Self::Clattering => "clattering",
+            Self::SelfSimilar => "self-similar",
+            Self::Other => "other",
+            Self::None => "none",
+        }
+    }
+}
+
+/// What becomes of a clattering motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fate {
+    /// In a word.
+    pub kind: FateKind,
+    /// The contact that comes to rest in a 1-Zeno.
+    pub contact: Option<ContactNumber>,
+    /// Whether it is proved, for the start as it was given: a 1-Zeno, and clattering with equal restitutions, unless the impacts
+    /// before may have made more of its rounding than 1e-6 of the shape. A cycle is observed.
+    pub certified: bool,
+    /// Impacts after the first of the orbit until it is known.
+    pub hits: usize,
+    /// Impacts after which shape and contact repeat: 1 for a 1-Zeno, 2 for clattering.
+    pub period: Option<usize>,
+    /// Mean logarithm of the factor of all speeds per impact from then on; NaN where it is not known.
+    pub sigma: f64,
+}
+
+impl Fate {
+    fn of(kind: FateKind, hits: usize) -> Self {
+        Self { kind, contact: None, certified: false, hits, period: None, sigma: f64::NAN }
+    }
+}
+
+/// What the impacts have made of their own roundings so far: the covariance (vv, vy, yy) of the shape, as if they were independent.
+#[derive(Clone, Copy, Default)]
+struct Spread([f64; 3]);
+
+impl Spread {
+    /// After a step with tangent map A: P' = A P Aᵀ, and the roundings of this step itself.
+    fn after(self, step: &ReducedStep, rounding: [f64; 2]) -> Self {
+        let (Self([vv, vy, yy]), [[a, b], [c, d]]) = (self, step.tangent);
+        Self([
+            a * a * vv + 2.0 * a * b * vy + b * b * yy + rounding[0] * rounding[0],
+            a * c * vv + (a * d + b * c) * vy + b * d * yy,
+            c * c * vv + 2.0 * c * d * vy + d * d * yy + rounding[1] * rounding[1],
+        ])
+    }
+
+    /// Whether the shape is still that of the start. (What is no number is not small, either.)
+    fn is_small(self, shape: &Shape) -> bool {
+        let (v, y) = (LOST * (1.0 + shape.rate.abs()), LOST * (1.0 + shape.gap));
+        self.0[0] <= v * v && self.0[2] <= y * y
+    }
+}
+
+impl ReducedMap {
+    /// Bounds of the roundings of a step, of the largest terms in its sums.
+    fn rounding(&self, from: &Shape, step: &ReducedStep) -> [f64; 2] {
+        let e = self.frozen.e[step.shape.contact.index()];
+        let back = 2.0 / self.frozen.g[from.contact.index()];
+        let gap = (back * (1.0 + from.rate.abs()) + from.gap) / (step.factor * step.factor);
+        [step.shape.rate.abs() + 2.0 / e, gap].map(|size| f64::EPSILON * size)
+    }
+
+    fn ended(&self, end: OrbitEnd, hits: usize) -> Fate {
+        match end {
+            OrbitEnd::Tie => Fate::of(FateKind::None, hits),
+            OrbitEnd::OneZeno(contact) => Fate {
+                contact: Some(contact),
+                certified: true,
+                period: Some(1),
+                sigma: libm::log(self.frozen.e[contact.index()]),
+                ..Fate::of(FateKind::OneZeno, hits)
+            },
+        }
+    }
+
+    /// Clattering for ever from this shape on, if the certificate says so; for two restitutions, whose certificate leaves gravity
+    /// out, only beyond the bound of clattering convergence.
+    fn clatters(&self, shape: &Shape, hits: usize) -> Option<Fate> {
+        let (a, gaps) = (shape.contact.index(), self.gaps(shape));
+        let tail = self.frozen.clatter_tail(a, &gaps)?;
+        let [e1, e2] = self.frozen.e;
+        if !self.frozen.certainly_clatters(a, &gaps)
+            || !(tail.proved || self.psi > clattering_bound([e1, e2]))
+        {
+            return None;
+        }
+        // Two impacts multiply the speeds by the larger root of Λ² − (p_1p_2 − e_1 − e_2)Λ + e_1e_2.
+        let trace = (1.0 + e1) * (1.0 + e2) * self.psi * self.psi - e1 - e2;
+        let root = (trace * trace - 4.0 * e1 * e2).max(0.0).sqrt();
+        Some(Fate {
+            certified: tail.proved,
+            period: Some(2),
+            sigma: 0.5 * libm::log(0.5 * (trace + root)),
+            ..Fate::of(FateKind::Clattering, hits)
+        })
+    }
+
+    /// The mean growth over `period` impacts from `shape` on, if these lead next to an attracting cycle: with A their tangent map,
+    /// its eigenvalues lie in the unit circle and (1 − A)⁻¹(x' − x) is small.
+    fn attracting_cycle(&self, shape: &Shape, period: usize) -> Option<f64> {
+        let (mut now, mut a, mut log) = (*shape, [[1.0, 0.0], [0.0, 1.0]], 0.0);
+        for _ in 0..period {
+            let step = self.step(&now).ok()?;
+            let t = step.tangent;
+            a = [0, 1].map(|i| [0, 1].map(|k| t[i][0] * a[0][k] + t[i][1] * a[1][k]));
+            log += libm::log(step.factor);
+            now = step.shape;
+        }
+        let trace = a[0][0] + a[1][1];
+        let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+        // Both roots of λ² − trace λ + determinant lie in the unit circle (Jury).
+        let attracts = determinant < 1.0 && trace.abs() < 1.0 + determinant;
+        let (dv, dy) = (now.rate - shape.rate, now.gap - shape.gap);
+        let d = (1.0 - a[0][0]) * (1.0 - a[1][1]) - a[0][1] * a[1][0];
+        let to_v = ((1.0 - a[1][1]) * dv + a[0][1] * dy) / d;
+        let to_y = ((1.0 - a[0][0]) * dy + a[1][0] * dv) / d;
+        let near = to_v.abs() <= SETTLED * (1.0 + shape.rate.abs())
+            && to_y.abs() <= SETTLED * (1.0 + shape.gap);
+        (attracts && near).then(|| log / period as f64)
+    }
+}
+
+fn recurs(now: &Shape, before: &Shape) -> bool {
+    now.contact == before.contact
+        && (now.rate - before.rate).abs() <= RECURRENCE * (1.0 + before.rate.abs())
+        && (now.gap - before.gap).abs() <= RECURRENCE * (1.0 + before.gap)
+}
+
+impl LocalModel {
+    /// What becomes of a motion, looked at for `n` impacts at most.
+    ///
+    /// A 1-Zeno is decided exactly and clattering by its certificate. A cycle of shapes is looked for by comparing each with one
+    /// kept from before, at twice the distance each time (Brent's scheme), and taken if its tangent map contracts.
+    ///
+    /// # Errors
+    ///
+    /// As [`LocalModel::orbit`].
+    pub fn fate(&self, gaps: [f64; 2], rates: [f64; 2], n: usize) -> Result<Fate, Error> {
+        self.fate_until(gaps, rates, n, &|| false)
+            .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
+    }
+
+    /// As [`LocalModel::fate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    ///
+    /// # Errors
+    ///
+    /// As [`LocalModel::orbit`].
+    pub fn fate_until(
+        &self,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        n: usize,
+        cancel: &dyn Fn() -> bool,
+    ) -> Result<Option<Fate>, Error> {
+        let map = ReducedMap::new(self)?;
+        let mut shape = match map.start(gaps, rates)?.first {
+            Ok(shape) => shape,
+            Err(end) => return Ok(Some(map.ended(end, 0))),
+        };
+        // The shape kept, impacts since, and for how many more it is kept; an answer of no holds for all of them.
+        let (mut kept, mut since, mut keep, mut tried) = (shape, 0, 1, false);
+        let mut spread = Spread::default();
+        let of_the_start = |spread: Spread, shape: &Shape, fate: Fate| Fate {
+            certified: fate.certified && spread.is_small(shape),
+            ..fate
+        };
+        for hits in 0..n {
+            if hits % PATIENCE == PATIENCE - 1 && cancel() {
+                return Ok(None);
+            }
+            if let Some(fate) = map.clatters(&shape, hits) {
+                return Ok(Some(of_the_start(spread, &shape, fate)));
+            }
+            shape = match map.step(&shape) {
+                Ok(step) => {
+                    spread = spread.after(&step, map.rounding(&shape, &step));
+                    step.shape
+                }
+                Err(end) => return Ok(Some(of_the_start(spread, &shape, map.ended(end, hits)))),
+            };
+            since += 1;
+            if !tried && recurs(&shape, &kept) {
+                if let Some(sigma) = map.attracting_cycle(&kept, since) {
+                    let (period, hits) = (Some(since), hits + 1);
+                    let fate = Fate { period, sigma, ..Fate::of(FateKind::SelfSimilar, hits) };
+                    return Ok(Some(fate));
+                }
+                tried = true;
+            }
+            if since == keep {
+                (kept, since, keep, tried) = (shape, 0, 2 * keep, false);
+            }
+        }
+        Ok(Some(Fate::of(FateKind::Other, n)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stability::clattering::{neimark_sacker, self_similar};
+
+    fn fate(e: f64, psi: f64, n: usize) -> Fate {
+        let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap();
+        model.fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
+    }
+
+    #[test]
+    fn each_fate_has_its_example() {
+        let clattering = fate(0.1, 0.9, 100);
+        assert_eq!((clattering.kind, clattering.certified), (FateKind::Clattering, true));
+        let one = fate(0.1, 0.1, 100);
+        assert_eq!((one.kind, one.certified, one.sigma), (FateKind::OneZeno, true, 0.1_f64.ln()));
+        assert_eq!(fate(0.9, 0.22, 10_000).kind, FateKind::Other);
+    }
+
+    #[test]
+    fn below_the_bound_it_is_self_similar() {
+        let (e, psi) = (0.5, 0.9);
+        let orbit = self_similar(e, psi).unwrap();
+        assert!(orbit.stable && psi > neimark_sacker(e));
+        let found = fate(e, psi, 100_000);
+        assert_eq!((found.kind, found.period), (FateKind::SelfSimilar, Some(2)));
+        assert!((found.sigma - orbit.factor.ln()).abs() < 1e-9, "{found:?}");
+    }
+}
