@@ -19,7 +19,7 @@ use crate::posture::PyPosture;
 /// >>> box = sf.Posture(mass=1, gyration_radius=0.4, center_of_mass=(0, 0.2), contacts=feet, restitution=0.1)
 /// >>> verdict = sf.stability(box)
 /// >>> verdict.frictional_stability, verdict.by, verdict.kinematic_strong
-/// ('stable', 'theorem-3', True)
+/// ('stable', 'theorem-3-loose', True)
 #[pyclass(frozen, name = "Verdict", module = "standfast")]
 pub(crate) struct PyVerdict {
     posture: Posture,
