@@ -39,6 +39,7 @@ from standfast._core import (
     simulate,
     stability,
 )
+from standfast.maps import sweep
 
 __all__ = [
     "Contact",
@@ -60,4 +61,5 @@ __all__ = [
     "schema",
     "simulate",
     "stability",
+    "sweep",
 ]

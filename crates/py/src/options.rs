@@ -32,6 +32,14 @@ pub(crate) fn stopped(
     py: Python<'_>,
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
 ) -> PyResult<PyRun> {
+    interruptible(py, run).map(PyRun)
+}
+
+/// Computes without the GIL; Ctrl-C ends it.
+pub(crate) fn interruptible<T: Send>(
+    py: Python<'_>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
+) -> PyResult<T> {
     let raised = Mutex::new(None);
     let cancel = || {
         Python::attach(|py| match py.check_signals() {
@@ -44,14 +52,10 @@ pub(crate) fn stopped(
             }
         })
     };
-    match py.detach(|| run(&cancel)).map_err(|e| to_py(&e))? {
-        Some(trajectory) => Ok(PyRun(trajectory)),
-        None => Err(raised
-            .into_inner()
-            .ok()
-            .flatten()
-            .unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
-    }
+    py.detach(|| run(&cancel)).map_err(|e| to_py(&e))?.ok_or_else(|| {
+        let error = raised.into_inner().ok().flatten();
+        error.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
+    })
 }
 
 /// Sets options by name.
