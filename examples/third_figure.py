@@ -14,7 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from standfast.map_plot import COLORS, contacts
 
-STABLE = ("theorem-3", "theorem-3-loose", "goyal", "corner-map")
+#: Radii of gyration of the two parts.
+PARTS = {"a": 0.8, "b": 0.4}
 #: What is drawn as areas: colour and text.
 AREAS = {
     "theorem": (COLORS["theorem-3"], "stable by Theorem 3"),
@@ -67,7 +68,7 @@ def silent(found):
     return before / equilibria, after / equilibria
 
 
-def draw(axes, found, gyration_radius):
+def draw(axes, found, part, gyration_radius):
     """Areas for what is known, lines for the paper's conditions."""
     x, y = (found[f"center_of_mass.{axis}"].values for axis in "xy")
     equilibrium, theorem = found["equilibrium"].values, found["theorem_3"].values
@@ -92,7 +93,7 @@ def draw(axes, found, gyration_radius):
     contacts(axes, found, vee(gyration_radius))
     before, after = silent(found)
     axes.set_title(
-        f"radius of gyration {gyration_radius}\n"
+        f"({part}) radius of gyration {gyration_radius}\n"
         f"undecided: {100 * before:.1f} % by Theorem 3, {100 * after:.1f} % by all tests"
     )
     axes.set_xlabel("centre of mass x / m")
@@ -102,12 +103,12 @@ def draw(axes, found, gyration_radius):
 def main(path="third_figure.png", points=300):
     """Draw both parts side by side and say how much is left open."""
     figure, panels = plt.subplots(1, 2, figsize=(11, 9), layout="constrained")
-    for axes, gyration_radius in zip(panels, (0.8, 0.4), strict=True):
+    for axes, (part, gyration_radius) in zip(panels, PARTS.items(), strict=True):
         found = grid(gyration_radius, points)
-        draw(axes, found, gyration_radius)
+        draw(axes, found, part, gyration_radius)
         before, after = silent(found)
         print(
-            f"radius of gyration {gyration_radius}: of all equilibria {100 * before:.1f} % are undecided"
+            f"({part}) radius of gyration {gyration_radius}: of all equilibria {100 * before:.1f} % are undecided"
             f" by Theorem 3, {100 * after:.1f} % by all tests"
         )
     handles = [
@@ -115,12 +116,12 @@ def main(path="third_figure.png", points=300):
         for color, text in AREAS.values()
     ]
     handles += [
-        Line2D([], [], color="black", linestyle="-", label="kinematic-strong"),
-        Line2D([], [], color="black", linestyle="--", label="clattering converges"),
+        Line2D([], [], color="black", linestyle="-", label="kinematic-strong: inside"),
+        Line2D(
+            [], [], color="black", linestyle="--", label="clattering converges: below"
+        ),
     ]
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=4, frameon=False
-    )
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(path, dpi=110)
     plt.close(figure)
 

@@ -2,7 +2,7 @@
 
 import math
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.patheffects import Normal, Stroke
 
 from standfast._core import Posture
 from standfast.maps import described
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 COLORS = {
     "stable": "#0072B2",
     "unstable": "#D55E00",
-    "undecided": "#D9D9D9",
     "not-equilibrium": "#7F7F7F",
     "theorem-3": "#004C78",
     "theorem-3-loose": "#0072B2",
@@ -29,6 +29,7 @@ COLORS = {
     "corner-map": "#009E73",
     "growing-cycle": "#D55E00",
     "accelerating-mode": "#E69F00",
+    "undecided": "#D9D9D9",
     "rest": "#0072B2",
     "zeno": "#56B4E9",
     "escape": "#D55E00",
@@ -40,8 +41,14 @@ COLORS = {
     "yes": "#0072B2",
     "no": "#D9D9D9",
 }
+#: A map of places of the centre of mass is drawn to scale.
+PLACES = {"center_of_mass.x", "center_of_mass.y"}
 #: Width of a panel and of the figure's height, in inches.
 WIDTH, HEIGHT = 6.0, 5.2
+#: Place of the scale beside a panel, in its width and height.
+SCALE = (1.03, 0.0, 0.05, 1.0)
+#: Share of the numbers at either end, in percent, that get the colour of the scale's end.
+POLES = 2.0
 #: Panels in a row.
 ROW = 2
 
@@ -55,19 +62,22 @@ def draw(
     """Draw every quantity of a sweep over one or two parameters; if `path` is given, save the figure there.
 
     Words and flags are areas with a legend that says how much of the map each covers, numbers are colours with a
-    scale. Over both coordinates of the centre of mass the contacts of `posture` are shown, too.
+    scale; where they change their sign there is a line. Over both coordinates of the centre of mass the contacts of `posture` are shown, too.
     """
     refuse(list(grid.sizes))
     names = [str(name) for name in grid.data_vars]
     rows = math.ceil(len(names) / ROW)
     columns = min(len(names), ROW)
     size = (WIDTH * columns, HEIGHT * rows)
+    layout: Literal["compressed", "constrained"] = (
+        "compressed" if set(grid.sizes) == PLACES else "constrained"
+    )
     if path is None:
         import matplotlib.pyplot as plt
 
-        figure = plt.figure(figsize=size, dpi=110, layout="constrained")
+        figure = plt.figure(figsize=size, dpi=110, layout=layout)
     else:
-        figure = Figure(figsize=size, dpi=110, layout="constrained")
+        figure = Figure(figsize=size, dpi=110, layout=layout)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, name in zip(panels, names, strict=False):
         panel(axes, grid, name)
@@ -108,7 +118,7 @@ def panel(axes: Axes, grid: "xarray.Dataset", name: str) -> None:
         axes.set_ylabel(label(paths[1]))
     else:
         axes.margins(x=0)
-    if set(paths) == {"center_of_mass.x", "center_of_mass.y"}:
+    if set(paths) == PLACES:
         axes.set_aspect("equal")
 
 
@@ -129,8 +139,8 @@ def areas(
     for code, word in enumerate(present):
         codes[values == word] = code
     if len(coordinates) == 1:
-        coordinates = [*coordinates, np.array([0.0])]
-        codes = codes[:, None]
+        coordinates = [*coordinates, np.array([0.0, 1.0])]
+        codes = np.column_stack([codes, codes])
         axes.set_yticks([])
     axes.pcolormesh(
         *coordinates,
@@ -148,9 +158,9 @@ def areas(
     ]
     axes.legend(
         handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.14),
-        ncols=min(3, len(handles)),
+        loc="upper left",
+        bbox_to_anchor=(1.02, 1.0),
+        borderaxespad=0.0,
         frameon=False,
     )
 
@@ -178,12 +188,35 @@ def numbers(
 ) -> None:
     """Numbers as colours, with the line on which a margin changes its sign."""
     finite = np.where(np.isfinite(values), values, np.nan)
+    known = finite[np.isfinite(finite)]
+    # A few poles would take all colours for themselves.
+    low, high = np.percentile(known, [POLES, 100 - POLES]) if known.size else (0, 1)
     image = axes.pcolormesh(
-        *coordinates, finite.T, shading="nearest", cmap="cividis", rasterized=True
+        *coordinates,
+        finite.T,
+        shading="nearest",
+        cmap="cividis",
+        vmin=low,
+        vmax=high,
+        rasterized=True,
     )
-    axes.figure.colorbar(image, ax=axes, label=label(name))
-    if np.isfinite(finite).any() and np.nanmin(finite) < 0.0 < np.nanmax(finite):
-        axes.contour(*coordinates, finite.T, levels=[0.0], colors="white")
+    extend = {
+        (False, False): "neither",
+        (True, False): "min",
+        (False, True): "max",
+        (True, True): "both",
+    }[bool((known < low).any()), bool((known > high).any())]
+    axes.figure.colorbar(
+        image, cax=axes.inset_axes(SCALE), label=label(name), extend=extend
+    )
+    if (
+        min(values.shape) > 1
+        and known.size
+        and known.min() < 0.0 < known.max()
+        and np.isfinite(values).all()
+    ):
+        lines = axes.contour(*coordinates, finite.T, levels=[0.0], colors="white")
+        lines.set_path_effects([Stroke(linewidth=3.5, foreground="black"), Normal()])
 
 
 def contacts(axes: Axes, grid: "xarray.Dataset", posture: Posture) -> None:

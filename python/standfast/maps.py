@@ -100,7 +100,7 @@ def sweep(
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
     >>> grid = sf.sweep(rod, over={"gyration_radius": [0.2, 0.25, 0.3]}, quantity=["stability", "by", "coupling"])
     >>> print(grid["by"].values, grid["coupling"].values.round(3))
-    ['theorem-3' 'goyal' 'undecided'] [0.724 0.6   0.471]
+    ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
     """
     _xarray()
     names = [quantity] if isinstance(quantity, str) else list(quantity)
@@ -126,9 +126,7 @@ def _xarray() -> Any:
     try:
         import xarray
     except ImportError as error:
-        raise ImportError(
-            "sweep needs xarray: pip install 'standfast[map]'"
-        ) from error
+        raise ImportError("sweep needs xarray: pip install 'standfast[map]'") from error
     return xarray
 
 
@@ -147,9 +145,7 @@ def _divided(size: int, chunk: int | None) -> list[tuple[int, int]]:
     return [(start, min(start + chunk, size)) for start in range(0, size, chunk)]
 
 
-def answer(
-    question: Sweep, start: int, stop: int, threads: int | None = 1
-) -> _Columns:
+def answer(question: Sweep, start: int, stop: int, threads: int | None = 1) -> _Columns:
     """What an executor is asked to call: the quantities at the points from `start` up to `stop`."""
     return question.run(start, stop, threads)
 
@@ -209,7 +205,7 @@ def _submitted(
             if isinstance(error, Exception) or future.done():
                 try:
                     columns = future.result()
-                except BaseException:  # noqa: S112  the first error is the one that is raised
+                except BaseException:  # the first error is the one that is raised
                     continue
                 store(futures[future], columns)
         raise
@@ -228,7 +224,9 @@ class Kept:
             "quantity": names,
             "q": None if q is None else np.asarray(q).tolist(),
             "qdot": None if qdot is None else np.asarray(qdot).tolist(),
-            "options": None if options is None else {k: repr(v) for k, v in options.items()},
+            "options": None
+            if options is None
+            else {k: repr(v) for k, v in options.items()},
         }
         text = json.dumps(asked, indent=1, allow_nan=False)
         self.folder = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
@@ -240,7 +238,11 @@ class Kept:
     def read(self, part: tuple[int, int]) -> _Columns | None:
         """The answer of a part; None if it is not there, or not whole."""
         try:
-            with np.load(self.folder / self._name(part), allow_pickle=False) as file:
+            with (
+                # Opened here: numpy leaves a file that is no archive open.
+                (self.folder / self._name(part)).open("rb") as raw,
+                np.load(raw, allow_pickle=False) as file,
+            ):
                 columns = [file[f"arr_{k}"] for k in range(self.width)]
         except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
             return None
@@ -335,7 +337,7 @@ def _dataset(
     variables = {}
     for name, words, parts in zip(names, question.words, columns, strict=True):
         values = np.concatenate(parts).reshape(shape)
-        attributes = _attributes(name)
+        attributes: dict[str, Any] = _attributes(name)
         if words is not None:
             values = np.array(words)[values]
             attributes = {"long_name": attributes["long_name"], "words": words}
@@ -346,6 +348,6 @@ def _dataset(
         path: (path, np.asarray(values, dtype=np.float64), _attributes(path))
         for path, values in axes
     }
-    attributes = {"posture": repr(posture), "standfast": _core.__version__}
-    dataset: xarray.Dataset = _xarray().Dataset(variables, coordinates, attributes)
+    about = {"posture": repr(posture), "standfast": _core.__version__}
+    dataset: xarray.Dataset = _xarray().Dataset(variables, coordinates, about)
     return dataset

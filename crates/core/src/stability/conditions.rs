@@ -87,7 +87,7 @@ pub(super) fn moves(word: Word) -> bool {
         slides |= mode.direction() != 0.0;
         all &= mode == Mode::Fixed;
     }
-    !all && !(fixed && slides)
+    !(all || fixed && slides)
 }
 
 /// Whether a word is excluded by kinematics although its forces fit, and by how much: the forces' least margin or the largest
