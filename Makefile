@@ -40,10 +40,11 @@ long: wheel
 bench:
 	cargo bench -p standfast-benches
 
-# Seconds for a map of 500 x 500 postures, and Fig. 3 of the paper as third_figure.png.
+# Seconds for a map of 500 x 500 postures, and Figs. 2 and 3 of the paper as second_figure.png and third_figure.png.
 maps: EXTRA := plot,map
 maps: wheel
 	$(BIN)/python benches/maps.py
+	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
@@ -60,4 +61,4 @@ $(BIN)/maturin:
 
 clean:
 	cargo clean
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png third_figure.png
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png

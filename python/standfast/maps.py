@@ -103,6 +103,14 @@ def sweep(
     ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
     """
     _xarray()
+    if not isinstance(over, Mapping):
+        raise TypeError(
+            f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
+        )
+    if not (executor is None or isinstance(executor, Executor)):
+        raise TypeError(
+            f"executor = {executor!r} cannot be used: None or a concurrent.futures.Executor is allowed"
+        )
     names = [quantity] if isinstance(quantity, str) else list(quantity)
     if len(set(names)) < len(names):
         raise ValueError(
@@ -292,7 +300,7 @@ def _shown(
         yield from answers
         return
     try:
-        from tqdm import tqdm
+        from tqdm import tqdm  # type: ignore[import-untyped]
     except ImportError as error:
         if progress is None:
             yield from answers

@@ -357,9 +357,14 @@ impl Axis {
             let allowed = "left out where the posture has a terrain: it follows from that";
             return Err(unusable(path, "[...]", allowed));
         }
-        // Where a terrain is, it depends on other parameters whether a point lies on it: asked later.
+        // What is allowed is an interval: its ends stand for all. Where a terrain is, it depends on other parameters whether
+        // a point lies on it: asked later.
         let mut probe = Fields { terrain: Vec::new(), ..fields.clone() };
-        for &value in &values {
+        let ends = [
+            values.iter().copied().fold(values[0], f64::min),
+            values.iter().copied().fold(values[0], f64::max),
+        ];
+        for value in values.iter().copied().find(|value| value.is_nan()).into_iter().chain(ends) {
             field.set(&mut probe, value);
             Posture::new(probe.clone())?;
         }
@@ -728,6 +733,10 @@ mod tests {
         assert!(said("contacts.3.slope", 0.0).contains("from 1 to 2"));
         assert!(said("contacts.01.slope", 0.0).contains("from 1 to 2"));
         assert!(said("mass", -1.0).contains("mass = -1.0"));
+        for wrong in [0.0, f64::NAN, f64::INFINITY] {
+            let error = Axis::new("mass", vec![1.0, wrong, 2.0], &rod).unwrap_err().to_string();
+            assert!(error.contains(&format!("mass = {wrong:?}")), "{error}");
+        }
         assert!(said("contacts.2.slope", 2.0).contains("contacts.2.slope = 2.0"));
         assert!(said("center_of_mass.x", f64::NAN).contains("center_of_mass.x = NaN"));
         let axis = |path: &str| Axis::new(path, vec![0.5], &rod).unwrap();
