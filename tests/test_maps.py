@@ -674,7 +674,7 @@ def crossings(grid, name):
     ],
 )
 def test_third_figure(rho, clattering, strong):
-    points = 201
+    points = 101
     grid = FIGURE.grid(rho, points)
     step = 4.0 / (points - 1)
     assert crossings(grid, "clattering") == pytest.approx(clattering, abs=step / 2)
