@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench wheel clean
+.PHONY: demo test rust python long bench maps wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -23,8 +23,8 @@ rust:
 
 python: EXTRA := test
 python: wheel
-	$(BIN)/ruff format --check python tests examples
-	$(BIN)/ruff check python tests examples
+	$(BIN)/ruff format --check python tests examples benches
+	$(BIN)/ruff check python tests examples benches
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest standfast
 	$(BIN)/python -m pytest
@@ -43,6 +43,13 @@ long: wheel
 bench:
 	cargo bench -p standfast-benches
 
+# Seconds for a map of 500 x 500 postures, and Figs. 2 and 3 of the paper as second_figure.png and third_figure.png.
+maps: EXTRA := plot,map
+maps: wheel
+	$(BIN)/python benches/maps.py
+	$(BIN)/python examples/second_figure.py
+	$(BIN)/python examples/third_figure.py
+
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin
 	rm -f $(WHEELS)/standfast-*.whl
@@ -57,4 +64,4 @@ $(BIN)/maturin:
 
 clean:
 	cargo clean
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png

@@ -10,6 +10,8 @@ import pytest
 import standfast
 import standfast._core
 import standfast.cli
+import standfast.map_plot
+import standfast.maps
 import standfast.plot
 import standfast.table
 from standfast.cli import main
@@ -44,7 +46,14 @@ def run_text(text, name):
 
 @pytest.mark.parametrize(
     "module",
-    [standfast, standfast.cli, standfast.plot, standfast.table],
+    [
+        standfast,
+        standfast.cli,
+        standfast.map_plot,
+        standfast.maps,
+        standfast.plot,
+        standfast.table,
+    ],
     ids=lambda m: m.__name__,
 )
 def test_modules(module):
@@ -80,6 +89,7 @@ def test_the_main_classes_show_an_example():
         "ContactProblem",
         "ContactMode",
         "Modes",
+        "Sweep",
         "contact_modes",
         "simulate",
     ):

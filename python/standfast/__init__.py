@@ -49,6 +49,7 @@ from standfast._core import (
     simulate,
     stability,
 )
+from standfast.maps import sweep
 
 __all__ = [
     "Contact",
@@ -80,4 +81,5 @@ __all__ = [
     "self_similar",
     "simulate",
     "stability",
+    "sweep",
 ]

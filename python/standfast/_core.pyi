@@ -64,6 +64,7 @@ __all__ = [
     "Scene",
     "SelfSimilar",
     "SolverError",
+    "Sweep",
     "Verdict",
     "ZenoPoint",
     "__version__",
@@ -506,6 +507,26 @@ class Verdict:
     def posture(self) -> Posture: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_json(self, path: _Path) -> None: ...
+
+@final
+class Sweep:
+    def __new__(
+        cls,
+        posture: Posture,
+        over: Sequence[tuple[str, npt.ArrayLike]],
+        quantities: Sequence[str],
+        q: npt.ArrayLike | None = None,
+        qdot: npt.ArrayLike | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> Self: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def words(self) -> list[list[str] | None]: ...
+    def run(
+        self, start: int, stop: int, threads: int | None = None
+    ) -> list[npt.NDArray[Any]]: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
 def stability(posture: Posture) -> Verdict: ...
 def equilibrium_region(posture: Posture) -> tuple[float, float] | None: ...

@@ -1,4 +1,4 @@
-"""The command line: `standfast run SCENE`, `standfast modes SCENE`, `standfast schema`.
+"""The command line: `standfast run SCENE`, `modes`, `stability`, `map`, `schema`.
 
 Exit code 0: there is an answer, whichever it is. 1: a solver failed. 2: wrong input, named in one
 line on stderr. 130: interrupted.
@@ -18,10 +18,13 @@ import numpy as np
 from cyclopts import App, CycloptsError, Parameter, Token
 
 import standfast as sf
-from standfast.table import ROWS, aligned
+from standfast.table import ROWS, aligned, map_table
 
 #: Formats of a picture.
 PICTURES = (".png", ".pdf", ".svg")
+
+#: Values of a parameter of a map: one more is a mistake, and its array would fill the memory.
+MOST_VALUES = 10_000_000
 
 app = App(
     name="standfast",
@@ -112,6 +115,80 @@ def stability(
         with _replacing(json) as path:
             verdict.to_json(path)
         _say(f"wrote {json}")
+
+
+@app.command(name="map")
+def sweep(
+    scene: Annotated[Path, Parameter(converter=_path)],
+    *,
+    over: Annotated[list[str], Parameter(negative=())],
+    quantity: Annotated[list[str] | None, Parameter(negative=())] = None,
+    plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    cache: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+) -> None:
+    """Map a quantity of a scene over one or two of its parameters, or more.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON.
+    over
+        PATH=LOW:HIGH:COUNT, such as center_of_mass.x=-1:1:200; given again for another parameter.
+    quantity
+        Such as stability, theorem_3, clattering_margin, fate; given again for another one.
+    plot
+        Draw the map into this file: .png, .pdf or .svg. Needs matplotlib.
+    cache
+        Folder in which finished parts are kept: the same question goes on from there.
+    """
+    _drawable(plot)
+    axes: dict[str, np.ndarray[Any, Any]] = {}
+    for text in over:
+        path, values = _axis(text)
+        if path in axes:
+            raise ValueError(f"--over {text}: {path} is there already")
+        axes[path] = values
+    names = quantity or ["stability"]
+    if plot is not None:
+        from standfast import map_plot
+
+        map_plot.refuse(list(axes))
+    loaded = sf.load(scene)
+    start: dict[str, Any] = {}
+    if {"fate", "zeno_time"} & set(names):
+        start = {"q": loaded.q, "qdot": loaded.qdot, **loaded.options}
+    try:
+        grid = sf.sweep(loaded.posture, axes, names, cache=cache, **start)
+    except ImportError as error:
+        raise ValueError(str(error)) from error
+    _say("\n".join([scene.name, *map_table(grid)]))
+    if plot is not None:
+        with _replacing(plot) as picture:
+            map_plot.draw(grid, picture, posture=loaded.posture)
+        _say(f"wrote {plot}")
+
+
+def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
+    """A parameter and its values.
+
+    >>> _axis("center_of_mass.x=-1:1:5")
+    ('center_of_mass.x', array([-1. , -0.5,  0. ,  0.5,  1. ]))
+    """
+    path, _, numbers = text.partition("=")
+    try:
+        low, high, count = numbers.split(":")
+        ends = float(low), float(high)
+        points = int(count)
+    except ValueError:
+        points = 0
+        ends = (math.nan, math.nan)
+    if not (points >= 1 and all(map(math.isfinite, ends))):
+        raise ValueError(
+            f"--over {text}: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"
+        )
+    if points > MOST_VALUES:
+        raise ValueError(f"--over {text}: at most {MOST_VALUES} values")
+    return path, np.linspace(*ends, points)
 
 
 @app.command

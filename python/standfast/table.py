@@ -1,11 +1,16 @@
 """Tables for a person to read."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 import standfast as sf
+from standfast.maps import described
+
+if TYPE_CHECKING:
+    import xarray
 
 #: Rows of a table that are printed.
 ROWS = 20
@@ -216,3 +221,43 @@ def _forces(forces: npt.NDArray[np.float64]) -> str:
 def _vector(values: npt.NDArray[np.float64]) -> str:
     # Adding zero turns −0 into 0.
     return f"({', '.join(f'{value + 0.0:.6g}' for value in values)})"
+
+
+def map_table(grid: "xarray.Dataset") -> list[str]:
+    """A map in numbers: how many points say what."""
+    lines = []
+    for path, values in grid.coords.items():
+        text, unit = described(str(path))
+        low, high = float(values.min()), float(values.max())
+        lines.append(
+            f"  over     {text}: {values.size} values from {low:g} to {high:g} {unit}".rstrip()
+        )
+    for name, variable in grid.data_vars.items():
+        values = variable.values
+        lines.append(f"  {described(str(name))[0]}")
+        if values.dtype.kind == "f":
+            known = values[np.isfinite(values)]
+            rows = [("from", "to", "points")]
+            ends = (known.min(), known.max()) if known.size else (np.nan, np.nan)
+            rows.append((f"{ends[0]:g}", f"{ends[1]:g}", str(known.size)))
+            rows += [
+                (what, "", str(int(count)))
+                for what, count in (
+                    ("inf", np.isposinf(values).sum()),
+                    ("-inf", np.isneginf(values).sum()),
+                    ("nan", np.isnan(values).sum()),
+                )
+                if count
+            ]
+        else:
+            words = np.where(values, "yes", "no") if values.dtype == bool else values
+            found, counts = np.unique(words, return_counts=True)
+            rows = [("", "points", "share")]
+            rows += [
+                (str(word), str(count), f"{100 * count / values.size:.2f} %")
+                for word, count in sorted(
+                    zip(found, counts, strict=True), key=lambda pair: -pair[1]
+                )
+            ]
+        lines.extend(aligned(rows))
+    return lines

@@ -94,19 +94,19 @@ impl Contact {
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
     pub fn validate(&self, at: &str) -> Result<(), Error> {
         const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
-        finite(format!("{at}point.x"), self.point[0])?;
-        finite(format!("{at}point.y"), self.point[1])?;
+        finite(format_args!("{at}point.x"), self.point[0])?;
+        finite(format_args!("{at}point.y"), self.point[1])?;
         in_range(
-            format!("{at}slope"),
+            format_args!("{at}slope"),
             self.slope,
             self.slope.abs() < RIGHT_ANGLE,
             "|slope| < pi/2, so that the normal points up",
         )?;
-        non_negative(format!("{at}friction"), self.friction)?;
+        non_negative(format_args!("{at}friction"), self.friction)?;
         if let Some(value) = self.restitution {
-            restitution(format!("{at}restitution"), value)?;
+            restitution(format_args!("{at}restitution"), value)?;
         }
-        restitution(format!("{at}tangential_restitution"), self.tangential_restitution)?;
+        restitution(format_args!("{at}tangential_restitution"), self.tangential_restitution)?;
         let [low, high] = self.segment;
         if !(low <= 0.0 && high >= 0.0 && low < high) {
             return Err(Error::Unusable {

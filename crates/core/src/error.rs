@@ -1,5 +1,7 @@
 //! What the caller got wrong. What physics answers, however unwelcome, is an [`Outcome`](crate::Outcome).
 
+use std::fmt::Display;
+
 use thiserror::Error;
 
 /// A wrong input, with the field, the value found there and what is allowed.
@@ -41,6 +43,14 @@ pub enum Error {
     /// A numerical solver failed.
     #[error("the solver failed: {0}")]
     Solver(String),
+    /// A point of a sweep has no answer.
+    #[error("{error} (at {place})")]
+    At {
+        /// The parameters of the point, such as `mass = 2.0`.
+        place: String,
+        /// What is wrong there.
+        error: Box<Error>,
+    },
     /// A scene file cannot be read.
     #[error("{path}: {problem}")]
     File {
@@ -65,33 +75,37 @@ pub(crate) fn shortened(value: &str) -> String {
     }
 }
 
-/// `value` if it lies in the range that `holds` describes.
+/// `value` if it lies in the range that `holds` describes. `field` is written out only if it does not.
 pub(crate) fn in_range(
-    field: impl Into<String>,
+    field: impl Display,
     value: f64,
     holds: bool,
     allowed: &'static str,
 ) -> Result<f64, Error> {
-    if holds { Ok(value) } else { Err(Error::OutOfRange { field: field.into(), value, allowed }) }
+    if holds {
+        Ok(value)
+    } else {
+        Err(Error::OutOfRange { field: field.to_string(), value, allowed })
+    }
 }
 
 /// The largest size of a length, a speed or any other number given: its square does not overflow, and the
 /// square of its inverse does not vanish.
 pub(crate) const LARGEST: f64 = 1e150;
 
-pub(crate) fn finite(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+pub(crate) fn finite(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, value.abs() <= LARGEST, "finite, at most 1e150 in size")
 }
 
-pub(crate) fn positive(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+pub(crate) fn positive(field: impl Display, value: f64) -> Result<f64, Error> {
     let holds = (1.0 / LARGEST..=LARGEST).contains(&value);
     in_range(field, value, holds, "finite and > 0, from 1e-150 to 1e150")
 }
 
-pub(crate) fn non_negative(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+pub(crate) fn non_negative(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, (0.0..=LARGEST).contains(&value), "finite and >= 0, at most 1e150")
 }
 
-pub(crate) fn restitution(field: impl Into<String>, value: f64) -> Result<f64, Error> {
+pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, (0.0..1.0).contains(&value), "0 <= restitution < 1")
 }

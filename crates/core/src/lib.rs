@@ -45,6 +45,7 @@ mod roots;
 mod scene;
 mod simulate;
 mod stability;
+mod sweep;
 mod terrain;
 mod tolerance;
 mod trajectory;
@@ -67,11 +68,12 @@ pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
 pub use stability::{
-    BATCHES, By, CornerStep, Evidence, Exponents, Fate, FateKind, Orbit, OrbitEnd, Reason,
-    ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, Verdict, chatter_bound,
-    chatter_restitution, clattering_bound, clattering_restitution, coupling, equilibrium_region,
-    neimark_sacker, self_similar, stability,
+    BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, Orbit, OrbitEnd,
+    Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, Verdict, chatter_bound,
+    chatter_restitution, clattering_bound, clattering_restitution, conditions, coupling,
+    equilibrium_region, neimark_sacker, self_similar, stability,
 };
+pub use sweep::{Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep};
 pub use terrain::MAX_VERTICES;
 pub use tolerance::TOUCH;
 pub use trajectory::{

@@ -137,7 +137,7 @@ impl Posture {
             // The impact matrix holds b²/ρ²: it must not overflow.
             let reach = arm.norm() / fields.gyration_radius;
             in_range(
-                format!("{at}point"),
+                format_args!("{at}point"),
                 reach,
                 reach < 1e150,
                 "distance from the centre of mass over gyration_radius < 1e150",

@@ -44,10 +44,10 @@ impl State {
     /// [`Error::OutOfRange`], naming the component.
     pub fn validate(&self) -> Result<(), Error> {
         for (name, value) in ["x", "y", "theta"].into_iter().zip(self.q.iter()) {
-            finite(format!("q.{name}"), *value)?;
+            finite(format_args!("q.{name}"), *value)?;
         }
         for (name, value) in ["x", "y", "theta"].into_iter().zip(self.qdot.iter()) {
-            finite(format!("qdot.{name}"), *value)?;
+            finite(format_args!("qdot.{name}"), *value)?;
         }
         Ok(())
     }
@@ -312,8 +312,8 @@ impl LocalModel {
     ) -> Result<Option<Trajectory>, Error> {
         options.validate()?;
         for i in 0..2 {
-            finite(format!("gaps.{}", i + 1), gaps[i])?;
-            finite(format!("rates.{}", i + 1), rates[i])?;
+            finite(format_args!("gaps.{}", i + 1), gaps[i])?;
+            finite(format_args!("rates.{}", i + 1), rates[i])?;
         }
         finite("theta", theta)?;
         finite("omega", omega)?;
@@ -345,7 +345,7 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
         if options.stop != Stop::Zeno {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
-                format!("contacts.{}.point", i + 1),
+                format_args!("contacts.{}.point", i + 1),
                 arm,
                 arm <= LONGEST_ARM,
                 "beyond the first Zeno point: distance from the centre of mass over gyration_radius at most 1e4",

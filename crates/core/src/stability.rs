@@ -11,6 +11,7 @@
 
 mod certify;
 mod clattering;
+mod conditions;
 mod corner;
 mod fate;
 mod interval;
@@ -21,6 +22,7 @@ pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
     coupling, neimark_sacker, self_similar,
 };
+pub use conditions::{Conditions, conditions};
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
@@ -28,13 +30,14 @@ pub use region::equilibrium_region;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::modes::{Condition, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
+use crate::modes::{Method, ModeAnswer, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::State;
 use crate::trajectory::ContactNumber;
 pub use certify::Reason;
 
 use certify::Decision;
+use conditions::moves;
 use corner::CornerMap;
 
 /// Whether a body comes back to rest after any small kick.
@@ -52,7 +55,7 @@ pub enum Stability {
 impl Stability {
     /// As the Python face and the files spell it.
     #[must_use]
-    pub fn as_str(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Stable => "stable",
             Self::Unstable => "unstable",
@@ -83,7 +86,7 @@ pub enum By {
 impl By {
     /// As the Python face and the files spell it.
     #[must_use]
-    pub fn as_str(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::NotEquilibrium => "not-equilibrium",
             Self::Theorem3 => "theorem-3",
@@ -185,86 +188,33 @@ pub struct Verdict {
     pub delicate: bool,
 }
 
-/// Whether a word may be looked at: not FF, and not one with a fixed and a sliding contact, whose motion is none.
-fn moves(word: Word) -> bool {
-    let modes: Vec<Mode> = word.modes().collect();
-    let fixed = modes.contains(&Mode::Fixed);
-    let slides = modes.iter().any(|mode| mode.direction() != 0.0);
-    let all = modes.iter().all(|mode| *mode == Mode::Fixed);
-    !(all || fixed && slides)
-}
-
-/// Whether a word is excluded by kinematics although its forces fit, and by how much: the forces' least margin or the largest
-/// violation, whichever is nearer to failing.
-fn excluded(answer: &ModeAnswer, strict: bool) -> (bool, f64) {
-    let mut forces = f64::INFINITY;
-    let mut kinematics = f64::INFINITY;
-    for margin in &answer.margins {
-        match margin.condition {
-            Condition::Presses => forces = forces.min(margin.value),
-            Condition::InCone if strict => forces = forces.min(margin.value),
-            condition if condition.is_strict() => kinematics = kinematics.min(margin.value),
-            _ => {}
-        }
-    }
-    let fits = forces >= -TIE;
-    let fails = kinematics <= TIE;
-    (fits && fails, forces.min(-kinematics))
-}
-
 /// The verdict on a posture with two contacts, in its nominal configuration q = 0.
 ///
 /// # Errors
 ///
 /// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
-    let psi = posture.psi()?;
-    for (i, k) in posture.geometry().iter().enumerate() {
-        if k.offset != 0.0 {
-            return Err(Error::Unusable {
-                field: format!("contacts.{}.point", i + 1),
-                value: format!("{:?}", posture.contacts()[i].point),
-                allowed: "on the terrain: stability is asked of a posture that touches".into(),
-            });
-        }
-    }
-    let region = equilibrium_region(posture);
-    let x = posture.fields().center_of_mass[0];
-    let equilibrium_margin =
-        region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x));
-    let equilibrium = equilibrium_margin >= 0.0;
+    let psi = conditions::on_two_feet(posture)?;
     let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3])?;
     let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
-    let restitution = posture.geometry().iter().map(|k| k.restitution).collect::<Vec<_>>();
-    let e = [restitution[0], restitution[1]];
-    let coupling = clattering::coupling(psi);
-    let clattering_margin = coupling - clattering_bound(e);
-    let chatter_margin = coupling - chatter_bound(e);
-    let moving = || modes.iter().filter(|answer| moves(answer.word));
-    let strong = |strict: bool| moving().all(|answer| excluded(answer, strict).0);
-    let consistent = |answer: &&ModeAnswer| answer.consistent;
-    let static_word = |answer: &ModeAnswer| !moves(answer.word);
-    let unambiguous = modes.iter().any(|answer| answer.consistent && static_word(answer))
-        && modes.iter().filter(consistent).all(static_word);
-    let kinematic_margin =
-        moving().map(|answer| excluded(answer, false).1).fold(f64::INFINITY, f64::min);
-    let map = if equilibrium { CornerMap::new(posture) } else { None };
+    let found = conditions::of_words(posture, psi, &modes);
+    let map = if found.equilibrium { CornerMap::new(posture) } else { None };
     let energy = map
         .as_ref()
         .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
     let mut verdict = Verdict {
-        equilibrium,
-        equilibrium_margin,
-        region,
-        kinematic_strong: equilibrium && strong(false),
-        kinematic_strong_strict: equilibrium && strong(true),
-        unambiguous: equilibrium && unambiguous,
-        kinematic_margin,
-        coupling,
-        clattering: clattering_margin > 0.0,
-        clattering_margin,
-        chatter: coupling > 0.0 && chatter_margin >= 0.0,
-        chatter_margin,
+        equilibrium: found.equilibrium,
+        equilibrium_margin: found.equilibrium_margin,
+        region: found.region,
+        kinematic_strong: found.kinematic_strong,
+        kinematic_strong_strict: found.kinematic_strong_strict,
+        unambiguous: found.unambiguous,
+        kinematic_margin: found.kinematic_margin,
+        coupling: found.coupling,
+        clattering: found.clattering,
+        clattering_margin: found.clattering_margin,
+        chatter: found.chatter,
+        chatter_margin: found.chatter_margin,
         energy,
         frictional_stability: Stability::Undecided,
         by: None,
@@ -327,6 +277,25 @@ impl Verdict {
         };
         serde_json::to_string_pretty(&summary)
             .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
+    }
+
+    /// The part that needs no corner map.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions {
+        Conditions {
+            equilibrium: self.equilibrium,
+            equilibrium_margin: self.equilibrium_margin,
+            region: self.region,
+            kinematic_strong: self.kinematic_strong,
+            kinematic_strong_strict: self.kinematic_strong_strict,
+            unambiguous: self.unambiguous,
+            kinematic_margin: self.kinematic_margin,
+            coupling: self.coupling,
+            clattering: self.clattering,
+            clattering_margin: self.clattering_margin,
+            chatter: self.chatter,
+            chatter_margin: self.chatter_margin,
+        }
     }
 
     /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.

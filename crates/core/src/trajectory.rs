@@ -21,7 +21,7 @@ use crate::simulate::{Model, Options, State};
 pub struct ContactNumber(usize);
 
 impl ContactNumber {
-    pub(crate) fn of(index: usize) -> Self {
+    pub(crate) const fn of(index: usize) -> Self {
         Self(index)
     }
 
@@ -76,7 +76,7 @@ pub enum Outcome {
 impl Outcome {
     /// The outcome as the Python face and the files spell it.
     #[must_use]
-    pub fn as_str(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Rest => "rest",
             Self::Zeno => "zeno",

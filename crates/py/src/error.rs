@@ -9,6 +9,11 @@ create_exception!(standfast, SolverError, PyException, "A solver failed to find 
 pub(crate) fn to_py(error: &standfast::Error) -> PyErr {
     match error {
         standfast::Error::Solver(_) => SolverError::new_err(error.to_string()),
+        standfast::Error::At { error: inner, .. }
+            if matches!(**inner, standfast::Error::Solver(_)) =>
+        {
+            SolverError::new_err(error.to_string())
+        }
         _ => PyValueError::new_err(error.to_string()),
     }
 }

@@ -273,3 +273,59 @@ pub(crate) fn tuples<'py>(
     }
     Ok(array)
 }
+
+/// The values of a parameter: one axis, at least one number.
+pub(crate) fn series(path: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let values = doubles(path, value)?;
+    let array = values.as_array();
+    if array.ndim() != 1 {
+        let value = format!("array of shape {:?}", array.shape());
+        let allowed = "a one-dimensional array of values".into();
+        return Err(to_py(&Error::Unusable { field: path.into(), value, allowed }));
+    }
+    Ok(array.iter().copied().collect())
+}
+
+/// Number of threads; None: all cores.
+pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
+}
+
+/// More threads than any machine has cores: a larger number is a mistake.
+const MOST_THREADS: usize = 4096;
+
+pub(crate) fn from_point(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    count("start", value)
+}
+
+pub(crate) fn to_point(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    count("stop", value)
+}
+
+/// A range that is not one of points.
+pub(crate) fn no_range(start: usize, stop: usize, size: usize) -> PyErr {
+    let value = format!("{start}..{stop}");
+    let allowed = format!("0 <= start <= stop <= {size}");
+    to_py(&Error::Unusable { field: "start, stop".into(), value, allowed })
+}
+
+/// A start without its velocity, or options without a start.
+pub(crate) fn half_a_start() -> PyErr {
+    let allowed = "q and qdot together, and options of simulate only with them".into();
+    to_py(&Error::Unusable {
+        field: "q, qdot".into(),
+        value: "one without the other".into(),
+        allowed,
+    })
+}
+
+/// A start that is missing, or of no use.
+pub(crate) fn start_or_not(needed: bool) -> PyErr {
+    let (value, allowed) = if needed {
+        ("None", "the start of the runs that \"fate\" and \"zeno_time\" speak of")
+    } else {
+        ("a start", "left out: only \"fate\" and \"zeno_time\" speak of runs")
+    };
+    let (field, value, allowed) = ("q, qdot".into(), value.into(), allowed.into());
+    to_py(&Error::Unusable { field, value, allowed })
+}

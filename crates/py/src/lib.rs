@@ -11,6 +11,7 @@ mod reduced;
 mod run;
 mod scene;
 mod stability;
+mod sweep;
 
 #[pymodule]
 mod _core {
@@ -33,6 +34,8 @@ mod _core {
     use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
     use crate::stability::{PyVerdict, equilibrium_region, stability};
+    #[pymodule_export]
+    use crate::sweep::PySweep;
 
     use crate::input;
     use crate::options::{call, stopped};

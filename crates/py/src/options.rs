@@ -35,10 +35,10 @@ pub(crate) fn stopped(
     interruptible(py, run).map(PyRun)
 }
 
-/// Computes without the GIL what ends early, with nothing, once `cancel` says so: at Ctrl-C.
+/// Computes without the GIL; Ctrl-C ends it.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
-    compute: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
 ) -> PyResult<T> {
     let raised = Mutex::new(None);
     let cancel = || {
@@ -52,14 +52,10 @@ pub(crate) fn interruptible<T: Send>(
             }
         })
     };
-    match py.detach(|| compute(&cancel)).map_err(|e| to_py(&e))? {
-        Some(found) => Ok(found),
-        None => Err(raised
-            .into_inner()
-            .ok()
-            .flatten()
-            .unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
-    }
+    py.detach(|| run(&cancel)).map_err(|e| to_py(&e))?.ok_or_else(|| {
+        let error = raised.into_inner().ok().flatten();
+        error.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
+    })
 }
 
 /// Sets options by name.

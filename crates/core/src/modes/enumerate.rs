@@ -453,7 +453,7 @@ pub(super) fn judge(
 const LEVER: f64 = 100.0;
 
 /// Whether an acceleration that has to differ from zero owes it to a force that is in its cone by a tie only.
-fn leans_on_a_tie(margins: &[Margin]) -> bool {
+pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
     let least = |strict: bool| {
         let of_kind = margins.iter().filter(|m| m.condition.is_strict() == strict);
         of_kind.map(|m| m.value).fold(f64::INFINITY, f64::min)

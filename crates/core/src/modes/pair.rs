@@ -6,10 +6,11 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
-use super::enumerate::{DEPENDENT, judge};
+use super::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
+use super::enumerate::{DEPENDENT, judge, leans_on_a_tie};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
+use crate::trajectory::ContactNumber;
 
 /// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,6 +124,27 @@ impl PairMode {
         }
     }
 
+    /// The word and its tests: those of its answer to the bit, without allocation.
+    pub(crate) fn judged(&self, problem: &ContactProblem) -> Judged {
+        let (rows, y) = (problem.rows(), self.motion(problem));
+        let n = rows.len();
+        let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
+        let mut judged = Judged { word, consistent: true, margins: [Judged::NONE; 4], len: 0 };
+        for (i, row) in rows.iter().enumerate() {
+            let tangential = || row.tangent.dot(&y) + row.bias[0];
+            let normal = || row.normal.dot(&y) + row.bias[1];
+            let force = self.forces[i];
+            test(row, self.letters[i], tangential, normal, force, |condition, value| {
+                let contact = ContactNumber::of(i);
+                judged.margins[judged.len] = Margin { contact, condition, value };
+                judged.len += 1;
+            });
+        }
+        let margins = judged.margins();
+        judged.consistent = margins.iter().all(Margin::holds) && !leans_on_a_tie(margins);
+        judged
+    }
+
     pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
         let n = problem.rows().len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
@@ -131,6 +153,24 @@ impl PairMode {
             return both_fixed(problem, word, &y, [0, 1]);
         }
         judge(problem, word, &y, &self.forces[..n], Forces::Unique)
+    }
+}
+
+/// A word and its tests, at most two for each of two contacts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judged {
+    pub(crate) word: Word,
+    pub(crate) consistent: bool,
+    margins: [Margin; 4],
+    len: usize,
+}
+
+impl Judged {
+    const NONE: Margin =
+        Margin { contact: ContactNumber::of(0), condition: Condition::Opens, value: 0.0 };
+
+    pub(crate) fn margins(&self) -> &[Margin] {
+        &self.margins[..self.len]
     }
 }
 

@@ -176,7 +176,7 @@ impl ContactProblem {
             }
         }
         for (axis, value) in ["x", "y", "theta"].iter().zip(fields.free_acceleration) {
-            finite(format!("free_acceleration.{axis}"), value)?;
+            finite(format_args!("free_acceleration.{axis}"), value)?;
         }
         let [ax, ay, alpha] = fields.free_acceleration;
         let load = Vector3::new(ax, ay, rho * alpha);
@@ -185,10 +185,10 @@ impl ContactProblem {
             let number = i + 1;
             let (d, t) = (fields.arms[i], fields.tangents[i]);
             for (axis, k) in [("x", 0), ("y", 1)] {
-                finite(format!("arms.{number}.{axis}"), d[k])?;
-                finite(format!("tangents.{number}.{axis}"), t[k])?;
+                finite(format_args!("arms.{number}.{axis}"), d[k])?;
+                finite(format_args!("tangents.{number}.{axis}"), t[k])?;
                 finite(
-                    format!("bias.{number}.{}", ["tangential", "normal"][k]),
+                    format_args!("bias.{number}.{}", ["tangential", "normal"][k]),
                     fields.bias[i][k],
                 )?;
             }
@@ -199,7 +199,7 @@ impl ContactProblem {
                     allowed: "a vector of length 1".into(),
                 });
             }
-            non_negative(format!("friction.{number}"), fields.friction[i])?;
+            non_negative(format_args!("friction.{number}"), fields.friction[i])?;
             if let Some(sign) = fields.sliding[i]
                 && !(-1..=1).contains(&sign)
             {
@@ -213,7 +213,7 @@ impl ContactProblem {
             let arm = Vector2::from(d) / rho;
             let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
             in_range(
-                format!("arms.{number}"),
+                format_args!("arms.{number}"),
                 arm.norm(),
                 arm.norm() <= LONGEST_ARM,
                 "length over gyration_radius at most 1e4: forces of longer ones have few digits left",
@@ -291,7 +291,7 @@ impl Posture {
     ) -> Result<ContactProblem, Error> {
         state.validate()?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
-            finite(format!("wrench.{axis}"), value)?;
+            finite(format_args!("wrench.{axis}"), value)?;
         }
         let (f, size) = (self.fields(), self.size());
         let spin = state.qdot.z * state.qdot.z * size;
@@ -301,7 +301,7 @@ impl Posture {
         for (k, axis) in ["x", "y", "torque"].iter().enumerate() {
             let push = wrench[k] / if k < 2 { f.mass } else { inertia };
             let allowed = "accelerations of at most 1e150 m/s^2 or rad/s^2";
-            in_range(format!("wrench.{axis}"), wrench[k], push.abs() <= LARGEST, allowed)?;
+            in_range(format_args!("wrench.{axis}"), wrench[k], push.abs() <= LARGEST, allowed)?;
         }
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;

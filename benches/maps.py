@@ -1,0 +1,49 @@
+"""Seconds for a map of 500 x 500 postures, and the share of it that is left open: `make maps`.
+
+The postures are those of examples/third_figure.py, part (b). The clock covers `sf.sweep` on all cores, from the
+question to the dataset; seconds of all cores together are shown beside it.
+"""
+
+import runpy
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import standfast as sf
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "third_figure.py"
+POINTS = 500
+
+
+def main() -> None:
+    """Time Theorem 3 alone, then the whole verdict."""
+    points = int(sys.argv[1]) if len(sys.argv) > 1 else POINTS
+    posture = runpy.run_path(str(EXAMPLE))["vee"](0.4)
+    over = {
+        "center_of_mass.x": np.linspace(-1.3, 1.3, points),
+        "center_of_mass.y": np.linspace(-1.0, 3.0, points),
+    }
+    # Nothing of the first call, such as the import of xarray, is timed.
+    sf.sweep(posture, {"mass": [1.0]}, "theorem_3")
+    grids = {}
+    for quantity in (["theorem_3", "equilibrium"], ["stability"]):
+        begun, used = time.perf_counter(), time.process_time()
+        grids[quantity[0]] = sf.sweep(posture, over, quantity, progress=False)
+        wall, cores = time.perf_counter() - begun, time.process_time() - used
+        print(
+            f"{quantity[0]}: {points} x {points} postures in {wall:.2f} s ({cores:.2f} s of all cores together)"
+        )
+    theorem = grids["theorem_3"]
+    equilibria = int(theorem["equilibrium"].sum())
+    before = int((theorem["equilibrium"] & ~theorem["theorem_3"]).sum())
+    after = int((grids["stability"]["stability"] == "undecided").sum())
+    for text, count in (("by Theorem 3", before), ("by all tests", after)):
+        print(
+            f"undecided {text}: {100 * count / equilibria:.2f} % of the equilibria,"
+            f" {100 * count / points**2:.2f} % of the map"
+        )
+
+
+if __name__ == "__main__":
+    main()

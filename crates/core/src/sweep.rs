@@ -1,0 +1,754 @@
+//! A quantity over a grid of parameters.
+//!
+//! The points of the grid are numbered like the entries of an array, the last axis fastest. Each is answered by itself, from the
+//! posture with the parameters of the point put in: neither the number of threads nor the division into ranges can be seen in an
+//! answer.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use crate::error::Error;
+use crate::posture::{Fields, Posture};
+use crate::simulate::{Options, State, simulate_until};
+use crate::stability::{By, Conditions, Stability, conditions, stability};
+use crate::trajectory::Outcome;
+
+/// Most points of a grid: an answer of 0.8 GB for each number asked for.
+pub const MOST_POINTS: usize = 100_000_000;
+
+/// How often a sweep asks whether to stop.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Points that a thread takes at a time, at most; and the number of turns each thread gets at least, to end together.
+const TURN: usize = 256;
+const TURNS: usize = 8;
+
+/// A parameter of a posture and the values that it takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    path: String,
+    field: Field,
+    values: Vec<f64>,
+}
+
+/// A number in [`Fields`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Field {
+    Mass,
+    GyrationRadius,
+    Gravity,
+    Restitution,
+    CenterOfMass(usize),
+    /// Of all contacts.
+    Friction,
+    Contact(usize, OfContact),
+}
+
+/// A number in a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum OfContact {
+    Point(usize),
+    Slope,
+    Friction,
+    Restitution,
+    TangentialRestitution,
+}
+
+const FIELDS: [(&str, Field); 7] = [
+    ("mass", Field::Mass),
+    ("gyration_radius", Field::GyrationRadius),
+    ("gravity", Field::Gravity),
+    ("restitution", Field::Restitution),
+    ("friction", Field::Friction),
+    ("center_of_mass.x", Field::CenterOfMass(0)),
+    ("center_of_mass.y", Field::CenterOfMass(1)),
+];
+
+const OF_CONTACT: [(&str, OfContact); 6] = [
+    ("point.x", OfContact::Point(0)),
+    ("point.y", OfContact::Point(1)),
+    ("slope", OfContact::Slope),
+    ("friction", OfContact::Friction),
+    ("restitution", OfContact::Restitution),
+    ("tangential_restitution", OfContact::TangentialRestitution),
+];
+
+impl Field {
+    fn parse(path: &str, contacts: usize) -> Option<Self> {
+        if let Some((_, field)) = FIELDS.iter().find(|(name, _)| *name == path) {
+            return Some(*field);
+        }
+        let (number, rest) = path.strip_prefix("contacts.")?.split_once('.')?;
+        let index = (1..=contacts).position(|known| known.to_string() == number)?;
+        let (_, field) = OF_CONTACT.iter().find(|(name, _)| *name == rest)?;
+        Some(Self::Contact(index, *field))
+    }
+
+    fn set(self, fields: &mut Fields, value: f64) {
+        match self {
+            Self::Mass => fields.mass = value,
+            Self::GyrationRadius => fields.gyration_radius = value,
+            Self::Gravity => fields.gravity = value,
+            Self::Restitution => fields.restitution = value,
+            Self::CenterOfMass(k) => fields.center_of_mass[k] = value,
+            Self::Friction => fields.contacts.iter_mut().for_each(|c| c.friction = value),
+            Self::Contact(index, field) => {
+                let contact = &mut fields.contacts[index];
+                match field {
+                    OfContact::Point(k) => contact.point[k] = value,
+                    OfContact::Slope => contact.slope = value,
+                    OfContact::Friction => contact.friction = value,
+                    OfContact::Restitution => contact.restitution = Some(value),
+                    OfContact::TangentialRestitution => contact.tangential_restitution = value,
+                }
+            }
+        }
+    }
+
+    /// Whether both set the same number, so that one of them would have no effect.
+    fn clashes(self, other: Self) -> bool {
+        let of_contact = |field| matches!(field, Self::Contact(_, OfContact::Friction));
+        self == other
+            || self == Self::Friction && of_contact(other)
+            || other == Self::Friction && of_contact(self)
+    }
+}
+
+/// What is asked of every point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// A field of [`Conditions`], or [`Conditions::theorem_3`].
+    Condition(OfConditions),
+    /// A field of [`Verdict`](crate::Verdict) that takes the whole of [`stability`].
+    Verdict(OfVerdict),
+    /// Of a run from the start given: how it ends.
+    Fate,
+    /// Of a run from the start given: the time of its first Zeno point, in s; NaN if there is none.
+    ZenoTime,
+}
+
+/// A field of [`Conditions`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the fields of a verdict, explained there")]
+pub enum OfConditions {
+    Theorem3,
+    Equilibrium,
+    EquilibriumMargin,
+    KinematicStrong,
+    KinematicStrongStrict,
+    KinematicMargin,
+    Unambiguous,
+    Coupling,
+    Clattering,
+    ClatteringMargin,
+    Chatter,
+    ChatterMargin,
+}
+
+/// What only the whole verdict says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the fields of a verdict, explained there")]
+pub enum OfVerdict {
+    Stability,
+    By,
+    Energy,
+    Delicate,
+}
+
+/// What the values of a quantity are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Yes or no.
+    Flag,
+    /// Numbers.
+    Number,
+    /// One of these words.
+    Word(&'static [&'static str]),
+}
+
+const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Stability::Undecided];
+const STABILITY_WORDS: [&str; 3] =
+    [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
+
+const ARGUMENTS: [By; 7] = [
+    By::NotEquilibrium,
+    By::Theorem3,
+    By::Theorem3Loose,
+    By::Goyal,
+    By::CornerMap,
+    By::GrowingCycle,
+    By::AcceleratingMode,
+];
+const ARGUMENT_WORDS: [&str; 8] = [
+    ARGUMENTS[0].as_str(),
+    ARGUMENTS[1].as_str(),
+    ARGUMENTS[2].as_str(),
+    ARGUMENTS[3].as_str(),
+    ARGUMENTS[4].as_str(),
+    ARGUMENTS[5].as_str(),
+    ARGUMENTS[6].as_str(),
+    STABILITY_WORDS[2], // no argument
+];
+
+const OUTCOMES: [Outcome; 8] = [
+    Outcome::Rest,
+    Outcome::Zeno,
+    Outcome::Escape,
+    Outcome::Sliding,
+    Outcome::Inconsistent,
+    Outcome::Ambiguous,
+    Outcome::TimeLimit,
+    Outcome::EventLimit,
+];
+const OUTCOME_WORDS: [&str; 8] = [
+    OUTCOMES[0].as_str(),
+    OUTCOMES[1].as_str(),
+    OUTCOMES[2].as_str(),
+    OUTCOMES[3].as_str(),
+    OUTCOMES[4].as_str(),
+    OUTCOMES[5].as_str(),
+    OUTCOMES[6].as_str(),
+    OUTCOMES[7].as_str(),
+];
+
+/// Place of a word in a list that has them all.
+fn code<T: PartialEq>(known: &[T], value: &T) -> f64 {
+    known.iter().position(|k| k == value).unwrap_or(known.len()) as f64
+}
+
+impl Quantity {
+    /// All of them, by name.
+    pub const ALL: [(&str, Self); 19] = [
+        ("stability", Self::Verdict(OfVerdict::Stability)),
+        ("frictional_stability", Self::Verdict(OfVerdict::Stability)),
+        ("by", Self::Verdict(OfVerdict::By)),
+        ("theorem_3", Self::Condition(OfConditions::Theorem3)),
+        ("equilibrium", Self::Condition(OfConditions::Equilibrium)),
+        ("equilibrium_margin", Self::Condition(OfConditions::EquilibriumMargin)),
+        ("kinematic_strong", Self::Condition(OfConditions::KinematicStrong)),
+        ("kinematic_strong_strict", Self::Condition(OfConditions::KinematicStrongStrict)),
+        ("kinematic_margin", Self::Condition(OfConditions::KinematicMargin)),
+        ("unambiguous", Self::Condition(OfConditions::Unambiguous)),
+        ("coupling", Self::Condition(OfConditions::Coupling)),
+        ("clattering", Self::Condition(OfConditions::Clattering)),
+        ("clattering_margin", Self::Condition(OfConditions::ClatteringMargin)),
+        ("chatter", Self::Condition(OfConditions::Chatter)),
+        ("chatter_margin", Self::Condition(OfConditions::ChatterMargin)),
+        ("energy", Self::Verdict(OfVerdict::Energy)),
+        ("delicate", Self::Verdict(OfVerdict::Delicate)),
+        ("fate", Self::Fate),
+        ("zeno_time", Self::ZenoTime),
+    ];
+
+    /// The quantity of this name.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if there is none.
+    pub fn parse(name: &str) -> Result<Self, Error> {
+        let known = Self::ALL.iter().find(|(known, _)| *known == name);
+        known.map(|(_, quantity)| *quantity).ok_or_else(|| Error::Unusable {
+            field: "quantity".into(),
+            value: format!("{name:?}"),
+            allowed: format!("one of {}", Self::ALL.map(|(known, _)| known).join(", ")),
+        })
+    }
+
+    /// What its values are.
+    #[must_use]
+    pub fn kind(self) -> Kind {
+        match self {
+            Self::Verdict(OfVerdict::Stability) => Kind::Word(&STABILITY_WORDS),
+            Self::Verdict(OfVerdict::By) => Kind::Word(&ARGUMENT_WORDS),
+            Self::Fate => Kind::Word(&OUTCOME_WORDS),
+            Self::ZenoTime
+            | Self::Condition(
+                OfConditions::EquilibriumMargin
+                | OfConditions::KinematicMargin
+                | OfConditions::Coupling
+                | OfConditions::ClatteringMargin
+                | OfConditions::ChatterMargin,
+            ) => Kind::Number,
+            Self::Condition(_) | Self::Verdict(_) => Kind::Flag,
+        }
+    }
+
+    fn needs_run(self) -> bool {
+        matches!(self, Self::Fate | Self::ZenoTime)
+    }
+}
+
+impl OfConditions {
+    fn of(self, found: &Conditions) -> f64 {
+        let flag = |value: bool| f64::from(u8::from(value));
+        match self {
+            Self::Theorem3 => flag(found.theorem_3()),
+            Self::Equilibrium => flag(found.equilibrium),
+            Self::EquilibriumMargin => found.equilibrium_margin,
+            Self::KinematicStrong => flag(found.kinematic_strong),
+            Self::KinematicStrongStrict => flag(found.kinematic_strong_strict),
+            Self::KinematicMargin => found.kinematic_margin,
+            Self::Unambiguous => flag(found.unambiguous),
+            Self::Coupling => found.coupling,
+            Self::Clattering => flag(found.clattering),
+            Self::ClatteringMargin => found.clattering_margin,
+            Self::Chatter => flag(found.chatter),
+            Self::ChatterMargin => found.chatter_margin,
+        }
+    }
+}
+
+/// Values of a quantity, point by point.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    /// Yes or no.
+    Flags(Vec<bool>),
+    /// Numbers.
+    Numbers(Vec<f64>),
+    /// Words, each by its place in the list.
+    Words {
+        /// The list.
+        words: &'static [&'static str],
+        /// Places in it.
+        codes: Vec<u8>,
+    },
+}
+
+/// Quantities asked of a posture over a grid of its parameters.
+///
+/// ```
+/// use standfast::{Axis, Column, Posture, Quantity, Sweep};
+///
+/// // Clattering of a rod converges if its mass is near the middle: ψ = (L² − ρ²)/(L² + ρ²).
+/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81)?;
+/// let radii = Axis::new("gyration_radius", vec![0.2, 0.5], &rod)?;
+/// let sweep = Sweep::new(&rod, vec![radii], vec![Quantity::parse("theorem_3")?])?;
+/// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sweep {
+    fields: Fields,
+    axes: Vec<Axis>,
+    quantities: Vec<Quantity>,
+    run: Option<(State, Options)>,
+    size: usize,
+}
+
+impl Axis {
+    /// The values of a parameter of `posture`, by its path: `mass`, `center_of_mass.x`, `contacts.1.slope`, ….
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if there is no such parameter, or no value; whatever [`Posture::new`] says of a value.
+    pub fn new(path: &str, values: Vec<f64>, posture: &Posture) -> Result<Self, Error> {
+        let fields = posture.fields();
+        let field =
+            Field::parse(path, fields.contacts.len()).ok_or_else(|| unknown(path, fields))?;
+        if values.is_empty() {
+            return Err(unusable(path, "[]", "at least one value"));
+        }
+        if !fields.terrain.is_empty() && matches!(field, Field::Contact(_, OfContact::Slope)) {
+            let allowed = "left out where the posture has a terrain: it follows from that";
+            return Err(unusable(path, "[...]", allowed));
+        }
+        // What is allowed is an interval: its ends stand for all. Where a terrain is, it depends on other parameters whether
+        // a point lies on it: asked later.
+        let mut probe = Fields { terrain: Vec::new(), ..fields.clone() };
+        let ends = [
+            values.iter().copied().fold(values[0], f64::min),
+            values.iter().copied().fold(values[0], f64::max),
+        ];
+        for value in values.iter().copied().find(|value| value.is_nan()).into_iter().chain(ends) {
+            field.set(&mut probe, value);
+            Posture::new(probe.clone())?;
+        }
+        Ok(Self { path: path.into(), field, values })
+    }
+
+    /// The parameter.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Its values.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+}
+
+fn unusable(field: &str, value: &str, allowed: &str) -> Error {
+    Error::Unusable { field: field.into(), value: value.into(), allowed: allowed.into() }
+}
+
+fn unknown(path: &str, fields: &Fields) -> Error {
+    let own = OF_CONTACT.map(|(name, _)| format!("contacts.1.{name}")).join(", ");
+    let allowed = format!(
+        "the parameters are {}, {own}, contacts counting from 1 to {}",
+        FIELDS.map(|(name, _)| name).join(", "),
+        fields.contacts.len()
+    );
+    unusable("over", &format!("{path:?}"), &allowed)
+}
+
+impl Sweep {
+    /// Asks for `quantities` of `posture` over the grid of `axes`, the last one fastest.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] where axes set the same number, the grid is too large, no quantity is given, or one that needs a start:
+    /// see [`from_start`](Self::from_start).
+    pub fn new(
+        posture: &Posture,
+        axes: Vec<Axis>,
+        quantities: Vec<Quantity>,
+    ) -> Result<Self, Error> {
+        if axes.is_empty() {
+            return Err(unusable("over", "{}", "at least one parameter with its values"));
+        }
+        if quantities.is_empty() {
+            return Err(unusable("quantity", "[]", "at least one quantity"));
+        }
+        for (k, axis) in axes.iter().enumerate() {
+            if let Some(other) = axes[..k].iter().find(|other| other.field.clashes(axis.field)) {
+                let both = format!("{:?} and {:?}", other.path, axis.path);
+                return Err(unusable(
+                    "over",
+                    &both,
+                    "parameters of which each sets its own number",
+                ));
+            }
+        }
+        let lengths = axes.iter().map(|axis| axis.values.len());
+        let size = lengths.clone().try_fold(1_usize, usize::checked_mul);
+        let Some(size) = size.filter(|size| *size <= MOST_POINTS) else {
+            let shape = format!("a grid of shape {:?}", lengths.collect::<Vec<_>>());
+            return Err(unusable("over", &shape, &format!("at most {MOST_POINTS} points")));
+        };
+        let mut fields = posture.fields().clone();
+        if !fields.terrain.is_empty() {
+            // Slopes and segments follow from the terrain again, wherever a contact is put.
+            for contact in &mut fields.contacts {
+                contact.slope = 0.0;
+                contact.segment = [f64::NEG_INFINITY, f64::INFINITY];
+            }
+        }
+        Ok(Self { fields, axes, quantities, run: None, size })
+    }
+
+    /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] speak of; nothing of them is
+    /// recorded.
+    ///
+    /// # Errors
+    ///
+    /// A state that is not finite, options that contradict each other.
+    pub fn from_start(mut self, state: State, options: Options) -> Result<Self, Error> {
+        state.validate()?;
+        options.validate()?;
+        self.run = Some((state, Options { record: false, ..options }));
+        Ok(self)
+    }
+
+    /// Whether a quantity speaks of runs.
+    #[must_use]
+    pub fn needs_start(&self) -> bool {
+        self.quantities.iter().any(|quantity| quantity.needs_run())
+    }
+
+    /// Number of points.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// The posture of a point.
+    fn posture(&self, point: usize) -> Result<Posture, Error> {
+        let mut fields = self.fields.clone();
+        for (axis, value) in self.parameters(point) {
+            axis.field.set(&mut fields, value);
+        }
+        Posture::new(fields)
+    }
+
+    /// The parameters of a point, the last axis first.
+    fn parameters(&self, point: usize) -> impl Iterator<Item = (&Axis, f64)> {
+        let mut rest = point;
+        self.axes.iter().rev().map(move |axis| {
+            let value = axis.values[rest % axis.values.len()];
+            rest /= axis.values.len();
+            (axis, value)
+        })
+    }
+
+    /// Writes the values of a point into `row`; false if it was stopped.
+    fn answer(&self, point: usize, row: &mut [f64], stop: &AtomicBool) -> Result<bool, Error> {
+        let posture = self.posture(point)?;
+        let asks = |test: fn(&Quantity) -> bool| self.quantities.iter().any(test);
+        let verdict = if asks(|q| matches!(q, Quantity::Verdict(_))) {
+            Some(stability(&posture)?)
+        } else {
+            None
+        };
+        let found = match &verdict {
+            Some(verdict) => Some(verdict.conditions()),
+            None if asks(|q| matches!(q, Quantity::Condition(_))) => Some(conditions(&posture)?),
+            None => None,
+        };
+        let run = if asks(|q| q.needs_run()) {
+            let Some((state, options)) = &self.run else {
+                let allowed = "q and qdot, where the runs of fate and zeno_time start";
+                return Err(unusable("q", "None", allowed));
+            };
+            let stopped = || stop.load(Ordering::Relaxed);
+            let Some(run) = simulate_until(&posture, state, options, &stopped)? else {
+                return Ok(false);
+            };
+            Some(run)
+        } else {
+            None
+        };
+        for (value, quantity) in row.iter_mut().zip(&self.quantities) {
+            *value = match (quantity, &found, &verdict, &run) {
+                (Quantity::Condition(field), Some(found), _, _) => field.of(found),
+                (Quantity::Verdict(field), _, Some(verdict), _) => match field {
+                    OfVerdict::Stability => code(&STABILITIES, &verdict.frictional_stability),
+                    OfVerdict::By => code(&ARGUMENTS.map(Some), &verdict.by),
+                    OfVerdict::Energy => f64::from(u8::from(verdict.energy)),
+                    OfVerdict::Delicate => f64::from(u8::from(verdict.delicate)),
+                },
+                (Quantity::Fate, _, _, Some(run)) => code(&OUTCOMES, &run.outcome()),
+                (Quantity::ZenoTime, _, _, Some(run)) => {
+                    run.zeno_points().first().map_or(f64::NAN, |point| point.time)
+                }
+                _ => unreachable!("what a quantity needs has been computed"),
+            };
+        }
+        Ok(true)
+    }
+
+    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, asked every few milliseconds,
+    /// says so.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::At`] of the first point that has no answer, such as a start in the terrain.
+    ///
+    /// # Panics
+    ///
+    /// If the range is not one of points.
+    pub fn run(
+        &self,
+        range: Range<usize>,
+        threads: usize,
+        cancel: &dyn Fn() -> bool,
+    ) -> Result<Option<Vec<Column>>, Error> {
+        assert!(range.start <= range.end && range.end <= self.size, "a range of points");
+        let (count, width) = (range.len(), self.quantities.len());
+        let threads = threads.clamp(1, count.max(1));
+        let turn = count.div_ceil(threads * TURNS).clamp(1, TURN);
+        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let wrong: Mutex<Option<(usize, Error)>> = Mutex::new(None);
+        let work = || {
+            let mut blocks = Vec::new();
+            while !stop.load(Ordering::Relaxed) {
+                let from = next.fetch_add(1, Ordering::Relaxed) * turn;
+                if from >= count {
+                    break;
+                }
+                let to = (from + turn).min(count);
+                let mut block = vec![0.0; (to - from) * width];
+                for (k, row) in block.chunks_exact_mut(width).enumerate() {
+                    let point = range.start + from + k;
+                    match self.answer(point, row, &stop) {
+                        Ok(true) => {}
+                        Ok(false) => return blocks,
+                        Err(error) => {
+                            // Blocks are begun in order and ended: the first of the errors is always found.
+                            let mut slot = lock(&wrong);
+                            if slot.as_ref().is_none_or(|(first, _)| point < *first) {
+                                *slot = Some((point, error));
+                            }
+                            next.store(count, Ordering::Relaxed);
+                            return blocks;
+                        }
+                    }
+                }
+                blocks.push((from, block));
+            }
+            blocks
+        };
+        let mut blocks = thread::scope(|scope| {
+            let (done, ends) = channel::<()>();
+            let workers: Vec<_> = (0..threads)
+                .map(|_| {
+                    let done = done.clone();
+                    scope.spawn(|| {
+                        let blocks = work();
+                        drop(done);
+                        blocks
+                    })
+                })
+                .collect();
+            drop(done);
+            while ends.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+                if cancel() {
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
+            let joined = workers.into_iter().map(thread::ScopedJoinHandle::join);
+            joined
+                .flat_map(|blocks| blocks.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+                .collect::<Vec<_>>()
+        });
+        if stop.into_inner() {
+            return Ok(None);
+        }
+        if let Some((point, error)) = lock(&wrong).take() {
+            return Err(Error::At { place: self.place(point), error: error.into() });
+        }
+        blocks.sort_unstable_by_key(|(from, _)| *from);
+        let values = |k: usize| {
+            blocks.iter().flat_map(move |(_, block)| block.iter().skip(k).step_by(width).copied())
+        };
+        let column = |(k, quantity): (usize, &Quantity)| match quantity.kind() {
+            Kind::Flag => Column::Flags(values(k).map(|value| value != 0.0).collect()),
+            Kind::Number => Column::Numbers(values(k).collect()),
+            Kind::Word(words) => {
+                Column::Words { words, codes: values(k).map(|value| value as u8).collect() }
+            }
+        };
+        Ok(Some(self.quantities.iter().enumerate().map(column).collect()))
+    }
+
+    /// The parameters of a point for a person to read.
+    fn place(&self, point: usize) -> String {
+        let mut parameters: Vec<_> = self
+            .parameters(point)
+            .map(|(axis, value)| format!("{} = {value:?}", axis.path))
+            .collect();
+        parameters.reverse();
+        parameters.join(", ")
+    }
+}
+
+/// What a thread that panicked held is of no use; its panic is passed on.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {} values", self.path, self.values.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rod() -> Posture {
+        Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap()
+    }
+
+    fn grid(quantity: &str) -> Sweep {
+        let rod = rod();
+        let x = Axis::new("center_of_mass.x", vec![-1.0, -0.2, 0.0, 0.3], &rod).unwrap();
+        let rho = Axis::new("gyration_radius", vec![0.1, 0.2, 0.4], &rod).unwrap();
+        Sweep::new(&rod, vec![x, rho], vec![Quantity::parse(quantity).unwrap()]).unwrap()
+    }
+
+    #[test]
+    fn points_are_numbered_like_an_array() {
+        let sweep = grid("coupling");
+        let Some(columns) = sweep.run(0..12, 1, &|| false).unwrap() else { panic!() };
+        let [Column::Numbers(found)] = columns.as_slice() else { panic!() };
+        for (i, x) in [-1.0, -0.2, 0.0, 0.3].into_iter().enumerate() {
+            for (j, rho) in [0.1, 0.2, 0.4].into_iter().enumerate() {
+                let mut fields = rod().fields().clone();
+                fields.center_of_mass[0] = x;
+                fields.gyration_radius = rho;
+                let posture = Posture::new(fields).unwrap();
+                assert_eq!(found[3 * i + j], conditions(&posture).unwrap().coupling);
+            }
+        }
+    }
+
+    #[test]
+    fn threads_and_ranges_leave_no_trace() {
+        let sweep = grid("stability");
+        let whole = sweep.run(0..12, 1, &|| false).unwrap().unwrap();
+        for threads in [2, 5, 100] {
+            assert_eq!(sweep.run(0..12, threads, &|| false).unwrap().unwrap(), whole);
+        }
+        let [Column::Words { words, codes }] = whole.as_slice() else { panic!() };
+        let part = sweep.run(5..9, 2, &|| false).unwrap().unwrap();
+        assert_eq!(part, [Column::Words { words, codes: codes[5..9].to_vec() }]);
+        assert_eq!(sweep.run(4..4, 2, &|| false).unwrap().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn the_first_error_is_reported_whatever_the_threads() {
+        let rod = rod();
+        let y: Vec<f64> = (0..400).map(|k| 1e-3 * f64::from(k)).collect();
+        let axis = Axis::new("contacts.1.point.y", y, &rod).unwrap();
+        // Lowered by .1 m every start lies in the terrain.
+        let state = State::at_rest([0.0, -0.1, 0.0]);
+        for threads in [1, 3] {
+            let sweep = Sweep::new(&rod, vec![axis.clone()], vec![Quantity::Fate]).unwrap();
+            let sweep = sweep.from_start(state, Options::default()).unwrap();
+            let error = sweep.run(7..400, threads, &|| false).unwrap_err().to_string();
+            assert!(error.contains("(at contacts.1.point.y = 0.007)"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_sweep_can_be_stopped() {
+        let rod = Posture::rod(0.5, 0.45, 0.9, 0.5, 9.81).unwrap();
+        let axis = Axis::new("restitution", (0..4000).map(|k| 2e-4 * f64::from(k)).collect(), &rod);
+        let sweep = Sweep::new(&rod, vec![axis.unwrap()], vec![Quantity::Fate]).unwrap();
+        let options = Options {
+            stop: crate::Stop::Time,
+            time_limit: Some(1e9),
+            event_limit: usize::MAX,
+            ..Options::default()
+        };
+        let start = State::new([0.0, 1.0, 0.3], [0.0, 0.0, 3.0]);
+        let sweep = sweep.from_start(start, options).unwrap();
+        assert_eq!(sweep.run(0..4000, 2, &|| true).unwrap(), None);
+    }
+
+    #[test]
+    fn wrong_questions_are_named() {
+        let rod = rod();
+        let said =
+            |path: &str, value: f64| Axis::new(path, vec![value], &rod).unwrap_err().to_string();
+        assert!(said("colour", 1.0).contains("over = \"colour\""));
+        assert!(said("contacts.3.slope", 0.0).contains("from 1 to 2"));
+        assert!(said("contacts.01.slope", 0.0).contains("from 1 to 2"));
+        assert!(said("mass", -1.0).contains("mass = -1.0"));
+        for wrong in [0.0, f64::NAN, f64::INFINITY] {
+            let error = Axis::new("mass", vec![1.0, wrong, 2.0], &rod).unwrap_err().to_string();
+            assert!(error.contains(&format!("mass = {wrong:?}")), "{error}");
+        }
+        assert!(said("contacts.2.slope", 2.0).contains("contacts.2.slope = 2.0"));
+        assert!(said("center_of_mass.x", f64::NAN).contains("center_of_mass.x = NaN"));
+        let axis = |path: &str| Axis::new(path, vec![0.5], &rod).unwrap();
+        for (one, two) in [
+            ("mass", "mass"),
+            ("friction", "contacts.1.friction"),
+            ("contacts.2.friction", "friction"),
+        ] {
+            let asked = vec![axis(one), axis(two)];
+            let error = Sweep::new(&rod, asked, vec![Quantity::Fate]).unwrap_err().to_string();
+            assert!(error.contains(one) && error.contains(two), "{error}");
+        }
+        assert!(Quantity::parse("beauty").unwrap_err().to_string().contains("theorem_3"));
+    }
+}

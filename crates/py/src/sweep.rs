@@ -1,0 +1,140 @@
+//! Sweeps over grids of parameters: ranges of points as arrays.
+
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+use standfast::{Axis, Column, Kind, Options, Quantity, State, Sweep};
+
+use crate::error::to_py;
+use crate::input;
+use crate::options::{get, interruptible, set};
+use crate::posture::PyPosture;
+use crate::run::vector;
+
+/// A question that `standfast.sweep` asks: quantities of a posture over a grid of its parameters.
+///
+/// over : pairs (path, values); the last one varies fastest. quantities : their names. q, qdot, options : start and options of
+/// the runs that "fate" and "zeno_time" speak of.
+///
+/// >>> from standfast import Posture
+/// >>> from standfast._core import Sweep
+/// >>> rod = Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+/// >>> sweep = Sweep(rod, [("gyration_radius", [0.2, 0.5])], ["theorem_3"])
+/// >>> sweep.run(0, sweep.size)
+/// [array([ True, False])]
+#[pyclass(frozen, name = "Sweep", module = "standfast._core")]
+pub(crate) struct PySweep {
+    posture: PyPosture,
+    axes: Vec<Axis>,
+    names: Vec<String>,
+    quantities: Vec<Quantity>,
+    start: Option<(State, Options)>,
+    sweep: Sweep,
+}
+
+#[pymethods]
+impl PySweep {
+    #[new]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None))]
+    fn new(
+        posture: PyRef<'_, PyPosture>,
+        over: Vec<(String, Bound<'_, PyAny>)>,
+        quantities: Vec<String>,
+        q: Option<&Bound<'_, PyAny>>,
+        qdot: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let posture = posture.clone();
+        let axes = over.iter().map(|(path, values)| {
+            let values = input::series(path, values)?;
+            Axis::new(path, values, &posture.0).map_err(|e| to_py(&e))
+        });
+        let axes = axes.collect::<PyResult<Vec<_>>>()?;
+        let parsed = quantities.iter().map(|name| Quantity::parse(name).map_err(|e| to_py(&e)));
+        let asked = parsed.collect::<PyResult<Vec<_>>>()?;
+        let mut sweep =
+            Sweep::new(&posture.0, axes.clone(), asked.clone()).map_err(|e| to_py(&e))?;
+        let mut chosen = Options::default();
+        let given = match (q, qdot, options) {
+            (Some(q), Some(qdot), options) => {
+                if let Some(keywords) = options {
+                    set(&mut chosen, keywords)?;
+                }
+                Some((State::new(input::q(q)?, input::qdot(qdot)?), chosen))
+            }
+            (None, None, None) => None,
+            _ => return Err(input::half_a_start()),
+        };
+        if sweep.needs_start() != given.is_some() {
+            return Err(input::start_or_not(sweep.needs_start()));
+        }
+        if let Some((state, options)) = given {
+            sweep = sweep.from_start(state, options).map_err(|e| to_py(&e))?;
+        }
+        Ok(Self { posture, axes, names: quantities, quantities: asked, start: given, sweep })
+    }
+
+    /// Number of points.
+    #[getter]
+    fn size(&self) -> usize {
+        self.sweep.size()
+    }
+
+    /// Of each quantity the list of words that its codes stand for; None of flags and numbers.
+    #[getter]
+    fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let words = self.quantities.iter().map(|quantity| match quantity.kind() {
+            Kind::Word(words) => Some(words.to_vec()),
+            Kind::Flag | Kind::Number => None,
+        });
+        PyList::new(py, words)
+    }
+
+    /// The quantities at the points from `start` up to `stop`, an array for each: bool, float64, or uint8 codes of words.
+    /// threads : None takes every core.
+    #[pyo3(signature = (start, stop, threads=None))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = input::from_point)] start: usize,
+        #[pyo3(from_py_with = input::to_point)] stop: usize,
+        #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        if start > stop || stop > self.sweep.size() {
+            return Err(input::no_range(start, stop, self.sweep.size()));
+        }
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = threads.unwrap_or_else(cores);
+        let columns = interruptible(py, |cancel| self.sweep.run(start..stop, threads, cancel))?;
+        let arrays = columns.into_iter().map(|column| match column {
+            Column::Flags(values) => values.into_pyarray(py).into_any(),
+            Column::Numbers(values) => values.into_pyarray(py).into_any(),
+            Column::Words { codes, .. } => codes.into_pyarray(py).into_any(),
+        });
+        PyList::new(py, arrays)
+    }
+
+    fn __repr__(&self) -> String {
+        let axes: Vec<String> = self.axes.iter().map(ToString::to_string).collect();
+        format!("<Sweep: {} over {}>", self.names.join(", "), axes.join(" and "))
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let over: Vec<_> = self
+            .axes
+            .iter()
+            .map(|axis| (axis.path(), axis.values().to_vec().into_pyarray(py)))
+            .collect();
+        let (mut q, mut qdot, mut options) = (None, None, None);
+        if let Some((state, chosen)) = &self.start {
+            (q, qdot) = (Some(vector(py, &state.q)), Some(vector(py, &state.qdot)));
+            options = Some(get(py, chosen)?);
+        }
+        let posture = self.posture.clone();
+        let arguments = (posture, over, self.names.clone(), q, qdot, options).into_pyobject(py)?;
+        Ok((py.get_type::<Self>().into_any(), arguments))
+    }
+}

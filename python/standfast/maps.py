@@ -1,0 +1,361 @@
+"""Maps: quantities of a posture over a grid of its parameters.
+
+A grid is answered in chunks, ranges of its points in the order of an array. Each chunk is a picklable
+call, so that any executor can answer it, and its answer can be kept on disk.
+"""
+
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+from zipfile import BadZipFile
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast import _core
+from standfast._core import Posture, Sweep
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Chunks that a grid is divided into unless they would be smaller than `SMALLEST` points.
+CHUNKS, SMALLEST = 128, 256
+
+#: What the parameters and the quantities are, and their units.
+UNITS = {
+    "mass": ("mass", "kg"),
+    "gyration_radius": ("radius of gyration", "m"),
+    "gravity": ("gravity", "m/s²"),
+    "restitution": ("restitution", ""),
+    "friction": ("friction", ""),
+    "tangential_restitution": ("tangential restitution", ""),
+    "slope": ("slope", "rad"),
+    "center_of_mass.x": ("centre of mass x", "m"),
+    "center_of_mass.y": ("centre of mass y", "m"),
+    "point.x": ("x", "m"),
+    "point.y": ("y", "m"),
+    "stability": ("frictional stability", ""),
+    "frictional_stability": ("frictional stability", ""),
+    "by": ("argument of the verdict", ""),
+    "theorem_3": ("kinematic-strong and clattering (Theorem 3)", ""),
+    "equilibrium": ("equilibrium", ""),
+    "equilibrium_margin": ("margin of equilibrium", "m"),
+    "kinematic_strong": ("kinematic-strong equilibrium", ""),
+    "kinematic_strong_strict": ("kinematic-strong equilibrium, strict", ""),
+    "kinematic_margin": ("margin of kinematic-strong equilibrium", ""),
+    "unambiguous": ("no word but FF is consistent", ""),
+    "coupling": ("coupling ψ", ""),
+    "clattering": ("clattering converges (10)", ""),
+    "clattering_margin": ("coupling above the bound (10)", ""),
+    "chatter": ("Goyal's bound holds", ""),
+    "chatter_margin": ("coupling above Goyal's bound", ""),
+    "energy": ("frictionless motion comes to rest", ""),
+    "delicate": ("rounding may decide", ""),
+    "fate": ("outcome of the run", ""),
+    "zeno_time": ("first Zeno point", "s"),
+}
+
+_Columns: TypeAlias = list[npt.NDArray[Any]]
+
+
+def sweep(
+    posture: Posture,
+    over: Mapping[str, npt.ArrayLike],
+    quantity: str | Sequence[str] = "stability",
+    *,
+    q: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    cache: str | os.PathLike[str] | None = None,
+    chunk: int | None = None,
+    progress: bool | None = None,
+    **options: Any,
+) -> "xarray.Dataset":
+    """Quantities of a posture over a grid of its parameters, as an xarray.Dataset.
+
+    over : the values of each parameter, by its path: mass, gyration_radius, gravity, restitution, friction (of
+    all contacts), center_of_mass.x, center_of_mass.y, and of contact 1 (2, …) contacts.1.point.x, point.y,
+    slope, friction, restitution, tangential_restitution. quantity : one name or several: every field of a
+    Verdict ("stability" is its frictional_stability; "by" says "undecided" where that is None), "theorem_3"
+    (kinematic_strong and clattering), "fate" (the outcome of a run from q, qdot) and "zeno_time" (s, of its first Zeno
+    point; NaN if there is none). q, qdot, options : start and keywords of `simulate` for these two.
+
+    threads : None takes all cores. executor : any concurrent.futures.Executor, such as a ProcessPoolExecutor or
+    that of a Dask client, instead of threads. cache : folder in which finished chunks are kept; the same question
+    finds them again and computes only what is missing. chunk : points of a chunk. progress : whether a bar is
+    shown; None: on a terminal, where tqdm is installed.
+
+    The answer is the same to the bit whatever the threads, the executor and the chunks. Margins and "theorem_3"
+    are cheap (microseconds a point); "stability", "by", "energy" and "delicate" may take the corner map. Needs
+    xarray: the extra `map`.
+
+    >>> import numpy as np
+    >>> import standfast as sf
+    >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+    >>> grid = sf.sweep(rod, over={"gyration_radius": [0.2, 0.25, 0.3]}, quantity=["stability", "by", "coupling"])
+    >>> print(grid["by"].values, grid["coupling"].values.round(3))
+    ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
+    """
+    _xarray()
+    if not isinstance(over, Mapping):
+        raise TypeError(
+            f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
+        )
+    if not (executor is None or isinstance(executor, Executor)):
+        raise TypeError(
+            f"executor = {executor!r} cannot be used: None or a concurrent.futures.Executor is allowed"
+        )
+    names = [quantity] if isinstance(quantity, str) else list(quantity)
+    if len(set(names)) < len(names):
+        raise ValueError(
+            f"quantity = {names!r} cannot be used: each one once is allowed"
+        )
+    axes = [(path, np.array(values)) for path, values in over.items()]
+    question = Sweep(posture, axes, names, q, qdot, options or None)
+    parts = _divided(question.size, chunk)
+    answers = _answers(question, parts, threads, executor, cache)
+    columns: list[list[npt.NDArray[Any]]] = [[] for _ in names]
+    found: dict[int, _Columns] = {}
+    for start, answer in _shown(answers, question, parts, progress):
+        found[start] = answer
+    for start, _ in parts:
+        for column, values in zip(columns, found.pop(start), strict=True):
+            column.append(values)
+    return _dataset(posture, axes, names, question, columns)
+
+
+def _xarray() -> Any:
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError("sweep needs xarray: pip install 'standfast[map]'") from error
+    return xarray
+
+
+def _divided(size: int, chunk: int | None) -> list[tuple[int, int]]:
+    """The ranges of points that are answered as one.
+
+    >>> _divided(600, None), _divided(5, 2)
+    ([(0, 256), (256, 512), (512, 600)], [(0, 2), (2, 4), (4, 5)])
+    """
+    if chunk is None:
+        chunk = max(SMALLEST, -(-size // CHUNKS))
+    elif isinstance(chunk, bool) or not isinstance(chunk, int) or chunk < 1:
+        raise ValueError(
+            f"chunk = {chunk!r} cannot be used: None or an integer >= 1 is allowed"
+        )
+    return [(start, min(start + chunk, size)) for start in range(0, size, chunk)]
+
+
+def answer(question: Sweep, start: int, stop: int, threads: int | None = 1) -> _Columns:
+    """What an executor is asked to call: the quantities at the points from `start` up to `stop`."""
+    return question.run(start, stop, threads)
+
+
+def _answers(
+    question: Sweep,
+    parts: list[tuple[int, int]],
+    threads: int | None,
+    executor: Executor | None,
+    cache: str | os.PathLike[str] | None,
+) -> Iterator[tuple[int, _Columns]]:
+    """The answers of all parts with their starts, those that are kept first."""
+    kept = None if cache is None else Kept(Path(cache), question)
+    missing = []
+    for part in parts:
+        known = None if kept is None else kept.read(part)
+        if known is None:
+            missing.append(part)
+        else:
+            yield part[0], known
+    computed: Iterable[tuple[tuple[int, int], _Columns]]
+    if executor is None:
+        computed = ((part, answer(question, *part, threads)) for part in missing)
+    else:
+        if threads is not None:
+            raise ValueError(
+                f"threads = {threads!r} cannot be used: left out beside an executor, which has its own"
+            )
+        store = (lambda *_: None) if kept is None else kept.write
+        computed = _submitted(question, missing, executor, store)
+    for part, columns in computed:
+        if kept is not None and executor is None:
+            kept.write(part, columns)
+        yield part[0], columns
+
+
+def _submitted(
+    question: Sweep,
+    parts: list[tuple[int, int]],
+    executor: Executor,
+    store: Callable[[tuple[int, int], _Columns], None],
+) -> Iterator[tuple[tuple[int, int], _Columns]]:
+    """Answers by an executor, in the order in which they come. Should one fail, those that are under way are still kept."""
+    futures: dict[Future[_Columns], tuple[int, int]] = {}
+    try:
+        for part in parts:
+            futures[executor.submit(answer, question, *part)] = part
+        for future in as_completed(futures):
+            columns = future.result()
+            part = futures.pop(future)
+            store(part, columns)
+            yield part, columns
+    except BaseException as error:
+        under_way = [future for future in futures if not future.cancel()]
+        for future in under_way:
+            # A reader who interrupts does not want to wait for what has only begun.
+            if isinstance(error, Exception) or future.done():
+                try:
+                    columns = future.result()
+                except BaseException:  # the first error is the one that is raised
+                    continue
+                store(futures[future], columns)
+        raise
+
+
+class Kept:
+    """Finished chunks on disk, in a folder of their question: each is there whole or not at all."""
+
+    def __init__(self, cache: Path, question: Sweep) -> None:
+        posture, over, names, q, qdot, options = question.__reduce__()[1]
+        asked = {
+            "standfast": _core.__version__,
+            "build": _build(),
+            "posture": repr(posture),
+            "over": [(path, np.asarray(values).tolist()) for path, values in over],
+            "quantity": names,
+            "q": None if q is None else np.asarray(q).tolist(),
+            "qdot": None if qdot is None else np.asarray(qdot).tolist(),
+            "options": None
+            if options is None
+            else {k: repr(v) for k, v in options.items()},
+        }
+        text = json.dumps(asked, indent=1, allow_nan=False)
+        self.folder = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.width = len(names)
+        if not (self.folder / "question.json").exists():
+            self._replace("question.json", lambda path: path.write_text(text, "utf-8"))
+
+    def read(self, part: tuple[int, int]) -> _Columns | None:
+        """The answer of a part; None if it is not there, or not whole."""
+        try:
+            with (
+                # Opened here: numpy leaves a file that is no archive open.
+                (self.folder / self._name(part)).open("rb") as raw,
+                np.load(raw, allow_pickle=False) as file,
+            ):
+                columns = [file[f"arr_{k}"] for k in range(self.width)]
+        except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
+            return None
+        if any(column.shape != (part[1] - part[0],) for column in columns):
+            return None
+        return columns
+
+    def write(self, part: tuple[int, int], columns: _Columns) -> None:
+        """Keep the answer of a part."""
+
+        def save(path: Path) -> None:
+            with path.open("wb") as file:
+                np.savez(file, *columns)
+
+        self._replace(self._name(part), save)
+
+    @staticmethod
+    def _name(part: tuple[int, int]) -> str:
+        return f"{part[0]:09d}-{part[1]:09d}.npz"
+
+    def _replace(self, name: str, save: Callable[[Path], object]) -> None:
+        temporary = self.folder / f".{name}.{os.getpid()}.tmp"
+        try:
+            save(temporary)
+            os.replace(temporary, self.folder / name)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _build() -> str:
+    """A hash of the compiled module: answers of another one are not taken for its own."""
+    return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()
+
+
+def _shown(
+    answers: Iterator[tuple[int, _Columns]],
+    question: Sweep,
+    parts: list[tuple[int, int]],
+    progress: bool | None,
+) -> Iterator[tuple[int, _Columns]]:
+    """The answers, with a bar that counts their points if it is wanted."""
+    if progress is None:
+        wanted = sys.stderr is not None and sys.stderr.isatty()
+    else:
+        wanted = progress
+    if not wanted:
+        yield from answers
+        return
+    try:
+        from tqdm import tqdm  # type: ignore[import-untyped]
+    except ImportError as error:
+        if progress is None:
+            yield from answers
+            return
+        raise ImportError(
+            "progress=True needs tqdm: pip install 'standfast[map]'"
+        ) from error
+    sizes = {start: stop - start for start, stop in parts}
+    with tqdm(total=question.size, unit=" points", unit_scale=True) as bar:
+        for start, columns in answers:
+            bar.update(sizes[start])
+            yield start, columns
+
+
+def described(name: str) -> tuple[str, str]:
+    """What a path or a quantity is, and its unit.
+
+    >>> described("contacts.2.slope"), described("gyration_radius")
+    (('contact 2 slope', 'rad'), ('radius of gyration', 'm'))
+    """
+    if name.startswith("contacts."):
+        _, number, field = name.split(".", 2)
+        text, unit = UNITS[field]
+        return f"contact {number} {text}", unit
+    return UNITS[name]
+
+
+def _attributes(name: str) -> dict[str, str]:
+    text, unit = described(name)
+    return {"long_name": text, "units": unit or "1"}
+
+
+def _dataset(
+    posture: Posture,
+    axes: list[tuple[str, npt.NDArray[Any]]],
+    names: list[str],
+    question: Sweep,
+    columns: list[list[npt.NDArray[Any]]],
+) -> "xarray.Dataset":
+    paths = [path for path, _ in axes]
+    shape = tuple(len(values) for _, values in axes)
+    variables = {}
+    for name, words, parts in zip(names, question.words, columns, strict=True):
+        values = np.concatenate(parts).reshape(shape)
+        attributes: dict[str, Any] = _attributes(name)
+        if words is not None:
+            values = np.array(words)[values]
+            attributes = {"long_name": attributes["long_name"], "words": words}
+        elif values.dtype == bool:
+            del attributes["units"]
+        variables[name] = (paths, values, attributes)
+    coordinates = {
+        path: (path, np.asarray(values, dtype=np.float64), _attributes(path))
+        for path, values in axes
+    }
+    about = {"posture": repr(posture), "standfast": _core.__version__}
+    dataset: xarray.Dataset = _xarray().Dataset(variables, coordinates, about)
+    return dataset
