@@ -8,7 +8,7 @@ import numpy as np
 import standfast as sf
 
 #: Random scenes in all.
-SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "1500"))
+SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "1000"))
 #: Time limit, in units of √(size/g).
 TIME = 20
 #: Share of scenes whose impacts have no end in time: growing from the rounding of a state at rest that is unstable, or
