@@ -54,7 +54,7 @@ mod _core {
     /// centre of mass beyond which the body has escaped, m. tolerance : largest relative error "auto" may
     /// make. record : whether the trajectory is kept.
     ///
-    /// Raises ValueError naming the field, its value and the allowed range; so far also for bounded segments.
+    /// Raises ValueError naming the field, its value and the allowed range.
     ///
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0),
