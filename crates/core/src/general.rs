@@ -13,7 +13,7 @@ use crate::log::Log;
 use crate::modes::{ContactProblem, Level, Method, Mode, ProblemFields, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::{Impact, Options, Stop};
-use crate::tolerance::STILL;
+use crate::tolerance::{BEYOND, STILL};
 use crate::trajectory::Outcome;
 use crate::trig::Turn;
 
@@ -24,9 +24,6 @@ const STOPPED: f64 = 1e-16;
 /// Speed of a contact, in units of [`STOPPED`], at which it comes to rest together with one that does: in an accumulation
 /// of several their speeds differ by as much.
 const TOGETHER: f64 = 1e2;
-
-/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
-const BEYOND: f64 = 1e140;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
