@@ -16,7 +16,7 @@ use crate::modes::{ContactProblem, Level, Method, Mode, ProblemFields, contact_m
 use crate::posture::Posture;
 use crate::simulate::{Impact, Options, Stop};
 use crate::terrain::Place;
-use crate::tolerance::{STILL, TOUCH};
+use crate::tolerance::{BEYOND, STILL, TOUCH};
 use crate::trajectory::{Cause, ContactNumber, Outcome};
 use crate::trig::Turn;
 
@@ -33,9 +33,6 @@ const WEDGED: f64 = 1e-14;
 
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
 const STEEP: f64 = 8.0;
-/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
-const BEYOND: f64 = 1e140;
-
 /// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
 /// body's own motion add to all gaps, a few times as much.
 const SIMULTANEOUS: f64 = 16.0;

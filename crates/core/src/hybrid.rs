@@ -18,6 +18,7 @@ use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
 use crate::simulate::{Options, Stop};
+use crate::tolerance::BEYOND;
 use crate::trajectory::{
     Cause, ContactNumber, Kind, Method, Outcome, Record, Span, Tail, ZenoRecord,
 };
@@ -292,8 +293,10 @@ impl<'a> Driver<'a> {
     }
 
     fn is_far(&self) -> bool {
-        let limit = self.options.neighbourhood;
-        limit.is_finite() && self.base.body.is_some() && {
+        let limit = self.options.neighbourhood.min(BEYOND);
+        // Nobody comes that far in the age of the universe.
+        let may = self.options.neighbourhood.is_finite() || self.log.clock.hi > EARLY;
+        may && self.base.body.is_some() && {
             let q = Base::state(&self.frame().to_full(&self.raw())).q;
             libm::hypot(q.x, q.y) > limit
         }
@@ -714,6 +717,8 @@ impl<'a> Driver<'a> {
 
 /// Events after which a look into a summed tail is given up.
 const GLANCE: usize = 100_000;
+/// Time, in s, before which no body is looked for beyond all bounds.
+const EARLY: f64 = 1e18;
 /// Impacts of one instant that are listed one by one.
 const LISTED: usize = 64;
 /// Roundings in the ratio of two landing speeds of a nested accumulation.

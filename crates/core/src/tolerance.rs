@@ -1,4 +1,5 @@
-//! Every tolerance of the crate, with its reason. All are relative; none is a length or a time.
+//! Every tolerance of the crate, with its reason. All are relative; none is a length or a time, but for the end of
+//! the world of doubles.
 
 /// Penetration of a start that counts as touching, relative to the size of the body.
 ///
@@ -30,3 +31,6 @@ pub(crate) const TRY_TAIL: f64 = 1e4 * TAIL;
 /// was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses
 /// leave residues of order 1e-15.
 pub(crate) const STILL: f64 = 1e-12;
+
+/// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
+pub(crate) const BEYOND: f64 = 1e140;
