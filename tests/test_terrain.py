@@ -158,32 +158,59 @@ def test_a_pendulum_in_a_vertex(friction, law):
     assert np.diff(energy).max() <= 1e-12 * np.ptp(energy)
 
 
-def test_a_foot_that_sticks_without_gravity_is_in_no_vertex():
-    """Poisson's law leaves it on a side, where it is then held, not in the vertex some way off."""
-    posture = particle(
-        [(-5, 3), (-1, 0.2), (0, 0.6), (5, 3)], -0.5, 0.8, friction=0.8, gravity=0.0
+def test_a_foot_that_stops_without_gravity_is_in_no_vertex():
+    """Poisson's law stops it on a side of a valley. It slides on there, .27 m from the vertex."""
+    posture = sf.Posture(
+        1.0,
+        0.1,
+        (-1.0, 1.6),
+        [sf.Contact((-0.7, 1.5), friction=0.8), sf.Contact((-0.6, 1.9), friction=0.8)],
+        0.0,
+        0.0,
+        terrain=[(-5, 3), (-1, 0.2), (0, 0.6), (1, 0.2), (5, 3)],
     )
-    run = sf.simulate(posture, (0, 0, 0), (0.1, -1, 0), impact="poisson")
-    assert run.outcome == "rest"
-    assert posture.gaps(run.q) == pytest.approx([0], abs=1e-15)
-    assert run.q[0] == pytest.approx(0.1 * run.time, rel=1e-13)
+    start = np.array([0.0, 0.0, -0.25])
+    start[1] = 1e-9 - posture.gaps(start)[0] / math.cos(math.atan(0.4))
+    run = sf.simulate(
+        posture,
+        start,
+        (-0.46, -1.2, 0),
+        impact="poisson",
+        simultaneous="first-contact-first",
+        time_limit=0.5,
+    )
+    assert run.collisions > 0
+    for t in np.linspace(0, run.time, 100):
+        gaps, _ = run.gaps_at(t)
+        assert gaps == pytest.approx(posture.gaps(run.at(t)[0]), abs=1e-12)
 
 
 def test_a_foot_far_off_does_not_rest_without_gravity():
-    """Feet 1 and 2 stop the body in turn; foot 3 hangs in the air, as still as they are."""
-    feet = [sf.Contact((x, y)) for x, y in [(-0.8, 0), (0.8, 0), (0.0, 0.4)]]
+    """Feet 1 and 2, in turn, bring the body to slide along their side; foot 3 is then as still, .4 m over it."""
+    points = [(-0.22, 1.28), (-0.96, 1.38), (-0.22, 1.69)]
     posture = sf.Posture(
-        1.0, 0.1, (0.1, 0.5), feet, 0.0, 0.0, terrain=[(-2, 0), (2, 0)]
+        1.0,
+        0.1,
+        (-0.38, 1.59),
+        [sf.Contact(point) for point in points],
+        0.0,
+        0.0,
+        terrain=[(-5, 0.47), (-1.2, -0.36), (-1.12, 0.2), (-0.2, -0.07), (5, 0.4)],
     )
+    start = np.array([0.0, 0.0, -0.18])
+    start[1] = 1e-9 - posture.gaps(start)[0] / math.cos(math.atan(0.27 / 0.92))
     run = sf.simulate(
         posture,
-        (0, 0.1, 0.05),
-        (0.1, -1, -0.1),
-        simultaneous="first-contact-first",
-        time_limit=3.0,
+        start,
+        (-1.11, 0, 0),
+        simultaneous="last-contact-first",
+        time_limit=1.0,
     )
-    for t in np.linspace(0, run.time, 100):
-        assert posture.gaps(run.at(t)[0]) == pytest.approx(run.gaps_at(t)[0], abs=1e-13)
+    assert run.zeno_points[-1].contacts == (1, 2)
+    for t in np.linspace(0, run.time, 100, endpoint=False):
+        gaps, expected = run.gaps_at(t)[0], posture.gaps(run.at(t)[0])
+        met = np.isfinite(gaps)
+        assert gaps[met] == pytest.approx(expected[met], abs=1e-12)
 
 
 def test_a_point_over_a_piece_again_is_not_there_at_once():

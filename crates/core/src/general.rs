@@ -1,7 +1,8 @@
 //! The completed hybrid system for any number of contacts and every law of impact, event by event.
 //!
 //! The same loop as for two contacts without friction in their impacts, but without its closed sums: an accumulation is
-//! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there.
+//! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there. Only
+//! impacts in turn in one instant are summed.
 
 use nalgebra::{Vector2, Vector3};
 
