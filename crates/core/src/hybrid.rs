@@ -42,6 +42,8 @@ pub(crate) struct Driver<'a> {
     local: bool,
     /// For each contact: the last round of a frozen geometry that ended with its landing.
     rounds: [Option<rest::Round>; 2],
+    /// For each contact: which way it slid when it was held last, and since when.
+    slides: [(f64, Clock); 2],
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -68,6 +70,7 @@ impl<'a> Driver<'a> {
             local: first.frozen.is_some(),
             undecided: None,
             rounds: [None; 2],
+            slides: [(0.0, Clock::default()); 2],
             resting: [false; 2],
             frames: vec![first],
             base,
