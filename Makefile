@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench wheel clean
+.PHONY: demo test rust python long bench instructions wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -34,10 +34,15 @@ long: EXTRA := test
 long: wheel
 	cargo test -p standfast -- --ignored
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/test_oracle.py
+	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 
 bench:
 	cargo bench -p standfast-benches
+
+# What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
+instructions:
+	cargo run --release -p standfast-benches --bin instructions
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin
