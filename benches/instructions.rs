@@ -186,10 +186,19 @@ fn count(scenes: usize) -> std::io::Result<()> {
         std::fs::write(path, table.join("\n"))?;
     }
     let (mut all, mut local, mut full) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut long, mut alone) = (Vec::new(), Vec::new());
     for scene in rows.chunks(MODELS.len()) {
         let ratio = scene[0].1 / scene[1].1;
         all.push(ratio);
-        if scene[0].0[2] == "Local" { local.push(ratio) } else { full.push(ratio) }
+        if scene[0].0[2] == "Local" {
+            local.push(ratio);
+            alone.push(scene[2].1 / scene[1].1);
+            if scene[1].1 > LONG {
+                long.push(ratio);
+            }
+        } else {
+            full.push(ratio);
+        }
     }
     println!("instructions(auto) / instructions(full)  scenes   median  largest");
     report("all scenes", &all);
