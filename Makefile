@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench maps wheel clean
+.PHONY: demo test rust python long bench instructions maps wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -38,6 +38,7 @@ long: wheel
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/test_energy.py
 	STANDFAST_FUZZ_SCENES=100000 $(BIN)/python -m pytest -s tests/test_fuzz_scenes.py
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=200 $(BIN)/python -m pytest -s tests/test_stability.py
+	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 
 bench:
@@ -49,6 +50,10 @@ maps: wheel
 	$(BIN)/python benches/maps.py
 	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
+
+# What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
+instructions:
+	cargo run --release -p standfast-benches --bin instructions
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin

@@ -754,3 +754,43 @@ def test_no_motion_beyond_the_pole_of_the_force():
     start = (0, 0.010153353803426163, 0)
     run = sf.simulate(posture, start, (0, 0, 0), model="full", time_limit=0.72)
     assert flaws(posture, run) == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "feet", "q", "qdot"),
+    [
+        # Contact 1 slides in the first rounds and sticks in the later ones, with the same ratio of landing speeds.
+        (
+            {
+                "gyration_radius": 0.4624986910592488,
+                "center_of_mass": (-0.062031417851914045, 0.0),
+                "restitution": 0.4888280151195165,
+            },
+            [(-0.4768948023716393, 0.61427), (0.5242310623325359, 0.63911)],
+            (9.28e-6, 1.4437871542614737e-5, 1.823070786275864e-6),
+            (0.0038975443889205483, 0.01041141620670623, 0.0010773409463390707),
+        ),
+        # Two contacts slide in turn, against each other at first, the same way in the end.
+        (
+            {
+                "gyration_radius": 0.2545149776432233,
+                "center_of_mass": (-0.10287569900817745, 0.13531510587264417),
+                "restitution": 0.6355446836898297,
+            },
+            [
+                (-0.47307343196254104, 0.25984384005827643),
+                (0.4759600013831592, 0.5360555551638693),
+            ],
+            (2.4377074636973644e-6, 5.4722852819882685e-6, -2.9964394739482616e-6),
+            (0, 0, 0),
+        ),
+    ],
+)
+def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
+    """The full model turns through all of it, by 1e-5 rad, and sums later: both have to come to rest together."""
+    contacts = [sf.Contact(point=(x, 0.0), friction=mu) for x, mu in feet]
+    body = sf.Posture(mass=1.0, gravity=G, contacts=contacts, **fields)
+    local, full = (sf.simulate(body, q, qdot, model=m) for m in ("local", "full"))
+    assert local.zeno_points[-1].method == full.zeno_points[-1].method == "nested"
+    assert local.elapsed == pytest.approx(full.elapsed, rel=1e-5)
+    assert local.q[0] == pytest.approx(full.q[0], rel=1e-5)

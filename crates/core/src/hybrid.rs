@@ -45,8 +45,8 @@ pub(crate) struct Driver<'a> {
     local: bool,
     /// For each contact: the last round of a frozen geometry that ended with its landing.
     rounds: [Option<rest::Round>; 2],
-    /// The way in which each contact last slid: +1 right, −1 left.
-    slid: [f64; 2],
+    /// For each contact: which way it slid when it was held last, and since when.
+    slides: [(f64, Clock); 2],
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -76,7 +76,7 @@ impl<'a> Driver<'a> {
             undecided: None,
             cause: Some(Cause::Start),
             rounds: [None; 2],
-            slid: [0.0; 2],
+            slides: [(0.0, Clock::default()); 2],
             resting: [false; 2],
             frames: vec![first],
             base,

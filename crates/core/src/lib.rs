@@ -25,6 +25,7 @@
 #![forbid(unsafe_code)]
 
 // In the order in which a motion meets them.
+mod auto;
 mod clatter;
 mod clock;
 mod contact;

@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::auto;
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance};
-use crate::error::{Error, finite, in_range, positive};
+use crate::error::{Error, LARGEST, finite, in_range, positive};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::General;
 use crate::hybrid::Driver;
@@ -43,6 +44,9 @@ impl State {
     ///
     /// [`Error::OutOfRange`], naming the component.
     pub fn validate(&self) -> Result<(), Error> {
+        if self.q.iter().chain(&self.qdot).all(|value| value.abs() <= LARGEST) {
+            return Ok(()); // names cost more than the check
+        }
         for (name, value) in ["x", "y", "theta"].into_iter().zip(self.q.iter()) {
             finite(format_args!("q.{name}"), *value)?;
         }
@@ -63,7 +67,8 @@ impl State {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// The smallest that is exact for the scene: local where the body cannot turn, else full.
+    /// The smallest that keeps [`Options::tolerance`]: local where that is exact or its error, measured along the run
+    /// against the full equations, is below the tolerance; else full.
     #[default]
     Auto,
     /// All Jacobian rows frozen at q = 0: the paper's linearisation.
@@ -126,7 +131,8 @@ pub struct Options {
     #[serde(with = "crate::scene::extended")]
     #[schemars(with = "crate::scene::Extended")]
     pub neighbourhood: f64,
-    /// Largest relative error that `Model::Auto` may make.
+    /// Largest error that `Model::Auto` may make: of times relative to the time elapsed, of q relative to the size of
+    /// the body.
     pub tolerance: f64,
     /// Whether the trajectory is kept.
     pub record: bool,
@@ -213,69 +219,181 @@ pub fn simulate_until(
     options.validate()?;
     solvable(posture, options)?;
     state.validate()?;
-    let (model, reason) = choose(posture, state, options.model);
-    let geometry = posture.geometry();
-    let local = model == Model::Local;
-    let unders: Vec<Under> =
-        (0..geometry.len()).map(|i| posture.under(i, &state.q, local)).collect();
-    let (mut heights, rates): (Vec<f64>, Vec<f64>) = unders
-        .iter()
-        .map(|under| {
-            let k = &under.geometry;
-            let (gap, rate) = if local {
-                (k.local_gap(&state.q), k.local_rate(&state.qdot))
-            } else {
-                (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot))
-            };
-            (if under.exists { gap } else { f64::INFINITY }, rate)
-        })
-        .unzip();
-    let warnings = touch(&mut heights, TOUCH * posture.size())?;
-    let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
-    let base = Base::of_body(posture, body, state);
-    if geometry.len() > 2 || options.impact != Impact::Newton || posture.ground(0).is_some() {
-        let theta = if local { 0.0 } else { state.q.z };
-        let (sin, cos) = (libm::sin(theta), libm::cos(theta));
-        let points = unders.iter().enumerate().map(|(i, under)| {
-            let Geometry { tangent, normal, .. } = under.geometry;
-            let (b, c) = under.geometry.turned(sin, cos);
-            let friction = posture.contacts()[i].friction;
-            let (place, h, u) = (under.place, heights[i], rates[i]);
-            let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
-            let rounding = Rounding::new(
-                state.q.xy().norm() + place_terms,
-                state.qdot.xy().norm() + spin.abs(),
-            );
-            Point { normal, tangent, friction, b, c, held: None, place, h, u, rounding }
-        });
-        let start = Stance {
-            points: points.collect(),
-            center: base.center(),
-            spin: base.spin(),
-            rho2: posture.gyration_squared(),
-            gravity: posture.fields().gravity,
-            frozen: local.then_some(0.0),
-        };
-        let run = General::new(posture, start, options, warnings, cancel).run();
-        return Ok(run.map(|general| {
-            let record = Record::of_general(base, general);
-            Trajectory::new(record, model, reason, *options)
-        }));
-    }
-    let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
-    for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
-        (gaps.h[i], gaps.u[i]) = (h, u);
-    }
-    let start = Tumble::new(body, gaps, base.center(), base.spin());
-    let first = match model {
-        Model::Local => {
-            let nominal = Tumble::new(body, gaps, Center::default(), Spin::default());
-            Frame::frozen(start.snapshot(Clock::default()), &nominal)
-        }
-        _ => Frame::full(start.snapshot(Clock::default())),
+    let mut start = Start::new(posture, state, options.model)?;
+    let reason = match options.model {
+        Model::Local | Model::Full => "asked for",
+        Model::Auto => match try_local(posture, state, &start, options, cancel) {
+            Tried::Run(run) => return Ok(run.map(|run| *run)),
+            Tried::No(reason) => {
+                start.model = Model::Full;
+                reason
+            }
+        },
     };
-    let run = Driver::new(first, base, options, warnings, cancel).run();
-    Ok(run.map(|record| Trajectory::new(record, model, reason, *options)))
+    Ok(start.run(posture, state, options, cancel).map(|run| run.into_trajectory(reason, *options)))
+}
+
+/// What came of the local model.
+enum Tried {
+    /// It keeps the tolerance; `None`: cancelled.
+    Run(Option<Box<Trajectory>>),
+    /// It does not, and why.
+    No(&'static str),
+}
+
+const EXACT: &str = "exact here: nothing turns the body";
+const MEASURED: &str =
+    "its error, measured along the run against the full equations, is below the tolerance";
+const TURNS: &str = "the body turns too far for the tolerance: the start alone shows it";
+const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
+const START: &str = "another contact touches at the start than in the local model";
+const ENDLESS: &str = "the body turns, and nothing brings it to rest: over a motion without an end no error stays small";
+const UNKNOWN: &str = "the body turns, and with three contacts, friction in impacts, bounded terrain or neighbourhood the local model's error is not known";
+
+/// The local model, where it keeps the tolerance. `full`: the start in the full model.
+fn try_local(
+    posture: &Posture,
+    state: &State,
+    full: &Start,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Tried {
+    let exact = auto::is_exact(posture, state);
+    if !exact {
+        if !auto::has_shadow(posture, options) {
+            return Tried::No(UNKNOWN);
+        }
+        if !auto::has_end(posture, options) {
+            return Tried::No(ENDLESS);
+        }
+        if auto::is_hopeless(posture, state, &full.heights, options) {
+            return Tried::No(TURNS);
+        }
+    }
+    let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
+    let start = match Start::new(posture, state, Model::Local) {
+        Ok(start) if (0..start.heights.len()).all(|i| touches(&start, i) == touches(full, i)) => {
+            start
+        }
+        _ => return Tried::No(START),
+    };
+    if exact {
+        let run = start.run(posture, state, options, cancel);
+        return Tried::Run(run.map(|run| Box::new(run.into_trajectory(EXACT, *options))));
+    }
+    let event_limit = options.event_limit.min(auto::LONGEST);
+    let recorded = Options { record: true, event_limit, ..*options };
+    let Some(mut run) = start.run(posture, state, &recorded, cancel) else {
+        return Tried::Run(None);
+    };
+    match auto::error(posture, state, &run.record, options) {
+        Ok(error) if error <= options.tolerance => {
+            if !options.record {
+                run.record.forget();
+            }
+            Tried::Run(Some(Box::new(run.into_trajectory(MEASURED, *options))))
+        }
+        Ok(_) => Tried::No(MISSES),
+        Err(lost) => Tried::No(lost),
+    }
+}
+
+/// The terrain under every contact, gaps and rates at the start, in one of the models.
+struct Start {
+    model: Model,
+    unders: Vec<Under>,
+    heights: Vec<f64>,
+    rates: Vec<f64>,
+    warnings: Vec<String>,
+}
+
+/// A run before it is handed over.
+struct Run {
+    model: Model,
+    record: Record,
+}
+
+impl Run {
+    fn into_trajectory(self, reason: &'static str, options: Options) -> Trajectory {
+        Trajectory::new(self.record, self.model, reason, options)
+    }
+}
+
+impl Start {
+    fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
+        let local = model == Model::Local;
+        let unders: Vec<Under> =
+            (0..posture.geometry().len()).map(|i| posture.under(i, &state.q, local)).collect();
+        let (mut heights, rates): (Vec<f64>, Vec<f64>) = unders
+            .iter()
+            .map(|under| {
+                let k = &under.geometry;
+                let (gap, rate) = if local {
+                    (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                } else {
+                    (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot))
+                };
+                (if under.exists { gap } else { f64::INFINITY }, rate)
+            })
+            .unzip();
+        let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        Ok(Self { model, unders, heights, rates, warnings })
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    fn run(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Option<Run> {
+        let Self { model, unders, heights, rates, warnings } = self;
+        let geometry = posture.geometry();
+        let local = model == Model::Local;
+        let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
+        if geometry.len() > 2 || options.impact != Impact::Newton || posture.ground(0).is_some() {
+            let theta = if local { 0.0 } else { state.q.z };
+            let (sin, cos) = (libm::sin(theta), libm::cos(theta));
+            let points = unders.iter().enumerate().map(|(i, under)| {
+                let Geometry { tangent, normal, .. } = under.geometry;
+                let (b, c) = under.geometry.turned(sin, cos);
+                let friction = posture.contacts()[i].friction;
+                let (place, h, u) = (under.place, heights[i], rates[i]);
+                let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
+                let rounding = Rounding::new(
+                    state.q.xy().norm() + place_terms,
+                    state.qdot.xy().norm() + spin.abs(),
+                );
+                Point { normal, tangent, friction, b, c, held: None, place, h, u, rounding }
+            });
+            let start = Stance {
+                points: points.collect(),
+                center: base.center(),
+                spin: base.spin(),
+                rho2: posture.gyration_squared(),
+                gravity: posture.fields().gravity,
+                frozen: local.then_some(0.0),
+            };
+            let general = General::new(posture, start, options, warnings, cancel).run()?;
+            return Some(Run { model, record: Record::of_general(base, general) });
+        }
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
+            (gaps.h[i], gaps.u[i]) = (h, u);
+        }
+        let start = Tumble::new(body, gaps, base.center(), base.spin());
+        let first = match model {
+            Model::Local => {
+                let nominal = Tumble::new(body, gaps, Center::default(), Spin::default());
+                Frame::frozen(start.snapshot(Clock::default()), &nominal)
+            }
+            _ => Frame::full(start.snapshot(Clock::default())),
+        };
+        let record = Driver::new(first, base, options, warnings, cancel).run()?;
+        Some(Run { model, record })
+    }
 }
 
 impl LocalModel {
@@ -353,30 +471,6 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// The model, and why.
-fn choose(posture: &Posture, state: &State, asked: Model) -> (Model, &'static str) {
-    let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
-    let smooth = posture.contacts().iter().all(|contact| contact.friction == 0.0);
-    match asked {
-        Model::Local => (Model::Local, "asked for"),
-        Model::Full => (Model::Full, "asked for"),
-        Model::Auto if upright && smooth && no_impact_turns(posture) => {
-            (Model::Local, "exact here: no impact turns the body")
-        }
-        Model::Auto => {
-            (Model::Full, "the body turns; only the full model has no linearisation error")
-        }
-    }
-}
-
-/// Whether every contact is straight over or under the centre of mass, seen along each normal it may meet.
-fn no_impact_turns(posture: &Posture) -> bool {
-    posture.geometry().iter().enumerate().all(|(i, k)| match posture.ground(i) {
-        Some(pieces) => pieces.iter().all(|piece| posture.on_piece(i, piece).b == 0.0),
-        None => k.b == 0.0,
-    })
 }
 
 /// Gaps within `touch` of zero are zero; deeper ones are refused.

@@ -426,6 +426,14 @@ impl Record {
     }
 }
 
+impl Record {
+    /// Leaves what a run that is not recorded keeps.
+    pub(crate) fn forget(&mut self) {
+        (self.frames, self.spans) = (Vec::new(), Vec::new());
+        (self.collisions, self.bodies) = (Vec::new(), Vec::new());
+    }
+}
+
 impl Trajectory {
     pub(crate) fn new(
         record: Record,
@@ -434,6 +442,16 @@ impl Trajectory {
         options: Options,
     ) -> Self {
         Self { record, options, model, model_reason, expanded: OnceLock::new() }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn shadow_error(
+        &self,
+        state: &State,
+        options: &Options,
+    ) -> Result<f64, &'static str> {
+        let posture = self.posture().ok_or("no body")?;
+        crate::auto::error(posture, state, &self.record, options)
     }
 
     /// How the run ended.

@@ -46,13 +46,13 @@ mod _core {
     /// posture : Posture. q, qdot : (3,) m, m, rad and per second.
     ///
     /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the smallest
-    /// that is exact). impact : "newton" (frictionless), or with friction "poisson", "stronge",
+    /// that keeps `tolerance`; run.model and run.model_reason say which and why). impact : "newton" (frictionless), or with friction "poisson", "stronge",
     /// "chatterjee-ruina" or "moreau". simultaneous : what happens when contacts arrive together, "newton" (all at
     /// once; frictionless law only), "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
     /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
     /// run ends at the latest, s. event_limit : largest number of events. neighbourhood : displacement of the
-    /// centre of mass beyond which the body has escaped, m. tolerance : largest relative error "auto" may
-    /// make. record : whether the trajectory is kept.
+    /// centre of mass beyond which the body has escaped, m. tolerance : largest error "auto" may make, of
+    /// times relative to run.elapsed and of q relative to the longest arm or gyration_radius. record : whether the trajectory is kept.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///

@@ -1,5 +1,7 @@
 //! The two-contact driver and its phases of contact: to and from the coordinates of flight, and rounds that repeat.
 
+use nalgebra::Vector3;
+
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance};
@@ -7,6 +9,7 @@ use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
 use crate::modes::Mode;
+use crate::posture::Posture;
 use crate::terrain::Place;
 use crate::tolerance::{REACHED, STILL};
 use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
@@ -100,11 +103,11 @@ impl Driver<'_> {
         loop {
             let (frames, spans) = (&mut self.frames, &mut self.spans);
             let first_collision = self.log.collisions.len();
-            let slid = &mut self.slid;
+            let slides = &mut self.slides;
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
-                for (way, mode) in slid.iter_mut().zip(word) {
-                    if mode.direction() != 0.0 {
-                        *way = mode.direction();
+                for (way, mode) in slides.iter_mut().zip(word) {
+                    if *mode != Mode::Separate {
+                        *way = (mode.direction(), clock);
                     }
                 }
                 if !record {
@@ -156,17 +159,25 @@ impl Driver<'_> {
     /// ```
     fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
         let now = stance.snapshot(self.log.clock);
-        let last = self.rounds[b].replace(Round { at: now, ratio: f64::NAN })?;
+        let start = Round { at: now, ratio: f64::NAN, change: Vector3::zeros() };
+        let last = self.rounds[b].replace(start)?;
         let before = &last.at;
         let ratio = now.gaps.u[b] / before.gaps.u[b];
-        self.rounds[b] = Some(Round { at: now, ratio });
+        let gained = Base::state(&now).qdot - Base::state(before).qdot;
+        self.rounds[b] = Some(Round { at: now, ratio, change: gained });
         let (dt, sum) = (now.clock.since(before.clock), ratio / (1.0 - ratio));
         let t = dt * sum;
         let change = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
         // The geometry has to stay what it is, too: it changes by the square of the angle.
         let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
         let still = stance.frozen.is_some() || angle * angle <= f64::EPSILON;
-        let repeats = still && change <= f64::EPSILON * now.clock.hi;
+        // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
+        // round before and sticks in this one may leave the ratio of the landing speeds as it is.
+        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
+        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let unlike = speed(&(gained - last.change * ratio)) * sum;
+        let alike = unlike <= STILL * self.speed_scale();
+        let repeats = still && alike && change <= f64::EPSILON * now.clock.hi;
         let reached = t <= REACHED * now.clock.hi;
         if !(0.0 < ratio && ratio < 1.0 && now.clock.hi + t <= self.log.end)
             || !(repeats || reached)
@@ -185,10 +196,13 @@ impl Driver<'_> {
         let omega = limit(now.spin.omega, before.spin.omega);
         let theta = place(now.spin.theta, before.spin.theta, omega);
         end.spin = Spin { theta, omega };
-        // Who slides through all of it has to slide the same way at its end, and as it last slid while it touched.
+        // Who slides through all of it has to slide the same way at its end; who sticks, to stand still there.
+        let still = STILL * self.speed_scale() + STILL.sqrt() * speed(&gained) * sum.max(1.0);
         let turns_back = |i: usize| {
-            stance.slip(i) * end.slip(i) < 0.0
-                || stance.points[i].friction > 0.0 && self.slid[i] * end.slip(i) < 0.0
+            let ((way, when), slip) = (self.slides[i], end.slip(i));
+            let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
+            stance.slip(i) * slip < 0.0
+                || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
         };
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
@@ -237,4 +251,6 @@ pub(super) struct Round {
     at: Snapshot,
     /// Ratio of the landing speeds of this round and the one before.
     ratio: f64,
+    /// Change of q̇ in this round.
+    change: Vector3<f64>,
 }
