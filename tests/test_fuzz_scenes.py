@@ -13,7 +13,7 @@ SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "1000"))
 TIME = 20
 #: Share of scenes whose impacts have no end in time: growing from the rounding of a state at rest that is unstable, or
 #: shrinking all too slowly.
-STUCK = 0.004
+STUCK = 0.001
 #: Collisions of one instant are counted when they are over.
 BURST = 10_000
 #: A run is given more and more events until it ends; the last number is the default of `simulate`.

@@ -263,6 +263,38 @@ struct Round {
     before: Option<Vector3<f64>>,
 }
 
+/// Impacts of contacts that are all nearly slow enough to stop.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ripple {
+    impacts: usize,
+    /// The largest speed in this stretch of them, and in the one before, in m/s.
+    largest: f64,
+    before: f64,
+}
+
+impl Ripple {
+    /// Impacts between two looks at whether they grow or shrink.
+    const STRETCH: usize = 256;
+
+    /// After an impact: whether contacts that are near and slower than `limit` have neither come to rest nor become faster
+    /// for two stretches, by a factor of two.
+    fn goes_on(&mut self, speeds: &[f64], limit: f64) -> bool {
+        let near = speeds.iter().filter(|speed| **speed < f64::INFINITY);
+        let speed = near.fold(0.0_f64, |most, speed| most.max(*speed));
+        if speed > limit {
+            *self = Self::default();
+            return false;
+        }
+        (self.impacts, self.largest) = (self.impacts + 1, self.largest.max(speed));
+        if self.impacts < Self::STRETCH {
+            return false;
+        }
+        let alike = self.largest <= 2.0 * self.before && self.before <= 2.0 * self.largest;
+        *self = Self { before: self.largest, ..Self::default() };
+        alike
+    }
+}
+
 /// The loop.
 pub(crate) struct General<'a> {
     posture: Posture,
@@ -281,6 +313,7 @@ pub(crate) struct General<'a> {
     sequence: Sequence,
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     waiting: usize,
+    ripple: Ripple,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
     acceleration: Option<[f64; 3]>,
@@ -307,6 +340,7 @@ impl<'a> General<'a> {
             zeno: Vec::new(),
             sequence: Sequence::default(),
             waiting: 0,
+            ripple: Ripple::default(),
             warnings,
             undecided: None,
             acceleration: None,
@@ -747,7 +781,8 @@ impl<'a> General<'a> {
 
     /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest. Not so while
     /// another one is nearly as slow: the two may be hit in turn. What were taken from the one that leaves would be
-    /// missing when the other is hit, and the impacts would go on for ever.
+    /// missing when the other is hit, and the impacts would go on for ever. Nor do they end where what is taken from them
+    /// feeds them, or the roundings of faster motions do: impacts nearly as slow that neither grow nor shrink stop, too.
     fn stop_slow(&mut self) -> Option<Outcome> {
         let limit = STOPPED * self.fastest;
         let pulls: Vec<f64> =
@@ -766,7 +801,8 @@ impl<'a> General<'a> {
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.waiting = if slow { self.waiting + 1 } else { 0 };
-        let together = self.waiting > LISTED;
+        let feeds = self.ripple.goes_on(&speeds, IN_TURN * limit);
+        let together = self.waiting > LISTED || feeds;
         let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
         for (i, &speed) in speeds.iter().enumerate() {
             let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
