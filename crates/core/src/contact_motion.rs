@@ -154,6 +154,14 @@ impl Stance {
         }
     }
 
+    /// The velocity of a body with these contacts closed: what it has left along their normals is rounding.
+    pub(crate) fn close(&mut self, closed: &[bool]) {
+        if self.has_rows() {
+            let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
+            self.project(&closed.iter().map(mode).collect::<Vec<_>>());
+        }
+    }
+
     /// The velocity of a body whose contacts begin to be held in these modes. What it has left along the normals of those
     /// that are closed is rounding: the rates of the others, which are kept beside it, know nothing of that. Sliding too
     /// slow to count is taken from a body that holds on, and the rates of the contacts in the air follow.
@@ -167,11 +175,15 @@ impl Stance {
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project(&modes.iter().map(sliding).collect::<Vec<_>>());
-        if !modes.contains(&Mode::Fixed) {
+        let sticks = |(p, mode): (&Point, &Mode)| {
+            if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
+        };
+        let sticking: Vec<Mode> = self.points.iter().zip(modes).map(sticks).collect();
+        if !sticking.contains(&Mode::Fixed) {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);
-        self.project(modes);
+        self.project(&sticking);
         let (change, turn) = (self.center.v - v, self.spin.omega - omega);
         for (p, mode) in self.points.iter_mut().zip(modes) {
             if *mode == Mode::Separate {

@@ -156,10 +156,14 @@ impl<'a> ContactPhase<'a> {
                 (self.stance.points[i].h, self.stance.points[i].u) = (0.0, 0.0);
             }
         }
+        self.stance.close(rests);
         self.ways = (0..rests.len())
             .map(|i| {
                 let speed = self.stance.slip(i);
-                rests[i].then(|| i8::from(speed > self.still) - i8::from(speed < -self.still))
+                // Without friction nothing but a vertex makes a contact stick.
+                let sticks = self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
+                let still = if sticks { self.still } else { 0.0 };
+                rests[i].then(|| i8::from(speed > still) - i8::from(speed < -still))
             })
             .collect();
     }
@@ -267,7 +271,12 @@ impl<'a> ContactPhase<'a> {
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
-            stance.points.iter_mut().for_each(|p| p.u = 0.0);
+            for (p, mode) in stance.points.iter_mut().zip(&mut self.word) {
+                p.u = 0.0;
+                if *mode != Mode::Separate && p.friction == 0.0 {
+                    *mode = Mode::Fixed; // the same forces
+                }
+            }
         } else {
             stance.hold(&self.word);
         }

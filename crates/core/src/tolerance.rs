@@ -27,10 +27,10 @@ pub(crate) const SELF_SIMILAR: f64 = 1e-6;
 /// costs collisions nothing and is passed only a few of them too early.
 pub(crate) const TRY_TAIL: f64 = 1e4 * TAIL;
 
-/// Sliding speed at the end of an accumulation that counts as zero, relative to the largest speed there
-/// was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses
-/// leave residues of order 1e-15.
-pub(crate) const STILL: f64 = 1e-12;
+/// Sliding speed at the end of an accumulation that counts as zero where friction can hold it, relative to the largest
+/// speed there was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses leave
+/// residues of order 1e-15; a larger value would end nested accumulations too early, by as much of their time.
+pub(crate) const STILL: f64 = 3e-14;
 
 /// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
 pub(crate) const BEYOND: f64 = 1e140;
