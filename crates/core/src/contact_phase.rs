@@ -300,8 +300,16 @@ impl<'a> ContactPhase<'a> {
                         step.breaks_loose(j);
                     }
                 }
-                Some(Next::Slip(i, mode)) if self.word[i] == mode && !step.breaks_loose(i) => {
-                    return outcome(Outcome::Inconsistent);
+                Some(Next::Slip(i, mode)) if self.word[i] == mode => {
+                    if !step.breaks_loose(i) {
+                        return outcome(Outcome::Inconsistent);
+                    }
+                    // From a vertex it slides up one piece, and with it leaves the other.
+                    if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
+                        && self.word[j] == Mode::Separate
+                    {
+                        step.lifts_off(j);
+                    }
                 }
                 _ => {}
             }
