@@ -372,7 +372,6 @@ impl<'a> General<'a> {
     }
 
     fn motion(&mut self) -> Outcome {
-        let n = self.state.points.len();
         let mut fresh = true;
         loop {
             if !self.log.count() {
@@ -384,6 +383,7 @@ impl<'a> General<'a> {
             let speed =
                 self.state.center.v.norm() + self.posture.size() * self.state.spin.omega.abs();
             self.fastest = self.fastest.max(speed);
+            let n = self.state.points.len(); // two for a contact in a vertex
             let touching = |i: usize| self.state.points[i].h == 0.0;
             let coming: Vec<usize> =
                 (0..n).filter(|&i| touching(i) && self.state.points[i].u < 0.0).collect();
