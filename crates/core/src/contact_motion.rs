@@ -542,6 +542,14 @@ impl Step {
         track.u[..2].fill(0.0);
     }
 
+    /// A contact that begins to slide from rest: what it slides the other way is rounding.
+    pub(crate) fn starts(&mut self, i: usize) {
+        let track = &mut self.tracks[i];
+        if track.slip[0] * track.mode.direction() < 0.0 {
+            track.slip[0] = 0.0;
+        }
+    }
+
     /// A contact that has just broken loose: its sliding speed and acceleration are zero yet. Returns whether it then
     /// slides the way its friction says; where it jams it does not.
     pub(crate) fn breaks_loose(&mut self, i: usize) -> bool {

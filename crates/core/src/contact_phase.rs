@@ -202,6 +202,9 @@ impl<'a> ContactPhase<'a> {
                 }
             };
             self.word = answer.word.modes().collect();
+            let starts =
+                |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
+            let starting: Vec<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
             for (way, mode) in self.ways.iter_mut().zip(&self.word) {
                 *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
             }
@@ -217,7 +220,7 @@ impl<'a> ContactPhase<'a> {
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(answer.acceleration, last, log, note);
+            let next = self.hold(answer.acceleration, last, &starting, log, note);
             match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
@@ -254,11 +257,13 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// Holds the contacts in their word until something happens. `last`: what ended the word before.
+    /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
+    /// contacts that begin to slide from rest.
     fn hold(
         &mut self,
         acceleration: [f64; 3],
         mut last: Option<Next>,
+        starting: &[bool],
         log: &mut Log<'_>,
         note: &mut Note<'_>,
     ) -> Next {
@@ -281,6 +286,7 @@ impl<'a> ContactPhase<'a> {
             stance.hold(&self.word);
         }
         let mut cycle = Cycle::new(stance, &self.word);
+        let mut fresh = true;
         loop {
             note(stance, &self.word, log.clock, self.cause);
             if rests {
@@ -293,6 +299,9 @@ impl<'a> ContactPhase<'a> {
             let Some(mut step) = Step::new(stance, &self.word) else {
                 return outcome(Outcome::Inconsistent);
             };
+            if std::mem::take(&mut fresh) {
+                (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
+            }
             match last.take() {
                 Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
                     step.lifts_off(i);

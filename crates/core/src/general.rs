@@ -28,8 +28,8 @@ const STOPPED: f64 = 1e-16;
 /// How much faster than that a contact may be to be hit in turn with one that is below.
 const IN_TURN: f64 = 1e3;
 
-/// Speed of a contact in a vertex of its terrain, relative to the largest there has been, below which it has come to rest
-/// there: unlike a gap rate, it is a difference of the body's speeds, with a few of their roundings.
+/// Speed of a contact in a vertex of its terrain where nothing rubs, relative to the largest there has been, below which it
+/// has come to rest there: unlike a gap rate, it is a difference of the body's speeds, with a few of their roundings.
 const WEDGED: f64 = 1e-14;
 
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
@@ -536,7 +536,7 @@ impl<'a> General<'a> {
         let slip = self.state.slip(i);
         let height = old.h + old.place.sides[side] / old.tangent.x;
         let square = slip * slip + old.u * old.u + 2.0 * self.state.gravity * height;
-        let limit = WEDGED * self.fastest;
+        let limit = self.wedged(i);
         // Without gravity a contact may come to rest anywhere.
         let near = height <= TOUCH * self.posture.size();
         if !(rises > 0.0 && near && square <= limit * limit) {
@@ -614,7 +614,7 @@ impl<'a> General<'a> {
             && (self.wedge(i, 0) || self.wedge(i, 1))
         {
             let g = self.state.gravity;
-            return self.settle(&[i], false, 2.0 * WEDGED * self.fastest / g);
+            return self.settle(&[i], false, 2.0 * self.wedged(i) / g);
         }
         self.stop_slow()
     }
@@ -861,13 +861,24 @@ impl<'a> General<'a> {
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
     }
 
+    /// Sliding speed that counts as none, in m/s.
+    fn still(&self) -> f64 {
+        STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi)
+    }
+
+    /// Speed of point `i` in a vertex that counts as none, in m/s.
+    fn wedged(&self, i: usize) -> f64 {
+        let rubs = self.state.points[i].friction > 0.0;
+        if rubs { self.still() } else { WEDGED * self.fastest }
+    }
+
     /// Contacts at rest on the terrain go on in their mode.
     fn rest(&mut self, fresh: bool) -> Option<Outcome> {
         let n = self.state.points.len();
         let mut rests: Vec<bool> =
             self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         let (options, record) = (self.options, self.log.record);
-        let still = STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi);
+        let still = self.still();
         let mut phase = ContactPhase::new(
             &self.posture,
             self.state.clone(),
