@@ -2,13 +2,19 @@
 
 import itertools
 import math
+import os
 import pickle
+from collections import Counter
 
 import numpy as np
 import pytest
 import standfast as sf
 
 G = 10.0
+#: Random scenes on polylines.
+SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "1000"))
+#: Share of them whose accumulations take more than 1e5 events.
+LONG = 0.01
 
 
 def particle(terrain, x, y, *, friction=0.0, restitution=0.0, gravity=G):
@@ -458,3 +464,66 @@ def test_a_slope_of_its_own_contradicts_a_terrain(contact):
 def test_what_is_no_terrain(terrain):
     with pytest.raises((TypeError, ValueError), match="terrain"):
         particle(terrain, 0.0, 0.0)
+
+
+def hills(rng):
+    """One to four contacts over three to seven vertices; `None` where a contact begins in the ground."""
+    vertices = rng.integers(3, 8)
+    x = np.sort(rng.uniform(-2, 2, vertices))
+    x[[0, -1]] = -4, 4
+    y = rng.uniform(-0.6, 0.6, vertices) * rng.choice([0.2, 1.0, 2.0])
+    contacts = [
+        sf.Contact(
+            point=(rng.uniform(-0.6, 0.6), rng.uniform(-0.1, 0.1)),
+            friction=rng.choice([0.0, rng.uniform(0, 2)]),
+        )
+        for _ in range(rng.choice([1, 2, 2, 3, 4]))
+    ]
+    if (np.diff(x) < 1e-3).any() or any(
+        np.interp(c.point[0], x, y) > c.point[1] for c in contacts
+    ):
+        return None
+    return sf.Posture(
+        mass=1.0,
+        gyration_radius=rng.uniform(0.1, 0.6),
+        center_of_mass=(rng.uniform(-0.3, 0.3), rng.uniform(-0.1, 0.8)),
+        contacts=contacts,
+        restitution=rng.choice([0.0, rng.uniform(0, 0.9)]),
+        gravity=G,
+        terrain=list(zip(x.tolist(), y.tolist(), strict=True)),
+    )
+
+
+def test_random_scenes_on_polylines_end():
+    """None goes on for ever to and fro over a vertex; -s prints how they end."""
+    outcomes, long = Counter(), []
+    for seed in itertools.count():
+        rng = np.random.default_rng([77, seed])
+        posture = hills(rng)
+        if posture is None:
+            continue
+        model = str(rng.choice(["full", "full", "local", "auto"]))
+        laws = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
+        q = np.array([0.0, 0.0, 0.0 if model == "local" else rng.uniform(-0.3, 0.3)])
+        while (gaps := posture.gaps(q)).min() < 0:
+            q[1] += max(-gaps.min(), 0.05)
+        qdot = rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0])
+        run = sf.simulate(
+            posture,
+            q,
+            qdot,
+            model=model,
+            impact=str(rng.choice(laws)),
+            simultaneous="first-contact-first",
+            time_limit=5.0,
+            event_limit=100_000,
+            record=False,
+        )
+        outcomes[run.outcome] += 1
+        assert min(run.gaps) > -1e-9, seed
+        if run.outcome == "event-limit":
+            long.append(seed)
+        if outcomes.total() == SCENES:
+            break
+    print(f"\n{dict(outcomes)}, more than 1e5 events: {long}")
+    assert len(long) <= LONG * SCENES

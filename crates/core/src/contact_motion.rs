@@ -19,6 +19,7 @@ use crate::log::{Center, Spin};
 use crate::modes::Mode;
 use crate::roots::{ORDER, first_root};
 use crate::terrain::Place;
+use crate::tolerance::TOUCH;
 
 type Series = [f64; ORDER];
 const ZERO: Series = [0.0; ORDER];
@@ -632,9 +633,15 @@ impl Step {
                 }
             };
             let place = &state.points[i].place;
+            // Off one piece of a vertex and sliding up the other: over once that is more than rounding.
+            let closed = |j: usize| self.tracks[j].mode != Mode::Separate;
+            let slides = track.mode == Mode::Separate && state.twin(i).is_some_and(closed);
+            let slack = if slides { TOUCH * state.points[i].arm().norm() } else { 0.0 };
             for (side, distance) in place.sides.into_iter().enumerate() {
                 if distance < f64::INFINITY {
-                    falls(&self.sides(i, state)[side], StepEnd::Leave(i, side));
+                    let mut series = self.sides(i, state)[side];
+                    series[0] += slack;
+                    falls(&series, StepEnd::Leave(i, side));
                 }
             }
             match track.mode {
