@@ -955,6 +955,7 @@ mod tests {
             contacts: feet.iter().map(foot).collect(),
             restitution: 0.3,
             gravity: 9.81,
+            terrain: Vec::new(),
         })
         .unwrap()
     }
