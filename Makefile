@@ -44,12 +44,13 @@ long: wheel
 bench:
 	cargo bench -p standfast-benches
 
-# Seconds for a map of 500 x 500 postures, and Figs. 2 and 3 of the paper as second_figure.png and third_figure.png.
+# Seconds for a map of 500 x 500 postures, and pictures of maps: second_figure.png, third_figure.png, shape_chaos.png.
 maps: EXTRA := plot,map
 maps: wheel
 	$(BIN)/python benches/maps.py
 	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
+	$(BIN)/python examples/shape_chaos.py
 
 # What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
 instructions:
@@ -69,4 +70,4 @@ $(BIN)/maturin:
 
 clean:
 	cargo clean
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png shape_chaos.png

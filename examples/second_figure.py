@@ -23,6 +23,8 @@ KINDS = {
     ("2-zeno", "nested"): ("#E69F00", "both contacts, nested"),
     ("1-zeno", "bounce"): ("#D9D9D9", "one contact, bouncing"),
 }
+#: Between this curve and clattering convergence the self-similar orbit attracts its neighbours.
+STABLE = "self-similar orbit stable: above"
 
 
 def clattering(e):
@@ -64,12 +66,16 @@ def main(path="second_figure.png", points=100):
     fine = np.linspace(0, 1, 500)
     axes.plot(fine, clattering(fine), color="black", linewidth=2)
     axes.plot(fine, chatter(fine), color="black", linestyle="--", linewidth=2)
+    inner = fine[1:-1]
+    stable = [sf.neimark_sacker(float(x)) for x in inner]
+    axes.plot(inner, stable, color="black", linestyle=":", linewidth=2)
     axes.set(
         xlim=(0, 1), ylim=(0, 1), xlabel="restitution e", ylabel="coupling ψ", aspect=1
     )
     handles = [
         Line2D([], [], color="black", linewidth=2, label="clattering converges: above"),
         Line2D([], [], color="black", linestyle="--", label="Goyal's bound"),
+        Line2D([], [], color="black", linestyle=":", label=STABLE),
     ]
     for code, (color, text) in enumerate(KINDS.values()):
         if (found == code).any():

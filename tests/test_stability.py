@@ -141,6 +141,94 @@ def test_region_of_few_contacts():
     assert sf.equilibrium_region(weightless) == (-math.inf, math.inf)
 
 
+# Static forces
+
+
+def forces_by_linear_programme(posture, contact, axis, sign):
+    """The extreme of a component of a force, N: variables f_t, f_n of each contact; by HiGHS."""
+    rows, cones, objective = [[], [], []], [], []
+    com = np.array(posture.center_of_mass)
+    count = len(posture.contacts)
+    for k, c in enumerate(posture.contacts):
+        t = np.array([math.cos(c.slope), math.sin(c.slope)])
+        n = np.array([-t[1], t[0]])
+        arm = np.array(c.point) - com
+        for direction in (t, n):
+            rows[0].append(direction[0])
+            rows[1].append(direction[1])
+            rows[2].append(arm[0] * direction[1] - arm[1] * direction[0])
+        for side in (1, -1):
+            cone = np.zeros(2 * count)
+            cone[2 * k : 2 * k + 2] = side, -c.friction
+            cones.append(cone)
+        objective += [0.0, 0.0]
+    objective[2 * contact + axis] = -sign
+    answer = linprog(
+        objective,
+        A_ub=cones,
+        b_ub=np.zeros(len(cones)),
+        A_eq=rows,
+        b_eq=[0, posture.mass * posture.gravity, 0],
+        bounds=[(None, None), (0, None)] * count,
+    )
+    if answer.status == 2:
+        return None
+    return sign * math.inf if answer.status in (3, 4) else -sign * answer.fun
+
+
+def test_static_forces_against_a_linear_programme():
+    random = np.random.default_rng(6)
+    held = 0
+    for _ in range(STANCES // 5):
+        posture = random_stance(random)
+        found = sf.static_forces(posture)
+        region = sf.equilibrium_region(posture)
+        assert (found is None) == (region is None or not region[0] <= 0 <= region[1])
+        if found is None:
+            assert forces_by_linear_programme(posture, 0, 0, 1) is None
+            continue
+        held += 1
+        for values, sign in zip(found, (-1, 1), strict=True):
+            for contact, axis in np.ndindex(values.shape):
+                other = forces_by_linear_programme(posture, contact, axis, sign)
+                assert values[contact, axis] == pytest.approx(other, abs=1e-6)
+    assert held > STANCES / 40
+
+
+def test_friction_margin():
+    """The region at (1 − margin) times the friction ends at the centre of mass."""
+    random = np.random.default_rng(7)
+    kinds = collections.Counter()
+    for _ in range(STANCES // 5):
+        posture = random_stance(random)
+        margin = sf.friction_margin(posture)
+        for factor, inside in ((1 - margin - 1e-6, False), (1 - margin + 1e-6, True)):
+            if not 0 < factor < 1e6:
+                continue
+            contacts = [
+                sf.Contact(c.point, slope=c.slope, friction=factor * c.friction)
+                for c in posture.contacts
+            ]
+            region = by_linear_programme(stance(contacts, (0.0, 0.0)))
+            holds = region is not None and region[0] - 1e-9 <= 0 <= region[1] + 1e-9
+            assert holds or not inside
+            if not inside:
+                # Where the cones just touch nothing, a region opens at once.
+                assert not holds or region[0] > -1e-4 or region[1] < 1e-4
+        kinds[margin == 1, margin >= 0, math.isfinite(margin)] += 1
+    print(dict(kinds))
+    assert len(kinds) == 4
+
+
+def test_friction_margin_of_a_v():
+    """|X| = W sin 2α/sin 2β at the edge: the friction that is needed is known."""
+    slope, friction, width = 0.6, 0.5, 1.0
+    for x in (0.2, 0.7, 0.95):
+        needed = math.tan(0.5 * math.asin(x / width * math.sin(2 * slope)))
+        posture = vee(slope, friction, (x, 0.3))
+        assert sf.friction_margin(posture) == pytest.approx(1 - needed / friction)
+
+
 # Known numbers
 
 
@@ -311,6 +399,24 @@ def test_the_unstable_one_leaves():
     random = np.random.default_rng(3)
     assert kicks(odd(0.26), 30, random)["rest"] < 15
     assert kicks(odd(0.05), 30, random) == {"rest": 30}
+
+
+def test_trials_are_evidence():
+    """Kicks of the posture that is stable at one restitution and not at another; the same for the same seed."""
+    stays, leaves = (sf.stability(odd(e), trials=60, seed=4) for e in (0.05, 0.26))
+    assert stays.trials == {"seed": 4, "kicks": 60, "rest": 60, "others": {}}
+    assert leaves.trials["rest"] + sum(leaves.trials["others"].values()) == 60
+    assert leaves.trials["rest"] < 50
+    assert pickle.loads(pickle.dumps(leaves)).to_dict() == leaves.to_dict()
+    assert leaves.to_dict()["trials"] == leaves.trials
+    assert "60 random small kicks (seed 4)" in str(leaves)
+    other = sf.stability(odd(0.26), trials=60, seed=5).trials
+    assert other["rest"] != leaves.trials["rest"] or other != leaves.trials
+    assert sf.stability(odd(0.26)).trials is None
+    with pytest.raises(TypeError, match="trials"):
+        sf.stability(odd(0.26), trials=0.5)
+    with pytest.raises(ValueError, match="seed"):
+        sf.stability(odd(0.26), seed=-1)
 
 
 # The face

@@ -42,12 +42,14 @@ from standfast._core import (
     clattering_restitution,
     contact_modes,
     equilibrium_region,
+    friction_margin,
     load,
     neimark_sacker,
     schema,
     self_similar,
     simulate,
     stability,
+    static_forces,
 )
 from standfast.maps import sweep
 
@@ -75,11 +77,13 @@ __all__ = [
     "clattering_restitution",
     "contact_modes",
     "equilibrium_region",
+    "friction_margin",
     "load",
     "neimark_sacker",
     "schema",
     "self_similar",
     "simulate",
     "stability",
+    "static_forces",
     "sweep",
 ]

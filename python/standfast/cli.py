@@ -97,6 +97,8 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
 def stability(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
+    trials: int = 0,
+    seed: int = 0,
     json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, and why.
@@ -105,11 +107,15 @@ def stability(
     ----------
     scene
         Scene file, TOML or JSON.
+    trials
+        Simulate so many random small kicks, too.
+    seed
+        Of their random numbers.
     json
         Write the verdict with its evidence to this file, as JSON.
     """
     _writable(json, "--json")
-    verdict = sf.stability(sf.load(scene).posture)
+    verdict = sf.stability(sf.load(scene).posture, trials=trials, seed=seed)
     _say(f"{scene.name}\n{verdict}")
     if json is not None:
         with _replacing(json) as path:

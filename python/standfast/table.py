@@ -100,7 +100,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
     >>> print(sf.stability(rod))
       stability         stable, by theorem-3
         kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon
-      equilibrium       yes: centre of mass at 0 m, region from -0.5 to 0.5 m
+      equilibrium       yes: centre of mass at 0 m, region from -0.5 to 0.5 m, friction margin 1
       modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)
         word  kinematics                                        forces  acceleration / (m/s^2, rad/s^2)  forces (tangential, normal) / N
         SS    fail at 1: a_n > 0 by 0.371, 2: a_n > 0 by 0.371  fit     (0, -9.81, 0)                    none
@@ -124,6 +124,9 @@ def verdict_table(verdict: sf.Verdict) -> str:
         if region is None
         else f"region from {region[0]:.6g} to {region[1]:.6g} m"
     )
+    spare = sf.friction_margin(verdict.posture)
+    if spare >= 0:
+        where += f", friction margin {spare:.3g}"
     argument = "" if verdict.by is None else f", by {verdict.by}"
     lines = [f"  stability         {verdict.frictional_stability}{argument}"]
     if verdict.by is not None:
@@ -150,6 +153,14 @@ def verdict_table(verdict: sf.Verdict) -> str:
         f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
         f" margin {verdict.chatter_margin:.4g}",
     ]
+    if (trials := verdict.trials) is not None:
+        others = "".join(
+            f", {count} {name}" for name, count in trials["others"].items()
+        )
+        lines.append(
+            f"  trials            {trials['kicks']} random small kicks (seed {trials['seed']}): {trials['rest']} came to"
+            f" rest{others}; evidence, no proof"
+        )
     if verdict.delicate:
         lines.append(
             "  delicate          a margin is so small that rounding may decide"

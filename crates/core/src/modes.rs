@@ -21,6 +21,7 @@ pub use painleve::Jamming;
 pub use pair::{PairMode, PairModes};
 pub(crate) use problem::LONGEST_ARM;
 pub use problem::{ContactProblem, Level, ProblemFields};
+pub(crate) use simplex::maximise;
 pub use words::{Mode, Word};
 
 use serde::{Deserialize, Serialize};

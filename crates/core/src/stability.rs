@@ -7,6 +7,8 @@
 //! 3. clattering convergence (10): with 2. it is Theorem 3, frictional stability;
 //! 4. where these are silent: Goyal's bound instead of (10), and the corner map, in intervals.
 //!
+//! [`static_forces`] and [`friction_margin`] say by which forces, and with how much friction to spare, a body stands.
+//!
 //! Everything here speaks of the local model: small motions, to first order.
 
 mod certify;
@@ -17,6 +19,8 @@ mod fate;
 mod interval;
 mod reduced;
 mod region;
+mod static_forces;
+mod trials;
 
 pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
@@ -26,6 +30,8 @@ pub use conditions::{Conditions, conditions};
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
+pub use static_forces::{StaticForces, friction_margin, static_forces};
+pub use trials::{Trials, trials};
 
 use serde::Serialize;
 
@@ -186,6 +192,8 @@ pub struct Verdict {
     pub evidence: Evidence,
     /// Whether rounding may decide: a margin that counts is below 1e-10.
     pub delicate: bool,
+    /// What came of random kicks, if any were asked for: evidence, no proof; see [`trials`].
+    pub trials: Option<Trials>,
 }
 
 /// The verdict on a posture with two contacts, in its nominal configuration q = 0.
@@ -220,6 +228,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
         by: None,
         evidence: Evidence::Margins,
         delicate: false,
+        trials: None,
         modes,
     };
     verdict.decide(map.as_ref());
@@ -252,6 +261,8 @@ impl Verdict {
             chatter_margin: f64,
             energy: bool,
             delicate: bool,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            trials: &'a Option<Trials>,
             evidence: &'a Evidence,
         }
         #[derive(Serialize)]
@@ -273,6 +284,7 @@ impl Verdict {
             chatter_margin: self.chatter_margin,
             energy: self.energy,
             delicate: self.delicate,
+            trials: &self.trials,
             evidence: &self.evidence,
         };
         serde_json::to_string_pretty(&summary)

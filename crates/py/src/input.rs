@@ -175,7 +175,7 @@ arguments! {
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
-    count -> usize: event_limit;
+    count -> usize: event_limit, trials, seed;
     word -> &'a str: model, impact, simultaneous, stop, method, level;
     flag -> bool: record;
 }

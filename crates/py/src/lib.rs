@@ -33,7 +33,9 @@ mod _core {
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
-    use crate::stability::{PyVerdict, equilibrium_region, stability};
+    use crate::stability::{
+        PyVerdict, equilibrium_region, friction_margin, stability, static_forces,
+    };
     #[pymodule_export]
     use crate::sweep::PySweep;
 

@@ -2,11 +2,16 @@
 
 use std::path::PathBuf;
 
+use numpy::PyArray2;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use standfast::{Posture, State, Verdict};
+use pyo3::types::PyDict;
+use standfast::{Posture, State, StaticForces, Verdict};
 
 use crate::error::to_py;
+use crate::input;
 use crate::modes::PyModes;
+use crate::options::interruptible;
 use crate::posture::PyPosture;
 
 /// What is said of a posture on two contacts: whether the body comes back to rest after any small kick.
@@ -134,6 +139,21 @@ impl PyVerdict {
         self.verdict.delicate
     }
 
+    /// What came of the random kicks that were asked for: {"seed", "kicks", "rest", "others"}, or None. Evidence, no proof.
+    #[getter]
+    fn trials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(trials) = &self.verdict.trials else { return Ok(None) };
+        let (found, others) = (PyDict::new(py), PyDict::new(py));
+        for (outcome, count) in &trials.others {
+            others.set_item(outcome, count)?;
+        }
+        found.set_item("seed", trials.seed)?;
+        found.set_item("kicks", trials.kicks)?;
+        found.set_item("rest", trials.rest)?;
+        found.set_item("others", others)?;
+        Ok(Some(found))
+    }
+
     /// Every word at rest, with its motion, forces and margins: Modes.
     #[getter]
     fn modes(&self) -> PyResult<PyModes> {
@@ -157,8 +177,15 @@ impl PyVerdict {
         self.verdict.save(path).map_err(|e| to_py(&e))
     }
 
-    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (PyPosture,))> {
-        Ok((py.import("standfast")?.getattr("stability")?.unbind(), (self.posture(),)))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
+        let mut again = py.import("standfast")?.getattr("stability")?;
+        if let Some(trials) = &self.verdict.trials {
+            let keywords = PyDict::new(py);
+            keywords.set_item("trials", trials.kicks)?;
+            keywords.set_item("seed", trials.seed)?;
+            again = py.import("functools")?.getattr("partial")?.call((again,), Some(&keywords))?;
+        }
+        Ok((again, (self.posture(),)))
     }
 
     fn __repr__(&self) -> String {
@@ -173,17 +200,76 @@ impl PyVerdict {
 
 /// Whether a posture with two contacts is stable: after any small kick the body comes back to rest near it.
 ///
-/// Small motions are looked at, to first order, with frictionless impacts (the paper's local model). Raises ValueError naming
-/// `contacts` unless there are two that touch.
+/// Small motions are looked at, to first order, with frictionless impacts (the paper's local model). trials : so many random
+/// small kicks are simulated, too, from the numbers of seed; verdict.trials says what came of them. They are evidence and
+/// never change the verdict.
+///
+/// Raises ValueError naming `contacts` unless there are two that touch.
 ///
 /// >>> import standfast as sf
-/// >>> sf.stability(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)).by
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+/// >>> sf.stability(rod).by
 /// 'theorem-3'
+/// >>> sf.stability(rod, trials=100).trials
+/// {'seed': 0, 'kicks': 100, 'rest': 100, 'others': {}}
 #[pyfunction]
-pub(crate) fn stability(posture: PyRef<'_, PyPosture>) -> PyResult<PyVerdict> {
+#[pyo3(signature = (posture, *, trials=0, seed=0))]
+pub(crate) fn stability(
+    py: Python<'_>,
+    posture: PyRef<'_, PyPosture>,
+    #[pyo3(from_py_with = input::trials)] trials: usize,
+    #[pyo3(from_py_with = input::seed)] seed: usize,
+) -> PyResult<PyVerdict> {
     let posture = posture.0.clone();
-    let verdict = standfast::stability(&posture).map_err(|e| to_py(&e))?;
+    let mut verdict = standfast::stability(&posture).map_err(|e| to_py(&e))?;
+    if trials > 0 {
+        let seed = seed as u64;
+        let found = interruptible(py, |cancel| standfast::trials(&posture, trials, seed, cancel))?;
+        verdict.trials = Some(found);
+    }
     Ok(PyVerdict { posture, verdict })
+}
+
+/// Least and largest, for each contact.
+type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// The forces that can hold a body at rest in its nominal posture: the least and the largest (tangential, normal) force of each
+/// contact over all that friction allows, (n, 2) N, ±inf where contacts can squeeze the body without bound; None if none
+/// hold it. Any number of contacts.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, gravity=10, friction=0.5)
+/// >>> low, high = sf.static_forces(rod)
+/// >>> low.tolist(), high.tolist()                  # 5 N on each end, and up to half of it along the ground
+/// ([[-2.5, 5.0], [-2.5, 5.0]], [[2.5, 5.0], [2.5, 5.0]])
+#[pyfunction]
+pub(crate) fn static_forces<'py>(
+    py: Python<'py>,
+    posture: PyRef<'_, PyPosture>,
+) -> PyResult<Option<Extremes<'py>>> {
+    let Some(StaticForces { low, high }) = standfast::static_forces(&posture.0) else {
+        return Ok(None);
+    };
+    let array = |rows: Vec<[f64; 2]>| {
+        let rows: Vec<Vec<f64>> = rows.into_iter().map(Into::into).collect();
+        PyArray2::from_vec2(py, &rows).map_err(|e| PyValueError::new_err(e.to_string()))
+    };
+    Ok(Some((array(low)?, array(high)?)))
+}
+
+/// How much friction a body has to spare at rest: 1 − κ, with κ the least factor on all coefficients of friction at which the
+/// contacts still hold it. 1: it stands without friction; negative: there is too little; −inf: none suffices. Any number of
+/// contacts.
+///
+/// >>> import math
+/// >>> import standfast as sf
+/// >>> foot = sf.Contact(point=(0, 0), slope=math.atan(0.2), friction=0.5)
+/// >>> point = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0), contacts=[foot], restitution=0)
+/// >>> round(sf.friction_margin(point), 12)           # on a slope of 0.2, with friction 0.5
+/// 0.6
+#[pyfunction]
+pub(crate) fn friction_margin(posture: PyRef<'_, PyPosture>) -> f64 {
+    standfast::friction_margin(&posture.0)
 }
 
 /// Abscissas (low, high) of the centre of mass, m, at which friction and normal forces at the contacts can hold the body

@@ -11,7 +11,7 @@ const PIVOTS: usize = 100;
 /// The solution of the programme with these rows (a, b).
 ///
 /// `None` if no x satisfies the rows, if the objective has no bound, or if rounding keeps it from an end.
-pub(super) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
     let (m, n) = (rows.len(), objective.len());
     // Columns: x, one artificial variable per row, right-hand side.
     let width = n + m + 1;

@@ -42,10 +42,15 @@ impl Edge {
 /// nominal posture count.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
+    region(posture, 1.0)
+}
+
+/// The same with all coefficients of friction times `factor`.
+pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
     if posture.fields().gravity == 0.0 {
         return Some([f64::NEG_INFINITY, f64::INFINITY]);
     }
-    let edges = edges(posture);
+    let edges = edges(posture, factor);
     let mut region = [f64::INFINITY, f64::NEG_INFINITY];
     let mut take = |x: f64| region = [region[0].min(x), region[1].max(x)];
     for (k, u) in edges.iter().enumerate() {
@@ -77,15 +82,16 @@ pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
 
 /// The edges of all friction cones; one for a contact without friction. Moments about the nominal centre of mass lose no
 /// digits to the place of the origin; the abscissas are shifted back.
-fn edges(posture: &Posture) -> Vec<Edge> {
+fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (contact, k) in posture.contacts().iter().zip(posture.geometry()) {
         if k.offset != 0.0 {
             continue;
         }
-        let sides: &[f64] = if contact.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+        let friction = factor * contact.friction;
+        let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         for side in sides {
-            let u = k.normal + k.tangent * (side * contact.friction);
+            let u = k.normal + k.tangent * (side * friction);
             edges.push(Edge { u, moment: Vector2::from(contact.point).perp(&u) });
         }
     }

@@ -1,0 +1,112 @@
+//! The forces that can hold a body at rest: not unique, as soon as two contacts rub.
+//!
+//! Forces at the contacts are sums of the edges u = n ± μt of the friction cones with weights a ≥ 0. Those that balance
+//! gravity, Σ a_u u = m g e_y and Σ a_u (x_u − r) × u = 0 about the centre of mass r, are a family; the extremes of each of their
+//! components are linear programmes.
+
+use nalgebra::Vector2;
+use serde::Serialize;
+
+use super::region::region;
+use crate::modes::maximise;
+use crate::posture::Posture;
+
+/// The family of contact forces that hold a body at rest in its nominal posture.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StaticForces {
+    /// Least (tangential, normal) force of each contact, in N; −∞ where there is no bound.
+    pub low: Vec<[f64; 2]>,
+    /// The largest; ∞ where there is no bound.
+    pub high: Vec<[f64; 2]>,
+}
+
+/// An edge of a friction cone: the contact, its force (tangential, normal), direction, and moment per size of the body.
+struct Edge {
+    contact: usize,
+    force: [f64; 2],
+    u: Vector2<f64>,
+    moment: f64,
+}
+
+/// Entry of a direction in which a family without bound goes on, relative to the sum of its weights, that counts as none.
+const BOUNDED: f64 = 1e-9;
+
+/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal
+/// posture carry any.
+#[must_use]
+pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
+    let fields = posture.fields();
+    let weight = fields.mass * fields.gravity;
+    let edges = edges(posture);
+    let row = |of: &dyn Fn(&Edge) -> f64| edges.iter().map(of).collect::<Vec<f64>>();
+    let balance = [row(&|edge| edge.u.x), row(&|edge| edge.u.y), row(&|edge| edge.moment)];
+    let loads = [0.0, if weight > 0.0 { 1.0 } else { 0.0 }, 0.0];
+    let held: Vec<_> = balance.iter().cloned().zip(loads).collect();
+    maximise(&held, &vec![0.0; edges.len()])?;
+    // Forces that hold each other, without load.
+    let mut free: Vec<_> = balance.into_iter().zip([0.0; 3]).collect();
+    free.push((vec![1.0; edges.len()], 1.0));
+    let count = posture.contacts().len();
+    let extreme = |contact: usize, axis: usize, sign: f64| {
+        let of = |edge: &Edge| if edge.contact == contact { sign * edge.force[axis] } else { 0.0 };
+        let objective = row(&of);
+        let value = |x: &[f64]| x.iter().zip(&objective).map(|(a, c)| a * c).sum::<f64>();
+        if maximise(&free, &objective).is_some_and(|x| value(&x) > BOUNDED) {
+            return sign * f64::INFINITY;
+        }
+        let unit = if weight > 0.0 { weight } else { 1.0 };
+        maximise(&held, &objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
+    };
+    let all = |sign: f64| {
+        (0..count).map(|contact| [0, 1].map(|axis| extreme(contact, axis, sign))).collect()
+    };
+    Some(StaticForces { low: all(-1.0), high: all(1.0) })
+}
+
+fn edges(posture: &Posture) -> Vec<Edge> {
+    let size = posture.size();
+    let mut edges = Vec::new();
+    for (contact, (k, c)) in posture.geometry().iter().zip(posture.contacts()).enumerate() {
+        if k.offset != 0.0 {
+            continue;
+        }
+        let sides: &[f64] = if c.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+        for side in sides {
+            let force = [side * c.friction, 1.0];
+            let u = k.normal + k.tangent * force[0];
+            // (t b + n c) × (t f + n) = b − c f
+            edges.push(Edge { contact, force, u, moment: (k.b - k.c * force[0]) / size });
+        }
+    }
+    edges
+}
+
+/// Largest factor on all coefficients of friction that is looked at.
+const MOST: f64 = 1e9;
+
+/// How much friction a posture has to spare: 1 − κ with κ the least factor on all coefficients of friction at which the
+/// centre of mass is still over the equilibrium region. One: it stands without friction; zero: at the edge of the region;
+/// negative outside; −∞ where no friction suffices.
+#[must_use]
+pub fn friction_margin(posture: &Posture) -> f64 {
+    let x = posture.fields().center_of_mass[0];
+    // A region only grows with friction.
+    let stands = |factor| region(posture, factor).is_some_and(|[low, high]| low <= x && x <= high);
+    if stands(0.0) {
+        return 1.0;
+    }
+    let (mut fails, mut holds) = (0.0, 1.0);
+    while !stands(holds) {
+        (fails, holds) = (holds, 2.0 * holds);
+        if holds > MOST {
+            return f64::NEG_INFINITY;
+        }
+    }
+    loop {
+        let middle = 0.5 * (fails + holds);
+        if middle <= fails || middle >= holds {
+            return 1.0 - holds;
+        }
+        *(if stands(middle) { &mut holds } else { &mut fails }) = middle;
+    }
+}

@@ -1,0 +1,87 @@
+//! Small random kicks in the local model: evidence beside a verdict, never its proof.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::posture::{Geometry, Posture};
+use crate::simulate::{Model, Options, State, simulate_until};
+use crate::trajectory::Outcome;
+
+/// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model knows no scale:
+/// what comes of a kick is that of all smaller ones.
+const KICK: f64 = 1e-3;
+
+/// Displacement, in units of the size, at which a body has left.
+const LEFT: f64 = 10.0;
+
+/// Events of one run.
+const EVENTS: usize = 200_000;
+
+/// What came of random kicks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Trials {
+    /// Of the random numbers.
+    pub seed: u64,
+    /// How many kicks.
+    pub kicks: usize,
+    /// How many of them came to rest.
+    pub rest: usize,
+    /// How the others ended, and how many of them.
+    pub others: BTreeMap<&'static str, usize>,
+}
+
+/// Numbers in [−1, 1) from a counter [Steele, Lea & Flood 2014, SplitMix64].
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// `kicks` random small kicks from a posture: place, rotation and velocities uniform in a box, lifted until no contact is in the
+/// terrain. The same numbers for the same `seed`. `None` once `cancel` says so.
+///
+/// # Errors
+///
+/// As [`simulate`](crate::simulate).
+pub fn trials(
+    posture: &Posture,
+    kicks: usize,
+    seed: u64,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trials>, Error> {
+    let (size, gravity) = (posture.size(), posture.fields().gravity);
+    let speed = KICK * (gravity * size).sqrt();
+    let options = Options {
+        model: Model::Local,
+        record: false,
+        neighbourhood: LEFT * size,
+        event_limit: EVENTS,
+        ..Options::default()
+    };
+    let mut random = Random(seed);
+    let mut found = Trials { seed, kicks, rest: 0, others: BTreeMap::new() };
+    for _ in 0..kicks {
+        let mut uniform =
+            |scale: f64| [scale, scale, scale / size].map(|part| part * random.next());
+        let (mut q, qdot) = (uniform(KICK * KICK * size), uniform(speed));
+        // A rise by y opens the gap i by n_i·e_y y > 0; the last factor is for rounding.
+        let lift = |k: &Geometry| -k.local_gap(&q.into()) / k.normal.y;
+        let rise = posture.geometry().iter().map(lift).fold(0.0, f64::max);
+        q[1] += rise * (1.0 + 1e-9);
+        let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;
+        let Some(run) = run else { return Ok(None) };
+        match run.outcome() {
+            Outcome::Rest => found.rest += 1,
+            other => *found.others.entry(other.as_str()).or_default() += 1,
+        }
+    }
+    Ok(Some(found))
+}
