@@ -436,11 +436,92 @@ def test_a_verdict_is_data(tmp_path):
         assert word in text
 
 
-def test_a_certificate_can_be_checked():
-    """Cells and their potentials are there for another program."""
-    evidence = sf.stability(odd(0.05)).evidence
-    assert len(evidence["potential"]) == 2 * evidence["cells"]
-    assert min(evidence["potential"]) >= 0.0
+def rows_of(posture):
+    """Rows N_i and T_i of both contacts at rest, and the direction in which both slide, of length one in the metric of the mass."""
+    normals, tangents = [], []
+    for contact in posture.contacts:
+        t = np.array([math.cos(contact.slope), math.sin(contact.slope)])
+        n = np.array([-t[1], t[0]])
+        arm = np.array(contact.point) - posture.center_of_mass
+        normals.append([*n, t @ arm])
+        tangents.append([*t, -n @ arm])
+    both = np.cross(*normals)
+    return (
+        normals,
+        tangents,
+        both / np.linalg.norm(both * [1, 1, posture.gyration_radius]),
+    )
+
+
+def next_corner(posture, lands, phi):
+    """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to
+    rest or slide first. φ = atan(ξ/y), y the landing speed and ξ the slip of the other contact over that of `both`."""
+    normals, tangents, both = rows_of(posture)
+    holds = 1 - lands
+    slip = math.sin(phi) * (tangents[holds] @ both)
+    system = [normals[holds], normals[lands], tangents[holds]]
+    qdot = np.linalg.solve(system, [0.0, -math.cos(phi), slip])
+    run = sf.simulate(posture, (0, 0, 0), qdot, model="local", time_limit=100.0)
+    for phase in run.phases:
+        held = [k for k in (0, 1) if phase.mode[k] != "S"]
+        if len(held) == 2 and phase.end > phase.start:
+            return None
+        hits = run.impacts[np.isclose(run.impacts["time"], phase.end, rtol=1e-14)]
+        if len(held) != 1 or phase.end <= phase.start or len(hits) == 0:
+            continue
+        (k,), length = held, phase.end - phase.start
+        m = int(hits["contact"][0]) - 1
+        if m == k:
+            continue
+        # Speeds are linear within a phase.
+        slips = [
+            tangents[k] @ run.at(phase.start + share * length)[1]
+            for share in (0.25, 0.75)
+        ]
+        xi = slips[1] + 0.5 * (slips[1] - slips[0])
+        xi /= tangents[k] @ both
+        y = -hits["rates_before"][0][m]
+        return m, math.atan2(xi, y), math.log(math.hypot(xi, y))
+    return None
+
+
+def test_a_certificate_holds_in_the_simulator():
+    """V(cell) ≥ ln G + V(next) from corner to corner of simulated motions; and the cycle of an unstable posture is one."""
+    posture = odd(0.05)
+    evidence = sf.stability(posture).evidence
+    limits, potential = evidence["limits"], np.array(evidence["potential"])
+    assert potential.shape == (2, len(limits) + 1)
+    assert potential.min() >= 0.0
+    assert (np.diff(limits) > 0).all()
+
+    def value(contact, phi):
+        return potential[contact, np.searchsorted(limits, math.tan(phi))]
+
+    random = np.random.default_rng(9)
+    checked = 0
+    for _ in range(400):
+        contact, phi = int(random.integers(2)), float(random.uniform(-1.5, 1.5))
+        found = next_corner(posture, contact, phi)
+        if found is None:
+            continue
+        later, angle, growth = found
+        below, above = evidence["ends"][contact]
+        end = below is not None and math.tan(phi) <= below
+        if not end and (above is None or math.tan(phi) < above):
+            checked += 1
+            assert value(contact, phi) >= growth + value(later, angle)
+    assert checked > 100
+    posture = odd(0.26)
+    _, tangents, both = rows_of(posture)
+    for corner, following in zip(
+        cycle := sf.stability(posture).evidence, cycle[::-1], strict=True
+    ):
+        # Here φ is of the sliding speed itself.
+        alpha = {k: tangents[2 - k] @ both for k in (1, 2)}
+        angle = lambda c: math.atan(math.tan(c["phi"]) / alpha[c["contact"]])  # noqa: E731, B023
+        found = next_corner(posture, corner["contact"] - 1, angle(corner))
+        assert found[0] == following["contact"] - 1
+        assert found[1] == pytest.approx(angle(following), abs=1e-6)
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -70,10 +70,10 @@ pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until
 pub type Vector3 = nalgebra::Vector3<f64>;
 pub use stability::{
     BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, Orbit, OrbitEnd,
-    Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, StaticForces, Trials, Verdict,
-    chatter_bound, chatter_restitution, clattering_bound, clattering_restitution, conditions,
-    coupling, equilibrium_region, friction_margin, neimark_sacker, self_similar, stability,
-    static_forces, trials,
+    Potential, Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, StaticForces,
+    Trials, Verdict, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
+    conditions, coupling, equilibrium_region, friction_margin, neimark_sacker, self_similar,
+    stability, static_forces, trials,
 };
 pub use sweep::{Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep};
 pub use terrain::MAX_VERTICES;

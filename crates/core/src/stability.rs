@@ -40,7 +40,7 @@ use crate::modes::{Method, ModeAnswer, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::State;
 use crate::trajectory::ContactNumber;
-pub use certify::Reason;
+pub use certify::{Potential, Reason};
 
 use certify::Decision;
 use conditions::moves;
@@ -128,14 +128,8 @@ pub struct CornerStep {
 pub enum Evidence {
     /// Margins of the verdict itself say it all.
     Margins,
-    /// Cells per contact and a potential V for each (contact 1 first, φ from −π/2 to π/2, of the angle atan(ξ/y)):
-    /// V(cell) ≥ ln G + 1e-9 + V(next), so that no sequence of corners grows for ever.
-    Potential {
-        /// Cells per contact.
-        cells: usize,
-        /// V of each.
-        potential: Vec<f64>,
-    },
+    /// No sequence of corners grows for ever.
+    Potential(Potential),
     /// Corners that come again and again, larger every time.
     Cycle(Vec<CornerStep>),
     /// A word that is consistent at rest and leads away.
@@ -368,8 +362,8 @@ impl Verdict {
             }
         };
         match certify::decide(map) {
-            Decision::Stable { cells, potential } => {
-                self.evidence = Evidence::Potential { cells, potential };
+            Decision::Stable(potential) => {
+                self.evidence = Evidence::Potential(potential);
                 (Stability::Stable, Some(By::CornerMap))
             }
             Decision::Grows(cycle) => {

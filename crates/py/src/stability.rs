@@ -124,7 +124,9 @@ impl PyVerdict {
         self.verdict.by.map(standfast::By::as_str)
     }
 
-    /// The argument's data: None where the margins are all of it; of "corner-map" the potentials of the cells; of
+    /// The argument's data: None where the margins are all of it; of "corner-map" {"limits", "potential",
+    /// "ends"}: limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below
+    /// and above which V holds from entry to exit, not from corner to corner (see the theory page); of
     /// "growing-cycle" its corners (contact, phi, growth); of "accelerating-mode" the word or the corner that leads away; of
     /// an undecided posture the cells left over.
     #[getter]

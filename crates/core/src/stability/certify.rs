@@ -60,17 +60,35 @@ pub(crate) struct Corner {
     pub(crate) growth: f64,
 }
 
+/// Cells of the ratio ξ/y of a corner, and a potential V for each: V(cell) ≥ ln G + 1e-9 + V(next), so that no sequence of
+/// corners grows for ever. y is the landing speed, ξ the slip of the other contact over its part of the direction in which
+/// both slide (of length one in the metric of the mass), and r² = ξ² + y².
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Potential {
+    /// Limits between the cells, increasing.
+    pub limits: Vec<f64>,
+    /// V for each contact that lands, in the order of the cells.
+    #[serde(rename = "potential")]
+    pub values: [Vec<f64>; 2],
+    /// For each contact that lands the ratios below and above which a corner is in a fast-slide end. There corner follows on
+    /// corner until both contacts slide together, or until they are out of the end: V holds for all of that as a whole.
+    pub ends: [[Option<f64>; 2]; 2],
+}
+
 /// What the corner map says.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Decision {
-    /// Cells per contact, and the potential of each.
-    Stable { cells: usize, potential: Vec<f64> },
+    Stable(Potential),
     /// A growing cycle.
     Grows(Vec<Corner>),
     /// Corners that lead away, or none of them (a motion with a contact on the terrain, or both, does).
     Escapes(Option<Corner>),
     /// Why; cells per contact, and those that are left over: (contact, φ from, φ to).
-    Undecided { reason: Reason, cells: usize, left: Vec<(usize, [f64; 2])> },
+    Undecided {
+        reason: Reason,
+        cells: usize,
+        left: Vec<(usize, [f64; 2])>,
+    },
 }
 
 /// Why the corner map does not decide.
@@ -196,9 +214,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
     for level in 0..levels.max(1) {
         if level < levels {
             match stable(map, Grid::of(level)) {
-                Ok(potential) => {
-                    return Decision::Stable { cells: Grid::of(level).cells.len(), potential };
-                }
+                Ok(potential) => return Decision::Stable(potential),
                 Err(open) => left = open,
             }
         }
@@ -213,7 +229,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
 }
 
 /// A potential over the cells, or the cells that stand against it.
-fn stable(map: &CornerMap, grid: &Grid) -> Result<Vec<f64>, Vec<(usize, [f64; 2])>> {
+fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2])>> {
     let n = grid.cells.len();
     let at = |contact: usize, cell: usize| contact * n + cell;
     let mut left = Vec::new();
@@ -313,7 +329,16 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Vec<f64>, Vec<(usize, [f64; 2]
             }
         }
         if !changed {
-            return Ok(potential);
+            let second = potential.split_off(n);
+            let limits = &grid.limits;
+            let ends = zones.map(|[left, right]| {
+                let found = |end: (End, usize)| end.0 != End::Ordinary;
+                [
+                    found(left).then(|| limits[left.1 - 1]),
+                    found(right).then(|| limits[limits.len() - right.1]),
+                ]
+            });
+            return Ok(Potential { limits: limits.clone(), values: [potential, second], ends });
         }
     }
     Err(growing(&potential, &grid.cells, 0.5 * most))
