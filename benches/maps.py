@@ -1,7 +1,8 @@
 """Seconds for a map of 500 x 500 postures, and the share of it that is left open: `make maps`.
 
-The postures are those of examples/third_figure.py, part (b). The clock covers `sf.sweep` on all cores, from the
-question to the dataset; seconds of all cores together are shown beside it.
+The postures are those of examples/third_figure.py: in part (b) Theorem 3 decides a third of the equilibria, in part (a) one
+in twenty, so that nearly all need the corner map. The clock covers `sf.sweep` on all cores, from the question to the
+dataset; seconds of all cores together are shown beside it.
 """
 
 import runpy
@@ -16,16 +17,12 @@ EXAMPLE = Path(__file__).parent.parent / "examples" / "third_figure.py"
 POINTS = 500
 
 
-def main() -> None:
+def measure(posture: sf.Posture, points: int) -> None:
     """Time Theorem 3 alone, then the whole verdict."""
-    points = int(sys.argv[1]) if len(sys.argv) > 1 else POINTS
-    posture = runpy.run_path(str(EXAMPLE))["vee"](0.4)
     over = {
         "center_of_mass.x": np.linspace(-1.3, 1.3, points),
         "center_of_mass.y": np.linspace(-1.0, 3.0, points),
     }
-    # Nothing of the first call, such as the import of xarray, is timed.
-    sf.sweep(posture, {"mass": [1.0]}, "theorem_3")
     grids = {}
     for quantity in (["theorem_3", "equilibrium"], ["stability"]):
         begun, used = time.perf_counter(), time.process_time()
@@ -43,6 +40,18 @@ def main() -> None:
             f"undecided {text}: {100 * count / equilibria:.2f} % of the equilibria,"
             f" {100 * count / points**2:.2f} % of the map"
         )
+
+
+def main() -> None:
+    """Part (b), then part (a)."""
+    points = int(sys.argv[1]) if len(sys.argv) > 1 else POINTS
+    example = runpy.run_path(str(EXAMPLE))
+    # Nothing of the first call, such as the import of xarray, is timed.
+    sf.sweep(example["vee"](0.4), {"mass": [1.0]}, "theorem_3")
+    for part in ("b", "a"):
+        radius = example["PARTS"][part]
+        print(f"part ({part}), radius of gyration {radius}")
+        measure(example["vee"](radius), points)
 
 
 if __name__ == "__main__":

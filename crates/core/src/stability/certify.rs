@@ -293,22 +293,24 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2
         }
         _ => None,
     };
-    let most: f64 = edges.iter().map(|edge| edge.growth.max(0.0)).sum::<f64>() + 1.0;
     let mut potential = vec![0.0_f64; 2 * n];
-    let mut pools = [0.0_f64; 2];
-    for _ in 0..4 * n {
+    let mut pools = [(0.0_f64, NONE); 2];
+    // The cell after each, on the chain that its potential comes from.
+    let mut next = vec![NONE; 2 * n];
+    loop {
         let mut changed = false;
         for j in 0..2 {
             for k in 0..n {
                 let own = repels(j, k);
-                let mut value = 0.0_f64;
+                let (mut value, mut to) = (0.0_f64, NONE);
                 for edge in &edges[starts[at(j, k)]..starts[at(j, k) + 1]] {
                     for cell in edge.from..=edge.to.min(n - 1) {
                         let inside = own.is_some_and(|(right, _)| {
                             repels(edge.contact, cell).is_some_and(|(other, _)| other == right)
                         });
-                        if !inside {
-                            value = value.max(edge.growth + potential[at(edge.contact, cell)]);
+                        let then = at(edge.contact, cell);
+                        if !inside && edge.growth + potential[then] > value {
+                            (value, to) = (edge.growth + potential[then], then);
                         }
                     }
                 }
@@ -316,15 +318,14 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2
                     // Who is in a repelling zone may leave it from any of its cells.
                     value += transit;
                     let pool = &mut pools[usize::from(right)];
-                    *pool = pool.max(value);
-                    value = *pool;
+                    if value > pool.0 {
+                        *pool = (value, to);
+                    }
+                    (value, to) = *pool;
                 }
                 if value > potential[at(j, k)] {
-                    potential[at(j, k)] = value;
+                    (potential[at(j, k)], next[at(j, k)]) = (value, to);
                     changed = true;
-                    if value > most {
-                        return Err(growing(&potential, &grid.cells, most));
-                    }
                 }
             }
         }
@@ -340,17 +341,36 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2
             });
             return Ok(Potential { limits: limits.clone(), values: [potential, second], ends });
         }
+        // A potential that comes from itself has grown on the way: as of the method of Bellman and Ford, there is such a
+        // cycle if and only if one of the graph grows, and n rounds at the most show it.
+        if let Some(cycle) = circle(&next) {
+            return Err(cycle.iter().map(|cell| (cell / n, grid.cells[cell % n].phi)).collect());
+        }
     }
-    Err(growing(&potential, &grid.cells, 0.5 * most))
 }
 
-/// The cells with the highest potentials: those of the chains that may grow for ever, and those that lead there.
-fn growing(potential: &[f64], cells: &[Cell], most: f64) -> Vec<(usize, [f64; 2])> {
-    let n = cells.len();
-    (0..potential.len())
-        .filter(|&cell| potential[cell] > 0.5 * most)
-        .map(|cell| (cell / n, cells[cell % n].phi))
-        .collect()
+const NONE: usize = usize::MAX;
+
+/// A cycle of a graph in which every node has one successor, or none.
+fn circle(next: &[usize]) -> Option<Vec<usize>> {
+    // For each node the walk that came to it first.
+    let mut seen = vec![NONE; next.len()];
+    for start in 0..next.len() {
+        let mut node = start;
+        while node != NONE && seen[node] == NONE {
+            seen[node] = start;
+            node = next[node];
+        }
+        if node != NONE && seen[node] == start {
+            let mut cycle = vec![node];
+            while next[cycle[cycle.len() - 1]] != node {
+                cycle.push(next[cycle[cycle.len() - 1]]);
+            }
+            cycle.sort_unstable();
+            return Some(cycle);
+        }
+    }
+    None
 }
 
 /// The fast-slide end of the corners at j: the largest zone around it, in cells, in which its kind is certain.
