@@ -42,6 +42,9 @@ def scene(rng):
     tilt = height * rng.choice([0.0, 1.0, 1.0, 1.0])
     q = rng.uniform(-1, 1, 3) * (height, 0, tilt) + (0, 1.5 * height, 0)
     moves = math.sqrt(2 * G * height) * rng.choice([0.0, 1.0])
+    if rng.random() < 0.1:
+        # Straight down: all contacts land at once, on whatever slopes.
+        q, moves = np.array([0.0, height, 0.0]), 0.0
     qdot = rng.uniform(-1, 1, 3) * moves
     options = {
         "tolerance": 10 ** rng.uniform(-12, -2),

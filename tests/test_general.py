@@ -282,3 +282,69 @@ def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
         ends[policy] = run.time
     expected = {IN_TURN: 0.106411750879892, "last-contact-first": 0.113057822730814}
     assert ends == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("model", ["local", "full"])
+def test_a_straight_drop_lands_on_all_slopes_at_once(model):
+    """Every gap is h cos β: whatever the slopes and the height, the feet land together at √(2h/g)."""
+    feet = [sf.Contact((-1, 0), slope=-0.3), sf.Contact((1.2, 0.2), slope=0.2)]
+    posture = body([], contacts=feet, center_of_mass=(0.3, 0.5), restitution=0.4)
+    for k in range(1, 101):
+        height = k * 1e-9
+        run = sf.simulate(posture, (0, height, 0), (0, 0, 0), model=model, stop="zeno")
+        assert any("same instant" in warning for warning in run.warnings), k
+        first, second = run.impacts[:2]
+        assert first["time"] == second["time"]
+        assert first["time"] == pytest.approx(math.sqrt(2 * height / G), rel=1e-15)
+        assert {int(first["contact"]), int(second["contact"])} == {1, 2}
+    runs = [
+        sf.simulate(posture, (0, 1e-9, 0), (0, 0, 0), model=m, tolerance=1e-4)
+        for m in ("auto", "full")
+    ]
+    assert runs[0].time == pytest.approx(runs[1].time, rel=1e-4)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("model", ["local", "full"])
+def test_any_moment_is_the_end_of_a_shorter_run(model, count):
+    """Also where a body begins to turn about a foot from rest, or has stopped on its way for a moment."""
+    random = np.random.default_rng(12)
+    moved = 0
+    for _ in range(25):
+        feet = [
+            sf.Contact(
+                (x + random.uniform(-0.2, 0.2), random.uniform(-0.1, 0.1)),
+                slope=random.uniform(-0.3, 0.3),
+                friction=random.choice([0.0, 0.5, 2.0]),
+            )
+            for x in (-1, 0, 1)[:count]
+        ]
+        posture = body(
+            [],
+            contacts=feet,
+            center_of_mass=(random.uniform(-1.5, 1.5), random.uniform(0.2, 1.0)),
+            restitution=0.3,
+        )
+        begin = (0, 0, 0), random.normal(0, 0.3, 3) * random.choice([0, 1])
+        if min(posture.gap_rates(*begin)) < 0:
+            begin = (0, 0, 0), (0, 0, 0)
+        options = {"model": model, "impact": "newton"}
+        whole = sf.simulate(posture, *begin, time_limit=0.5, **options)
+        for share in (0.03, 0.2, 0.7):
+            t = share * whole.elapsed
+            part = sf.simulate(posture, *begin, time_limit=t, **options)
+            assert whole.at(t)[0] == pytest.approx(part.q, abs=1e-11)
+            assert whole.at(t)[1] == pytest.approx(part.qdot, abs=1e-9)
+            moved += bool(np.abs(part.q).max() > 1e-4)
+    assert moved > 20
+
+
+def test_a_body_begins_to_turn_about_its_foot():
+    """From rest with its centre of mass beside the foot: θ = αt²/2 in the local model, α = −mgx/I about the foot."""
+    inertia = 0.5**2 + 0.3**2 + 1.0
+    foot = sf.Contact((0, 0), friction=2.0)
+    posture = body([], contacts=[foot], center_of_mass=(0.3, 1.0), gyration_radius=0.5)
+    run = sf.simulate(posture, (0, 0, 0), (0, 0, 0), model="local", time_limit=0.4)
+    assert run.phases[0].mode == "F"
+    t = np.linspace(0, 0.4, 9)
+    assert run.at(t)[0][:, 2] == pytest.approx(-0.5 * G * 0.3 / inertia * t**2)

@@ -124,7 +124,8 @@ def test_the_cheap_way_is_the_whole_verdict_to_the_bit():
             np.testing.assert_array_equal(
                 grid[name].item(), getattr(verdict, name), err_msg=f"{name} {posture}"
             )
-        expected = verdict.kinematic_strong and verdict.clattering
+        strong = verdict.kinematic_strong and verdict.kinematic_margin > 1e-10
+        expected = strong and verdict.clattering
         assert grid["theorem_3"].item() == expected
 
 
@@ -475,7 +476,7 @@ def test_wrong_questions():
         sf.sweep(VEE, over, "by", q=(0, 0, 0), qdot=(0, 0, 0))
     with pytest.raises(ValueError, match="q, qdot"):
         sf.sweep(VEE, over, "by", model="local")
-    with pytest.raises(TypeError, match="option = colour"):
+    with pytest.raises(TypeError, match="colour is no keyword of sweep"):
         sf.sweep(VEE, over, "fate", q=(0, 0, 0), qdot=(0, 0, 0), colour=1)
     for threads in (0, -1, 10**9):
         with pytest.raises(ValueError, match="threads"):

@@ -327,6 +327,29 @@ def test_verdicts_in_the_order_of_their_arguments():
         assert verdict.by == "accelerating-mode"
 
 
+def test_what_nothing_slows_down_does_not_come_back():
+    """Level ground without friction, and a world without gravity: conditions hold by a tie, kicks lead away for ever."""
+    smooth = stance([sf.Contact((-1, 0)), sf.Contact((1, 0))], (0.0, 0.2))
+    rough = [sf.Contact((x, 0), friction=0.5) for x in (-1, 1)]
+    weightless = stance(rough, (0.0, 0.2), gravity=0.0)
+    for posture in (smooth, weightless):
+        verdict = sf.stability(posture)
+        assert verdict.kinematic_strong
+        assert verdict.kinematic_margin == 0
+        assert (verdict.frictional_stability, verdict.by) == (
+            "unstable",
+            "accelerating-mode",
+        )
+        assert not sf.sweep(posture, {"mass": [1.0]}, "theorem_3")["theorem_3"].item()
+    assert kicks(smooth, 20, np.random.default_rng(1))["rest"] == 0
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-300, 1e-17, 1e-12, 1.0, 1e12, 1e60])
+def test_region_of_any_friction_on_level_ground(friction):
+    feet = [sf.Contact((x, 0), friction=friction) for x in (-1, 1)]
+    assert sf.equilibrium_region(stance(feet, (0, 0.5))) == (-1.0, 1.0)
+
+
 # Against the simulator
 
 

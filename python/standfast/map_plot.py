@@ -14,6 +14,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from standfast._core import Posture
 from standfast.maps import described
+from standfast.plot import save
 
 if TYPE_CHECKING:
     import xarray
@@ -86,7 +87,7 @@ def draw(
     for axes in panels[len(names) :]:
         axes.remove()
     if path is not None:
-        figure.savefig(path)
+        save(figure, path)
     return figure
 
 

@@ -60,6 +60,20 @@ UNITS = {
     "zeno_time": ("first Zeno point", "s"),
 }
 
+#: Keywords of `simulate` for a fate.
+OPTIONS = {
+    "model",
+    "impact",
+    "simultaneous",
+    "stop",
+    "time",
+    "time_limit",
+    "event_limit",
+    "neighbourhood",
+    "tolerance",
+    "record",
+}
+
 _Columns: TypeAlias = list[npt.NDArray[Any]]
 
 
@@ -111,6 +125,13 @@ def sweep(
         raise TypeError(
             f"executor = {executor!r} cannot be used: None or a concurrent.futures.Executor is allowed"
         )
+    unknown = sorted(set(options) - OPTIONS)
+    if unknown:
+        raise TypeError(
+            f"{unknown[0]} is no keyword of sweep, nor one of simulate: {', '.join(sorted(OPTIONS))}"
+        )
+    if cache is not None and not os.fspath(cache):
+        raise ValueError("cache = '' cannot be used: None or a folder is allowed")
     names = [quantity] if isinstance(quantity, str) else list(quantity)
     if len(set(names)) < len(names):
         raise ValueError(
@@ -239,7 +260,7 @@ class Kept:
         text = json.dumps(asked, indent=1, allow_nan=False)
         self.folder = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.width = len(names)
+        self.words = question.words
         if not (self.folder / "question.json").exists():
             self._replace("question.json", lambda path: path.write_text(text, "utf-8"))
 
@@ -251,11 +272,14 @@ class Kept:
                 (self.folder / self._name(part)).open("rb") as raw,
                 np.load(raw, allow_pickle=False) as file,
             ):
-                columns = [file[f"arr_{k}"] for k in range(self.width)]
+                columns = [file[f"arr_{k}"] for k in range(len(self.words))]
         except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
             return None
-        if any(column.shape != (part[1] - part[0],) for column in columns):
-            return None
+        for column, words in zip(columns, self.words, strict=True):
+            if column.shape != (part[1] - part[0],):
+                return None
+            if words is not None and not np.isin(column, range(len(words))).all():
+                return None
         return columns
 
     def write(self, part: tuple[int, int], columns: _Columns) -> None:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -76,8 +77,24 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
     if run.posture is not None:
         draw_body(next(axes), run)
     if path is not None:
-        figure.savefig(path)
+        save(figure, path)
     return figure
+
+
+def save(figure: Figure, path: str | PathLike[str]) -> None:
+    """Write a figure to exactly this path; its suffix says the format.
+
+    Raises ValueError for a suffix that is none, and OSError where it cannot be written.
+    """
+    target = Path(path)
+    kind = target.suffix[1:].lower()
+    known = sorted(figure.canvas.get_supported_filetypes())
+    if kind not in known:
+        raise ValueError(
+            f"path = {str(path)!r} cannot be used: a file name that ends in one of {', '.join(known)} is allowed"
+        )
+    with target.open("wb") as file:
+        figure.savefig(file, format=kind)
 
 
 def accumulation(run: Run) -> ZenoPoint | None:

@@ -17,7 +17,7 @@ use crate::clock::Clock;
 use crate::flight::parabola_touchdown;
 use crate::impact;
 use crate::log::{Collision, Log};
-use crate::tolerance::{REACHED, SELF_SIMILAR, TAIL};
+use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
 
 /// Why a sequence of collisions is left.
@@ -63,7 +63,13 @@ const SHORT: f64 = 1e-16;
 fn next_landing(m: &Frozen, gaps: &Gaps) -> (usize, f64, bool) {
     let t = [0, 1].map(|i| parabola_touchdown(gaps.h[i], gaps.u[i], m.g[i]));
     let first = usize::from(t[1] < t[0]);
-    (first, t[first], t[0] == t[1])
+    (first, t[first], are_one(t[0], t[1]))
+}
+
+/// Whether two contacts that start a flight land together, as far as rounding can tell: one that falls straight down has all
+/// gaps in the ratio of the gravities into them, and the roundings of both must not decide which one lands first.
+pub(crate) fn are_one(t: f64, other: f64) -> bool {
+    (t - other).abs() <= SIMULTANEOUS * t
 }
 
 /// Gaps and rates after a flight of `dt`.

@@ -72,6 +72,10 @@ const MANY_TURNS: f64 = 1e6;
 /// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad.
 pub(crate) const PHASE_LOST: f64 = 1e12;
 
+/// What is said of it.
+pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad: at most four digits of the rotation at its end \
+     would be left; the run ends here";
+
 impl Arc {
     /// g + c ω²: acceleration into the terrain now, in m/s².
     pub(crate) fn effective_gravity(&self) -> f64 {

@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance, Step};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
-use crate::flight::{Arc, parabola_touchdown};
+use crate::flight::{Arc, LOST_PHASE, PHASE_LOST, parabola_touchdown};
 use crate::impact::Simultaneous;
 use crate::impact_law::{self, Material, Matrix};
 use crate::log::Log;
@@ -215,11 +215,13 @@ impl Stance {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
         }
-        let rests = self.center.v == nalgebra::Vector2::zeros() && self.spin.omega == 0.0;
-        if rests && word.iter().all(|mode| mode.direction() == 0.0) {
-            return self.clone();
-        }
-        Step::new(self, word).map_or_else(|| self.clone(), |step| step.at(self, dt))
+        let step = if self.is_fixed(word) { None } else { Step::new(self, word) };
+        let Some(step) = step else { return self.clone() };
+        // A body at rest stays so where nothing but rounding accelerates it.
+        let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
+        let [ax, ay, turn] = step.acceleration();
+        let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
+        if still && most <= STILL * self.gravity { self.clone() } else { step.at(self, dt) }
     }
 
     /// Impact matrix of a contact, per unit mass.
@@ -430,6 +432,11 @@ impl<'a> General<'a> {
             self.state = self.state.flown(left.max(0.0));
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Some(Outcome::TimeLimit);
+        }
+        let turns = self.state.frozen.is_none();
+        if turns && (self.state.spin.omega * t).abs() > PHASE_LOST {
+            self.warnings.push(LOST_PHASE.into());
+            return Some(Outcome::EventLimit);
         }
         self.state = self.state.flown(t);
         self.log.clock = self.log.clock.after(t);

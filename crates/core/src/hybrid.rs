@@ -12,7 +12,7 @@ mod rest;
 
 use crate::clatter::{self, Halt};
 use crate::clock::Clock;
-use crate::flight::parabola_touchdown;
+use crate::flight::{LOST_PHASE, parabola_touchdown};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
@@ -156,11 +156,7 @@ impl<'a> Driver<'a> {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
         if self.log.phase_lost {
-            self.warnings.push(
-                "a flight turned by more than 1e12 rad: at most four digits of the rotation at its end \
-                 are left, and the motion after it is one of many"
-                    .into(),
-            );
+            self.warnings.push(LOST_PHASE.into());
         }
         let mut end = self.frame().to_full(&self.raw());
         let mut state = Base::state(&end);

@@ -379,6 +379,26 @@ pub(crate) mod extended {
     }
 }
 
+/// Serde for an extended number that may be absent.
+pub(crate) mod extended_option {
+    use super::Extended;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[allow(clippy::ref_option, reason = "serde passes references")]
+    pub(crate) fn serialize<S: Serializer>(
+        value: &Option<f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        value.map(Extended::from).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<f64>, D::Error> {
+        Ok(Option::<Extended>::deserialize(deserializer)?.map(f64::from))
+    }
+}
+
 /// Serde for a pair of extended numbers.
 pub(crate) mod extended_pair {
     use super::Extended;

@@ -122,7 +122,8 @@ pub struct Options {
     /// Time on the clock at the start, in s.
     pub time: f64,
     /// Time on the clock at which the run ends at the latest, in s.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(with = "crate::scene::extended_option", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<crate::scene::Extended>")]
     pub time_limit: Option<f64>,
     /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20.
     pub event_limit: usize,

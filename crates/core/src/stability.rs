@@ -321,13 +321,14 @@ impl Verdict {
 
     fn decide(&mut self, map: Option<&CornerMap>) {
         let stable = |by| (Stability::Stable, Some(by));
+        let strong = self.conditions().certainly_strong();
         (self.frictional_stability, self.by) = if !self.equilibrium {
             (Stability::Unstable, Some(By::NotEquilibrium))
-        } else if self.clattering && self.kinematic_strong_strict {
+        } else if self.clattering && strong && self.kinematic_strong_strict {
             stable(By::Theorem3)
-        } else if self.clattering && self.kinematic_strong {
+        } else if self.clattering && strong {
             stable(By::Theorem3Loose)
-        } else if self.chatter && self.kinematic_strong {
+        } else if self.chatter && strong {
             stable(By::Goyal)
         } else {
             self.look_further(map)
@@ -338,6 +339,7 @@ impl Verdict {
                 margins.extend([self.kinematic_margin, self.clattering_margin]);
             }
             Some(By::Goyal) => margins.extend([self.kinematic_margin, self.chatter_margin]),
+            None => margins.push(self.kinematic_margin),
             _ => {}
         }
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE);

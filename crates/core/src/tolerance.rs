@@ -32,5 +32,9 @@ pub(crate) const TRY_TAIL: f64 = 1e4 * TAIL;
 /// residues of order 1e-15; a larger value would end nested accumulations too early, by as much of their time.
 pub(crate) const STILL: f64 = 3e-14;
 
+/// Difference of two touchdown times, relative to them, below which two contacts land together: each has a few roundings, of
+/// its gap, its gravity and their square root.
+pub(crate) const SIMULTANEOUS: f64 = 8.0 * f64::EPSILON;
+
 /// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
 pub(crate) const BEYOND: f64 = 1e140;

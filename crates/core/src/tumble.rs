@@ -6,7 +6,7 @@
 
 use nalgebra::Vector2;
 
-use crate::clatter::{Halt, time_to_rest};
+use crate::clatter::{Halt, are_one, time_to_rest};
 use crate::flight::{Arc, PHASE_LOST, Touchdown};
 use crate::local::LocalModel;
 use crate::log::{Center, Collision, Log, Spin};
@@ -200,7 +200,8 @@ impl Tumble {
         }
         match (arcs[0].find_touchdown(), arcs[1].find_touchdown()) {
             (Some(one), Some(two)) => {
-                Some(if two.dt < one.dt { (1, two, false) } else { (0, one, one.dt == two.dt) })
+                let tie = are_one(one.dt, two.dt);
+                Some(if two.dt < one.dt { (1, two, tie) } else { (0, one, tie) })
             }
             (Some(one), None) => Some((0, one, false)),
             (None, Some(two)) => Some((1, two, false)),
@@ -226,7 +227,10 @@ impl Tumble {
             if log.clock.hi + landing.dt > log.end {
                 break Halt::TimeLimit;
             }
-            log.phase_lost |= (self.spin.omega * landing.dt).abs() > PHASE_LOST;
+            if (self.spin.omega * landing.dt).abs() > PHASE_LOST {
+                log.phase_lost = true;
+                break Halt::EventLimit;
+            }
             self.fly(landing.dt, &landing.turn);
             log.clock = log.clock.after(landing.dt);
             self.gaps.h[contact] = 0.0;

@@ -173,9 +173,12 @@ pub struct ModeAnswer {
 }
 
 impl ModeAnswer {
-    /// The tests that fail; none of a consistent word.
+    /// The tests that fail, or, where only ties stand against a word, those that hold by a tie; none of a consistent word.
     pub fn violated(&self) -> impl Iterator<Item = &Margin> {
-        self.margins.iter().filter(|margin| !self.consistent && !margin.holds())
+        let fails = self.margins.iter().any(|margin| !margin.holds());
+        let stands =
+            move |margin: &Margin| if fails { margin.holds() } else { margin.value >= 0.0 };
+        self.margins.iter().filter(move |margin| !self.consistent && !stands(margin))
     }
 
     /// Whether rounding may decide: a test holds or fails by no more than [`TIE`], or the friction matrix is singular

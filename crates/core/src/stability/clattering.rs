@@ -91,12 +91,11 @@ pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
 }
 
 /// The coupling at which the self-similar orbit of restitution `e` changes its stability: c = e^⅖ and
-/// K = (e + ec − c − c³)/(c² − c).
+/// K = (e + ec − c − c³)/(c² − c), that is ψ = s²(1 + s²)/((1 + s)(1 + e)) with s = e^⅕.
 #[must_use]
 pub fn neimark_sacker(e: f64) -> f64 {
-    let c = libm::pow(e, 0.4);
-    let k = (e + e * c - c - c * c * c) / (c * c - c);
-    (k - 1.0) / (1.0 + e)
+    let s = libm::pow(e, 0.2);
+    s * s * (1.0 + s * s) / ((1.0 + s) * (1.0 + e))
 }
 
 #[cfg(test)]

@@ -30,7 +30,13 @@ impl Conditions {
     /// Whether the posture is a kinematic-strong equilibrium in which clattering converges [Or & Rimon 2008, Theorem 3].
     #[must_use]
     pub fn theorem_3(&self) -> bool {
-        self.kinematic_strong && self.clattering
+        self.certainly_strong() && self.clattering
+    }
+
+    /// Kinematic-strong, and by more than a tie: a body without friction on level ground, or without gravity, does not return
+    /// from a slide that nothing speeds up.
+    pub(super) fn certainly_strong(&self) -> bool {
+        self.kinematic_strong && self.kinematic_margin > TIE
     }
 }
 

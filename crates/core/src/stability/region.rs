@@ -14,23 +14,31 @@ use nalgebra::Vector2;
 
 use crate::posture::Posture;
 
-/// An edge of a friction cone: its direction and its moment about the origin.
+/// An edge of a friction cone: its direction u = n + f t and its moment about the origin.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
+    normal: Vector2<f64>,
+    tangent: Vector2<f64>,
+    /// ±μ
+    f: f64,
     u: Vector2<f64>,
     moment: f64,
 }
 
-/// Sine of the angle between two edges below which they are parallel: a few roundings of slopes and friction.
+/// Roundings of the slopes in the cross product of two edges below which they are parallel.
 const PARALLEL: f64 = 8.0 * f64::EPSILON;
 
 /// Moment of a combination without force, relative to the sizes that it is a difference of, that counts as none.
 const SQUEEZE: f64 = 1e-13;
 
 impl Edge {
+    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): on ground of one slope, of however much or little friction, exactly.
     fn cross(&self, other: &Self) -> f64 {
-        let sine = self.u.perp(&other.u);
-        if sine.abs() <= PARALLEL * self.u.norm() * other.u.norm() { 0.0 } else { sine }
+        let (sine, size) = (self.normal.perp(&other.normal), 1.0 + (self.f * other.f).abs());
+        let cross =
+            sine * (1.0 + self.f * other.f) + self.tangent.dot(&other.tangent) * (self.f - other.f);
+        let rounding = if self.normal == other.normal { 0.0 } else { PARALLEL * size };
+        if cross.abs() <= rounding { 0.0 } else { cross }
     }
 }
 
@@ -91,8 +99,15 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
         let friction = factor * contact.friction;
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         for side in sides {
-            let u = k.normal + k.tangent * (side * friction);
-            edges.push(Edge { u, moment: Vector2::from(contact.point).perp(&u) });
+            let (normal, tangent, f) = (k.normal, k.tangent, side * friction);
+            let u = normal + tangent * f;
+            edges.push(Edge {
+                normal,
+                tangent,
+                f,
+                u,
+                moment: Vector2::from(contact.point).perp(&u),
+            });
         }
     }
     edges
