@@ -265,35 +265,39 @@ struct Round {
     before: Option<Vector3<f64>>,
 }
 
-/// Impacts of contacts that are all nearly slow enough to stop.
+/// Impacts that are all nearly slow enough to stop.
 #[derive(Debug, Clone, Copy, Default)]
 struct Ripple {
     impacts: usize,
-    /// The largest speed in this stretch of them, and in the one before, in m/s.
+    /// The largest speed of a slow contact in this stretch of them, and in the one before, in m/s.
     largest: f64,
     before: f64,
+    /// Two stretches were alike.
+    goes_on: bool,
 }
 
 impl Ripple {
     /// Impacts between two looks at whether they grow or shrink.
     const STRETCH: usize = 256;
 
-    /// After an impact: whether contacts that are near and slower than `limit` have neither come to rest nor become faster
-    /// for two stretches, by a factor of two.
-    fn goes_on(&mut self, speeds: &[f64], limit: f64) -> bool {
-        let near = speeds.iter().filter(|speed| **speed < f64::INFINITY);
-        let speed = near.fold(0.0_f64, |most, speed| most.max(*speed));
-        if speed > limit {
+    /// Factor between two stretches below which they do neither: contacts that lose a hundredth of their speed in each impact
+    /// come down by more.
+    const ALIKE: f64 = 8.0;
+
+    /// After an impact with the speed `hit`, by which contacts of these speeds are left.
+    fn follow(&mut self, hit: f64, speeds: &[f64], limit: f64) {
+        if hit > limit {
             *self = Self::default();
-            return false;
+            return;
         }
-        (self.impacts, self.largest) = (self.impacts + 1, self.largest.max(speed));
-        if self.impacts < Self::STRETCH {
-            return false;
+        let slow = speeds.iter().filter(|speed| **speed <= limit);
+        self.largest = slow.fold(self.largest, |most, speed| most.max(*speed)).max(hit);
+        self.impacts += 1;
+        if self.impacts == Self::STRETCH {
+            let (now, before) = (self.largest, self.before);
+            let alike = now <= Self::ALIKE * before && before <= Self::ALIKE * now;
+            *self = Self { before: now, goes_on: self.goes_on || alike, ..Self::default() };
         }
-        let alike = self.largest <= 2.0 * self.before && self.before <= 2.0 * self.largest;
-        *self = Self { before: self.largest, ..Self::default() };
-        alike
     }
 }
 
@@ -588,7 +592,7 @@ impl<'a> General<'a> {
                 self.warnings.push(tie);
             }
             if self.options.simultaneous == Simultaneous::Newton {
-                return if self.sum_up(chosen[0]) { self.stop_slow() } else { self.together() };
+                return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
             }
         }
         let last = self.options.simultaneous == Simultaneous::LastContactFirst;
@@ -600,7 +604,7 @@ impl<'a> General<'a> {
         let (rate, rounding) = (self.state.points[i].u, self.state.points[i].rounding);
         let law = self.options.impact;
         if self.sum_up(i) {
-            return self.stop_slow();
+            return self.stop_slow(0.0);
         }
         let Some(impulse) = impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
         else {
@@ -623,7 +627,7 @@ impl<'a> General<'a> {
             let g = self.state.gravity;
             return self.settle(&[i], false, 2.0 * self.wedged(i) / g);
         }
-        self.stop_slow()
+        self.stop_slow(rate.abs())
     }
 
     /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
@@ -718,7 +722,7 @@ impl<'a> General<'a> {
             self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
             self.write_down(contact, listed.clone(), [0.0, force[1]]);
         }
-        self.stop_slow()
+        self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
     }
 
     /// An impulse (tangential, normal) per unit mass acts at point `i`.
@@ -790,7 +794,8 @@ impl<'a> General<'a> {
     /// another one is nearly as slow: the two may be hit in turn. What were taken from the one that leaves would be
     /// missing when the other is hit, and the impacts would go on for ever. Nor do they end where what is taken from them
     /// feeds them, or the roundings of faster motions do: impacts nearly as slow that neither grow nor shrink stop, too.
-    fn stop_slow(&mut self) -> Option<Outcome> {
+    /// `hit`: the speed of the impact.
+    fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         let limit = STOPPED * self.fastest;
         let pulls: Vec<f64> =
             (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
@@ -808,8 +813,8 @@ impl<'a> General<'a> {
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.waiting = if slow { self.waiting + 1 } else { 0 };
-        let feeds = self.ripple.goes_on(&speeds, IN_TURN * limit);
-        let together = self.waiting > LISTED || feeds;
+        self.ripple.follow(hit, &speeds, IN_TURN * limit);
+        let together = self.waiting > LISTED || self.ripple.goes_on;
         let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
         for (i, &speed) in speeds.iter().enumerate() {
             let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
@@ -830,6 +835,7 @@ impl<'a> General<'a> {
             return None;
         }
         self.waiting = 0;
+        self.ripple.goes_on = false;
         for p in &mut self.state.points {
             p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
         }
@@ -922,7 +928,7 @@ impl<'a> General<'a> {
         self.warnings.extend(phase.warning);
         (self.undecided, self.acceleration) = (phase.undecided, phase.acceleration);
         match end {
-            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_slow(),
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_slow(0.0),
             PhaseEnd::Outcome(outcome) => Some(outcome),
             PhaseEnd::Free => self.fly(),
             PhaseEnd::Leave(i, side) => {
