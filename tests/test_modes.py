@@ -696,5 +696,5 @@ def test_an_impact_that_is_due_is_refused(tmp_path, capsys):
     assert main(["modes", str(path)]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err.startswith("standfast: qdot = ")
+    assert captured.err.startswith(f"standfast: {path}: qdot = ")
     assert captured.err.count("\n") == 1

@@ -28,7 +28,7 @@ MOST_VALUES = 10_000_000
 
 app = App(
     name="standfast",
-    help="Exact motion of planar rigid bodies on two contacts, through every impact.",
+    help="Exact motion of planar rigid bodies on frictional contacts, and the stability of their postures.",
     version=sf.__version__,
     help_format="plaintext",
     help_formatter="plain",
@@ -64,7 +64,8 @@ def run(
     _writable(json, "--json")
     _drawable(plot)
     loaded = sf.load(scene)
-    result = loaded.simulate(**({} if plot is None else {"record": True}))
+    with _of(scene):
+        result = loaded.simulate(**({} if plot is None else {"record": True}))
     _say(story(result, scene.name))
     if json is not None:
         with _replacing(json) as path:
@@ -87,9 +88,10 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
     """
     start = sf.load(scene)
     asked = (start.posture, start.q, start.qdot)
-    found = sf.contact_modes(*asked)
-    if found.status == "found":  # searched for: the table is of all words
-        found = sf.contact_modes(*asked, method="enumerate")
+    with _of(scene):
+        found = sf.contact_modes(*asked)
+        if found.status == "found":  # searched for: the table is of all words
+            found = sf.contact_modes(*asked, method="enumerate")
     _say(f"{scene.name}\n{found}")
 
 
@@ -115,7 +117,9 @@ def stability(
         Write the verdict with its evidence to this file, as JSON.
     """
     _writable(json, "--json")
-    verdict = sf.stability(sf.load(scene).posture, trials=trials, seed=seed)
+    posture = sf.load(scene).posture
+    with _of(scene):
+        verdict = sf.stability(posture, trials=trials, seed=seed)
     _say(f"{scene.name}\n{verdict}")
     if json is not None:
         with _replacing(json) as path:
@@ -226,6 +230,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CycloptsError, ValueError) as error:
         return _complain(str(error), 2)
     return 0
+
+
+@contextmanager
+def _of(scene: Path) -> Iterator[None]:
+    """Name the scene of what is wrong with it."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{scene}: {error}") from error
 
 
 @contextmanager

@@ -430,9 +430,11 @@ impl LocalModel {
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Trajectory>, Error> {
         options.validate()?;
+        let gain = self.psi().iter().fold(1.0_f64, |most, psi| most.max(psi.abs()));
         for i in 0..2 {
             finite(format_args!("gaps.{}", i + 1), gaps[i])?;
             finite(format_args!("rates.{}", i + 1), rates[i])?;
+            finite(format_args!("rates.{} times the larger psi", i + 1), gain * rates[i])?;
         }
         finite("theta", theta)?;
         finite("omega", omega)?;
@@ -464,10 +466,13 @@ fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
         if options.stop != Stop::Zeno {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
-                format_args!("contacts.{}.point", i + 1),
+                format_args!(
+                    "distance of contacts.{}.point from center_of_mass over gyration_radius",
+                    i + 1
+                ),
                 arm,
                 arm <= LONGEST_ARM,
-                "beyond the first Zeno point: distance from the centre of mass over gyration_radius at most 1e4",
+                "at most 1e4 beyond the first Zeno point",
             )?;
         }
     }

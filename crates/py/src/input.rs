@@ -6,9 +6,10 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PySequence, PyString};
-use standfast::{Error, MAX_CONTACTS, MAX_VERTICES};
+use standfast::{Contact, Error, MAX_CONTACTS, MAX_VERTICES};
 
 use crate::error::to_py;
+use crate::posture::PyContact;
 use crate::run::array;
 
 /// Most times that `Run.sample` returns: 560 MB.
@@ -90,6 +91,15 @@ fn per_contact<T>(
     }
     let items = value.try_iter()?.enumerate();
     items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
+}
+
+/// The contacts of a posture.
+pub(crate) fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {
+    per_contact("contacts", value, |field, item| {
+        let contact = item.cast::<PyContact>();
+        let contact = contact.map_err(|_| wrong_type(field, item, "a Contact is needed"))?;
+        Ok(contact.get().0)
+    })
 }
 
 /// The vertices of a terrain; None: it has none.

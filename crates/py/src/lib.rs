@@ -64,7 +64,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true))]
+    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True)")]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,

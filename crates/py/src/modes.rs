@@ -404,7 +404,7 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 /// >>> sf.contact_modes(table, wrench=(6, 0, 0)).consistent      # pushed hard, it tips over the right foot
 /// ['SF']
 #[pyfunction]
-#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3]))]
+#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3]), text_signature = "(posture, q=(0.0, 0.0, 0.0), qdot=(0.0, 0.0, 0.0), *, method=\"auto\", wrench=(0.0, 0.0, 0.0))")]
 pub(crate) fn contact_modes(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,

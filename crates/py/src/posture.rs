@@ -35,7 +35,7 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY]))]
+    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY]), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999))")]
     fn new(
         #[pyo3(from_py_with = input::point)] point: [f64; 2],
         #[pyo3(from_py_with = input::slope)] slope: f64,
@@ -145,12 +145,11 @@ impl PyPosture {
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
         #[pyo3(from_py_with = input::center_of_mass)] center_of_mass: [f64; 2],
-        contacts: Vec<PyRef<'_, PyContact>>,
+        #[pyo3(from_py_with = input::contacts)] contacts: Vec<Contact>,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
     ) -> PyResult<Self> {
-        let contacts = contacts.iter().map(|contact| contact.0).collect();
         Posture::new(Fields {
             mass,
             gyration_radius,
@@ -280,7 +279,7 @@ impl PyPosture {
     }
 
     /// The local model at the rotation of q : (3,): all Jacobian rows frozen there. Two contacts only.
-    #[pyo3(signature = (q=[0.0, 0.0, 0.0]))]
+    #[pyo3(signature = (q=[0.0, 0.0, 0.0]), text_signature = "($self, q=(0.0, 0.0, 0.0))")]
     fn local(&self, #[pyo3(from_py_with = input::q)] q: [f64; 3]) -> PyResult<PyLocalModel> {
         State::at_rest(q).validate().map_err(|e| to_py(&e))?;
         self.0.local(q[2]).map(PyLocalModel).map_err(|e| to_py(&e))
