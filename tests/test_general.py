@@ -348,3 +348,22 @@ def test_a_body_begins_to_turn_about_its_foot():
     assert run.phases[0].mode == "F"
     t = np.linspace(0, 0.4, 9)
     assert run.at(t)[0][:, 2] == pytest.approx(-0.5 * G * 0.3 / inertia * t**2)
+
+
+@pytest.mark.parametrize("never", [0, 1])
+def test_one_that_never_lands_lands_with_nobody(never):
+    """Without gravity into it a contact stays where it is until the other one lands, and is thrown off by that."""
+    gravity, gaps = [10.0, 10.0], [1.0, 1.0]
+    gravity[never], gaps[never] = 0.0, 0.3
+    local = sf.LocalModel(gravity, psi=(-0.5, -0.5), phi=(0, 0), restitution=0.5)
+    run = local.simulate(gaps, (0, 0), time_limit=1.0)
+    assert run.warnings == []
+    first, lands = run.impacts[0], 1 - never
+    speed = math.sqrt(20)
+    assert first["contact"] == lands + 1
+    assert first["rates_before"][[lands, never]] == pytest.approx([-speed, 0])
+    assert first["rates_after"][[lands, never]] == pytest.approx(
+        [0.5 * speed, 0.5 * 1.5 * speed]
+    )
+    (at_impact,), _ = run.gaps_at([first["time"]])
+    assert at_impact[[lands, never]] == pytest.approx([0.0, 0.3], abs=1e-15)

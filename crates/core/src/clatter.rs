@@ -69,7 +69,7 @@ fn next_landing(m: &Frozen, gaps: &Gaps) -> (usize, f64, bool) {
 /// Whether two contacts that start a flight land together, as far as rounding can tell: one that falls straight down has all
 /// gaps in the ratio of the gravities into them, and the roundings of both must not decide which one lands first.
 pub(crate) fn are_one(t: f64, other: f64) -> bool {
-    (t - other).abs() <= SIMULTANEOUS * t
+    (t - other).abs() <= SIMULTANEOUS * t.min(other)
 }
 
 /// Gaps and rates after a flight of `dt`.
