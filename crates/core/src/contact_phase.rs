@@ -71,6 +71,8 @@ pub(crate) struct ContactPhase<'a> {
     size: f64,
     /// Speed that counts as none, in m/s.
     still: f64,
+    /// The largest such speed of a contact that friction then held, in m/s.
+    pub(crate) dropped: f64,
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
@@ -136,6 +138,7 @@ impl<'a> ContactPhase<'a> {
             mass: posture.fields().mass,
             size: posture.size(),
             still,
+            dropped: 0.0,
             brief,
             options,
             word: Vec::new(),
@@ -163,6 +166,9 @@ impl<'a> ContactPhase<'a> {
                 // Without friction nothing but a vertex makes a contact stick.
                 let sticks = self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
                 let still = if sticks { self.still } else { 0.0 };
+                if rests[i] && speed.abs() <= still {
+                    self.dropped = self.dropped.max(speed.abs());
+                }
                 rests[i].then(|| i8::from(speed > still) - i8::from(speed < -still))
             })
             .collect();

@@ -760,7 +760,9 @@ impl<'a> General<'a> {
         }
         let sum = ratio / (1.0 - ratio);
         let few = ROUNDINGS * f64::EPSILON;
-        if !((change - last * ratio).norm() <= few * change.norm()) {
+        let gyration = self.state.rho2.sqrt();
+        let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
+        if !(size(change - last * ratio) <= few * size(change)) {
             return false;
         }
         let mut end = self.state.clone();

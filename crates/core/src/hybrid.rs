@@ -47,6 +47,8 @@ pub(crate) struct Driver<'a> {
     rounds: [Option<rest::Round>; 2],
     /// For each contact: which way it slid when it was held last, and since when.
     slides: [(f64, Clock); 2],
+    /// The largest sliding speed that was taken for none, in m/s.
+    dropped: f64,
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -77,6 +79,7 @@ impl<'a> Driver<'a> {
             cause: Some(Cause::Start),
             rounds: [None; 2],
             slides: [(0.0, Clock::default()); 2],
+            dropped: 0.0,
             resting: [false; 2],
             frames: vec![first],
             base,

@@ -94,6 +94,7 @@ impl Driver<'_> {
         let (still, brief) = (STILL * self.speed_scale(), frozen.is_some() && !self.local);
         let mut phase = ContactPhase::new(&posture, stance, still, brief, &options, self.cause);
         phase.close(&mut rests[..count]);
+        self.dropped = self.dropped.max(phase.dropped);
         // Rates can also come down to zero impact by impact, until there is no smaller number.
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
@@ -222,7 +223,10 @@ impl Driver<'_> {
         }
         self.rounds = [None; 2];
         let method = if repeats { Method::Nested } else { Method::Mixed };
-        let error = if repeats { change + ROUNDINGS * f64::EPSILON * t / (1.0 - ratio) } else { t };
+        // A speed that was taken for none is missing in all rounds since, for about as long as gravity takes to undo it.
+        let missing = SEVERAL * self.dropped / stance.gravity;
+        let rounding = ROUNDINGS * f64::EPSILON * t;
+        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
         self.zeno_point([true, true], method, false, error).then_some(Outcome::Zeno)
     }
 
@@ -244,6 +248,9 @@ impl Driver<'_> {
         }
     }
 }
+
+/// Factor on the estimate of what speeds taken for none change.
+const SEVERAL: f64 = 4.0;
 
 /// The end of a round that may repeat itself on a smaller scale: contact `b` lands while the other is held.
 #[derive(Debug, Clone, Copy)]
