@@ -1,0 +1,141 @@
+//! Flights of a body with any number of contacts, and the state at any moment of a stretch.
+
+use nalgebra::Vector2;
+
+use crate::contact_motion::{Point, Rounding, Stance, Step};
+use crate::flight::{Arc, parabola_touchdown};
+use crate::modes::Mode;
+use crate::tolerance::STILL;
+use crate::trig::Turn;
+
+/// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
+/// body's own motion add to all gaps, a few times as much.
+const SIMULTANEOUS: f64 = 16.0;
+
+/// Time to the next zero of an arc.
+fn next(arc: &Arc) -> Option<f64> {
+    if arc.omega == 0.0 {
+        let t = parabola_touchdown(arc.h, arc.u, arc.g);
+        return (t < f64::INFINITY).then_some(t);
+    }
+    arc.touchdown()
+}
+
+impl Point {
+    /// Whether its gap is zero within its rounding, and closing: at this instant it lands, as the first contact does.
+    pub(crate) fn lands(&self) -> bool {
+        self.u < 0.0 && self.h <= SIMULTANEOUS * self.rounding.gap && self.h < f64::INFINITY
+    }
+}
+
+impl Rounding {
+    /// At the start: of the terms of a gap and of its rate.
+    pub(crate) fn new(gap: f64, rate: f64) -> Self {
+        Self { gap: f64::EPSILON * gap, rate: f64::EPSILON * rate }
+    }
+
+    /// After an arc of `dt` from a gap `h` on, whose terms sum up to `gap`, and those of its rate to `rate`.
+    pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
+        if h == f64::INFINITY {
+            return self; // over nothing
+        }
+        let before = if h == 0.0 { 0.0 } else { self.gap };
+        let own = Self::new(gap, rate);
+        Self { gap: before + self.rate * dt + own.gap, rate: self.rate + own.rate }
+    }
+}
+
+impl Stance {
+    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
+    pub(super) fn pull(&self, i: usize) -> f64 {
+        let p = &self.points[i];
+        self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
+    }
+
+    /// Distance of a point to the left (0) or right (1) end of the terrain under it, as an arc without gravity.
+    pub(super) fn side(&self, i: usize, side: usize) -> Arc {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let (p, spin) = (&self.points[i], self.spin.omega);
+        let arm = p.arm();
+        let u = sign * (self.center.v.x - arm.y * spin);
+        let (b, c, omega) = match self.frozen {
+            Some(_) => (0.0, 0.0, 0.0),
+            None => (-sign * arm.y, sign * arm.x, spin),
+        };
+        Arc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
+    }
+
+    /// When a point in flight comes to an end of the terrain under it, and which.
+    pub(super) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        for side in 0..2 {
+            let arc = self.side(i, side);
+            if arc.h == f64::INFINITY {
+                continue;
+            }
+            let outwards = arc.u < 0.0 || arc.u == 0.0 && arc.effective_gravity() > 0.0;
+            let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
+            if let Some(t) = t
+                && first.is_none_or(|(earlier, _)| t < earlier)
+            {
+                first = Some((t, side));
+            }
+        }
+        first
+    }
+
+    pub(super) fn arc(&self, i: usize) -> Arc {
+        let p = &self.points[i];
+        let omega = if self.frozen.is_some() { 0.0 } else { self.spin.omega };
+        Arc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
+    }
+
+    /// Time to the next touchdown of a contact in flight.
+    pub(super) fn touchdown(&self, i: usize) -> Option<f64> {
+        next(&self.arc(i))
+    }
+
+    /// The state after a flight of `dt`.
+    pub(crate) fn flown(&self, dt: f64) -> Self {
+        let mut after = self.clone();
+        let turn = Turn::by(if self.frozen.is_some() { 0.0 } else { self.spin.omega * dt });
+        for (i, p) in after.points.iter_mut().enumerate() {
+            let (arc, was) = (self.arc(i), &self.points[i]);
+            let [gap, rate] = arc.terms(dt, &turn);
+            p.rounding = was.rounding.after(dt, was.h, gap, rate);
+            for side in 0..2 {
+                if p.place.sides[side] < f64::INFINITY {
+                    p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
+                }
+            }
+            if self.frozen.is_some() {
+                p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
+                p.u = arc.u - arc.g * dt;
+            } else {
+                p.h = arc.gap_turned(dt, &turn).max(0.0);
+                p.u = arc.rate_turned(dt, &turn);
+                (p.b, p.c) = (
+                    arc.b - (arc.b * turn.versed + arc.c * turn.sin),
+                    arc.c - (arc.c * turn.versed - arc.b * turn.sin),
+                );
+            }
+        }
+        after.spin.theta += self.spin.omega * dt;
+        after.center.fly(self.gravity, dt);
+        after
+    }
+
+    /// The state `dt` into a stretch in this word.
+    pub(crate) fn moved(&self, word: &[Mode], dt: f64) -> Self {
+        if word.iter().all(|&mode| mode == Mode::Separate) {
+            return self.flown(dt);
+        }
+        let step = if self.is_fixed(word) { None } else { Step::new(self, word) };
+        let Some(step) = step else { return self.clone() };
+        // A body at rest stays so where nothing but rounding accelerates it.
+        let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
+        let [ax, ay, turn] = step.acceleration();
+        let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
+        if still && most <= STILL * self.gravity { self.clone() } else { step.at(self, dt) }
+    }
+}

@@ -1,0 +1,191 @@
+//! Impacts: one by one by the law asked for, together, or at a contact that jams.
+
+use nalgebra::Vector3;
+
+use super::{General, Struck};
+use crate::contact_motion::{Point, Stance};
+use crate::impact::Simultaneous;
+use crate::impact_law::{self, Material, Matrix};
+use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
+use crate::simulate::Impact;
+use crate::trajectory::{Cause, ContactNumber, Outcome};
+
+impl Stance {
+    /// Impact matrix of a contact, per unit mass.
+    pub(super) fn impact_matrix(&self, i: usize) -> Matrix {
+        let (p, rho2) = (&self.points[i], self.rho2);
+        Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * p.c / rho2, tt: 1.0 + p.c * p.c / rho2 }
+    }
+
+    /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
+    pub(super) fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
+        let hit = self.points[i];
+        let force = hit.tangent * p_t + hit.normal * p_n;
+        let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;
+        self.center.v += force;
+        self.spin.omega += turn;
+        for p in &mut self.points {
+            let (push, twist) = (p.normal.dot(&force), p.b * turn);
+            p.u += push + twist;
+            p.rounding.rate += f64::EPSILON * (push.abs() + twist.abs());
+        }
+        Vector3::new(force.x, force.y, turn)
+    }
+}
+
+impl General<'_> {
+    /// Contacts with zero gap approach: one impact, or several at once.
+    pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
+        let arriving: Vec<usize> = coming.iter().copied().filter(|&i| !self.resting[i]).collect();
+        let chosen = if arriving.is_empty() { coming } else { &arriving };
+        if arriving.len() > 1 {
+            let names: Vec<String> = arriving.iter().map(|i| (i + 1).to_string()).collect();
+            let tie = format!(
+                "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
+                names.join(", ")
+            );
+            if !self.warnings.contains(&tie) {
+                self.warnings.push(tie);
+            }
+            if self.options.simultaneous == Simultaneous::Newton {
+                return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
+            }
+        }
+        let last = self.options.simultaneous == Simultaneous::LastContactFirst;
+        let i = if last { *chosen.last()? } else { chosen[0] };
+        let owner = self.state.points[i].place.contact;
+        let material = self.material(i);
+        let restitution = material.restitution;
+        let w = self.state.impact_matrix(i);
+        let (rate, rounding) = (self.state.points[i].u, self.state.points[i].rounding);
+        let law = self.options.impact;
+        if self.sum_up(i) {
+            return self.stop_slow(0.0);
+        }
+        let Some(impulse) = impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
+        else {
+            self.warnings.push(format!("the law of impact has no answer at contact {}", i + 1));
+            return Some(Outcome::Inconsistent);
+        };
+        let before = self.rates();
+        self.kick(i, impulse);
+        if restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge) {
+            let p = &mut self.state.points[i];
+            p.u = -restitution * rate; // the law itself, not its rounding
+            p.rounding.rate = restitution * (rounding.rate + f64::EPSILON * rate.abs());
+        }
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
+        self.write_down(owner, before, impulse);
+        if self.state.points.len() == self.posture.contacts().len()
+            && (self.wedge(i, 0) || self.wedge(i, 1))
+        {
+            let g = self.state.gravity;
+            return self.settle(&[i], false, 2.0 * self.wedged(i) / g);
+        }
+        self.stop_slow(rate.abs())
+    }
+
+    /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
+    pub(super) fn jam(&mut self) -> bool {
+        let points = &self.state.points;
+        let mut closed: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
+        if self.options.simultaneous == Simultaneous::LastContactFirst {
+            closed.reverse();
+        }
+        let law = self.options.impact;
+        let found = closed.into_iter().find_map(|i| {
+            let w = self.state.impact_matrix(i);
+            let impulse = impact_law::jam(law, &w, self.state.slip(i), &self.material(i));
+            impulse.map(|impulse| (i, impulse))
+        });
+        let Some((i, impulse)) = found else { return false };
+        let contact = self.state.points[i].place.contact;
+        let warning = format!(
+            "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
+            contact + 1
+        );
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+        let before = self.rates();
+        self.kick(i, impulse);
+        if self.material(i).restitution == 0.0 {
+            self.state.points[i].u = 0.0; // the end of compression, not its rounding
+        }
+        self.resting[i] = false;
+        self.undecided = None;
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+        self.write_down(contact, before, impulse);
+        true
+    }
+
+    /// What point `i` is made of.
+    pub(super) fn material(&self, i: usize) -> Material {
+        let owner = self.state.points[i].place.contact;
+        let contact = self.posture.contacts()[owner];
+        Material {
+            friction: contact.friction,
+            restitution: self.posture.geometry()[owner].restitution,
+            tangential_restitution: contact.tangential_restitution,
+        }
+    }
+
+    /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
+    pub(super) fn rates(&self) -> Vec<f64> {
+        let count = if self.log.record { self.posture.contacts().len() } else { 0 };
+        self.state.points.iter().take(count).map(|p| p.u).collect()
+    }
+
+    pub(super) fn write_down(&mut self, contact: usize, before: Vec<f64>, impulse: [f64; 2]) {
+        if self.log.record {
+            let (clock, after) = (self.log.clock, self.rates());
+            self.collisions.push(Struck { clock, contact, before, after, impulse });
+        }
+    }
+
+    /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
+    pub(super) fn together(&mut self) -> Option<Outcome> {
+        let (n, state) = (self.state.points.len(), &self.state);
+        let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
+        let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
+        let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
+        let listed = self.rates();
+        let problem = ContactProblem::new(ProblemFields {
+            friction: vec![0.0; n],
+            // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
+            sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
+            bias: (0..n).map(|i| [0.0, restitutions[i] * before[i].min(0.0)]).collect(),
+            free_acceleration: [state.center.v.x, state.center.v.y, state.spin.omega],
+            level: Level::Impulse,
+            ..state.fields(1.0) // impulses per unit mass
+        });
+        let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
+        let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
+        let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
+            self.warnings.push("the impacts of one instant could not be solved".into());
+            return Some(Outcome::Inconsistent);
+        };
+        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
+            self.kick(i, [0.0, force[1]]);
+        }
+        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
+            self.state.points[i].u = -restitutions[i] * before[i].min(0.0);
+            self.log.hits += 1;
+            let contact = self.state.points[i].place.contact;
+            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+            self.write_down(contact, listed.clone(), [0.0, force[1]]);
+        }
+        self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
+    }
+
+    /// An impulse (tangential, normal) per unit mass acts at point `i`.
+    pub(super) fn kick(&mut self, i: usize, impulse: [f64; 2]) {
+        let change = self.state.kick(i, impulse);
+        for round in &mut self.sequence.rounds {
+            round.change += change;
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Where impacts end: those in turn in one instant that are summed, and those so slow that all that is left is rounding.
+
+use nalgebra::Vector3;
+
+use super::General;
+use crate::clock::Clock;
+use crate::contact_motion::Point;
+use crate::tolerance::TOUCH;
+use crate::trajectory::Outcome;
+
+/// √(u² + 2gh) of a contact, relative to the largest speed there has been, below which it has come to rest: the rounding of
+/// the speeds of the body.
+const STOPPED: f64 = 1e-16;
+
+/// How much faster than that a contact may be to be hit in turn with one that is below.
+const IN_TURN: f64 = 1e3;
+
+/// Impacts of one instant that are followed one by one before a limit of theirs is looked for.
+const LISTED: usize = 64;
+
+/// Roundings in the changes of velocity between two impacts of a contact in one instant.
+const ROUNDINGS: f64 = 64.0;
+
+/// Impacts in one instant, without a flight between them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sequence {
+    clock: Clock,
+    hits: usize,
+    /// For each point: since it was hit last.
+    pub(super) rounds: Vec<Round>,
+}
+
+/// From one impact at a point to the next at the same, in one instant.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Round {
+    /// Gap rates at its beginning; none before the first.
+    rates: Vec<f64>,
+    /// Change of velocity in this round, and in the one before.
+    pub(super) change: Vector3<f64>,
+    before: Option<Vector3<f64>>,
+}
+
+/// Impacts that are all nearly slow enough to stop.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Ripple {
+    impacts: usize,
+    /// The largest speed of a slow contact in this stretch of them, and in the one before, in m/s.
+    largest: f64,
+    before: f64,
+    /// Two stretches were alike.
+    goes_on: bool,
+}
+
+impl Ripple {
+    /// Impacts between two looks at whether they grow or shrink.
+    const STRETCH: usize = 256;
+
+    /// Factor between two stretches below which they do neither: contacts that lose a hundredth of their speed in each impact
+    /// come down by more.
+    const ALIKE: f64 = 8.0;
+
+    /// After an impact with the speed `hit`, by which contacts of these speeds are left.
+    fn follow(&mut self, hit: f64, speeds: &[f64], limit: f64) {
+        if hit > limit {
+            *self = Self::default();
+            return;
+        }
+        let slow = speeds.iter().filter(|speed| **speed <= limit);
+        self.largest = slow.fold(self.largest, |most, speed| most.max(*speed)).max(hit);
+        self.impacts += 1;
+        if self.impacts == Self::STRETCH {
+            let (now, before) = (self.largest, self.before);
+            let alike = now <= Self::ALIKE * before && before <= Self::ALIKE * now;
+            *self = Self { before: now, goes_on: self.goes_on || alike, ..Self::default() };
+        }
+    }
+}
+
+impl General<'_> {
+    /// Point `i` is about to be hit, after others in the same instant. Where the rounds of impacts from one at `i` to the
+    /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + Δv r/(1 − r)
+    /// ```
+    ///
+    /// Contacts whose rates come to zero with it are hit infinitely often; they come to rest.
+    pub(super) fn sum_up(&mut self, i: usize) -> bool {
+        let rates: Vec<f64> = self.state.points.iter().map(|p| p.u).collect();
+        let sequence = &mut self.sequence;
+        if sequence.clock != self.log.clock || sequence.rounds.len() != rates.len() {
+            let rounds = vec![Round::default(); rates.len()];
+            *sequence = Sequence { clock: self.log.clock, hits: 0, rounds };
+        }
+        sequence.hits += 1;
+        let round = &mut sequence.rounds[i];
+        let before = (!round.rates.is_empty()).then_some(round.change);
+        let next = Round { rates: rates.clone(), change: Vector3::zeros(), before };
+        let Round { rates: start, change, before } = std::mem::replace(round, next);
+        let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
+        let ratio = rates[i] / start[i];
+        if !(0.0 < ratio && ratio < 1.0) {
+            return false;
+        }
+        let sum = ratio / (1.0 - ratio);
+        let few = ROUNDINGS * f64::EPSILON;
+        let gyration = self.state.rho2.sqrt();
+        let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
+        if !(size(change - last * ratio) <= few * size(change)) {
+            return false;
+        }
+        let mut end = self.state.clone();
+        end.center.v += change.xy() * sum;
+        end.spin.omega += change.z * sum;
+        for (j, p) in end.points.iter_mut().enumerate() {
+            if p.h > 0.0 {
+                p.u += sum * (p.normal.dot(&change.xy()) + p.b * change.z);
+                continue;
+            }
+            p.u += (rates[j] - start[j]) * sum;
+            if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
+                p.u = 0.0;
+            } else if p.u < 0.0 && !(rates[j] < 0.0 && start[j] < 0.0) {
+                return false; // it is hit before; one that waits for its turn has it after all of these
+            }
+        }
+        // Who slides through all of it has to slide the same way at its end.
+        let turns_back = |j: usize| {
+            let (slip, after) = (self.state.slip(j), end.slip(j));
+            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.fastest
+        };
+        if (0..rates.len()).any(turns_back) {
+            return false;
+        }
+        self.state = end;
+        true
+    }
+
+    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest. Not so while
+    /// another one is nearly as slow: the two may be hit in turn. What were taken from the one that leaves would be
+    /// missing when the other is hit, and the impacts would go on for ever. Nor do they end where what is taken from them
+    /// feeds them, or the roundings of faster motions do: impacts nearly as slow that neither grow nor shrink stop, too.
+    /// `hit`: the speed of the impact.
+    pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
+        let limit = STOPPED * self.fastest;
+        let pulls: Vec<f64> =
+            (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
+        // Without gravity, or with next to none, a contact may be slow anywhere.
+        let near = TOUCH * self.posture.size();
+        let speed = |(p, pull): (&Point, &f64)| match (p.h, *pull > 0.0) {
+            (0.0, _) => p.u.abs(),
+            (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
+            _ => f64::INFINITY,
+        };
+        let speeds: Vec<f64> = self.state.points.iter().zip(&pulls).map(speed).collect();
+        let in_turn = |one: f64, other: f64| {
+            other > limit && other <= IN_TURN * limit && one > STOPPED * other
+        };
+        // In turn for ever at the edge of what counts: they stop together.
+        let slow = speeds.iter().any(|&speed| speed <= limit);
+        self.waiting = if slow { self.waiting + 1 } else { 0 };
+        self.ripple.follow(hit, &speeds, IN_TURN * limit);
+        let together = self.waiting > LISTED || self.ripple.goes_on;
+        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
+        for (i, &speed) in speeds.iter().enumerate() {
+            let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
+            if !(alone || together && speed <= IN_TURN * limit) {
+                continue;
+            }
+            let loss = 1.0 - self.material(i).restitution;
+            let p = &mut self.state.points[i];
+            (p.h, p.u) = (0.0, 0.0);
+            if !self.resting[i] {
+                if pulls[i] > 0.0 {
+                    error = error.max(2.0 * speed / (pulls[i] * loss));
+                }
+                stopped.push(i);
+            }
+        }
+        if stopped.is_empty() {
+            return None;
+        }
+        self.waiting = 0;
+        self.ripple.goes_on = false;
+        for p in &mut self.state.points {
+            p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
+        }
+        self.settle(&stopped, false, error)
+    }
+}
