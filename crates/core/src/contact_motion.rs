@@ -196,6 +196,12 @@ impl Stance {
         }
     }
 
+    /// Whether these contacts, closed, leave the body a single motion.
+    pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
+        let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
+        self.independent(&closed.iter().map(mode).collect::<Vec<_>>()).len() == 2
+    }
+
     /// Whether the rows that vanish leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
         self.independent(modes).len() == 3

@@ -118,6 +118,9 @@ enum Next {
 /// have come down together, to the rounding of the time at which they do.
 const STOPPED: f64 = 1e3;
 
+/// Sliding speed relative to that of another contact, where both slide together, that is rounding.
+const SLOWER: f64 = 1e-10;
+
 /// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode: what it then misses
 /// of the rates, of second order in it, is below their rounding from 1e-8 on, and small enough for the last moments.
 const LONG: f64 = 1e-6;
@@ -160,18 +163,27 @@ impl<'a> ContactPhase<'a> {
             }
         }
         self.stance.close(rests);
-        self.ways = (0..rests.len())
-            .map(|i| {
-                let speed = self.stance.slip(i);
-                // Without friction nothing but a vertex makes a contact stick.
-                let sticks = self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
-                let still = if sticks { self.still } else { 0.0 };
-                if rests[i] && speed.abs() <= still {
-                    self.dropped = self.dropped.max(speed.abs());
-                }
-                rests[i].then(|| i8::from(speed > still) - i8::from(speed < -still))
-            })
+        let slips: Vec<f64> = (0..rests.len()).map(|i| self.stance.slip(i)).collect();
+        // Without friction nothing but a vertex makes a contact stick.
+        let sticks =
+            |i: usize| self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
+        let still = |i: usize| if sticks(i) { self.still } else { 0.0 };
+        let closed = || (0..rests.len()).filter(|&i| rests[i]);
+        let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
+        // Contacts that leave the body one motion slide all together, or not at all.
+        let limit = closed().map(still).fold(0.0, f64::max);
+        let none = |i: usize| match self.stance.leaves_one_motion(rests) {
+            true if fastest > limit => slips[i].abs() <= SLOWER * fastest,
+            true => true,
+            false => slips[i].abs() <= still(i),
+        };
+        let sign = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
+        let ways = (0..rests.len())
+            .map(|i| rests[i].then(|| if none(i) { 0 } else { sign(slips[i]) }))
             .collect();
+        let dropped = closed().filter(|&i| none(i)).map(|i| slips[i].abs());
+        self.dropped = dropped.fold(self.dropped, f64::max);
+        self.ways = ways;
     }
 
     /// The largest of the speeds of the body, in m/s.

@@ -303,13 +303,17 @@ fn zeno_points_against_plain_summation() {
 /// tail of the first. The sweep moves the dip through the terrain; plain summation says who is hit when.
 #[test]
 fn the_other_contact_is_hit_in_the_middle_of_a_tail() {
-    let (mut hit, mut clear) = (0, 0);
+    let (mut hit, mut clear, mut ties) = (0, 0, 0);
     for e in [0.5, 0.8, 0.9] {
         for k in 0..200 {
             // Contact 2 falls fast and is turned round by the lift of the bounces at contact 1.
             let m = model([1.0, 0.1], [-0.8, -0.8], e);
             let (h, u) = ([0.0, 0.02 * f64::from(k)], [1.0, -1.2]);
             let run = run(&m, h, u, Stop::Zeno);
+            if run.warnings().iter().any(|warning| warning.contains("same instant")) {
+                ties += 1; // decimals that meet: 2.6 − 1.2·2 − 0.1·2²/2 = 0
+                continue;
+            }
             let sum = plain(&m, h, u, 1e-12, 2000);
             let first_other = sum.hits.iter().find(|(contact, _)| *contact == 1);
             let seen = run.impacts().iter().find(|i| i.contact.index() == 1).map(|i| i.elapsed);
@@ -326,7 +330,7 @@ fn the_other_contact_is_hit_in_the_middle_of_a_tail() {
             }
         }
     }
-    assert!(hit > 50 && clear > 50, "{hit} {clear}");
+    assert!(hit > 50 && clear > 50 && ties <= 3, "{hit} {clear} {ties}");
 }
 
 /// Uniform rod, e = .5: bounces within bounces. The sum of the nested accumulations is known to 15 digits.
