@@ -349,7 +349,80 @@ def test_what_nothing_slows_down_does_not_come_back():
 @pytest.mark.parametrize("friction", [0.0, 1e-300, 1e-17, 1e-12, 1.0, 1e12, 1e60])
 def test_region_of_any_friction_on_level_ground(friction):
     feet = [sf.Contact((x, 0), friction=friction) for x in (-1, 1)]
-    assert sf.equilibrium_region(stance(feet, (0, 0.5))) == (-1.0, 1.0)
+    region = sf.equilibrium_region(stance(feet, (0, 0.5)))
+    assert region == pytest.approx((-1.0, 1.0), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "terrain",
+    [[(-0.5, 0), (0.5, 0)], [(-2, 0), (0.5, 0)], [(-2, 0), (0.5, 0), (2, -4)]],
+)
+def test_a_foot_at_an_end_of_its_terrain_is_refused(terrain):
+    feet = [sf.Contact((x, 0), friction=0.5) for x in (-0.5, 0.5)]
+    fields = 1.0, 0.1, (0.0, 0.05), feet, 0.1
+    with pytest.raises(ValueError, match=r"contacts\.\d\.point"):
+        sf.stability(sf.Posture(*fields, terrain=terrain))
+    beyond = [(-2, 0), (0.5 + 1e-7, 0), (2, 1)]
+    verdict = sf.stability(sf.Posture(*fields, terrain=beyond), trials=50)
+    assert verdict.frictional_stability == "stable"
+    assert verdict.trials["rest"] == 50
+
+
+def test_a_contact_that_stays_while_the_other_slides():
+    """The normal of contact 2 passes through contact 1: words with a fixed contact are motions, and nothing is proved."""
+    feet = [
+        sf.Contact((-1, 0), slope=0.17, friction=0.1),
+        sf.Contact((1, 1.5), slope=-math.atan(4 / 3), friction=1.2),
+    ]
+    verdict = sf.stability(stance(feet, (0.61, 2.47), 0.5, 0.05, 9.81))
+    assert verdict.kinematic_strong
+    assert verdict.frictional_stability == "undecided"
+    assert verdict.delicate
+
+
+def test_several_modes_of_a_slide_are_not_stable():
+    """Theorem 3 holds at rest; but while both contacts slide to the left, words with one of them are consistent, too."""
+    feet = [
+        sf.Contact(
+            (-1, 0),
+            slope=-0.8734459077678166,
+            friction=2.662577761135372,
+            restitution=0.01927435559713582,
+        ),
+        sf.Contact(
+            (1, -0.11944180975482022),
+            slope=-0.489411656250414,
+            friction=1.7563994352796706,
+            restitution=0.07997973648181117,
+        ),
+    ]
+    posture = stance(feet, (-0.55136964737508, -0.20516071949863), 0.34594743682)
+    verdict = sf.stability(posture, trials=300)
+    assert verdict.kinematic_strong
+    assert verdict.clattering
+    assert verdict.frictional_stability == "undecided"
+    assert verdict.trials["others"]["ambiguous"] > 0
+
+
+@pytest.mark.parametrize("length", [1e-6, 1.0, 1e3])
+def test_delicate_in_any_unit(length):
+    feet = [sf.Contact((x * length, 0), friction=0.5) for x in (-0.5, 0.5)]
+    for offset, delicate in ((1e-12, True), (1e-5, False)):
+        com = ((0.5 - offset) * length, 0.1 * length)
+        verdict = sf.stability(stance(feet, com, 0.3 * length))
+        assert verdict.delicate == delicate
+
+
+def test_friction_margin_straight_over_a_contact():
+    """On one contact the load is vertical: tan |slope| is needed."""
+    random = np.random.default_rng(8)
+    for _ in range(200):
+        x, y, slope, friction = random.uniform((-2, -2, -1, 0.1), (2, 2, 1, 2))
+        posture = stance(
+            [sf.Contact((x, y), slope=slope, friction=friction)], (x, y + 1)
+        )
+        needed = abs(math.tan(slope)) / friction
+        assert sf.friction_margin(posture) == pytest.approx(1 - needed, abs=1e-9)
 
 
 # Against the simulator

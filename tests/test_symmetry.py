@@ -26,8 +26,6 @@ SIBLINGS = 6
 #: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart. More than one
 #: share, for what is as short or as slow as one of them.
 RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
-#: Impacts of one instant that are always listed one by one.
-LISTED = 64
 #: Allowed change, in conditioning limits.
 ALLOWED = 50
 #: Largest share of runs that may be ill-conditioned, or have no end.
@@ -249,6 +247,7 @@ def course(image, size):
     top = max(np.abs(image.vector(v, unit) * [1, 1, size]).max() for v in speeds)
     rates = -impacts["rates_before"][np.arange(len(impacts)), impacts["index"]]
     rates = rates * unit / image.length
+    top = max([top, *rates])
     fast = rates > min(RESOLVED) * top
     return Course(
         run.outcome,
@@ -318,12 +317,6 @@ def compared(one, other, size, resolved):
                 contacts = contacts | zeno.pop()[1]
             zeno.append((t, contacts, *state))
         hits = [h for h in run.hits if h[2] > slow and counts(h[1])]
-        # Of impacts in one instant those beyond the first ones may be summed.
-        hits = [
-            h
-            for k, h in enumerate(hits)
-            if k < LISTED or h[1] - hits[k - LISTED][1] > 1e-15 * run.elapsed
-        ]
         words = [p[0] for p in phases], [z[1] for z in zeno], [h[0] for h in hits]
         times = [run.elapsed]
         times += [t for p in phases for t in p[1:]]

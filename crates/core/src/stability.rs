@@ -225,7 +225,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
         trials: None,
         modes,
     };
-    verdict.decide(map.as_ref());
+    verdict.decide(map.as_ref(), posture.size());
     Ok(verdict)
 }
 
@@ -319,9 +319,13 @@ impl Verdict {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
     }
 
-    fn decide(&mut self, map: Option<&CornerMap>) {
+    /// `size`: of the body, in m.
+    fn decide(&mut self, map: Option<&CornerMap>, size: f64) {
         let stable = |by| (Stability::Stable, Some(by));
-        let strong = self.conditions().certainly_strong();
+        // Where one contact does not move while the other slides, words with a fixed contact are motions, too; and where both
+        // slide, one word has to be consistent.
+        let known = map.is_some_and(CornerMap::slides_known);
+        let strong = known && self.conditions().certainly_strong();
         (self.frictional_stability, self.by) = if !self.equilibrium {
             (Stability::Unstable, Some(By::NotEquilibrium))
         } else if self.clattering && strong && self.kinematic_strong_strict {
@@ -333,7 +337,10 @@ impl Verdict {
         } else {
             self.look_further(map)
         };
-        let mut margins = vec![self.equilibrium_margin];
+        let mut margins = vec![self.equilibrium_margin / size];
+        if self.equilibrium {
+            margins.push(map.map_or(0.0, CornerMap::least_slide));
+        }
         match self.by {
             Some(By::Theorem3 | By::Theorem3Loose) => {
                 margins.extend([self.kinematic_margin, self.clattering_margin]);

@@ -81,6 +81,16 @@ pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
                 allowed: "on the terrain: stability is asked of a posture that touches".into(),
             });
         }
+        let contact = &posture.contacts()[i];
+        if contact.segment.contains(&0.0) {
+            return Err(Error::Unusable {
+                field: format!("contacts.{}.point", i + 1),
+                value: format!("{:?}", contact.point),
+                allowed: "between the ends of the piece of terrain under it, not at one of them: \
+                          stability is asked of small motions to both sides"
+                    .into(),
+            });
+        }
     }
     Ok(psi)
 }

@@ -625,6 +625,16 @@ impl CornerMap {
         })
     }
 
+    /// Whether what becomes of both contacts sliding is known, either way.
+    pub(crate) fn slides_known(&self) -> bool {
+        !self.both.contains(&Both::Unknown)
+    }
+
+    /// The smaller part of a contact in the direction in which both slide: near zero one of them hardly moves.
+    pub(crate) fn least_slide(&self) -> f64 {
+        self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether some contact jams when it slides alone.
     pub(crate) fn jams(&self) -> bool {
         let l = &self.local;

@@ -14,7 +14,7 @@ use nalgebra::Vector2;
 
 use crate::posture::Posture;
 
-/// An edge of a friction cone: its direction u = n + f t and its moment about the origin.
+/// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     normal: Vector2<f64>,
@@ -22,6 +22,8 @@ struct Edge {
     /// ±μ
     f: f64,
     u: Vector2<f64>,
+    /// The contact, from the nominal centre of mass, in m.
+    arm: Vector2<f64>,
     moment: f64,
 }
 
@@ -70,7 +72,9 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
             if d != 0.0 {
                 let (a, b) = (-v.u.x / d, u.u.x / d);
                 if a >= 0.0 && b >= 0.0 {
-                    take(a * u.moment + b * v.moment);
+                    // a m_u + b m_v with a u_x = −b v_x: of the heights only the difference has a moment.
+                    let upright = a * u.arm.x * u.u.y + b * v.arm.x * v.u.y;
+                    take(upright - a * u.u.x * (u.arm.y - v.arm.y));
                 }
             }
         }
@@ -78,6 +82,7 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
     if region[0] > region[1] {
         return None; // an upward force is in no cone
     }
+    region = region.map(|x| x + posture.fields().center_of_mass[0]);
     let squeeze = squeeze(&edges);
     if squeeze[0] {
         region[0] = f64::NEG_INFINITY;
@@ -97,17 +102,12 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
             continue;
         }
         let friction = factor * contact.friction;
+        let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         for side in sides {
             let (normal, tangent, f) = (k.normal, k.tangent, side * friction);
             let u = normal + tangent * f;
-            edges.push(Edge {
-                normal,
-                tangent,
-                f,
-                u,
-                moment: Vector2::from(contact.point).perp(&u),
-            });
+            edges.push(Edge { normal, tangent, f, u, arm, moment: arm.perp(&u) });
         }
     }
     edges

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::region::region;
 use crate::modes::maximise;
 use crate::posture::Posture;
+use crate::tolerance::TOUCH;
 
 /// The family of contact forces that hold a body at rest in its nominal posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -85,13 +86,16 @@ fn edges(posture: &Posture) -> Vec<Edge> {
 const MOST: f64 = 1e9;
 
 /// How much friction a posture has to spare: 1 − κ with κ the least factor on all coefficients of friction at which the
-/// centre of mass is still over the equilibrium region. One: it stands without friction; zero: at the edge of the region;
+/// centre of mass is still over the equilibrium region, or beyond its end by no more than [`TOUCH`] of the size of the body. One: it stands without friction; zero: at the edge of the region;
 /// negative outside; −∞ where no friction suffices.
 #[must_use]
 pub fn friction_margin(posture: &Posture) -> f64 {
     let x = posture.fields().center_of_mass[0];
+    let slack = TOUCH * posture.size();
     // A region only grows with friction.
-    let stands = |factor| region(posture, factor).is_some_and(|[low, high]| low <= x && x <= high);
+    let stands = |factor| {
+        region(posture, factor).is_some_and(|[low, high]| low - slack <= x && x <= high + slack)
+    };
     if stands(0.0) {
         return 1.0;
     }

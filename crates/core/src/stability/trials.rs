@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::contact::Contact;
 use crate::error::Error;
-use crate::posture::{Geometry, Posture};
+use crate::posture::{Fields, Geometry, Posture};
 use crate::simulate::{Model, Options, State, simulate_until};
 use crate::trajectory::Outcome;
 
@@ -57,6 +58,13 @@ pub fn trials(
     seed: u64,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trials>, Error> {
+    // Small kicks know no ends of the terrain.
+    let contacts = posture.contacts();
+    let endless = [f64::NEG_INFINITY, f64::INFINITY];
+    let straight =
+        contacts.iter().map(|contact| Contact { segment: endless, ..*contact }).collect();
+    let fields = Fields { contacts: straight, terrain: Vec::new(), ..posture.fields().clone() };
+    let posture = &Posture::new(fields)?;
     let (size, gravity) = (posture.size(), posture.fields().gravity);
     let speed = KICK * (gravity * size).sqrt();
     let options = Options {
