@@ -3,6 +3,7 @@
 import math
 import os
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import standfast as sf
@@ -100,31 +101,42 @@ def flaws(size, options, run):
     return found
 
 
+def outcome(seed):
+    """How a scene ends, with how many events, and whether more of them would do: contacts, outcome, limit, what remains."""
+    size, posture, q, qdot, options = draw(np.random.default_rng([2026, seed]))
+    for limit in EVENTS:
+        run = sf.simulate(posture, q, qdot, **options, event_limit=limit)
+        assert run.collisions <= limit + BURST
+        if run.outcome != "event-limit":
+            rest = None
+            break
+    else:
+        limited = options | {"time_limit": TIME * math.sqrt(size / posture.gravity)}
+        again = sf.simulate(posture, q, qdot, **limited, event_limit=limit)
+        rest = "stuck" if again.outcome == "event-limit" else "endless"
+    found = flaws(size, options, run)
+    assert not found, f"seed {seed}: {found}, {posture!r}, {q}, {qdot}, {options}"
+    return len(posture.contacts), run.outcome, limit, rest
+
+
 def test_every_scene_ends():
     """Within the default number of events nearly all do; -s prints how, and by how many events. Those that do not go on
     without end and without a pattern: given a time limit, they reach it."""
     outcomes, events, endless, stuck = Counter(), Counter(), [], []
-    for seed in range(SCENES):
-        size, posture, q, qdot, options = draw(np.random.default_rng([2026, seed]))
-        for limit in EVENTS:
-            run = sf.simulate(posture, q, qdot, **options, event_limit=limit)
-            assert run.collisions <= limit + BURST
-            if run.outcome != "event-limit":
+    with ProcessPoolExecutor() as workers:
+        answers = workers.map(outcome, range(SCENES), chunksize=50)
+        for seed, (contacts, ending, limit, rest) in enumerate(answers):
+            outcomes[contacts, ending] += 1
+            if rest is None:
                 events[limit] += 1
-                break
-        else:
-            limited = options | {"time_limit": TIME * math.sqrt(size / posture.gravity)}
-            again = sf.simulate(posture, q, qdot, **limited, event_limit=limit)
-            (stuck if again.outcome == "event-limit" else endless).append(seed)
-        found = flaws(size, options, run)
-        assert not found, f"seed {seed}: {found}, {posture!r}, {q}, {qdot}, {options}"
-        outcomes[len(posture.contacts), run.outcome] += 1
-    for (contacts, outcome), count in sorted(outcomes.items()):
-        print(f"{contacts} contact(s)  {outcome:14}{count:7}")
+            else:
+                (stuck if rest == "stuck" else endless).append(seed)
+    for (contacts, ending), count in sorted(outcomes.items()):
+        print(f"{contacts} contact(s)  {ending:14}{count:7}")
     for limit in EVENTS:
         print(f"at most {limit:9} events  {events[limit]:7}")
     print(
-        f"more, without a time limit {len(endless)}: {endless[:10]}; with one {stuck}"
+        f"more, without a time limit {len(endless)}: {endless[:10]}; with one {len(stuck)}: {stuck}"
     )
     assert len(endless) <= 0.05 * outcomes.total()
     assert len(stuck) <= max(1, STUCK * outcomes.total())

@@ -1,6 +1,6 @@
 //! The two-contact driver and its phases of contact: to and from the coordinates of flight, and rounds that repeat.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
@@ -158,8 +158,24 @@ impl Driver<'_> {
     /// ```text
     /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
     /// ```
+    ///
+    /// A body as slow as the rounding of its speeds comes to rest.
     fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
         let now = stance.snapshot(self.log.clock);
+        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
+        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let left = speed(&Base::state(&now).qdot);
+        if stance.gravity > 0.0 && left <= QUIET * self.speed_scale() {
+            let mut end = stance.clone();
+            (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
+            end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+            self.leave(&end, self.local.then_some(self.frame().spin));
+            self.rounds = [None; 2];
+            let error = SEVERAL * left / stance.gravity;
+            return self
+                .zeno_point([true; 2], Method::Mixed, false, error)
+                .then_some(Outcome::Zeno);
+        }
         let start = Round { at: now, ratio: f64::NAN, change: Vector3::zeros() };
         let last = self.rounds[b].replace(start)?;
         let before = &last.at;
@@ -174,8 +190,6 @@ impl Driver<'_> {
         let still = stance.frozen.is_some() || angle * angle <= f64::EPSILON;
         // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
         // round before and sticks in this one may leave the ratio of the landing speeds as it is.
-        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
-        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let unlike = speed(&(gained - last.change * ratio)) * sum;
         let alike = unlike <= STILL * self.speed_scale();
         let repeats = still && alike && change <= f64::EPSILON * now.clock.hi;
@@ -249,7 +263,11 @@ impl Driver<'_> {
     }
 }
 
-/// Factor on the estimate of what speeds taken for none change.
+/// Speed of the body where a contact lands, relative to the largest there was, at which all that is left is rounding: some
+/// fifty of them.
+const QUIET: f64 = 1e-14;
+
+/// Factor on the estimate of what is left, where speeds are taken for none.
 const SEVERAL: f64 = 4.0;
 
 /// The end of a round that may repeat itself on a smaller scale: contact `b` lands while the other is held.
