@@ -74,12 +74,14 @@ __all__ = [
     "clattering_restitution",
     "contact_modes",
     "equilibrium_region",
+    "friction_margin",
     "load",
     "neimark_sacker",
     "schema",
     "self_similar",
     "simulate",
     "stability",
+    "static_forces",
 ]
 
 __version__: Final[str]
