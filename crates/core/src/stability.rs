@@ -150,32 +150,10 @@ pub enum Evidence {
 /// What is said of a posture.
 #[derive(Debug, Clone)]
 pub struct Verdict {
-    /// Whether the centre of mass lies over the equilibrium region.
-    pub equilibrium: bool,
-    /// Its distance to the nearer end of the region, in m; negative outside, −∞ if there is none.
-    pub equilibrium_margin: f64,
-    /// The region, see [`equilibrium_region`].
-    pub region: Option<[f64; 2]>,
+    /// What closed forms say of it: Theorem 3 and its margins.
+    pub conditions: Conditions,
     /// Every word at rest with its motion, forces and margins.
     pub modes: Vec<ModeAnswer>,
-    /// No word other than the static one fits: its forces do (f_n ≥ 0), but a strict kinematic inequality fails.
-    pub kinematic_strong: bool,
-    /// The same, with the friction cone required of fixed contacts, too.
-    pub kinematic_strong_strict: bool,
-    /// FF is the only consistent word.
-    pub unambiguous: bool,
-    /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from failing or holding.
-    pub kinematic_margin: f64,
-    /// ψ.
-    pub coupling: f64,
-    /// Whether (10) holds.
-    pub clattering: bool,
-    /// ψ less the bound of (10).
-    pub clattering_margin: f64,
-    /// Whether Goyal's bound holds.
-    pub chatter: bool,
-    /// ψ less Goyal's bound.
-    pub chatter_margin: f64,
     /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
     pub energy: bool,
     /// The verdict.
@@ -205,18 +183,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
         .as_ref()
         .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
     let mut verdict = Verdict {
-        equilibrium: found.equilibrium,
-        equilibrium_margin: found.equilibrium_margin,
-        region: found.region,
-        kinematic_strong: found.kinematic_strong,
-        kinematic_strong_strict: found.kinematic_strong_strict,
-        unambiguous: found.unambiguous,
-        kinematic_margin: found.kinematic_margin,
-        coupling: found.coupling,
-        clattering: found.clattering,
-        clattering_margin: found.clattering_margin,
-        chatter: found.chatter,
-        chatter_margin: found.chatter_margin,
+        conditions: found,
         energy,
         frictional_stability: Stability::Undecided,
         by: None,
@@ -240,42 +207,18 @@ impl Verdict {
         struct Summary<'a> {
             frictional_stability: Stability,
             by: Option<By>,
-            equilibrium: bool,
-            #[serde(with = "crate::scene::extended")]
-            equilibrium_margin: f64,
-            equilibrium_region: Option<Region>,
-            kinematic_strong: bool,
-            kinematic_strong_strict: bool,
-            kinematic_margin: f64,
-            unambiguous: bool,
-            coupling: f64,
-            clattering: bool,
-            clattering_margin: f64,
-            chatter: bool,
-            chatter_margin: f64,
+            #[serde(flatten)]
+            conditions: &'a Conditions,
             energy: bool,
             delicate: bool,
             #[serde(skip_serializing_if = "Option::is_none")]
             trials: &'a Option<Trials>,
             evidence: &'a Evidence,
         }
-        #[derive(Serialize)]
-        struct Region(#[serde(with = "crate::scene::extended_pair")] [f64; 2]);
         let summary = Summary {
             frictional_stability: self.frictional_stability,
             by: self.by,
-            equilibrium: self.equilibrium,
-            equilibrium_margin: self.equilibrium_margin,
-            equilibrium_region: self.region.map(Region),
-            kinematic_strong: self.kinematic_strong,
-            kinematic_strong_strict: self.kinematic_strong_strict,
-            kinematic_margin: self.kinematic_margin,
-            unambiguous: self.unambiguous,
-            coupling: self.coupling,
-            clattering: self.clattering,
-            clattering_margin: self.clattering_margin,
-            chatter: self.chatter,
-            chatter_margin: self.chatter_margin,
+            conditions: &self.conditions,
             energy: self.energy,
             delicate: self.delicate,
             trials: &self.trials,
@@ -283,25 +226,6 @@ impl Verdict {
         };
         serde_json::to_string_pretty(&summary)
             .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
-    }
-
-    /// The part that needs no corner map.
-    #[must_use]
-    pub fn conditions(&self) -> Conditions {
-        Conditions {
-            equilibrium: self.equilibrium,
-            equilibrium_margin: self.equilibrium_margin,
-            region: self.region,
-            kinematic_strong: self.kinematic_strong,
-            kinematic_strong_strict: self.kinematic_strong_strict,
-            unambiguous: self.unambiguous,
-            kinematic_margin: self.kinematic_margin,
-            coupling: self.coupling,
-            clattering: self.clattering,
-            clattering_margin: self.clattering_margin,
-            chatter: self.chatter,
-            chatter_margin: self.chatter_margin,
-        }
     }
 
     /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
@@ -321,32 +245,33 @@ impl Verdict {
 
     /// `size`: of the body, in m.
     fn decide(&mut self, map: Option<&CornerMap>, size: f64) {
+        let found = self.conditions;
         let stable = |by| (Stability::Stable, Some(by));
         // Where one contact does not move while the other slides, words with a fixed contact are motions, too; and where both
         // slide, one word has to be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
-        let strong = known && self.conditions().certainly_strong();
-        (self.frictional_stability, self.by) = if !self.equilibrium {
+        let strong = known && found.certainly_strong();
+        (self.frictional_stability, self.by) = if !found.equilibrium {
             (Stability::Unstable, Some(By::NotEquilibrium))
-        } else if self.clattering && strong && self.kinematic_strong_strict {
+        } else if found.clattering && strong && found.kinematic_strong_strict {
             stable(By::Theorem3)
-        } else if self.clattering && strong {
+        } else if found.clattering && strong {
             stable(By::Theorem3Loose)
-        } else if self.chatter && strong {
+        } else if found.chatter && strong {
             stable(By::Goyal)
         } else {
             self.look_further(map)
         };
-        let mut margins = vec![self.equilibrium_margin / size];
-        if self.equilibrium {
+        let mut margins = vec![found.equilibrium_margin / size];
+        if found.equilibrium {
             margins.push(map.map_or(0.0, CornerMap::least_slide));
         }
         match self.by {
             Some(By::Theorem3 | By::Theorem3Loose) => {
-                margins.extend([self.kinematic_margin, self.clattering_margin]);
+                margins.extend([found.kinematic_margin, found.clattering_margin]);
             }
-            Some(By::Goyal) => margins.extend([self.kinematic_margin, self.chatter_margin]),
-            None => margins.push(self.kinematic_margin),
+            Some(By::Goyal) => margins.extend([found.kinematic_margin, found.chatter_margin]),
+            None => margins.push(found.kinematic_margin),
             _ => {}
         }
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE);
@@ -358,7 +283,7 @@ impl Verdict {
             self.evidence = Evidence::Word(answer.word.to_string());
             return (Stability::Unstable, Some(By::AcceleratingMode));
         }
-        if !self.unambiguous {
+        if !self.conditions.unambiguous {
             return (Stability::Undecided, None);
         }
         let Some(map) = map else { return (Stability::Undecided, None) };
@@ -434,7 +359,7 @@ mod tests {
     #[test]
     fn a_growing_cycle_is_enclosed() {
         let verdict = stability(&odd(0.26)).unwrap();
-        assert!(verdict.kinematic_strong);
+        assert!(verdict.conditions.kinematic_strong);
         assert_eq!(verdict.by, Some(By::GrowingCycle), "{:?}", verdict.evidence);
         let Evidence::Cycle(cycle) = &verdict.evidence else { panic!() };
         let total: f64 = cycle.iter().map(|corner| corner.growth).sum();

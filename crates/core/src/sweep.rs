@@ -497,7 +497,7 @@ impl Sweep {
             None
         };
         let found = match &verdict {
-            Some(verdict) => Some(verdict.conditions()),
+            Some(verdict) => Some(verdict.conditions),
             None if asks(|q| matches!(q, Quantity::Condition(_))) => Some(conditions(&posture)?),
             None => None,
         };

@@ -36,73 +36,73 @@ impl PyVerdict {
     /// Whether friction and normal forces can hold the body.
     #[getter]
     fn equilibrium(&self) -> bool {
-        self.verdict.equilibrium
+        self.verdict.conditions.equilibrium
     }
 
     /// Distance of the centre of mass to the nearer end of the equilibrium region, m; negative outside.
     #[getter]
     fn equilibrium_margin(&self) -> f64 {
-        self.verdict.equilibrium_margin
+        self.verdict.conditions.equilibrium_margin
     }
 
     /// Abscissas (low, high) of the centre of mass at which there is equilibrium, m; None if there are none.
     #[getter]
     fn equilibrium_region(&self) -> Option<(f64, f64)> {
-        self.verdict.region.map(Into::into)
+        self.verdict.conditions.region.map(Into::into)
     }
 
     /// Whether every word but FF fails by kinematics alone, while its forces fit (f_n ≥ 0).
     #[getter]
     fn kinematic_strong(&self) -> bool {
-        self.verdict.kinematic_strong
+        self.verdict.conditions.kinematic_strong
     }
 
     /// The same with the friction cone required of the forces of fixed contacts, too.
     #[getter]
     fn kinematic_strong_strict(&self) -> bool {
-        self.verdict.kinematic_strong_strict
+        self.verdict.conditions.kinematic_strong_strict
     }
 
     /// How far the nearest condition of `kinematic_strong` is from changing it, relative to the load.
     #[getter]
     fn kinematic_margin(&self) -> f64 {
-        self.verdict.kinematic_margin
+        self.verdict.conditions.kinematic_margin
     }
 
     /// Whether FF is the only consistent word at rest.
     #[getter]
     fn unambiguous(&self) -> bool {
-        self.verdict.unambiguous
+        self.verdict.conditions.unambiguous
     }
 
     /// ψ = sign(ψ_1)√(ψ_1ψ_2)
     #[getter]
     fn coupling(&self) -> f64 {
-        self.verdict.coupling
+        self.verdict.conditions.coupling
     }
 
     /// Whether clattering converges: the paper's (10).
     #[getter]
     fn clattering(&self) -> bool {
-        self.verdict.clattering
+        self.verdict.conditions.clattering
     }
 
     /// ψ less the bound of (10).
     #[getter]
     fn clattering_margin(&self) -> f64 {
-        self.verdict.clattering_margin
+        self.verdict.conditions.clattering_margin
     }
 
     /// Whether Goyal's bound holds: alternate impacts without gravity never end.
     #[getter]
     fn chatter(&self) -> bool {
-        self.verdict.chatter
+        self.verdict.conditions.chatter
     }
 
     /// ψ less Goyal's bound.
     #[getter]
     fn chatter_margin(&self) -> f64 {
-        self.verdict.chatter_margin
+        self.verdict.conditions.chatter_margin
     }
 
     /// Whether every frictionless motion comes to rest on the contacts: λ = D⁻¹(g_1, g_2) > 0.

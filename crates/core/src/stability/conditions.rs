@@ -1,29 +1,55 @@
 //! What closed forms say of a posture: equilibrium, the words at rest, and the bounds on the coupling.
 
+use serde::{Serialize, Serializer};
+
 use crate::error::Error;
 use crate::modes::{Condition, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
 use crate::posture::Posture;
+use crate::scene::Extended;
 use crate::simulate::State;
 
 use super::clattering::{chatter_bound, clattering_bound, coupling};
 use super::region::equilibrium_region;
 
-/// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins. The fields are explained there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(missing_docs, reason = "the fields of a verdict, explained there")]
+/// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Conditions {
+    /// Whether the centre of mass lies over the equilibrium region.
     pub equilibrium: bool,
+    /// Its distance to the nearer end of the region, in m; negative outside, −∞ if there is none.
+    #[serde(with = "crate::scene::extended")]
     pub equilibrium_margin: f64,
+    /// The region, see [`equilibrium_region`].
+    #[serde(rename = "equilibrium_region", serialize_with = "region_as_text")]
     pub region: Option<[f64; 2]>,
+    /// No word other than the static one fits: its forces do (f_n ≥ 0), but a strict kinematic inequality fails.
     pub kinematic_strong: bool,
+    /// The same, with the friction cone required of fixed contacts, too.
     pub kinematic_strong_strict: bool,
+    /// FF is the only consistent word.
     pub unambiguous: bool,
+    /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from failing or holding.
+    #[serde(with = "crate::scene::extended")]
     pub kinematic_margin: f64,
+    /// ψ.
     pub coupling: f64,
+    /// Whether (10) holds.
     pub clattering: bool,
+    /// ψ less the bound of (10).
     pub clattering_margin: f64,
+    /// Whether Goyal's bound holds.
     pub chatter: bool,
+    /// ψ less Goyal's bound.
     pub chatter_margin: f64,
+}
+
+/// Infinite ends as the strings "inf" and "-inf".
+#[allow(clippy::ref_option, reason = "serde passes references")]
+fn region_as_text<S: Serializer>(
+    region: &Option<[f64; 2]>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    region.map(|ends| ends.map(Extended::from)).serialize(serializer)
 }
 
 impl Conditions {
