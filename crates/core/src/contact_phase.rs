@@ -172,7 +172,10 @@ impl<'a> ContactPhase<'a> {
         let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
         // Contacts that leave the body one motion slide all together, or not at all.
         let limit = closed().map(still).fold(0.0, f64::max);
-        let none = |i: usize| match self.stance.leaves_one_motion(rests) {
+        // At an end of its terrain each by itself: there its own speed says whether it comes to rest in the vertex.
+        let endless = self.stance.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
+        let together = endless && self.stance.leaves_one_motion(rests);
+        let none = |i: usize| match together {
             true if fastest > limit => slips[i].abs() <= SLOWER * fastest,
             true => true,
             false => slips[i].abs() <= still(i),
