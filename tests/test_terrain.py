@@ -14,7 +14,7 @@ G = 10.0
 #: Random scenes on polylines.
 SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "1000"))
 #: Share of them whose accumulations take more than 1e5 events.
-LONG = 0.01
+LONG = 0.006
 
 
 def particle(terrain, x, y, *, friction=0.0, restitution=0.0, gravity=G):
