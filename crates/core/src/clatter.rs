@@ -423,16 +423,19 @@ fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
     if let Some(halt) = bounces(m, a, gaps, now, end, skip) {
         return Some(halt);
     }
-    let certain = m.clatter_tail(a, gaps).filter(|_| m.certainly_clatters(a, gaps));
-    if let Some(tail) = certain
+    let tail = m.clatter_tail(a, gaps);
+    let certain = || m.certainly_clatters(a, gaps);
+    if let Some(tail) = tail
         && tail.error <= TAIL * now
         && now + tail.duration <= end
+        && certain()
     {
         return Some(Halt::Clatter(tail));
     }
     if parabola_touchdown(r.h_b, r.u_b, m.g[1 - a]) > SHORT * now {
         return None;
     }
+    let certain = tail.filter(|_| certain());
     let remaining = certain.map(|tail| tail.duration).or_else(|| time_to_rest(m, gaps))?;
     (remaining <= REACHED * now)
         .then(|| Halt::Reached { remaining, self_similar: repeats(m, a, gaps) })

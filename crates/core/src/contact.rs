@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, finite, in_range, non_negative, restitution};
 
+/// An entry for each contact: up to two of them without allocation.
+pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
+
 /// A frictional point contact: a point of the body, and the terrain segment under it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -13,7 +13,9 @@
 //! each other exactly, to any order: the step is a polynomial, and its events are roots of polynomials.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use smallvec::SmallVec;
 
+use crate::contact::PerContact;
 use crate::flight::parabola_touchdown;
 use crate::log::{Center, Spin};
 use crate::modes::Mode;
@@ -59,7 +61,7 @@ impl Point {
 /// A body at an instant.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Stance {
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: PerContact<Point>,
     pub(crate) center: Center,
     pub(crate) spin: Spin,
     /// ρ²
@@ -115,7 +117,7 @@ impl Stance {
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
         // A sliding contact has its normal row alone.
         let closed = |on: bool| if on { Mode::Right } else { Mode::Separate };
-        let mut modes: Vec<Mode> = others.iter().map(|&on| closed(on)).collect();
+        let mut modes: PerContact<Mode> = others.iter().map(|&on| closed(on)).collect();
         let rank = self.independent(&modes).len();
         modes[i] = Mode::Right;
         rank > 0 && self.independent(&modes).len() == rank
@@ -147,7 +149,7 @@ impl Stance {
     pub(crate) fn thaw(&mut self) {
         let closed =
             |p: &Point| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
-        let modes: Vec<Mode> = self.points.iter().map(closed).collect();
+        let modes: PerContact<Mode> = self.points.iter().map(closed).collect();
         self.project(&modes);
         let (v, omega) = (self.center.v, self.spin.omega);
         for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
@@ -159,7 +161,7 @@ impl Stance {
     pub(crate) fn close(&mut self, closed: &[bool]) {
         if self.has_rows() {
             let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-            self.project(&closed.iter().map(mode).collect::<Vec<_>>());
+            self.project(&closed.iter().map(mode).collect::<PerContact<_>>());
         }
     }
 
@@ -175,11 +177,11 @@ impl Stance {
             p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
-        self.project(&modes.iter().map(sliding).collect::<Vec<_>>());
+        self.project(&modes.iter().map(sliding).collect::<PerContact<_>>());
         let sticks = |(p, mode): (&Point, &Mode)| {
             if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
         };
-        let sticking: Vec<Mode> = self.points.iter().zip(modes).map(sticks).collect();
+        let sticking: PerContact<Mode> = self.points.iter().zip(modes).map(sticks).collect();
         if !sticking.contains(&Mode::Fixed) {
             return;
         }
@@ -199,7 +201,7 @@ impl Stance {
     /// Whether these contacts, closed, leave the body a single motion.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-        self.independent(&closed.iter().map(mode).collect::<Vec<_>>()).len() == 2
+        self.independent(&closed.iter().map(mode).collect::<PerContact<_>>()).len() == 2
     }
 
     /// Whether the rows that vanish leave no motion at all.
@@ -209,9 +211,9 @@ impl Stance {
 
     /// Rows that vanish and determine the motion, the longest first: normal rows of closed contacts, tangential
     /// rows of fixed ones, each by the part that the ones before it leave over.
-    fn independent(&self, modes: &[Mode]) -> Vec<Row> {
+    fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
         let rho = self.rho2.sqrt();
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: SmallVec<[Row; 4]> = SmallVec::new();
         for (contact, (p, &mode)) in self.points.iter().zip(modes).enumerate() {
             let mut push = |tangential, axis: Vector2<f64>, lever: f64| {
                 let whole = Vector3::new(axis.x, axis.y, lever / rho);
@@ -225,24 +227,25 @@ impl Stance {
                 push(true, p.tangent, -p.c);
             }
         }
-        let mut chosen: Vec<Row> = Vec::new();
+        let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
         while chosen.len() < 3 {
-            let length = |row: &Row| row.direction.norm_squared();
-            let longest = rows
-                .iter()
-                .enumerate()
-                .max_by(|(_, x), (_, y)| length(x).total_cmp(&length(y)))
-                .map(|(at, _)| at);
-            let Some(at) = longest else { break };
-            let mut row = rows.remove(at);
-            if row.direction.norm() <= DEPENDENT {
+            // The last of the longest; a row that is chosen leaves a vector of zero.
+            let (mut at, mut longest) = (0, 0.0);
+            for (k, row) in rows.iter().enumerate() {
+                let length = row.direction.norm_squared();
+                if length >= longest {
+                    (at, longest) = (k, length);
+                }
+            }
+            if longest <= DEPENDENT * DEPENDENT {
                 break;
             }
-            row.direction.normalize_mut();
+            let direction = rows[at].direction / longest.sqrt();
+            chosen.push(Row { direction, ..rows[at] });
+            rows[at].direction = Vector3::zeros();
             for other in &mut rows {
-                other.direction -= row.direction * row.direction.dot(&other.direction);
+                other.direction -= direction * direction.dot(&other.direction);
             }
-            chosen.push(row);
         }
         chosen
     }
@@ -412,7 +415,7 @@ impl Step {
         let mut square = ZERO; // ω², as far as it bends the paths of the contact points
 
         // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
-        let unknowns: Vec<Unknown> =
+        let unknowns: SmallVec<[Unknown; 3]> =
             state.independent(modes).iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
@@ -708,7 +711,7 @@ impl Step {
         }
         let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
         if state.has_rows() {
-            let modes: Vec<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+            let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
             after.project(&modes);
             // Points that are held stay where they are, n·r + c and t·r + b: what they have moved is rounding, and is
             // taken back along the shortest way.
@@ -790,7 +793,7 @@ mod tests {
             u: 0.0,
             rounding: Rounding::default(),
         };
-        let mut points = vec![point(0, -0.5), point(1, 0.5)];
+        let mut points = PerContact::from([point(0, -0.5), point(1, 0.5)]);
         points[0].h = points[0].c - points[1].c;
         Stance {
             points,

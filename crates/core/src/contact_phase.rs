@@ -4,13 +4,17 @@
 //! zero. Where a force does (a contact lifts off, or breaks loose) the word follows from which one it is: at that
 //! instant the accelerations of both words agree, and a new choice could not tell them apart.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::clock::Clock;
+use crate::contact::PerContact;
 use crate::contact_motion::{Point, Stance, Step, StepEnd};
-use crate::error::Error;
+use crate::error::{Error, LARGEST};
 use crate::log::{Log, Spin};
-use crate::modes::{ContactProblem, Method, Mode, ProblemFields, Status, contact_modes};
+use crate::modes::{
+    ContactProblem, LONGEST_ARM, Method, Mode, ProblemFields, Row, Status, contact_modes,
+    only_mode, scale,
+};
 use crate::posture::Posture;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::{STILL, TOUCH};
@@ -40,6 +44,24 @@ impl Stance {
         })
     }
 
+    /// The one word that up to two contacts may go on in and its q̈, where closed forms find it: what the problem says,
+    /// without allocation. `None`: ask the problem.
+    fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
+        let n = self.points.len();
+        if n > 2 {
+            return None;
+        }
+        let rho = self.rho2.sqrt();
+        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let mut rows = [Row::ABSENT; 2];
+        for (i, p) in self.points.iter().enumerate() {
+            rows[i] =
+                Row::new(p.tangent, p.arm() / rho, [-p.b * bend, -p.c * bend], p.friction, ways[i]);
+        }
+        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.gravity, rho)?;
+        Some((letters[..n].into(), acceleration))
+    }
+
     /// Point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
     /// if nothing rubs there, and the way in which it then slides up its piece.
     fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
@@ -61,11 +83,31 @@ impl Stance {
     }
 }
 
+/// The one consistent word of up to two contacts under gravity and its q̈, by closed forms. Rows beyond the range of a
+/// problem have none: the problem says what is wrong.
+pub(crate) fn only_mode_of(
+    rows: &mut [Row],
+    gravity: f64,
+    rho: f64,
+) -> Option<([Mode; 2], [f64; 3])> {
+    let in_range = |row: &Row| {
+        row.arm.norm_squared() <= LONGEST_ARM * LONGEST_ARM
+            && row.bias.iter().all(|b| b.abs() <= LARGEST)
+    };
+    if !rows.iter().all(in_range) {
+        return None;
+    }
+    let load = Vector3::new(0.0, -gravity, 0.0);
+    let scale = scale(rows, &load);
+    let (letters, y) = only_mode(rows, load / scale)?;
+    Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))
+}
+
 /// Contacts that rest or slide, and what they do.
 pub(crate) struct ContactPhase<'a> {
     pub(crate) stance: Stance,
     /// Signs of sliding; `None` where a contact is off.
-    ways: Vec<Option<i8>>,
+    ways: PerContact<Option<i8>>,
     mass: f64,
     /// Largest arm or ρ, in m.
     size: f64,
@@ -77,7 +119,7 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) brief: bool,
     options: &'a Options,
     /// The word that the contacts are in.
-    pub(crate) word: Vec<Mode>,
+    pub(crate) word: PerContact<Mode>,
     /// What has no answer, or several.
     pub(crate) undecided: Option<ContactProblem>,
     /// q̈ of an endless slide.
@@ -137,14 +179,14 @@ impl<'a> ContactPhase<'a> {
     ) -> Self {
         Self {
             stance,
-            ways: Vec::new(),
+            ways: PerContact::new(),
             mass: posture.fields().mass,
             size: posture.size(),
             still,
             dropped: 0.0,
             brief,
             options,
-            word: Vec::new(),
+            word: PerContact::new(),
             undecided: None,
             acceleration: None,
             warning: None,
@@ -156,14 +198,14 @@ impl<'a> ContactPhase<'a> {
     /// whose gaps follow from theirs (at one point, or the third of three on one straight floor).
     pub(crate) fn close(&mut self, rests: &mut [bool]) {
         for i in 0..rests.len() {
-            let touches = self.stance.points[i].h <= TOUCH * self.size;
+            let touches = !rests[i] && self.stance.points[i].h <= TOUCH * self.size;
             rests[i] |= touches && self.stance.depends(i, rests);
             if rests[i] {
                 (self.stance.points[i].h, self.stance.points[i].u) = (0.0, 0.0);
             }
         }
         self.stance.close(rests);
-        let slips: Vec<f64> = (0..rests.len()).map(|i| self.stance.slip(i)).collect();
+        let slips: PerContact<f64> = (0..rests.len()).map(|i| self.stance.slip(i)).collect();
         // Without friction nothing but a vertex makes a contact stick.
         let sticks =
             |i: usize| self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
@@ -200,32 +242,19 @@ impl<'a> ContactPhase<'a> {
         let mut last = None;
         let mut swings: Vec<Swing> = Vec::new();
         loop {
-            let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
-                contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
-            });
-            let (problem, modes) = match solved {
-                Ok(solved) => solved,
-                Err(error) => {
-                    self.warning = Some(format!("the contact modes could not be solved: {error}"));
-                    return PhaseEnd::Outcome(Outcome::EventLimit);
-                }
+            let chosen = match self.stance.only_mode(&self.ways) {
+                Some(found) => Ok(found),
+                None => self.choose(),
             };
-            let answer = match (modes.status(), modes.consistent().next()) {
-                (Status::Unique, Some(answer)) => answer,
-                (status, _) => {
-                    self.undecided = Some(problem);
-                    let none = status == Status::None;
-                    return PhaseEnd::Outcome(if none {
-                        Outcome::Inconsistent
-                    } else {
-                        Outcome::Ambiguous
-                    });
-                }
+            let (word, acceleration) = match chosen {
+                Ok(chosen) => chosen,
+                Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
-            self.word = answer.word.modes().collect();
+            let before = (self.stance.clone(), self.ways.clone());
+            self.word = word;
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
-            let starting: Vec<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
+            let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
             for (way, mode) in self.ways.iter_mut().zip(&self.word) {
                 *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
             }
@@ -234,18 +263,19 @@ impl<'a> ContactPhase<'a> {
             }
             if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
                 if swings.iter().any(|before| before.encloses(&now)) && log.end == f64::INFINITY {
-                    self.acceleration = Some(answer.acceleration);
+                    self.acceleration = Some(acceleration);
                     note(&self.stance, &self.word, log.clock, self.cause);
                     return PhaseEnd::Outcome(Outcome::Sliding);
                 }
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(answer.acceleration, last, &starting, log, note);
+            let next = self.hold(acceleration, last, &starting, log, note);
             match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
-                        self.undecided = Some(problem);
+                        let (stance, ways) = before;
+                        self.undecided = stance.problem(self.mass, &ways).ok();
                     }
                     return end;
                 }
@@ -275,6 +305,26 @@ impl<'a> ContactPhase<'a> {
                 Next::End(_) => self.cause,
             };
             last = Some(next);
+        }
+    }
+
+    /// The one consistent word and its q̈, from all that there are; if it is not one, how the run ends.
+    fn choose(&mut self) -> Result<(PerContact<Mode>, [f64; 3]), Outcome> {
+        let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
+            contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
+        });
+        let (problem, modes) = solved.map_err(|error| {
+            self.warning = Some(format!("the contact modes could not be solved: {error}"));
+            Outcome::EventLimit
+        })?;
+        match (modes.status(), modes.consistent().next()) {
+            (Status::Unique, Some(answer)) => {
+                Ok((answer.word.modes().collect(), answer.acceleration))
+            }
+            (status, _) => {
+                self.undecided = Some(problem);
+                Err(if status == Status::None { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            }
         }
     }
 

@@ -65,7 +65,7 @@ impl Base {
     /// ρ²/(b_i² + ρ²) at rotation `theta`.
     pub(crate) fn share(&self, i: usize, theta: f64) -> f64 {
         self.body.as_ref().map_or(1.0, |body| {
-            let (b, _) = body.contacts[i].turned(libm::sin(theta), libm::cos(theta));
+            let (b, _) = body.contacts[i].turned(&Turn::by(theta));
             body.rho2 / (b * b + body.rho2)
         })
     }
@@ -142,14 +142,14 @@ impl Frame {
     /// say, along the shortest way. Only where they are linear in its state, without spin at the start.
     fn agree(&self, frozen: &Frozen, body: &Body, full: &mut Snapshot) {
         let (start, turned) = (&self.start, self.spin.theta);
-        let (sin, cos) = (libm::sin(turned), libm::cos(turned));
+        let turn = Turn::by(turned);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
         if !linear || self.spin.omega != 0.0 {
             return;
         }
         let (mut gaps, mut rates) = ([0.0; 2], [0.0; 2]);
         for i in (0..2).filter(|&i| full.gaps.h[i].is_finite()) {
-            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(sin, cos));
+            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(&turn));
             let moved =
                 n.dot(&(full.center.r - start.center.r)) + b * (full.spin.theta - start.spin.theta);
             let sped =

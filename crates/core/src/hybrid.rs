@@ -52,7 +52,7 @@ pub(crate) struct Driver<'a> {
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
-    undecided: Option<ContactProblem>,
+    undecided: Option<Box<ContactProblem>>,
     /// The last event.
     cause: Option<Cause>,
 }
@@ -149,7 +149,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(mut self) -> Option<Record> {
+    pub(crate) fn run(mut self) -> Option<Box<Record>> {
         self.note(Kind::Flight); // impacts of the first instant belong to a span, too
         let outcome = self.motion();
         if self.log.cancelled {
@@ -167,7 +167,7 @@ impl<'a> Driver<'a> {
             state.qdot.fill(0.0);
             end.spin.omega = 0.0;
         }
-        Some(Record {
+        Some(Box::new(Record {
             outcome,
             base: self.base,
             frames: self.frames,
@@ -182,7 +182,7 @@ impl<'a> Driver<'a> {
             acceleration: self.acceleration,
             undecided: self.undecided,
             general: None,
-        })
+        }))
     }
 
     fn frame(&self) -> &Frame {
@@ -267,7 +267,9 @@ impl<'a> Driver<'a> {
             let end = if coming != [false, false] {
                 self.impact(coming)
             } else {
-                let held = self.pressed(&gaps);
+                // A body's contacts at rest are asked for more than gravity: their modes.
+                let asked = fresh || self.base.body.is_none();
+                let held = if asked { self.pressed(&gaps) } else { [false; 2] };
                 if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
                     return Outcome::Zeno;
                 }

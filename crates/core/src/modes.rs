@@ -18,9 +18,10 @@ mod words;
 
 pub use answer::{Condition, Forces, Margin, ModeAnswer, TIE};
 pub use painleve::Jamming;
+pub(crate) use pair::only_mode;
 pub use pair::{PairMode, PairModes};
-pub(crate) use problem::LONGEST_ARM;
 pub use problem::{ContactProblem, Level, ProblemFields};
+pub(crate) use problem::{LONGEST_ARM, Row, scale};
 pub(crate) use simplex::maximise;
 pub use words::{Mode, Word};
 

@@ -13,6 +13,8 @@
 //!   ____x_1_____x_2____                     gravity g points down, −e_y
 //! ```
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,6 +24,7 @@ use crate::error::{Error, finite, in_range, non_negative, positive, restitution}
 use crate::local::LocalModel;
 use crate::terrain::{self, Piece};
 use crate::tolerance::TOUCH;
+use crate::trig::Turn;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -37,11 +40,17 @@ pub const MAX_CONTACTS: usize = 64;
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Fields", into = "Fields")]
-pub struct Posture {
+pub struct Posture(Arc<Parts>);
+
+/// What a posture holds: shared by its copies, for every run keeps one.
+#[derive(Debug, Clone, PartialEq)]
+struct Parts {
     fields: Fields,
     geometry: Vec<Geometry>,
     /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
     grounds: Vec<Vec<Piece>>,
+    /// The longest arm or ρ, in m.
+    size: f64,
 }
 
 /// What a posture is made of, before validation. SI units.
@@ -95,8 +104,13 @@ impl TryFrom<Fields> for Posture {
 
 impl From<Posture> for Fields {
     fn from(posture: Posture) -> Self {
-        posture.fields
+        Arc::unwrap_or_clone(posture.0).fields
     }
+}
+
+/// The longest arm or ρ, in m.
+fn size(geometry: &[Geometry], gyration_radius: f64) -> f64 {
+    geometry.iter().map(|k| libm::hypot(k.b, k.c)).fold(gyration_radius, f64::max)
 }
 
 impl Posture {
@@ -155,10 +169,13 @@ impl Posture {
         if grounds.is_empty() {
             grounds = terrain::own(&fields.contacts);
         }
-        let mut posture = Self { fields, geometry, grounds };
-        for i in 0..if posture.fields.terrain.is_empty() { 0 } else { count } {
-            posture.geometry[i] = posture.under(i, &Vector3::zeros(), false).geometry;
-            let (gap, touch) = (posture.geometry[i].offset, TOUCH * posture.size());
+        let longest = size(&geometry, fields.gyration_radius);
+        let on_polyline = !fields.terrain.is_empty();
+        let mut posture = Self(Arc::new(Parts { fields, geometry, grounds, size: longest }));
+        for i in 0..if on_polyline { count } else { 0 } {
+            let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
+            Arc::make_mut(&mut posture.0).geometry[i] = geometry;
+            let (gap, touch) = (geometry.offset, TOUCH * posture.size());
             if gap < -touch {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", i + 1),
@@ -167,12 +184,14 @@ impl Posture {
                 });
             }
         }
+        let parts = Arc::make_mut(&mut posture.0);
+        parts.size = size(&parts.geometry, parts.fields.gyration_radius);
         Ok(posture)
     }
 
     /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.
     pub(crate) fn ground(&self, i: usize) -> Option<&[Piece]> {
-        self.grounds.get(i.min(self.grounds.len().saturating_sub(1))).map(Vec::as_slice)
+        self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1))).map(Vec::as_slice)
     }
 
     /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.
@@ -210,31 +229,28 @@ impl Posture {
     /// The validated fields.
     #[must_use]
     pub fn fields(&self) -> &Fields {
-        &self.fields
+        &self.0.fields
     }
 
     /// The contacts, in order.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
-        &self.fields.contacts
+        &self.0.fields.contacts
     }
 
     pub(crate) fn geometry(&self) -> &[Geometry] {
-        &self.geometry
+        &self.0.geometry
     }
 
     /// ρ², in m².
     pub(crate) fn gyration_squared(&self) -> f64 {
-        self.fields.gyration_radius * self.fields.gyration_radius
+        self.0.fields.gyration_radius * self.0.fields.gyration_radius
     }
 
     /// Size of the body: the longest arm or ρ, in m.
     #[must_use]
     pub fn size(&self) -> f64 {
-        self.geometry
-            .iter()
-            .map(|k| libm::hypot(k.b, k.c))
-            .fold(self.fields.gyration_radius, f64::max)
+        self.0.size
     }
 
     /// Gaps h_i = n_i·(r + R(θ)d_i − d_i) at configuration `q`, in m [Or & Rimon 2008, (1)].
@@ -243,7 +259,7 @@ impl Posture {
     /// than the displacements keeps its digits. Terrain with ends: over the piece under the point; ∞ where there is none.
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
-        (0..self.geometry.len())
+        (0..self.0.geometry.len())
             .map(|i| {
                 let under = self.under(i, q, false);
                 if under.exists { under.geometry.gap(q) } else { f64::INFINITY }
@@ -254,7 +270,7 @@ impl Posture {
     /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; where nothing is under a point, those over the nearest piece.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
-        (0..self.geometry.len())
+        (0..self.0.geometry.len())
             .map(|i| self.under(i, q, false).geometry.gap_rate(q, qdot))
             .collect()
     }
@@ -262,16 +278,16 @@ impl Posture {
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
     #[must_use]
     pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
-        let f = &self.fields;
+        let f = &self.0.fields;
         let kinetic = qdot.x * qdot.x + qdot.y * qdot.y + self.gyration_squared() * qdot.z * qdot.z;
         f.mass * (0.5 * kinetic + f.gravity * q.y)
     }
 
     /// The two contacts of a two-contact posture.
     fn pair(&self) -> Result<[Geometry; 2], Error> {
-        <[Geometry; 2]>::try_from(self.geometry.as_slice()).map_err(|_| Error::Unusable {
+        <[Geometry; 2]>::try_from(self.0.geometry.as_slice()).map_err(|_| Error::Unusable {
             field: "contacts".into(),
-            value: format!("[{} contacts]", self.geometry.len()),
+            value: format!("[{} contacts]", self.0.geometry.len()),
             allowed: "exactly 2 contacts for this question".into(),
         })
     }
@@ -310,7 +326,7 @@ impl Posture {
     /// [`Error::Unusable`] naming `contacts` unless there are two.
     pub fn local(&self, theta: f64) -> Result<LocalModel, Error> {
         let pair = self.pair()?;
-        let arms = pair.map(|k| k.turned(libm::sin(theta), libm::cos(theta)));
+        let arms = pair.map(|k| k.turned(&Turn::by(theta)));
         let n12 = pair[0].normal.dot(&pair[1].normal);
         let (psi, phi) = couplings(arms[0].0, arms[1].0, n12, self.gyration_squared());
         LocalModel::new(pair.map(|k| k.gravity), psi, phi, pair.map(|k| k.restitution))
@@ -329,18 +345,19 @@ impl Geometry {
         restitution: 0.0,
     };
 
-    /// (b, c) at the rotation of the given sine and cosine.
-    pub(crate) fn turned(&self, sin: f64, cos: f64) -> (f64, f64) {
-        (self.b * cos - self.c * sin, self.c * cos + self.b * sin)
+    /// (b, c) after a turn.
+    pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
+        let (b, c) = (self.b, self.c);
+        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
     }
 
     pub(crate) fn gap(&self, q: &Vector3<f64>) -> f64 {
-        let half = libm::sin(0.5 * q.z);
+        let turn = Turn::by(q.z);
         compensated_sum([
             (self.normal.x, q.x),
             (self.normal.y, q.y),
-            (self.b, libm::sin(q.z)),
-            (self.c, -2.0 * half * half),
+            (self.b, turn.sin),
+            (self.c, -turn.versed),
             (self.offset, 1.0),
         ])
     }
@@ -361,7 +378,7 @@ impl Geometry {
     }
 
     pub(crate) fn gap_rate(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
-        let (b, _) = self.turned(libm::sin(q.z), libm::cos(q.z));
+        let (b, _) = self.turned(&Turn::by(q.z));
         compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (b, qdot.z)])
     }
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::auto;
 use crate::clock::Clock;
+use crate::contact::PerContact;
 use crate::contact_motion::{Point, Rounding, Stance};
 use crate::error::{Error, LARGEST, finite, in_range, positive};
 use crate::frame::{Base, Frame, Snapshot};
@@ -19,6 +20,7 @@ use crate::posture::{Geometry, Posture};
 use crate::terrain::Under;
 use crate::tolerance::TOUCH;
 use crate::trajectory::{Record, Trajectory};
+use crate::trig::Turn;
 use crate::tumble::{Body, Tumble};
 use crate::zeno::Gaps;
 
@@ -302,16 +304,16 @@ fn try_local(
 /// The terrain under every contact, gaps and rates at the start, in one of the models.
 struct Start {
     model: Model,
-    unders: Vec<Under>,
-    heights: Vec<f64>,
-    rates: Vec<f64>,
+    unders: PerContact<Under>,
+    heights: PerContact<f64>,
+    rates: PerContact<f64>,
     warnings: Vec<String>,
 }
 
 /// A run before it is handed over.
 struct Run {
     model: Model,
-    record: Record,
+    record: Box<Record>,
 }
 
 impl Run {
@@ -323,9 +325,9 @@ impl Run {
 impl Start {
     fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
         let local = model == Model::Local;
-        let unders: Vec<Under> =
+        let unders: PerContact<Under> =
             (0..posture.geometry().len()).map(|i| posture.under(i, &state.q, local)).collect();
-        let (mut heights, rates): (Vec<f64>, Vec<f64>) = unders
+        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = unders
             .iter()
             .map(|under| {
                 let k = &under.geometry;
@@ -356,10 +358,10 @@ impl Start {
         let base = Base::of_body(posture, body, state);
         if geometry.len() > 2 || options.impact != Impact::Newton || posture.ground(0).is_some() {
             let theta = if local { 0.0 } else { state.q.z };
-            let (sin, cos) = (libm::sin(theta), libm::cos(theta));
+            let turn = Turn::by(theta);
             let points = unders.iter().enumerate().map(|(i, under)| {
                 let Geometry { tangent, normal, .. } = under.geometry;
-                let (b, c) = under.geometry.turned(sin, cos);
+                let (b, c) = under.geometry.turned(&turn);
                 let friction = posture.contacts()[i].friction;
                 let (place, h, u) = (under.place, heights[i], rates[i]);
                 let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
@@ -378,7 +380,7 @@ impl Start {
                 frozen: local.then_some(0.0),
             };
             let general = General::new(posture, start, options, warnings, cancel).run()?;
-            return Some(Run { model, record: Record::of_general(base, general) });
+            return Some(Run { model, record: Box::new(Record::of_general(base, general)) });
         }
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {

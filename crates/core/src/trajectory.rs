@@ -306,9 +306,9 @@ pub(crate) struct Record {
     pub(crate) end: Snapshot,
     pub(crate) state: State,
     pub(crate) acceleration: Option<[f64; 3]>,
-    pub(crate) undecided: Option<ContactProblem>,
+    pub(crate) undecided: Option<Box<ContactProblem>>,
     /// The events of a run with any number of contacts and any law of impact; those above are then empty.
-    pub(crate) general: Option<GeneralRecord>,
+    pub(crate) general: Option<Box<GeneralRecord>>,
 }
 
 /// A piece of smooth motion: between two collisions, or a whole span.
@@ -329,7 +329,7 @@ struct Expanded {
 /// A run: its outcome, its events, and the motion at any time of it.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
-    record: Record,
+    record: Box<Record>,
     options: Options,
     model: Model,
     model_reason: &'static str,
@@ -420,8 +420,8 @@ impl Record {
             end: Snapshot { clock: general.clock, ..Snapshot::default() },
             state,
             acceleration: general.acceleration,
-            undecided: general.undecided.clone(),
-            general: Some(general),
+            undecided: general.undecided.clone().map(Box::new),
+            general: Some(Box::new(general)),
         }
     }
 }
@@ -436,7 +436,7 @@ impl Record {
 
 impl Trajectory {
     pub(crate) fn new(
-        record: Record,
+        record: Box<Record>,
         model: Model,
         model_reason: &'static str,
         options: Options,
@@ -536,7 +536,7 @@ impl Trajectory {
     /// [`contact_modes`](crate::contact_modes) to say.
     #[must_use]
     pub fn undecided(&self) -> Option<&ContactProblem> {
-        self.record.undecided.as_ref()
+        self.record.undecided.as_deref()
     }
 
     /// Number of collisions simulated one by one, recorded or not.

@@ -13,7 +13,7 @@ use crate::log::{Center, Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
 use crate::tolerance::{TAIL, TRY_TAIL};
 use crate::trig::Turn;
-use crate::zeno::{Frozen, Gaps};
+use crate::zeno::{Frozen, Gaps, share};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -59,9 +59,9 @@ impl Tumble {
     }
 
     pub(crate) fn refresh(&mut self) {
-        let (sin, cos) = (libm::sin(self.spin.theta), libm::cos(self.spin.theta));
+        let turn = Turn::by(self.spin.theta);
         for i in 0..2 {
-            (self.b[i], self.c[i]) = self.body.contacts[i].turned(sin, cos);
+            (self.b[i], self.c[i]) = self.body.contacts[i].turned(&turn);
         }
     }
 
@@ -91,9 +91,14 @@ impl Tumble {
         self.body.rho2 / self.own(i)
     }
 
+    /// (ψ, φ) of this moment.
+    fn couplings(&self) -> ([f64; 2], [f64; 2]) {
+        couplings(self.b[0], self.b[1], self.body.n12, self.body.rho2)
+    }
+
     /// The local model with the geometry and the effective gravity of this moment.
     pub(crate) fn frozen(&self) -> LocalModel {
-        let (psi, phi) = couplings(self.b[0], self.b[1], self.body.n12, self.body.rho2);
+        let (psi, phi) = self.couplings();
         let e = [0, 1].map(|i| self.body.contacts[i].restitution);
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
     }
@@ -144,7 +149,7 @@ impl Tumble {
             -(n.dot(&self.center.v) + self.b[i] * self.spin.omega)
         };
         let jump = match closed {
-            [true, true] => Frozen::new(&self.frozen()).share([left(0), left(1)]),
+            [true, true] => share(self.couplings().0, [left(0), left(1)]),
             _ => [0, 1].map(|i| if closed[i] { left(i) } else { 0.0 }),
         };
         let rates = self.gaps.u;

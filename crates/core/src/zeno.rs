@@ -64,6 +64,20 @@ pub(crate) struct ClatterTail {
     pub(crate) proved: bool,
 }
 
+/// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
+/// equations then hold to rounding however close to parallel they are.
+pub(crate) fn share(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+    let determinant = 1.0 - psi[0] * psi[1];
+    if determinant <= PARALLEL {
+        return [y[0], 0.0];
+    }
+    let (i, j) = if psi[0].abs() <= psi[1].abs() { (0, 1) } else { (1, 0) };
+    let mut x = [0.0; 2];
+    x[j] = (y[j] + psi[i] * y[i]) / determinant;
+    x[i] = y[i] + psi[j] * x[j];
+    x
+}
+
 impl Frozen {
     pub(crate) fn new(model: &LocalModel) -> Self {
         let (g, psi, phi, e) = (model.gravity(), model.psi(), model.phi(), model.restitution());
@@ -190,18 +204,9 @@ impl Frozen {
         self.g[i] + self.psi[1 - i] * self.g[1 - i]
     }
 
-    /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
-    /// equations then hold to rounding however close to parallel they are.
+    /// [`share`] with these couplings.
     pub(crate) fn share(&self, y: [f64; 2]) -> [f64; 2] {
-        let determinant = 1.0 - self.psi[0] * self.psi[1];
-        if determinant <= PARALLEL {
-            return [y[0], 0.0];
-        }
-        let (i, j) = if self.psi[0].abs() <= self.psi[1].abs() { (0, 1) } else { (1, 0) };
-        let mut x = [0.0; 2];
-        x[j] = (y[j] + self.psi[i] * y[i]) / determinant;
-        x[i] = y[i] + self.psi[j] * x[j];
-        x
+        share(self.psi, y)
     }
 
     /// The clattering tail after an impact at `a`, if this state clatters for ever without gravity and

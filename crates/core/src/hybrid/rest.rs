@@ -5,14 +5,16 @@ use nalgebra::{Vector2, Vector3};
 use super::{Driver, ROUNDINGS};
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance};
-use crate::contact_phase::{ContactPhase, PhaseEnd};
+use crate::contact_phase::{ContactPhase, PhaseEnd, only_mode_of};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
-use crate::modes::Mode;
+use crate::modes::{Mode, Row};
 use crate::posture::Posture;
+use crate::simulate::Stop;
 use crate::terrain::Place;
 use crate::tolerance::{REACHED, STILL};
 use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
+use crate::trig::Turn;
 use crate::tumble::Tumble;
 use crate::zeno::{Gaps, Impulses};
 
@@ -21,10 +23,10 @@ impl Base {
     pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<Stance> {
         let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
         let turned = frozen.unwrap_or(at.spin).theta;
-        let (sin, cos) = (libm::sin(turned), libm::cos(turned));
+        let turn = Turn::by(turned);
         let points = (0..self.count).map(|i| {
             let k = &body.contacts[i];
-            let (b, c) = k.turned(sin, cos);
+            let (b, c) = k.turned(&turn);
             let (normal, tangent) = (k.normal, k.tangent);
             let friction = posture.contacts()[i].friction;
             Point {
@@ -84,6 +86,12 @@ impl Driver<'_> {
         }
         let mut frozen = self.frame().frozen.is_some().then_some(self.frame().spin);
         let full = self.frame().to_full(&self.raw());
+        if (0..self.base.count).all(|i| rests[i] && self.resting[i])
+            && let Some(modes) = self.stands(&full, frozen)
+        {
+            return Some(self.stay_in(modes, full, frozen));
+        }
+        // A copy shares all that it holds.
         let (Some(stance), Some(posture)) =
             (self.base.stance(&full, frozen), self.base.posture.clone())
         else {
@@ -141,7 +149,7 @@ impl Driver<'_> {
             self.cause = phase.cause;
             self.leave(&phase.stance, frozen);
             self.warnings.extend(phase.warning.take());
-            self.undecided = phase.undecided.take();
+            self.undecided = phase.undecided.take().map(Box::new);
             self.acceleration = phase.acceleration.take();
             return match end {
                 PhaseEnd::Outcome(outcome) => Some(outcome),
@@ -150,6 +158,75 @@ impl Driver<'_> {
                 PhaseEnd::Thaw | PhaseEnd::Leave(..) => None,
             };
         }
+    }
+
+    /// A body all of whose contacts rest, and that has no speed beyond rounding: the modes in which it stays, where closed
+    /// forms find them. `None`: a phase of contact has to see.
+    fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
+        let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
+        let still = STILL * self.speed_scale();
+        let (v, omega) = (at.center.v, at.spin.omega);
+        if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= still) {
+            return None;
+        }
+        let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
+        let spin = frozen.map_or(omega, |spin| spin.omega);
+        let bend = spin * spin;
+        let mut rows = [Row::ABSENT; 2];
+        let mut fastest = 0.0_f64;
+        for (i, contact) in posture.contacts().iter().enumerate() {
+            let k = &body.contacts[i];
+            let (b, c) = k.turned(&turn);
+            let slip = (k.tangent.dot(&v) - c * omega).abs();
+            if slip > if contact.friction > 0.0 { still } else { 0.0 } {
+                return None;
+            }
+            fastest = fastest.max(slip);
+            let arm = (k.tangent * b + k.normal * c) / rho;
+            rows[i] = Row::new(k.tangent, arm, [-b * bend, -c * bend], contact.friction, Some(0));
+        }
+        let (mut modes, [ax, ay, turn]) =
+            only_mode_of(&mut rows[..self.base.count], body.gravity, rho)?;
+        let most = ax.abs().max(ay.abs()).max(posture.size() * turn.abs());
+        if !(most <= STILL * body.gravity) {
+            return None;
+        }
+        for (mode, contact) in modes.iter_mut().zip(posture.contacts()) {
+            if *mode != Mode::Separate && contact.friction == 0.0 {
+                *mode = Mode::Fixed; // the same forces
+            }
+        }
+        self.dropped = self.dropped.max(fastest);
+        Some(modes)
+    }
+
+    /// At rest in these modes.
+    fn stay_in(&mut self, modes: [Mode; 2], mut full: Snapshot, frozen: Option<Spin>) -> Outcome {
+        (full.center.v, full.spin.omega) = (Vector2::zeros(), 0.0);
+        for i in 0..self.base.count {
+            (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
+        }
+        full.impulses = Impulses::default();
+        if self.log.record {
+            self.frames.push(Frame::full(full));
+            self.spans.push(Span {
+                raw: full,
+                frame: self.frames.len() - 1,
+                kind: Kind::Modes(modes, frozen),
+                mode: modes.map(|mode| mode.letter() as u8),
+                cause: self.cause,
+                first_collision: self.log.collisions.len(),
+            });
+        }
+        let outcome = if self.options.stop == Stop::Time {
+            self.log.clock = self.log.clock.after(self.log.left().max(0.0));
+            full.clock = self.log.clock;
+            Outcome::TimeLimit
+        } else {
+            Outcome::Rest
+        };
+        self.go_on_from(full, frozen);
+        outcome
     }
 
     /// Contact `b` lands while another is held. Rounds from one such landing to the next that shrink in one ratio r, all
@@ -246,7 +323,10 @@ impl Driver<'_> {
 
     /// The state after contacts were held, in the coordinates of flight.
     fn leave(&mut self, stance: &Stance, frozen: Option<Spin>) {
-        let full = stance.snapshot(self.log.clock);
+        self.go_on_from(stance.snapshot(self.log.clock), frozen);
+    }
+
+    fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {
         let Some(body) = self.base.body else { unreachable!("friction belongs to a body") };
         if !self.log.record {
             self.frames.clear();

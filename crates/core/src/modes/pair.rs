@@ -93,17 +93,20 @@ impl PairMode {
         problem.acceleration(&self.motion(problem))
     }
 
-    /// Of three closed rows: where they vanish. Else Newton's law.
     fn motion(&self, problem: &ContactProblem) -> Vector3<f64> {
+        self.motion_of(problem.rows(), problem.load())
+    }
+
+    /// Of three closed rows: where they vanish. Else Newton's law.
+    fn motion_of(&self, rows: &[Row], load: Vector3<f64>) -> Vector3<f64> {
         let apart = self.letters.contains(&Mode::Separate);
-        match (problem.rows(), self.letters) {
+        match (rows, self.letters) {
             ([one, two], [Mode::Fixed, _]) if !apart => pivot(one, two),
             ([one, two], [_, Mode::Fixed]) if !apart => pivot(two, one),
-            (rows, _) => {
-                rows.iter().zip(self.forces).fold(problem.load(), |y, (row, [f_t, f_n])| {
-                    y + row.tangent * f_t + row.normal * f_n
-                })
-            }
+            (rows, _) => rows
+                .iter()
+                .zip(self.forces)
+                .fold(load, |y, (row, [f_t, f_n])| y + row.tangent * f_t + row.normal * f_n),
         }
     }
 
@@ -214,17 +217,33 @@ impl ContactProblem {
     /// normal in common), and where a tie decides whether a word is offered.
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
-        let rows = match self.rows() {
-            [one] => [one, &Row::ABSENT],
-            [one, two] => [one, two],
-            _ => return None,
-        };
-        let mut found = Some(PairModes::none()); // as it is returned: moving it costs more than a word
-        Solver::new(rows, self.load()).words(found.as_mut()?)?;
-        if !found.as_ref()?.is_decided() {
-            return None;
-        }
-        found
+        solve(self.rows(), self.load())
+    }
+}
+
+#[inline(always)]
+fn solve(rows: &[Row], load: Vector3<f64>) -> Option<PairModes> {
+    let rows = match rows {
+        [one] => [one, &Row::ABSENT],
+        [one, two] => [one, two],
+        _ => return None,
+    };
+    let mut found = Some(PairModes::none()); // as it is returned: moving it costs more than a word
+    Solver::new(rows, load).words(found.as_mut()?)?;
+    if !found.as_ref()?.is_decided() {
+        return None;
+    }
+    found
+}
+
+/// The one consistent word of up to two contacts and its scaled acceleration; `None` where there are more words, none, or
+/// no closed form.
+pub(crate) fn only_mode(rows: &[Row], load: Vector3<f64>) -> Option<([Mode; 2], Vector3<f64>)> {
+    let found = solve(rows, load)?;
+    let mut consistent = found.consistent();
+    match (consistent.next(), consistent.next()) {
+        (Some(mode), None) => Some((mode.letters, mode.motion_of(rows, load))),
+        _ => None,
     }
 }
 
@@ -538,7 +557,8 @@ impl Squeeze {
             (true, false) => low + 1.0 + low.abs(),
             _ => high - 1.0 - high.abs(),
         };
-        if !(least(tests, inside) > TIE) {
+        // Where friction allows just one internal force, none is better.
+        if low != high && !(least(tests, inside) > TIE) {
             inside = best(tests, inside);
         }
         if !(low <= high) {

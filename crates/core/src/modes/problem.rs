@@ -16,6 +16,7 @@ use crate::error::{Error, LARGEST, finite, in_range, non_negative, positive};
 use crate::posture::{MAX_CONTACTS, Posture};
 use crate::simulate::State;
 use crate::tolerance::TOUCH;
+use crate::trig::Turn;
 
 /// What the unknowns of a contact-mode problem are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -118,10 +119,49 @@ impl Row {
         stretch: 1.0,
     };
 
+    /// A contact with the unit tangent t and the arm d/ρ; its bias (tangential, normal) is not scaled yet.
+    #[inline]
+    pub(crate) fn new(
+        tangent: Vector2<f64>,
+        arm: Vector2<f64>,
+        bias: [f64; 2],
+        friction: f64,
+        sliding: Option<i8>,
+    ) -> Self {
+        let normal = Vector2::new(-tangent.y, tangent.x);
+        // d × n = t·d = b and d × t = −n·d = −c.
+        let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+        let stretch = (1.0 + b * b).sqrt();
+        Self {
+            normal: Vector3::new(normal.x, normal.y, b) / stretch,
+            tangent: Vector3::new(tangent.x, tangent.y, -c) / stretch,
+            arm,
+            bias: bias.map(|value| value / stretch),
+            friction,
+            sliding,
+            stretch,
+        }
+    }
+
     /// The scaled force (tangential, normal) that is the vector `force` in world axes, per m times the scale.
     pub(crate) fn turn(&self, force: Vector2<f64>) -> [f64; 2] {
         [self.tangent, self.normal].map(|row| row.xy().dot(&force) * self.stretch * self.stretch)
     }
+}
+
+/// The largest of the load and the biases, by which the biases are then divided.
+pub(crate) fn scale(rows: &mut [Row], load: &Vector3<f64>) -> f64 {
+    let biases = rows
+        .iter()
+        .filter(|row| row.sliding.is_some())
+        .flat_map(|row| row.bias)
+        .fold(0.0_f64, |most, bias| most.max(bias.abs()));
+    let largest = load.amax().max(biases);
+    let scale = if largest > 0.0 { largest } else { 1.0 };
+    for row in rows {
+        row.bias = row.bias.map(|bias| bias / scale);
+    }
+    scale
 }
 
 /// Longest arm, in radii of gyration: rows of a longer one all but turn the body, and forces lose (|d|/ρ)² roundings.
@@ -209,37 +249,22 @@ impl ContactProblem {
                     allowed: "1, -1, 0, or none where the contact is separated".into(),
                 });
             }
-            let (tangent, normal) = (Vector2::from(t), Vector2::new(-t[1], t[0]));
-            let arm = Vector2::from(d) / rho;
-            let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+            let row = Row::new(
+                Vector2::from(t),
+                Vector2::from(d) / rho,
+                fields.bias[i],
+                fields.friction[i],
+                fields.sliding[i],
+            );
             in_range(
                 format_args!("arms.{number}"),
-                arm.norm(),
-                arm.norm() <= LONGEST_ARM,
+                row.arm.norm(),
+                row.arm.norm() <= LONGEST_ARM,
                 "length over gyration_radius at most 1e4: forces of longer ones have few digits left",
             )?;
-            // d × n = t·d = b and d × t = −n·d = −c.
-            let stretch = 1.0_f64.hypot(b);
-            rows.push(Row {
-                normal: Vector3::new(normal.x, normal.y, b) / stretch,
-                tangent: Vector3::new(tangent.x, tangent.y, -c) / stretch,
-                arm,
-                bias: fields.bias[i].map(|value| value / stretch),
-                friction: fields.friction[i],
-                sliding: fields.sliding[i],
-                stretch,
-            });
+            rows.push(row);
         }
-        let biases = rows
-            .iter()
-            .filter(|row| row.sliding.is_some())
-            .flat_map(|row| row.bias)
-            .fold(0.0_f64, |most, bias| most.max(bias.abs()));
-        let largest = load.amax().max(biases);
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        for row in &mut rows {
-            row.bias = row.bias.map(|bias| bias / scale);
-        }
+        let scale = scale(&mut rows, &load);
         Ok(Self { fields, rows, scale, load: load / scale })
     }
 
@@ -307,7 +332,7 @@ impl Posture {
         let touch = TOUCH * size;
         let still = TOUCH * (v.x.hypot(v.y) + size * omega.abs());
         let (gaps, rates) = (self.gaps(&state.q), self.gap_rates(&state.q, &state.qdot));
-        let (sin, cos) = (libm::sin(state.q.z), libm::cos(state.q.z));
+        let turn = Turn::by(state.q.z);
         let grounds = (0..self.contacts().len()).map(|i| self.under(i, &state.q, false).geometry);
         let mut problem = ProblemFields {
             mass: f.mass,
@@ -320,7 +345,7 @@ impl Posture {
             ..ProblemFields::default()
         };
         for (i, k) in grounds.enumerate() {
-            let (b, c) = k.turned(sin, cos);
+            let (b, c) = k.turned(&turn);
             let (gap, rate) = (gaps[i], rates[i]);
             if gap < -touch {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });
