@@ -13,9 +13,10 @@
 //! multiplication and one addition after τ, so that a collision costs little more than its square root
 //! and its division.
 
-use crate::clock::Clock;
+use crate::clock::{Clock, unnormalised_after};
 use crate::flight::parabola_touchdown;
 use crate::impact;
+use crate::lanes::Real;
 use crate::log::{Collision, Log};
 use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
@@ -85,297 +86,354 @@ pub(crate) fn fly_for(g: [f64; 2], gaps: &Gaps, dt: f64) -> Gaps {
 /// Flies and collides until something other than a simple collision happens. Both contacts start in the
 /// air or leaving it (u ≥ 0 where h = 0).
 pub(crate) fn fly(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) -> Halt {
-    let (contact, tau, tie) = next_landing(m, gaps);
-    if log.clock.hi + tau > log.end {
-        rest_of_time(m, gaps, sum, log);
-        return Halt::TimeLimit;
-    }
-    if tau == f64::INFINITY {
-        return Halt::Never;
-    }
-    let before = *gaps;
-    *gaps = fly_for(m.g, gaps, tau);
-    gaps.h[contact] = 0.0;
-    gaps.u[contact] =
-        -(before.u[contact] * before.u[contact] + 2.0 * m.g[contact] * before.h[contact]).sqrt();
-    log.clock = log.clock.after(tau);
-    advance(sum, tau);
-    if tie {
-        gaps.h = [0.0; 2];
-        return Halt::Tie;
-    }
-    if log.chunk() == 0 {
-        return Halt::EventLimit;
-    }
-    let rates = gaps.u;
-    gaps.u = impact::newton(m, contact, rates);
-    let jump = (1.0 + m.e[contact]) * -rates[contact];
-    sum.jump[contact] += jump;
-    log.hits += 1;
-    if log.record {
-        log.collisions.push(Collision {
-            elapsed: log.clock,
-            contact,
-            before: rates,
-            after: gaps.u,
-            jump,
-            other_gap: gaps.h[1 - contact],
-        });
-        collide::<true>(m, contact, gaps, sum, log)
-    } else {
-        collide::<false>(m, contact, gaps, sum, log)
+    match Clatter::begin(m, gaps, sum, log) {
+        Err(halt) => halt,
+        Ok(mut clatter) => {
+            let halt = loop {
+                if let Some(halt) = clatter.next(m, log) {
+                    break halt;
+                }
+                clatter.alternate(log);
+            };
+            clatter.end(halt, m, gaps, sum, log)
+        }
     }
 }
 
 /// What the loop needs of one contact, together.
-#[derive(Clone, Copy)]
-struct Side {
-    g: f64,
-    e: f64,
-    kick: f64,
-    /// 2g
-    weight: f64,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side<T> {
+    g: T,
+    e: T,
+    kick: T,
     /// 2(1+e)ψ g of the other contact.
-    lift: f64,
+    lift: T,
 }
 
 /// The state of the loop in roles: contact a was hit last.
-#[derive(Clone, Copy)]
-struct Roles {
-    a: usize,
-    u_a: f64,
-    u_b: f64,
-    h_b: f64,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Roles<T> {
+    u_a: T,
+    u_b: T,
+    h_b: T,
     /// s² of the next landing of b.
-    square: f64,
-    clock: Clock,
+    square: T,
+    /// The clock, not renormalised.
+    hi: T,
+    lo: T,
     /// Own-rate jumps of contact 1, and their sum weighted with the time since the loop began; those of
     /// contact 2 follow from its gap.
-    jump: f64,
-    moment: f64,
-    /// Collisions until the next look at the limits and for a sum.
-    left: usize,
+    jump: T,
+    moment: T,
 }
 
 /// What does not change in the loop.
-struct Course {
-    sides: [Side; 2],
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<T> {
+    sides: [Side<T>; 2],
     /// Elapsed time at which the loop began, in s.
-    from: f64,
+    from: T,
     /// The time limit, or the largest double: one comparison tells a flight beyond it and one without end.
-    end: f64,
+    end: T,
 }
 
-fn collide<const RECORD: bool>(
-    m: &Frozen,
-    contact: usize,
-    gaps: &mut Gaps,
-    sum: &mut Impulses,
-    log: &mut Log,
-) -> Halt {
-    let sides = [0, 1].map(|i| Side {
-        g: m.g[i],
-        e: m.e[i],
-        kick: m.kick[i],
-        weight: 2.0 * m.g[i],
-        lift: 2.0 * m.kick[i] * m.g[1 - i],
-    });
-    let course = Course { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
-    let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
-    let square = u_b * u_b + sides[1 - contact].weight * h_b;
-    let (clock, left) = (log.clock, 0);
-    let mut r = Roles { a: contact, u_a, u_b, h_b, square, clock, jump: 0.0, moment: 0.0, left };
-    let (first, mut granted) = (log.hits, 0);
-    let stop = loop {
-        if r.left == 0 {
-            log.hits += granted;
-            granted = 0;
-            if let Some(halt) = accumulates(m, &r, log.end, !RECORD) {
-                break halt;
-            }
-            granted = log.chunk().min(1 + (log.hits - first) / PATIENCE);
-            r.left = granted;
-            if granted == 0 {
-                break Halt::EventLimit;
-            }
-        }
-        if let Some(halt) = r.next::<RECORD>(m, &course, log) {
-            break halt;
-        }
-        if r.a == 0 {
-            course.alternate::<RECORD>(&mut r, &mut log.collisions);
-        }
-    };
-
-    log.hits += granted - r.left;
-    log.clock = r.clock.renormalised();
-    let (start, t) = (*gaps, log.clock.since(clock));
-    *gaps = r.gaps();
-    advance(sum, t);
-    let path = r.jump * (r.clock.hi - course.from) - r.moment;
-    sum.jump[0] += r.jump;
-    sum.path[0] += path;
-    if gaps.h[1] < f64::INFINITY {
-        let (g, h, u) = (m.g[1], start.h[1], start.u[1]);
-        sum.jump[1] += gaps.u[1] - (u - g * t) + m.psi[0] * r.jump;
-        sum.path[1] += gaps.h[1] - (h + t * (u - 0.5 * g * t)) + m.psi[0] * path;
-    }
-    if stop == Halt::TimeLimit {
-        rest_of_time(m, gaps, sum, log);
-    }
-    stop
+/// A collision of the plain kind, if it is one.
+struct Hop<T: Real> {
+    after: Roles<T>,
+    /// Whether b falls on the terrain before a is back, within the limits.
+    plain: T::Mask,
+    /// Speed of the landing, and rate of the other contact then.
+    s: T,
+    w: T,
 }
 
-impl Course {
-    /// Collisions in turn, as long as nothing else happens and no look is due. Starts and ends after an
-    /// impact; the first is at contact 1.
-    ///
-    /// Written out for both roles, so that none is looked up.
-    #[inline(never)]
-    fn alternate<const RECORD: bool>(&self, roles: &mut Roles, collisions: &mut Vec<Collision>) {
-        let mut r = *roles;
-        let a = loop {
-            if !r.hop::<RECORD, 0>(self, collisions) {
-                break 0;
-            }
-            if !r.hop::<RECORD, 1>(self, collisions) {
-                break 1;
-            }
-        };
-        r.a = a;
-        *roles = r;
-    }
-}
-
-impl Roles {
-    fn gaps(&self) -> Gaps {
-        let mut gaps = Gaps::default();
-        let (a, b) = (self.a, 1 - self.a);
-        (gaps.u[a], gaps.u[b], gaps.h[b]) = (self.u_a, self.u_b, self.h_b);
-        gaps
-    }
-
-    /// The next collision, if it is of the plain kind: b falls on the terrain before a is back, within the
-    /// limits. Otherwise nothing changes.
+impl<T: Real> Roles<T> {
+    /// The next collision, at the contact that was not hit last. `A`: that was.
     #[inline(always)]
-    fn hop<const RECORD: bool, const A: usize>(
-        &mut self,
-        course: &Course,
-        collisions: &mut Vec<Collision>,
-    ) -> bool {
+    fn hop<const A: usize>(&self, course: &Course<T>) -> Hop<T> {
         let (of_a, of_b) = (&course.sides[A], &course.sides[1 - A]);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
-        if u_b >= 0.0 || self.left == 0 {
-            return false;
-        }
         // 2K g_aτ has a division of its own, ahead of that of τ, so that the next square root waits for one
         // addition only; it adds to a square, and nothing cancels.
         let s = self.square.sqrt();
-        let (twice, sum) = (2.0 * h_b, s - u_b);
+        let (twice, sum) = (h_b * 2.0, s - u_b);
         let gain = of_b.lift * twice * s / sum;
-        if !(gain >= 0.0) {
-            return false;
-        }
         let tau = twice / sum;
         let w = u_a - of_a.g * tau;
         let climb = u_a + w;
-        if climb <= CLOSE * u_a {
-            return false;
-        }
-        let clock = self.clock.unnormalised_after(tau);
-        if !(clock.hi <= course.end) {
-            return false;
-        }
+        let (hi, lo) = unnormalised_after(self.hi, self.lo, tau);
+        let zero = u_b.like(0.0);
+        let plain = u_b.below(zero)
+            & zero.at_most(gain)
+            & (u_a * CLOSE).below(climb)
+            & hi.at_most(course.end);
+
         let kick = of_b.kick * s;
         let d = u_a - kick;
         let hit = of_b.e * s;
-        self.square = d * d + gain;
-        self.clock = clock;
+        let mut after = Self {
+            u_a: hit,
+            u_b: w - kick,
+            h_b: tau * 0.5 * climb,
+            square: d * d + gain,
+            hi,
+            lo,
+            ..*self
+        };
         if A == 1 {
             let blow = s + hit;
-            self.jump += blow;
-            self.moment += blow * (clock.hi - course.from);
+            after.jump = self.jump + blow;
+            after.moment = self.moment + blow * (hi - course.from);
         }
-        self.left -= 1;
-        (self.u_a, self.u_b, self.h_b) = (hit, w - kick, 0.5 * tau * climb);
-        if RECORD {
-            let (after, h) = ([self.u_a, self.u_b], self.h_b);
-            collisions.push(in_order(clock.renormalised(), 1 - A, [-s, w], after, s + hit, h));
+        Hop { after, plain, s, w }
+    }
+}
+
+/// Collisions one after the other, under way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clatter {
+    course: Course<f64>,
+    /// The contact hit last.
+    a: usize,
+    r: Roles<f64>,
+    /// Collisions until the next look at the limits and for a sum.
+    left: usize,
+    granted: usize,
+    /// State, clock and number of collisions where the loop began.
+    start: Gaps,
+    clock: Clock,
+    first: usize,
+}
+
+impl Clatter {
+    /// The first landing, and the impact there; an error: something else.
+    fn begin(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) -> Result<Self, Halt> {
+        let (contact, tau, tie) = next_landing(m, gaps);
+        if log.clock.hi + tau > log.end {
+            rest_of_time(m, gaps, sum, log);
+            return Err(Halt::TimeLimit);
         }
-        true
+        if tau == f64::INFINITY {
+            return Err(Halt::Never);
+        }
+        let before = *gaps;
+        *gaps = fly_for(m.g, gaps, tau);
+        gaps.h[contact] = 0.0;
+        gaps.u[contact] = -(before.u[contact] * before.u[contact]
+            + 2.0 * m.g[contact] * before.h[contact])
+            .sqrt();
+        log.clock = log.clock.after(tau);
+        advance(sum, tau);
+        if tie {
+            gaps.h = [0.0; 2];
+            return Err(Halt::Tie);
+        }
+        if log.chunk() == 0 {
+            return Err(Halt::EventLimit);
+        }
+        let rates = gaps.u;
+        gaps.u = impact::newton(m, contact, rates);
+        let jump = (1.0 + m.e[contact]) * -rates[contact];
+        sum.jump[contact] += jump;
+        log.hits += 1;
+        if log.record {
+            log.collisions.push(Collision {
+                elapsed: log.clock,
+                contact,
+                before: rates,
+                after: gaps.u,
+                jump,
+                other_gap: gaps.h[1 - contact],
+            });
+        }
+        let sides = [0, 1].map(|i| Side {
+            g: m.g[i],
+            e: m.e[i],
+            kick: m.kick[i],
+            lift: 2.0 * m.kick[i] * m.g[1 - i],
+        });
+        let course = Course { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
+        let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
+        let square = u_b * u_b + 2.0 * m.g[1 - contact] * h_b;
+        let Clock { hi, lo } = log.clock;
+        let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
+        let (left, granted) = (0, 0);
+        let (start, clock, first) = (*gaps, log.clock, log.hits);
+        Ok(Self { course, a: contact, r, left, granted, start, clock, first })
+    }
+
+    /// After the loop: gaps, impulses and clock.
+    fn end(
+        self,
+        halt: Halt,
+        m: &Frozen,
+        gaps: &mut Gaps,
+        sum: &mut Impulses,
+        log: &mut Log,
+    ) -> Halt {
+        log.hits += self.granted - self.left;
+        log.clock = Clock { hi: self.r.hi, lo: self.r.lo }.renormalised();
+        let (start, t) = (self.start, log.clock.since(self.clock));
+        *gaps = self.gaps();
+        advance(sum, t);
+        let path = self.r.jump * (self.r.hi - self.course.from) - self.r.moment;
+        sum.jump[0] += self.r.jump;
+        sum.path[0] += path;
+        if gaps.h[1] < f64::INFINITY {
+            let (g, h, u) = (m.g[1], start.h[1], start.u[1]);
+            sum.jump[1] += gaps.u[1] - (u - g * t) + m.psi[0] * self.r.jump;
+            sum.path[1] += gaps.h[1] - (h + t * (u - 0.5 * g * t)) + m.psi[0] * path;
+        }
+        if halt == Halt::TimeLimit {
+            rest_of_time(m, gaps, sum, log);
+        }
+        halt
+    }
+
+    fn gaps(&self) -> Gaps {
+        let mut gaps = Gaps::default();
+        let (a, b) = (self.a, 1 - self.a);
+        (gaps.u[a], gaps.u[b], gaps.h[b]) = (self.r.u_a, self.r.u_b, self.r.h_b);
+        gaps
+    }
+
+    /// A look at the limits and for a sum, if one is due, and the next event, whatever it is.
+    fn next(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
+        if self.left == 0 {
+            log.hits += self.granted;
+            self.granted = 0;
+            if let Some(halt) = accumulates(m, self, log.end, !log.record) {
+                return Some(halt);
+            }
+            self.granted = log.chunk().min(1 + (log.hits - self.first) / PATIENCE);
+            self.left = self.granted;
+            if self.granted == 0 {
+                return Some(Halt::EventLimit);
+            }
+        }
+        self.collide(m, log)
+    }
+
+    /// Collisions in turn, as long as nothing else happens and no look is due, from an impact at contact 1 on.
+    ///
+    /// Written out for both roles, so that none is looked up.
+    fn alternate(&mut self, log: &mut Log) {
+        if self.a != 0 {
+            return;
+        }
+        if log.record {
+            self.hop_on::<true>(&mut log.collisions);
+        } else {
+            self.hop_on::<false>(&mut log.collisions);
+        }
+    }
+
+    #[inline(never)]
+    fn hop_on<const RECORD: bool>(&mut self, collisions: &mut Vec<Collision>) {
+        let (mut r, mut left) = (self.r, self.left);
+        self.a = loop {
+            if left == 0 || !one_hop::<RECORD, 0>(&mut r, &self.course, collisions) {
+                break 0;
+            }
+            left -= 1;
+            if left == 0 || !one_hop::<RECORD, 1>(&mut r, &self.course, collisions) {
+                break 1;
+            }
+            left -= 1;
+        };
+        (self.r, self.left) = (r, left);
     }
 
     /// The next event, whatever it is.
     #[inline(never)]
-    fn next<const RECORD: bool>(
-        &mut self,
-        m: &Frozen,
-        course: &Course,
-        log: &mut Log,
-    ) -> Option<Halt> {
+    fn collide(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
         let (a, b) = (self.a, 1 - self.a);
-        let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
+        let Roles { u_a, u_b, h_b, .. } = self.r;
         let (g_a, g_b) = (m.g[a], m.g[b]);
         let tau = parabola_touchdown(h_b, u_b, g_b);
-        let s = self.square.max(0.0).sqrt();
+        let s = self.r.square.max(0.0).sqrt();
         let w = u_a - g_a * tau;
         let climb = u_a + w;
         let back = 2.0 * u_a / g_a;
         if climb <= CLOSE * u_a && back <= tau && g_a > 0.0 {
             // a is back before b lands.
-            if let Some(halt) = bounces(m, a, &self.gaps(), self.clock.hi, log.end, !RECORD) {
+            if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end, !log.record) {
                 return Some(halt);
             }
-            if self.clock.hi + back > course.end {
+            if self.r.hi + back > self.course.end {
                 return Some(Halt::TimeLimit);
             }
-            self.clock = self.clock.after(back);
+            self.advance_clock(back);
             if back == tau {
-                (self.u_a, self.u_b, self.h_b) = (-u_a, -s, 0.0);
+                (self.r.u_a, self.r.u_b, self.r.h_b) = (-u_a, -s, 0.0);
                 return Some(Halt::Tie);
             }
             let w = u_b - g_b * back;
             let blow = (1.0 + m.e[a]) * u_a;
             let h = (h_b + 0.5 * back * (u_b + w)).max(0.0);
             let (hit, other) = (m.e[a] * u_a, w - m.kick[a] * u_a);
-            self.land::<RECORD>(a, [-u_a, w], [hit, other], blow, h, course, log);
-            self.square = other * other + course.sides[b].weight * h;
+            self.land(a, [-u_a, w], [hit, other], blow, h, log);
+            self.r.square = other * other + 2.0 * m.g[b] * h;
             return None;
         }
-        if self.clock.hi + tau > course.end {
+        if self.r.hi + tau > self.course.end {
             let forever = log.end == f64::INFINITY;
             return Some(if forever { Halt::Never } else { Halt::TimeLimit });
         }
-        self.clock = self.clock.after(tau);
+        self.advance_clock(tau);
         let (kick, hit) = (m.kick[b] * s, m.e[b] * s);
         self.a = b;
-        self.land::<RECORD>(b, [-s, w], [hit, w - kick], s + hit, 0.5 * tau * climb, course, log);
-        self.square = self.u_b * self.u_b + course.sides[a].weight * self.h_b;
+        self.land(b, [-s, w], [hit, w - kick], s + hit, 0.5 * tau * climb, log);
+        self.r.square = self.r.u_b * self.r.u_b + 2.0 * m.g[a] * self.r.h_b;
         None
     }
 
+    fn advance_clock(&mut self, dt: f64) {
+        let clock = Clock { hi: self.r.hi, lo: self.r.lo }.after(dt);
+        (self.r.hi, self.r.lo) = (clock.hi, clock.lo);
+    }
+
     /// Puts down an impact at the contact `at`, rates given as (own, other).
-    #[expect(clippy::too_many_arguments, reason = "an impact has so many sides")]
-    fn land<const RECORD: bool>(
+    fn land(
         &mut self,
         at: usize,
         before: [f64; 2],
         after: [f64; 2],
         blow: f64,
         other_gap: f64,
-        course: &Course,
         log: &mut Log,
     ) {
-        (self.u_a, self.u_b, self.h_b) = (after[0], after[1], other_gap);
+        (self.r.u_a, self.r.u_b, self.r.h_b) = (after[0], after[1], other_gap);
         if at == 0 {
-            self.jump += blow;
-            self.moment += blow * (self.clock.hi - course.from);
+            self.r.jump += blow;
+            self.r.moment += blow * (self.r.hi - self.course.from);
         }
         self.left -= 1;
-        if RECORD {
-            log.collisions.push(in_order(self.clock, at, before, after, blow, other_gap));
+        if log.record {
+            let clock = Clock { hi: self.r.hi, lo: self.r.lo };
+            log.collisions.push(in_order(clock, at, before, after, blow, other_gap));
         }
     }
+}
+
+/// One collision of the plain kind; if the next is not, nothing changes.
+#[inline(always)]
+fn one_hop<const RECORD: bool, const A: usize>(
+    r: &mut Roles<f64>,
+    course: &Course<f64>,
+    collisions: &mut Vec<Collision>,
+) -> bool {
+    let hop = r.hop::<A>(course);
+    if hop.plain {
+        *r = hop.after;
+        if RECORD {
+            let clock = Clock { hi: r.hi, lo: r.lo }.renormalised();
+            let after = [r.u_a, r.u_b];
+            let blow = hop.s + r.u_a;
+            collisions.push(in_order(clock, 1 - A, [-hop.s, hop.w], after, blow, r.h_b));
+        }
+    }
+    hop.plain
 }
 
 /// A collision at `a`, its rates given as (own, other).
@@ -418,8 +476,8 @@ fn bounces(m: &Frozen, a: usize, gaps: &Gaps, now: f64, end: f64, skip: bool) ->
 }
 
 /// How the motion from here on is summed, if it is: bouncing, clattering, or the end of the digits.
-fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
-    let (a, gaps, now) = (r.a, &r.gaps(), r.clock.hi);
+fn accumulates(m: &Frozen, at: &Clatter, end: f64, skip: bool) -> Option<Halt> {
+    let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
     if let Some(halt) = bounces(m, a, gaps, now, end, skip) {
         return Some(halt);
     }
@@ -432,7 +490,7 @@ fn accumulates(m: &Frozen, r: &Roles, end: f64, skip: bool) -> Option<Halt> {
     {
         return Some(Halt::Clatter(tail));
     }
-    if parabola_touchdown(r.h_b, r.u_b, m.g[1 - a]) > SHORT * now {
+    if parabola_touchdown(at.r.h_b, at.r.u_b, m.g[1 - a]) > SHORT * now {
         return None;
     }
     let certain = tail.filter(|_| certain());

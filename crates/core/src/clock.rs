@@ -3,6 +3,8 @@
 //! Near an accumulation of impacts the flights are far shorter than the rounding of the time at which
 //! they begin. The elapsed time is therefore kept as an unevaluated sum of two doubles.
 
+use crate::lanes::Real;
+
 /// Elapsed time `hi + lo`, |lo| ≤ ½ ulp(hi), in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Clock {
@@ -10,27 +12,34 @@ pub(crate) struct Clock {
     pub(crate) lo: f64,
 }
 
+/// The sum hi + lo + dt, with |lo| as large as the roundings of all steps since it was last renormalised (Knuth's two-sum).
+#[inline(always)]
+pub(crate) fn unnormalised_after<T: Real>(hi: T, lo: T, dt: T) -> (T, T) {
+    let sum = hi + dt;
+    let part = sum - hi;
+    let error = (hi - (sum - part)) + (dt - part);
+    (sum, lo + error)
+}
+
+/// The same sum with |lo| ≤ ½ ulp(hi).
+#[inline(always)]
+pub(crate) fn renormalised<T: Real>((hi, lo): (T, T)) -> (T, T) {
+    let sum = hi + lo;
+    (sum, lo - (sum - hi))
+}
+
 impl Clock {
     /// The clock after a further `dt`.
     #[inline]
     pub(crate) fn after(self, dt: f64) -> Self {
-        self.unnormalised_after(dt).renormalised()
-    }
-
-    /// The same, with |lo| as large as the roundings of all steps since the last renormalisation (Knuth's
-    /// two-sum).
-    #[inline]
-    pub(crate) fn unnormalised_after(self, dt: f64) -> Self {
-        let hi = self.hi + dt;
-        let part = hi - self.hi;
-        let error = (self.hi - (hi - part)) + (dt - part);
-        Self { hi, lo: self.lo + error }
+        let (hi, lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
+        Self { hi, lo }
     }
 
     #[inline]
     pub(crate) fn renormalised(self) -> Self {
-        let hi = self.hi + self.lo;
-        Self { hi, lo: self.lo - (hi - self.hi) }
+        let (hi, lo) = renormalised((self.hi, self.lo));
+        Self { hi, lo }
     }
 
     /// Time from `earlier` to here, in s.

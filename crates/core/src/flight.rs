@@ -11,6 +11,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::lanes::Real;
 use crate::roots::bracketed;
 use crate::trig::Turn;
 
@@ -35,26 +36,26 @@ pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
 
 /// One gap in flight: constants of its arc at t = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arc {
+pub struct Arc<T = f64> {
     /// Gap, in m.
-    pub h: f64,
+    pub h: T,
     /// Gap rate, in m/s.
-    pub u: f64,
+    pub u: T,
     /// Gravity into the terrain, in m/s².
-    pub g: f64,
+    pub g: T,
     /// b = ∂h/∂θ, in m.
-    pub b: f64,
+    pub b: T,
     /// c, in m; db/dθ = −c, dc/dθ = b.
-    pub c: f64,
+    pub c: T,
     /// Angular velocity ω, in rad/s.
-    pub omega: f64,
+    pub omega: T,
 }
 
 /// A touchdown: when, and how far the body has turned by then.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Touchdown {
-    pub(crate) dt: f64,
-    pub(crate) turn: Turn,
+pub(crate) struct Touchdown<T = f64> {
+    pub(crate) dt: T,
+    pub(crate) turn: Turn<T>,
 }
 
 /// Steps before the bracketed solver takes over.
@@ -76,6 +77,59 @@ pub(crate) const PHASE_LOST: f64 = 1e12;
 pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad: at most four digits of the rotation at its end \
      would be left; the run ends here";
 
+#[expect(private_bounds, reason = "for doubles, and for lanes of them in this crate alone")]
+impl<T: Real> Arc<T> {
+    #[inline(always)]
+    pub(crate) fn gap_turned(&self, dt: T, turn: &Turn<T>) -> T {
+        self.h + dt * (self.u - self.g * 0.5 * dt) - (turn.versed * self.c + turn.lag * self.b)
+    }
+
+    #[inline(always)]
+    pub(crate) fn rate_turned(&self, dt: T, turn: &Turn<T>) -> T {
+        self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.versed * self.b)
+    }
+
+    /// Of a concave arc: Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
+    /// gravity g + cω² of the start: the two differ by the turn during the flight only. And whether it has found it.
+    #[inline(always)]
+    pub(crate) fn concave_touchdown(&self) -> (Touchdown<T>, T::Mask) {
+        let (omega, w2) = (self.omega, self.omega * self.omega);
+        let zero = omega.like(0.0);
+        // As `parabola_touchdown`, with one division.
+        let gravity = self.g + self.c * w2;
+        let square = self.u * self.u + gravity * 2.0 * self.h;
+        let (root, falls) = (square.sqrt(), self.u.below(zero));
+        let top = T::choose(falls, self.h * 2.0, self.u + root);
+        let bottom = T::choose(falls, root - self.u, gravity);
+        let mut dt = top / bottom;
+        let mut open = zero.at_most(square) & (falls | zero.below(gravity));
+        let mut found = !(open | !open);
+        let mut end = Touchdown { dt, turn: Turn { sin: zero, versed: zero, lag: zero } };
+        for _ in 0..STEPS {
+            let (turn, known) = (omega * dt).turn();
+            let slope = omega.like(1.0) / self.rate_turned(dt, &turn);
+            let bend = -self.g - w2 * (self.c * (-turn.versed + 1.0) + self.b * turn.sin);
+            let newton = -self.gap_turned(dt, &turn) * slope;
+            let step = newton * (-(bend * 0.5 * slope * newton) + 1.0);
+            let next = dt + step;
+            // Newton's own step decides: the factor may vanish far from any root.
+            open = open & known;
+            let short = open & newton.abs().at_most(dt * SHORT);
+            end = Touchdown {
+                dt: T::choose(short, next, end.dt),
+                turn: Turn::choose(short, turn.and(omega * step), end.turn),
+            };
+            found = found | short;
+            open = open & !short & zero.below(next) & next.below(zero.like(f64::INFINITY));
+            if !T::any(open) {
+                break;
+            }
+            dt = next;
+        }
+        (end, found)
+    }
+}
+
 impl Arc {
     /// g + c ω²: acceleration into the terrain now, in m/s².
     pub(crate) fn effective_gravity(&self) -> f64 {
@@ -94,11 +148,6 @@ impl Arc {
         self.rate_turned(dt, &Turn::by(self.omega * dt))
     }
 
-    #[inline]
-    pub(crate) fn gap_turned(&self, dt: f64, turn: &Turn) -> f64 {
-        self.h + dt * (self.u - 0.5 * self.g * dt) - (turn.versed * self.c + turn.lag * self.b)
-    }
-
     /// The terms of the gap (m) and of its rate (m/s) after `dt`, each as large as it is: what they have roundings of.
     pub(crate) fn terms(&self, dt: f64, turn: &Turn) -> [f64; 2] {
         let fall = self.g.abs() * dt;
@@ -106,11 +155,6 @@ impl Arc {
         let spun = (turn.sin * self.c).abs() + (turn.versed * self.b).abs();
         let gap = self.h + dt * (self.u.abs() + 0.5 * fall) + turned;
         [gap, self.u.abs() + fall + self.omega.abs() * spun]
-    }
-
-    #[inline]
-    pub(crate) fn rate_turned(&self, dt: f64, turn: &Turn) -> f64 {
-        self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.versed * self.b)
     }
 
     /// Whether the arc is concave for ever: ω²|d| < g.
@@ -132,40 +176,16 @@ impl Arc {
 
     #[inline(always)]
     pub(crate) fn find_touchdown(&self) -> Option<Touchdown> {
-        if self.is_concave()
-            && let Some(found) = self.concave_touchdown()
-        {
-            return Some(found);
+        if self.is_concave() {
+            let (touchdown, found) = self.concave_touchdown();
+            if found {
+                return Some(touchdown);
+            }
         }
         if self.h == f64::INFINITY {
             return None;
         }
         self.any_touchdown()
-    }
-
-    /// Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
-    /// gravity g + cω² of the start: the two differ by the turn during the flight only.
-    #[inline(always)]
-    fn concave_touchdown(&self) -> Option<Touchdown> {
-        let (omega, w2) = (self.omega, self.omega * self.omega);
-        let mut dt = parabola_touchdown(self.h, self.u, self.g + self.c * w2);
-        for _ in 0..STEPS {
-            let turn = Turn::by(omega * dt);
-            let slope = 1.0 / self.rate_turned(dt, &turn);
-            let bend = -self.g - w2 * (self.c * (1.0 - turn.versed) + self.b * turn.sin);
-            let newton = -self.gap_turned(dt, &turn) * slope;
-            let step = newton * (1.0 - 0.5 * bend * slope * newton);
-            let next = dt + step;
-            // Newton's own step decides: the factor may vanish far from any root.
-            if newton.abs() <= SHORT * dt {
-                return Some(Touchdown { dt: next, turn: turn.and(omega * step) });
-            }
-            if !(next > 0.0 && next.is_finite()) {
-                return None;
-            }
-            dt = next;
-        }
-        None
     }
 
     /// The general case: pieces between inflections, one after the other.
@@ -344,7 +364,7 @@ mod tests {
     fn slow_spin_agrees_with_the_bracketed_root() {
         let arc = Arc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
-        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown().unwrap().dt);
+        let (fast, safe) = (arc.concave_touchdown().0.dt, arc.any_touchdown().unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
         assert!(arc.gap(fast).abs() < 1e-16);
     }

@@ -38,6 +38,7 @@ mod general;
 mod hybrid;
 mod impact;
 mod impact_law;
+mod lanes;
 mod local;
 mod log;
 mod modes;

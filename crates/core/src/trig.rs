@@ -2,15 +2,17 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use crate::lanes::Real;
+
 /// The three functions of an angle that a rotating arm needs, at one angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Turn {
+pub(crate) struct Turn<T = f64> {
     /// sin x
-    pub(crate) sin: f64,
+    pub(crate) sin: T,
     /// 1 − cos x
-    pub(crate) versed: f64,
+    pub(crate) versed: T,
     /// x − sin x
-    pub(crate) lag: f64,
+    pub(crate) lag: T,
 }
 
 /// Taylor series of (x − sin x)/x³ and (1 − cos x − x²/2)/x⁴ in x²: (−1)ᵏ/(2k+3)! and −(−1)ᵏ/(2k+4)!.
@@ -39,34 +41,56 @@ impl Turn {
     #[inline]
     pub(crate) fn by(x: f64) -> Self {
         if x.abs() <= FRAC_PI_4 {
-            let y = x * x;
-            let lag = x * y * polynomial(&LAG, y);
-            Self { sin: x - lag, versed: 0.5 * y + y * y * polynomial(&VERSED, y), lag }
+            Self::small(x)
         } else {
             let (sin, half) = (libm::sin(x), libm::sin(0.5 * x));
             Self { sin, versed: 2.0 * half * half, lag: x - sin }
         }
     }
+}
+
+impl<T: Real> Turn<T> {
+    /// Where [`Turn::small`] serves, in rad.
+    pub(crate) const SMALL: f64 = FRAC_PI_4;
+
+    /// The three functions at |x| ≤ π/4.
+    #[inline(always)]
+    pub(crate) fn small(x: T) -> Self {
+        let y = x * x;
+        let lag = x * y * polynomial(&LAG, y);
+        Self { sin: x - lag, versed: y * 0.5 + y * y * polynomial(&VERSED, y), lag }
+    }
 
     /// The same at `x + dx` for |dx| ≪ |x|: the first two Taylor terms.
-    #[inline]
-    pub(crate) fn and(self, dx: f64) -> Self {
-        let cos = 1.0 - self.versed;
+    #[inline(always)]
+    pub(crate) fn and(self, dx: T) -> Self {
+        let cos = -self.versed + 1.0;
+        let half = dx * 0.5;
         Self {
-            sin: self.sin + dx * (cos - 0.5 * dx * self.sin),
-            versed: self.versed + dx * (self.sin + 0.5 * dx * cos),
-            lag: self.lag + dx * (self.versed + 0.5 * dx * self.sin),
+            sin: self.sin + dx * (cos - half * self.sin),
+            versed: self.versed + dx * (self.sin + half * cos),
+            lag: self.lag + dx * (self.versed + half * self.sin),
+        }
+    }
+
+    /// The first where the mask says so, else the second.
+    #[inline(always)]
+    pub(crate) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            sin: T::choose(mask, yes.sin, no.sin),
+            versed: T::choose(mask, yes.versed, no.versed),
+            lag: T::choose(mask, yes.lag, no.lag),
         }
     }
 }
 
-#[inline]
-fn polynomial(coefficients: &[f64; 7], y: f64) -> f64 {
+#[inline(always)]
+fn polynomial<T: Real>(coefficients: &[f64; 7], y: T) -> T {
     let [k0, k1, k2, k3, k4, k5, k6] = *coefficients;
     // Two halves in y², so that the additions overlap.
     let z = y * y;
-    let even = k0 + z * (k2 + z * (k4 + z * k6));
-    let odd = k1 + z * (k3 + z * k5);
+    let even = z * (z * (z * k6 + k4) + k2) + k0;
+    let odd = z * (z * k5 + k3) + k1;
     even + y * odd
 }
 

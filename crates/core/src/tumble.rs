@@ -4,6 +4,8 @@
 //! follow from the impulses. Where what remains of an accumulation is so short that the geometry cannot
 //! change any more, the frozen model sums it.
 
+mod hop;
+
 use nalgebra::Vector2;
 
 use crate::clatter::{Halt, are_one, time_to_rest};
@@ -11,9 +13,10 @@ use crate::flight::{Arc, PHASE_LOST, Touchdown};
 use crate::local::LocalModel;
 use crate::log::{Center, Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
-use crate::tolerance::{TAIL, TRY_TAIL};
+use crate::tolerance::TAIL;
 use crate::trig::Turn;
 use crate::zeno::{Frozen, Gaps, share};
+use hop::{Course, Moment};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -183,6 +186,19 @@ impl Tumble {
         jump
     }
 
+    /// Writes down an impact that has just happened.
+    fn write_down(&self, contact: usize, before: [f64; 2], jump: f64, log: &mut Log) {
+        log.collisions.push(Collision {
+            elapsed: log.clock,
+            contact,
+            before,
+            after: self.gaps.u,
+            jump,
+            other_gap: self.gaps.h[1 - contact],
+        });
+        log.bodies.push((self.center, self.spin));
+    }
+
     /// Which contact lands next: the contact, its touchdown, and whether both land at once. `active`: the
     /// contact just hit.
     fn next_landing(&self, active: Option<usize>) -> Option<(usize, Touchdown, bool)> {
@@ -216,92 +232,41 @@ impl Tumble {
 
     /// Flies and collides until something other than a simple collision happens.
     pub(crate) fn collide(&mut self, log: &mut Log) -> Halt {
-        let mut active = None;
-        let mut budget = log.chunk().min(REFRESH);
-        let stop = loop {
-            if budget == 0 {
-                self.refresh();
-                budget = log.chunk().min(REFRESH);
-                if budget == 0 {
-                    return Halt::EventLimit;
-                }
+        let mut clatter = Clatter::begin(&self.body, log);
+        let halt = loop {
+            if let Some(halt) = clatter.next(self, log) {
+                break halt;
             }
-            let Some((contact, landing, tie)) = self.next_landing(active) else {
-                break Halt::Never;
-            };
-            if log.clock.hi + landing.dt > log.end {
-                break Halt::TimeLimit;
+            if let Some(halt) = clatter.alternate(self, log) {
+                break halt;
             }
-            if (self.spin.omega * landing.dt).abs() > PHASE_LOST {
-                log.phase_lost = true;
-                break Halt::EventLimit;
-            }
-            self.fly(landing.dt, &landing.turn);
-            log.clock = log.clock.after(landing.dt);
-            self.gaps.h[contact] = 0.0;
-            self.gaps.u[contact] = self.gaps.u[contact].min(0.0);
-            if tie {
-                self.gaps.h[1 - contact] = 0.0;
-                return Halt::Tie;
-            }
-            let before = self.gaps.u;
-            let jump = self.hit(contact);
-            log.hits += 1;
-            budget -= 1;
-            if log.record {
-                log.collisions.push(Collision {
-                    elapsed: log.clock,
-                    contact,
-                    before,
-                    after: self.gaps.u,
-                    jump,
-                    other_gap: self.gaps.h[1 - contact],
-                });
-                log.bodies.push((self.center, self.spin));
-            }
-            if let Some(stop) = self.accumulates(contact, landing.dt, log) {
-                return stop;
-            }
-            active = (self.gaps.u[contact] > 0.0).then_some(contact);
         };
-        if stop == Halt::TimeLimit || log.end.is_finite() {
-            let left = log.left().max(0.0);
-            self.fly(left, &Turn::by(self.spin.omega * left));
-            log.clock = log.clock.after(left);
-            return Halt::TimeLimit;
-        }
-        stop
+        clatter.end(halt, self, log)
     }
 
     /// Whether the tail that begins after an impact at `a` may be summed with frozen geometry.
-    fn accumulates(&self, a: usize, tau: f64, log: &Log) -> Option<Halt> {
-        let (b, e) = (1 - a, self.body.contacts[a].restitution);
+    fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<Halt> {
+        let moment = Moment::of(self, log.clock);
+        let near =
+            if a == 0 { moment.near::<0>(course, tau) } else { moment.near::<1>(course, tau) };
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
-
-        // Bouncing at a, T = 2u/(g(1−e)): first whether h_b(T) ≥ 0, without a division.
-        let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12; // −ψ_a (b_a² + ρ²)
-        let (own, scale, t) = (self.own(a), gravity[a] * (1.0 - e), 2.0 * u_a);
-        let fall = gravity[b] * own - e * cross * gravity[a];
-        if gravity[a] > 0.0
-            && (h_b * scale + t * u_b) * scale * own >= 0.5 * t * t * fall
+        if near.bounce
             && let Some(halt) = self.bounces(a, gravity, log)
         {
             return Some(halt);
         }
-        // Clattering.
-        let (drop, square) = (2.0 * gravity[b] * h_b, u_b * u_b);
-        if u_b < 0.0 && cross < 0.0 && drop * drop * tau <= TRY_TAIL * now * (square * square) {
+        if near.clatter {
             let frozen = Frozen::new(&self.frozen());
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
                 && now + tail.duration <= log.end
             {
-                let t = tail.duration;
+                let (b, t) = (1 - a, tail.duration);
                 let sum = frozen.settle(&self.gaps, t);
                 let drift = self.drift(t, sum.jump[a].abs(), sum.jump[b].abs());
                 let pull = drift.gravity[0] + drift.gravity[1];
-                let geometry = drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -u_b;
+                let geometry =
+                    drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -self.gaps.u[b];
                 if tail.error + MARGIN * t * geometry <= TAIL * now
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
@@ -309,7 +274,7 @@ impl Tumble {
                 }
             }
         }
-        self.may_freeze(log).then_some(Halt::Freeze)
+        (near.brief && self.is_brief(gravity, log)).then_some(Halt::Freeze)
     }
 
     /// Whether the bounce tail at `a` may be summed with frozen geometry.
@@ -341,16 +306,10 @@ impl Tumble {
     }
 
     /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
-    #[inline]
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
-        // First without a root or a division: the time to rest is at least 8 speed/(g(1−e)).
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
-        let brief = LONG * log.clock.hi * gravity[0].max(gravity[1]) * self.body.least_loss;
-        let quick = |i: usize| {
-            let (u, h) = (self.gaps.u[i], self.gaps.h[i]);
-            64.0 * (u * u + 2.0 * gravity[i] * h) <= brief * brief
-        };
-        brief > 0.0 && quick(0) && quick(1) && self.is_brief(gravity, log)
+        let (Gaps { h, u }, loss) = (self.gaps, self.body.least_loss);
+        hop::is_brief(h, u, gravity, loss, log.clock.hi) && self.is_brief(gravity, log)
     }
 
     #[cold]
@@ -396,6 +355,122 @@ impl Tumble {
         });
         let bend = (b[0] * b[1]).abs().max(c[0].abs() * c[1].abs()) / self.own(0).min(self.own(1));
         Drift { gravity, psi: slope[0].max(slope[1]) * angle + 4.0 * bend * angle * angle }
+    }
+}
+
+/// Collisions one after the other, under way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clatter {
+    course: Course<f64>,
+    /// The contact hit last, if it is in the air.
+    active: Option<usize>,
+    /// Collisions until the next look at the limits.
+    left: usize,
+}
+
+impl Clatter {
+    fn begin(body: &Body, log: &mut Log) -> Self {
+        let left = log.chunk().min(REFRESH);
+        Self { course: Course::new(body, log.end), active: None, left }
+    }
+
+    /// After the loop: what is left of the time.
+    fn end(self, halt: Halt, state: &mut Tumble, log: &mut Log) -> Halt {
+        if halt == Halt::TimeLimit || halt == Halt::Never && log.end.is_finite() {
+            let left = log.left().max(0.0);
+            state.fly(left, &Turn::by(state.spin.omega * left));
+            log.clock = log.clock.after(left);
+            return Halt::TimeLimit;
+        }
+        halt
+    }
+
+    /// The next collision, whatever it is.
+    fn next(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
+        if self.left == 0 {
+            state.refresh();
+            self.left = log.chunk().min(REFRESH);
+            if self.left == 0 {
+                return Some(Halt::EventLimit);
+            }
+        }
+        let Some((contact, landing, tie)) = state.next_landing(self.active) else {
+            return Some(Halt::Never);
+        };
+        if log.clock.hi + landing.dt > log.end {
+            return Some(Halt::TimeLimit);
+        }
+        if (state.spin.omega * landing.dt).abs() > PHASE_LOST {
+            log.phase_lost = true;
+            return Some(Halt::EventLimit);
+        }
+        state.fly(landing.dt, &landing.turn);
+        log.clock = log.clock.after(landing.dt);
+        state.gaps.h[contact] = 0.0;
+        state.gaps.u[contact] = state.gaps.u[contact].min(0.0);
+        if tie {
+            state.gaps.h[1 - contact] = 0.0;
+            return Some(Halt::Tie);
+        }
+        let before = state.gaps.u;
+        let jump = state.hit(contact);
+        log.hits += 1;
+        self.left -= 1;
+        if log.record {
+            state.write_down(contact, before, jump, log);
+        }
+        self.active = (state.gaps.u[contact] > 0.0).then_some(contact);
+        state.accumulates(contact, landing.dt, &self.course, log)
+    }
+
+    /// Plain collisions in turn, as long as nothing else happens, from an impact at contact 1 on.
+    ///
+    /// Written out for both contacts, so that none is looked up.
+    fn alternate(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
+        if self.active != Some(0) {
+            return None;
+        }
+        let mut moment = Moment::of(state, log.clock);
+        loop {
+            if let Some(stop) = self.hop::<0>(&mut moment, state, log) {
+                return stop;
+            }
+            if let Some(stop) = self.hop::<1>(&mut moment, state, log) {
+                return stop;
+            }
+        }
+    }
+
+    /// A plain collision; `A` was hit last. Anything else stops the loop, and may be the end of it.
+    #[inline(always)]
+    fn hop<const A: usize>(
+        &mut self,
+        moment: &mut Moment<f64>,
+        state: &mut Tumble,
+        log: &mut Log,
+    ) -> Option<Option<Halt>> {
+        let hop = moment.hop::<A>(&self.course);
+        if self.left == 0 || !hop.plain {
+            log.clock = moment.put(state);
+            self.active = Some(A);
+            return Some(None);
+        }
+        *moment = hop.after;
+        self.left -= 1;
+        log.hits += 1;
+        if log.record {
+            log.clock = moment.put(state);
+            state.write_down(1 - A, hop.before, hop.jump, log);
+        }
+        if hop.look {
+            log.clock = moment.put(state);
+            self.active = (state.gaps.u[1 - A] > 0.0).then_some(1 - A);
+            let halt = state.accumulates(1 - A, hop.dt, &self.course, log);
+            if halt.is_some() || self.active.is_none() {
+                return Some(halt);
+            }
+        }
+        None
     }
 }
 
