@@ -17,7 +17,7 @@ use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
-use crate::simulate::{Options, Stop};
+use crate::simulate::{Options, State, Stop};
 use crate::tolerance::BEYOND;
 use crate::trajectory::{
     Cause, ContactNumber, Kind, Method, Outcome, Record, Span, Tail, ZenoRecord,
@@ -55,6 +55,17 @@ pub(crate) struct Driver<'a> {
     undecided: Option<Box<ContactProblem>>,
     /// The last event.
     cause: Option<Cause>,
+    /// Whether nothing has happened yet.
+    fresh: bool,
+}
+
+/// What a motion does next.
+pub(crate) enum Next {
+    /// Another piece.
+    Piece,
+    /// Flight and collisions.
+    Flight,
+    End(Outcome),
 }
 
 impl<'a> Driver<'a> {
@@ -91,6 +102,7 @@ impl<'a> Driver<'a> {
             tumble,
             landings: [None; 2],
             acceleration: None,
+            fresh: true,
         }
     }
 
@@ -152,21 +164,7 @@ impl<'a> Driver<'a> {
     pub(crate) fn run(mut self) -> Option<Box<Record>> {
         self.note(Kind::Flight); // impacts of the first instant belong to a span, too
         let outcome = self.motion();
-        if self.log.cancelled {
-            return None;
-        }
-        if outcome == Outcome::TimeLimit {
-            self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
-        }
-        if self.log.phase_lost {
-            self.warnings.push(LOST_PHASE.into());
-        }
-        let mut end = self.frame().to_full(&self.raw());
-        let mut state = Base::state(&end);
-        if outcome == Outcome::Rest {
-            state.qdot.fill(0.0);
-            end.spin.omega = 0.0;
-        }
+        let (end, state) = self.arrive(outcome)?;
         Some(Box::new(Record {
             outcome,
             base: self.base,
@@ -183,6 +181,26 @@ impl<'a> Driver<'a> {
             undecided: self.undecided,
             general: None,
         }))
+    }
+
+    /// The end of a motion; `None` if it was cancelled.
+    fn arrive(&mut self, outcome: Outcome) -> Option<(Snapshot, State)> {
+        if self.log.cancelled {
+            return None;
+        }
+        if outcome == Outcome::TimeLimit {
+            self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
+        }
+        if self.log.phase_lost {
+            self.warnings.push(LOST_PHASE.into());
+        }
+        let mut end = self.frame().to_full(&self.raw());
+        let mut state = Base::state(&end);
+        if outcome == Outcome::Rest {
+            state.qdot.fill(0.0);
+            end.spin.omega = 0.0;
+        }
+        Some((end, state))
     }
 
     fn frame(&self) -> &Frame {
@@ -254,42 +272,47 @@ impl<'a> Driver<'a> {
 
     /// Piece after piece until an outcome.
     fn motion(&mut self) -> Outcome {
-        let mut fresh = true;
         loop {
-            if !self.log.count() {
-                return Outcome::EventLimit;
-            }
-            if self.is_far() {
-                return Outcome::Escape;
-            }
-            let gaps = self.gaps();
-            let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
-            let end = if coming != [false, false] {
-                self.impact(coming)
-            } else {
-                // A body's contacts at rest are asked for more than gravity: their modes.
-                let asked = fresh || self.base.body.is_none();
-                let held = if asked { self.pressed(&gaps) } else { [false; 2] };
-                if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
-                    return Outcome::Zeno;
-                }
-                let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
-                if fresh {
-                    self.resting = rests; // they have been: nothing brought them there
-                }
-                match held {
-                    _ if self.base.body.is_some() && rests != [false, false] => {
-                        self.contact_phase(rests)
-                    }
-                    [false, false] => self.fly(),
-                    [true, true] => Some(self.stay(held)),
-                    _ => self.hold(held),
-                }
+            let end = match self.piece() {
+                Next::Piece => None,
+                Next::Flight => self.fly(),
+                Next::End(outcome) => Some(outcome),
             };
-            fresh = false;
             if let Some(outcome) = end {
                 return outcome;
             }
+        }
+    }
+
+    /// The next piece, up to the flight after it.
+    pub(crate) fn piece(&mut self) -> Next {
+        if !self.log.count() {
+            return Next::End(Outcome::EventLimit);
+        }
+        if self.is_far() {
+            return Next::End(Outcome::Escape);
+        }
+        let fresh = std::mem::take(&mut self.fresh);
+        let gaps = self.gaps();
+        let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
+        if coming != [false, false] {
+            return self.impact(coming).map_or(Next::Piece, Next::End);
+        }
+        // A body's contacts at rest are asked for more than gravity: their modes.
+        let asked = fresh || self.base.body.is_none();
+        let held = if asked { self.pressed(&gaps) } else { [false; 2] };
+        if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
+            return Next::End(Outcome::Zeno);
+        }
+        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
+        if fresh {
+            self.resting = rests; // they have been: nothing brought them there
+        }
+        match held {
+            _ if self.base.body.is_some() && rests != [false, false] => self.contact_phase(rests),
+            [false, false] => Next::Flight,
+            [true, true] => Next::End(self.stay(held)),
+            _ => self.hold(held).map_or(Next::Piece, Next::End),
         }
     }
 
@@ -593,6 +616,11 @@ impl<'a> Driver<'a> {
                 clatter::fly(&model, &mut self.gaps, &mut self.sum, &mut self.log)
             }
         };
+        self.land(halt)
+    }
+
+    /// What a flight and its collisions have come to.
+    pub(crate) fn land(&mut self, halt: Halt) -> Option<Outcome> {
         self.align_bodies();
         match halt {
             Halt::Bounce { contact, duration } => {

@@ -42,6 +42,7 @@ mod lanes;
 mod local;
 mod log;
 mod modes;
+mod parallel;
 mod posture;
 mod roots;
 mod scene;

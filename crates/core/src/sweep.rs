@@ -6,13 +6,9 @@
 
 use std::fmt;
 use std::ops::Range;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::Duration;
 
 use crate::error::Error;
+use crate::parallel::in_blocks;
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate_until};
 use crate::stability::{By, Conditions, Stability, conditions, stability};
@@ -20,13 +16,6 @@ use crate::trajectory::Outcome;
 
 /// Most points of a grid: an answer of 0.8 GB for each number asked for.
 pub const MOST_POINTS: usize = 100_000_000;
-
-/// How often a sweep asks whether to stop.
-const POLL: Duration = Duration::from_millis(20);
-
-/// Points that a thread takes at a time, at most; and the number of turns each thread gets at least, to end together.
-const TURN: usize = 256;
-const TURNS: usize = 8;
 
 /// A parameter of a posture and the values that it takes.
 #[derive(Debug, Clone, PartialEq)]
@@ -488,7 +477,12 @@ impl Sweep {
     }
 
     /// Writes the values of a point into `row`; false if it was stopped.
-    fn answer(&self, point: usize, row: &mut [f64], stop: &AtomicBool) -> Result<bool, Error> {
+    fn answer(
+        &self,
+        point: usize,
+        row: &mut [f64],
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, Error> {
         let posture = self.posture(point)?;
         let asks = |test: fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(|q| matches!(q, Quantity::Verdict(_))) {
@@ -506,8 +500,7 @@ impl Sweep {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
                 return Err(unusable("q", "None", allowed));
             };
-            let stopped = || stop.load(Ordering::Relaxed);
-            let Some(run) = simulate_until(&posture, state, options, &stopped)? else {
+            let Some(run) = simulate_until(&posture, state, options, stop)? else {
                 return Ok(false);
             };
             Some(run)
@@ -551,71 +544,27 @@ impl Sweep {
     ) -> Result<Option<Vec<Column>>, Error> {
         assert!(range.start <= range.end && range.end <= self.size, "a range of points");
         let (count, width) = (range.len(), self.quantities.len());
-        let threads = threads.clamp(1, count.max(1));
-        let turn = count.div_ceil(threads * TURNS).clamp(1, TURN);
-        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let wrong: Mutex<Option<(usize, Error)>> = Mutex::new(None);
-        let work = || {
-            let mut blocks = Vec::new();
-            while !stop.load(Ordering::Relaxed) {
-                let from = next.fetch_add(1, Ordering::Relaxed) * turn;
-                if from >= count {
-                    break;
+        let work = |points: Range<usize>, stop: &dyn Fn() -> bool| {
+            let mut block = vec![0.0; points.len() * width];
+            for (row, k) in block.chunks_exact_mut(width).zip(points) {
+                let point = range.start + k;
+                match self.answer(point, row, stop) {
+                    Ok(true) => {}
+                    Ok(false) => return Ok(None),
+                    Err(error) => return Err((point, error)),
                 }
-                let to = (from + turn).min(count);
-                let mut block = vec![0.0; (to - from) * width];
-                for (k, row) in block.chunks_exact_mut(width).enumerate() {
-                    let point = range.start + from + k;
-                    match self.answer(point, row, &stop) {
-                        Ok(true) => {}
-                        Ok(false) => return blocks,
-                        Err(error) => {
-                            // Blocks are begun in order and ended: the first of the errors is always found.
-                            let mut slot = lock(&wrong);
-                            if slot.as_ref().is_none_or(|(first, _)| point < *first) {
-                                *slot = Some((point, error));
-                            }
-                            next.store(count, Ordering::Relaxed);
-                            return blocks;
-                        }
-                    }
-                }
-                blocks.push((from, block));
             }
-            blocks
+            Ok(Some(block))
         };
-        let mut blocks = thread::scope(|scope| {
-            let (done, ends) = channel::<()>();
-            let workers: Vec<_> = (0..threads)
-                .map(|_| {
-                    let done = done.clone();
-                    scope.spawn(|| {
-                        let blocks = work();
-                        drop(done);
-                        blocks
-                    })
-                })
-                .collect();
-            drop(done);
-            while ends.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
-                if cancel() {
-                    stop.store(true, Ordering::Relaxed);
-                }
+        let blocks = match in_blocks(count, threads, cancel, &work) {
+            Ok(Some(blocks)) => blocks,
+            Ok(None) => return Ok(None),
+            Err((point, error)) => {
+                return Err(Error::At { place: self.place(point), error: error.into() });
             }
-            let joined = workers.into_iter().map(thread::ScopedJoinHandle::join);
-            joined
-                .flat_map(|blocks| blocks.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-                .collect::<Vec<_>>()
-        });
-        if stop.into_inner() {
-            return Ok(None);
-        }
-        if let Some((point, error)) = lock(&wrong).take() {
-            return Err(Error::At { place: self.place(point), error: error.into() });
-        }
-        blocks.sort_unstable_by_key(|(from, _)| *from);
+        };
         let values = |k: usize| {
-            blocks.iter().flat_map(move |(_, block)| block.iter().skip(k).step_by(width).copied())
+            blocks.iter().flat_map(move |block| block.iter().skip(k).step_by(width).copied())
         };
         let column = |(k, quantity): (usize, &Quantity)| match quantity.kind() {
             Kind::Flag => Column::Flags(values(k).map(|value| value != 0.0).collect()),
@@ -636,11 +585,6 @@ impl Sweep {
         parameters.reverse();
         parameters.join(", ")
     }
-}
-
-/// What a thread that panicked held is of no use; its panic is passed on.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 impl fmt::Display for Axis {

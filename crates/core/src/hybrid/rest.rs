@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Driver, ROUNDINGS};
+use super::{Driver, Next, ROUNDINGS};
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd, only_mode_of};
@@ -80,7 +80,7 @@ impl Stance {
 
 impl Driver<'_> {
     /// Goes on from contacts that rest on the terrain.
-    pub(super) fn contact_phase(&mut self, mut rests: [bool; 2]) -> Option<Outcome> {
+    pub(super) fn contact_phase(&mut self, mut rests: [bool; 2]) -> Next {
         if rests == [true, true] {
             self.thaw();
         }
@@ -89,7 +89,7 @@ impl Driver<'_> {
         if (0..self.base.count).all(|i| rests[i] && self.resting[i])
             && let Some(modes) = self.stands(&full, frozen)
         {
-            return Some(self.stay_in(modes, full, frozen));
+            return Next::End(self.stay_in(modes, full, frozen));
         }
         // A copy shares all that it holds.
         let (Some(stance), Some(posture)) =
@@ -106,7 +106,7 @@ impl Driver<'_> {
         // Rates can also come down to zero impact by impact, until there is no smaller number.
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
-            return Some(Outcome::Zeno);
+            return Next::End(Outcome::Zeno);
         }
         phase.cause = self.cause;
         loop {
@@ -152,10 +152,10 @@ impl Driver<'_> {
             self.undecided = phase.undecided.take().map(Box::new);
             self.acceleration = phase.acceleration.take();
             return match end {
-                PhaseEnd::Outcome(outcome) => Some(outcome),
-                PhaseEnd::Free => self.fly(),
-                PhaseEnd::Landing(i) => self.round(i, &phase.stance),
-                PhaseEnd::Thaw | PhaseEnd::Leave(..) => None,
+                PhaseEnd::Outcome(outcome) => Next::End(outcome),
+                PhaseEnd::Free => Next::Flight,
+                PhaseEnd::Landing(i) => self.round(i, &phase.stance).map_or(Next::Piece, Next::End),
+                PhaseEnd::Thaw | PhaseEnd::Leave(..) => Next::Piece,
             };
         }
     }

@@ -1,0 +1,97 @@
+//! Many independent answers on several threads: who computes one cannot be seen in it.
+
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use crate::error::Error;
+
+/// How often it is asked whether to stop.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Answers that a thread takes at a time, at most; and the number of turns each thread gets at least, to end together.
+const TURN: usize = 256;
+const TURNS: usize = 8;
+
+/// Where an answer could not be had, and why.
+pub(crate) type Wrong = (usize, Error);
+
+/// What `work` makes of 0..count, range by range and in order; `None` once `cancel` says so, and the error of the lowest
+/// number if there is one. `work` is given a question to ask now and then: whether to stop, with `None`.
+pub(crate) fn in_blocks<B: Send>(
+    count: usize,
+    threads: usize,
+    cancel: &dyn Fn() -> bool,
+    work: &(dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, Wrong> + Sync),
+) -> Result<Option<Vec<B>>, Wrong> {
+    let threads = threads.clamp(1, count.max(1));
+    let turn = count.div_ceil(threads * TURNS).clamp(1, TURN);
+    if count <= turn {
+        return work(0..count, cancel).map(|block| block.map(|block| vec![block]));
+    }
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let wrong: Mutex<Option<Wrong>> = Mutex::new(None);
+    let turns = || {
+        let stopped = || stop.load(Ordering::Relaxed);
+        let mut blocks = Vec::new();
+        while !stopped() {
+            let from = next.fetch_add(1, Ordering::Relaxed) * turn;
+            if from >= count {
+                break;
+            }
+            match work(from..(from + turn).min(count), &stopped) {
+                Ok(Some(block)) => blocks.push((from, block)),
+                Ok(None) => break,
+                Err((at, error)) => {
+                    // Blocks are begun in order and ended: the first of the errors is always found.
+                    let mut slot = lock(&wrong);
+                    if slot.as_ref().is_none_or(|(first, _)| at < *first) {
+                        *slot = Some((at, error));
+                    }
+                    next.store(count, Ordering::Relaxed);
+                    break;
+                }
+            }
+        }
+        blocks
+    };
+    let mut blocks = thread::scope(|scope| {
+        let (done, ends) = channel::<()>();
+        let workers: Vec<_> = (0..threads)
+            .map(|_| {
+                let done = done.clone();
+                scope.spawn(|| {
+                    let blocks = turns();
+                    drop(done);
+                    blocks
+                })
+            })
+            .collect();
+        drop(done);
+        while ends.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+            if cancel() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        let joined = workers.into_iter().map(thread::ScopedJoinHandle::join);
+        joined
+            .flat_map(|blocks| blocks.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect::<Vec<_>>()
+    });
+    if stop.into_inner() {
+        return Ok(None);
+    }
+    if let Some(wrong) = lock(&wrong).take() {
+        return Err(wrong);
+    }
+    blocks.sort_unstable_by_key(|(from, _)| *from);
+    Ok(Some(blocks.into_iter().map(|(_, block)| block).collect()))
+}
+
+/// What a thread that panicked held is of no use; its panic is passed on.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
