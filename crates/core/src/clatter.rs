@@ -13,10 +13,12 @@
 //! multiplication and one addition after τ, so that a collision costs little more than its square root
 //! and its division.
 
+use fearless_simd::Simd;
+
 use crate::clock::{Clock, unnormalised_after};
 use crate::flight::parabola_touchdown;
 use crate::impact;
-use crate::lanes::Real;
+use crate::lanes::{Lanes, MaskOf, Real};
 use crate::log::{Collision, Log};
 use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
@@ -189,6 +191,24 @@ impl<T: Real> Roles<T> {
     }
 }
 
+impl<T: Real> Roles<T> {
+    /// The first where the mask says so, else the second.
+    #[inline(always)]
+    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let one = |yes: T, no: T| T::choose(mask, yes, no);
+        Self {
+            u_a: one(yes.u_a, no.u_a),
+            u_b: one(yes.u_b, no.u_b),
+            h_b: one(yes.h_b, no.h_b),
+            square: one(yes.square, no.square),
+            hi: one(yes.hi, no.hi),
+            lo: one(yes.lo, no.lo),
+            jump: one(yes.jump, no.jump),
+            moment: one(yes.moment, no.moment),
+        }
+    }
+}
+
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clatter {
@@ -199,6 +219,8 @@ pub(crate) struct Clatter {
     /// Collisions until the next look at the limits and for a sum.
     left: usize,
     granted: usize,
+    /// Whether a lane has left it in the middle of plain collisions.
+    goes_on: bool,
     /// State, clock and number of collisions where the loop began.
     start: Gaps,
     clock: Clock,
@@ -207,7 +229,12 @@ pub(crate) struct Clatter {
 
 impl Clatter {
     /// The first landing, and the impact there; an error: something else.
-    fn begin(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) -> Result<Self, Halt> {
+    pub(crate) fn begin(
+        m: &Frozen,
+        gaps: &mut Gaps,
+        sum: &mut Impulses,
+        log: &mut Log,
+    ) -> Result<Self, Halt> {
         let (contact, tau, tie) = next_landing(m, gaps);
         if log.clock.hi + tau > log.end {
             rest_of_time(m, gaps, sum, log);
@@ -257,13 +284,13 @@ impl Clatter {
         let square = u_b * u_b + 2.0 * m.g[1 - contact] * h_b;
         let Clock { hi, lo } = log.clock;
         let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
-        let (left, granted) = (0, 0);
+        let (left, granted, goes_on) = (0, 0, false);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
-        Ok(Self { course, a: contact, r, left, granted, start, clock, first })
+        Ok(Self { course, a: contact, r, left, granted, goes_on, start, clock, first })
     }
 
     /// After the loop: gaps, impulses and clock.
-    fn end(
+    pub(crate) fn end(
         self,
         halt: Halt,
         m: &Frozen,
@@ -298,7 +325,7 @@ impl Clatter {
     }
 
     /// A look at the limits and for a sum, if one is due, and the next event, whatever it is.
-    fn next(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
+    pub(crate) fn next(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
         if self.left == 0 {
             log.hits += self.granted;
             self.granted = 0;
@@ -317,7 +344,7 @@ impl Clatter {
     /// Collisions in turn, as long as nothing else happens and no look is due, from an impact at contact 1 on.
     ///
     /// Written out for both roles, so that none is looked up.
-    fn alternate(&mut self, log: &mut Log) {
+    pub(crate) fn alternate(&mut self, log: &mut Log) {
         if self.a != 0 {
             return;
         }
@@ -414,6 +441,125 @@ impl Clatter {
             log.collisions.push(in_order(clock, at, before, after, blow, other_gap));
         }
     }
+}
+
+/// Collisions by which it pays to go into a register: putting a run there and back costs about as much as a few.
+const WORTH: usize = 16;
+
+/// Vectors side by side, so that one computes while the other waits for its root.
+pub(crate) const VECTORS: usize = 2;
+
+impl Clatter {
+    /// Whether plain collisions, which are next, may come in a lane.
+    pub(crate) fn suits_a_lane(&self) -> bool {
+        self.left >= WORTH
+    }
+
+    /// Whether plain collisions may be next: after one at contact 1.
+    pub(crate) fn is_at_first(&self) -> bool {
+        self.a == 0
+    }
+
+    pub(crate) fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+}
+
+/// Runs in the lanes of one vector.
+struct Vector<S: Simd> {
+    course: Course<Lanes<S>>,
+    r: Roles<Lanes<S>>,
+    left: Lanes<S>,
+    /// Lanes that go on, and those that have stopped after an impact at contact 2.
+    on: MaskOf<S>,
+    second: MaskOf<S>,
+}
+
+impl<S: Simd> Vector<S> {
+    #[inline(always)]
+    fn load(simd: S, runs: &[Clatter]) -> Self {
+        let side = |i: usize| Side {
+            g: Lanes::gather(simd, runs, |run| run.course.sides[i].g),
+            e: Lanes::gather(simd, runs, |run| run.course.sides[i].e),
+            kick: Lanes::gather(simd, runs, |run| run.course.sides[i].kick),
+            lift: Lanes::gather(simd, runs, |run| run.course.sides[i].lift),
+        };
+        Self {
+            course: Course {
+                sides: [side(0), side(1)],
+                from: Lanes::gather(simd, runs, |run| run.course.from),
+                end: Lanes::gather(simd, runs, |run| run.course.end),
+            },
+            r: Roles {
+                u_a: Lanes::gather(simd, runs, |run| run.r.u_a),
+                u_b: Lanes::gather(simd, runs, |run| run.r.u_b),
+                h_b: Lanes::gather(simd, runs, |run| run.r.h_b),
+                square: Lanes::gather(simd, runs, |run| run.r.square),
+                hi: Lanes::gather(simd, runs, |run| run.r.hi),
+                lo: Lanes::gather(simd, runs, |run| run.r.lo),
+                jump: Lanes::gather(simd, runs, |run| run.r.jump),
+                moment: Lanes::gather(simd, runs, |run| run.r.moment),
+            },
+            left: Lanes::gather(simd, runs, |run| run.left as f64),
+            on: Lanes::<S>::mask(simd, (1 << runs.len().min(Lanes::<S>::COUNT)) - 1),
+            second: Lanes::<S>::mask(simd, 0),
+        }
+    }
+
+    #[inline(always)]
+    fn store(&self, runs: &mut [Clatter]) {
+        let (second, on) = (Lanes::<S>::bits(self.second), Lanes::<S>::bits(self.on));
+        for (lane, run) in runs.iter_mut().enumerate() {
+            let r = &self.r;
+            run.r = Roles {
+                u_a: r.u_a.lane(lane),
+                u_b: r.u_b.lane(lane),
+                h_b: r.h_b.lane(lane),
+                square: r.square.lane(lane),
+                hi: r.hi.lane(lane),
+                lo: r.lo.lane(lane),
+                jump: r.jump.lane(lane),
+                moment: r.moment.lane(lane),
+            };
+            run.left = self.left.lane(lane) as usize;
+            run.a = (second >> lane & 1) as usize;
+            run.goes_on = on >> lane & 1 == 1;
+        }
+    }
+
+    /// A collision of these lanes after one at `A`; those for which it is a plain one.
+    #[inline(always)]
+    fn hop<const A: usize>(&mut self, on: MaskOf<S>) -> MaskOf<S> {
+        let hop = self.r.hop::<A>(&self.course);
+        let on = on & hop.plain & self.left.like(0.0).below(self.left);
+        self.r = Roles::choose(on, &hop.after, &self.r);
+        self.left = Lanes::choose(on, self.left + -1.0, self.left);
+        on
+    }
+
+    /// Two collisions of the lanes that go on, at contact 2 and at contact 1.
+    #[inline(always)]
+    fn two_hops(&mut self) {
+        let one = self.hop::<0>(self.on);
+        let two = self.hop::<1>(one);
+        self.second = self.second | one & !two;
+        self.on = two;
+    }
+}
+
+/// Plain collisions of runs side by side, until half of them have come to something else. Each stands after an impact at
+/// contact 1.
+#[inline(always)]
+pub(crate) fn alternate_in_lanes<S: Simd>(simd: S, runs: &mut [Clatter]) {
+    let count = Lanes::<S>::COUNT;
+    let (one, two) = runs.split_at_mut(count.min(runs.len()));
+    let mut vectors = [Vector::load(simd, one), Vector::load(simd, two)];
+    let enough = (one.len() + two.len()).div_ceil(2) as u32;
+    while vectors.iter().map(|v| Lanes::<S>::bits(v.on).count_ones()).sum::<u32>() >= enough {
+        vectors.iter_mut().for_each(Vector::two_hops);
+    }
+    vectors[0].store(one);
+    vectors[1].store(two);
 }
 
 /// One collision of the plain kind; if the next is not, nothing changes.

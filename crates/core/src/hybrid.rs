@@ -10,6 +10,7 @@
 
 mod rest;
 
+use crate::batch::{End, FirstZeno};
 use crate::clatter::{self, Halt};
 use crate::clock::Clock;
 use crate::flight::{LOST_PHASE, parabola_touchdown};
@@ -22,8 +23,8 @@ use crate::tolerance::BEYOND;
 use crate::trajectory::{
     Cause, ContactNumber, Kind, Method, Outcome, Record, Span, Tail, ZenoRecord,
 };
-use crate::tumble::Tumble;
-use crate::zeno::{Gaps, Impulses};
+use crate::tumble::{self, Tumble};
+use crate::zeno::{Frozen, Gaps, Impulses};
 
 /// The loop over the pieces of a motion.
 pub(crate) struct Driver<'a> {
@@ -57,6 +58,13 @@ pub(crate) struct Driver<'a> {
     cause: Option<Cause>,
     /// Whether nothing has happened yet.
     fresh: bool,
+}
+
+/// Collisions under way, in a frozen geometry or in the full model.
+#[expect(clippy::large_enum_variant, reason = "there are few, and they do not move")]
+pub(crate) enum Flight {
+    Local(Frozen, clatter::Clatter),
+    Full(tumble::Clatter),
 }
 
 /// What a motion does next.
@@ -617,6 +625,97 @@ impl<'a> Driver<'a> {
             }
         };
         self.land(halt)
+    }
+
+    /// As [`Driver::fly`], collision by collision: the first; an error: something else came before.
+    pub(crate) fn begin_flight(&mut self) -> Result<Flight, Halt> {
+        self.note(Kind::Flight);
+        if let Some(state) = &self.tumble {
+            return Ok(Flight::Full(tumble::Clatter::begin(&state.body, &mut self.log)));
+        }
+        let model = self.model();
+        clatter::Clatter::begin(&model, &mut self.gaps, &mut self.sum, &mut self.log)
+            .map(|clatter| Flight::Local(model, clatter))
+    }
+
+    /// The next collision, whatever it is.
+    pub(crate) fn next_collision(&mut self, flight: &mut Flight) -> Option<Halt> {
+        match (flight, &mut self.tumble) {
+            (Flight::Local(model, clatter), _) => clatter.next(model, &mut self.log),
+            (Flight::Full(clatter), Some(state)) => clatter.next(state, &mut self.log),
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
+    pub(crate) fn to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => clatter.to_first(state, &mut self.log),
+            (Flight::Local(_, clatter), _) => (!clatter.is_at_first()).then_some(None),
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// Plain collisions after that.
+    pub(crate) fn alternate(&mut self, flight: &mut Flight) -> Option<Halt> {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => clatter.alternate(state, &mut self.log),
+            (Flight::Local(_, clatter), _) => {
+                clatter.alternate(&mut self.log);
+                None
+            }
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    pub(crate) fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => clatter.end(halt, state, &mut self.log),
+            (Flight::Local(model, clatter), _) => {
+                clatter.end(halt, model, &mut self.gaps, &mut self.sum, &mut self.log)
+            }
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// This body in a lane of the full model, if it may go there.
+    pub(crate) fn lane(&self, clatter: &tumble::Clatter) -> Option<tumble::Lane> {
+        self.tumble.as_ref().and_then(|state| clatter.lane(state, &self.log))
+    }
+
+    /// As [`tumble::Clatter::leave_lane`].
+    pub(crate) fn leave_lane(
+        &mut self,
+        clatter: &mut tumble::Clatter,
+        lane: &tumble::Lane,
+    ) -> Option<Option<Halt>> {
+        let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
+        clatter.leave_lane(lane, state, &mut self.log)
+    }
+
+    /// The end of a run that recorded nothing; `None` if it was cancelled.
+    pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
+        let (end, state) = self.arrive(outcome)?;
+        let time = |clock: Clock| clock.added_to(self.options.time);
+        let zeno = self.zeno.first().map(|zeno| FirstZeno {
+            count: zeno.closed.iter().filter(|closed| **closed).count(),
+            contact: match zeno.closed {
+                [true, false] => Some(ContactNumber::of(0)),
+                [false, true] => Some(ContactNumber::of(1)),
+                _ => None,
+            },
+            time: time(zeno.at.clock),
+            elapsed: zeno.at.clock.hi,
+        });
+        Some(End {
+            outcome,
+            time: time(end.clock),
+            elapsed: end.clock.hi,
+            state,
+            zeno,
+            collisions: self.log.hits,
+            warned: !self.warnings.is_empty(),
+        })
     }
 
     /// What a flight and its collisions have come to.

@@ -95,9 +95,10 @@ impl<S: Simd> Lanes<S> {
     /// Lanes of a register.
     pub(crate) const COUNT: usize = <S::f64s as SimdBase<S>>::LEN;
 
+    /// A value of each of these, one in each lane; zeros where there are none.
     #[inline(always)]
-    pub(crate) fn from_fn(simd: S, value: impl FnMut(usize) -> f64) -> Self {
-        Self(S::f64s::from_fn(simd, value))
+    pub(crate) fn gather<Run>(simd: S, runs: &[Run], value: impl Fn(&Run) -> f64) -> Self {
+        Self(S::f64s::from_fn(simd, |lane| runs.get(lane).map_or(0.0, &value)))
     }
 
     #[inline(always)]
@@ -115,6 +116,12 @@ impl<S: Simd> Lanes<S> {
     pub(crate) fn mask(simd: S, bits: u64) -> MaskOf<S> {
         MaskOf::<S>::from_bitmask(simd, bits)
     }
+}
+
+/// Lanes of a register.
+#[inline(always)]
+pub(crate) fn count<S: Simd>(_: S) -> usize {
+    Lanes::<S>::COUNT
 }
 
 impl<S: Simd> Real for Lanes<S> {

@@ -26,6 +26,7 @@
 
 // In the order in which a motion meets them.
 mod auto;
+mod batch;
 mod clatter;
 mod clock;
 mod contact;
@@ -56,6 +57,7 @@ mod trig;
 mod tumble;
 mod zeno;
 
+pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
 pub use contact::Contact;
 pub use error::Error;
 pub use flight::Arc;

@@ -226,6 +226,11 @@ impl Posture {
         })
     }
 
+    /// A copy that shares nothing with this one.
+    pub(crate) fn detached(&self) -> Self {
+        Self(Arc::new(Parts::clone(&self.0)))
+    }
+
     /// The validated fields.
     #[must_use]
     pub fn fields(&self) -> &Fields {

@@ -302,7 +302,7 @@ fn try_local(
 }
 
 /// The terrain under every contact, gaps and rates at the start, in one of the models.
-struct Start {
+pub(crate) struct Start {
     model: Model,
     unders: PerContact<Under>,
     heights: PerContact<f64>,
@@ -323,7 +323,7 @@ impl Run {
 }
 
 impl Start {
-    fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
+    pub(crate) fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
         let local = model == Model::Local;
         let unders: PerContact<Under> =
             (0..posture.geometry().len()).map(|i| posture.under(i, &state.q, local)).collect();
@@ -351,12 +351,13 @@ impl Start {
         options: &Options,
         cancel: &dyn Fn() -> bool,
     ) -> Option<Run> {
-        let Self { model, unders, heights, rates, warnings } = self;
-        let geometry = posture.geometry();
-        let local = model == Model::Local;
-        let body = Body::new(geometry, posture.gyration_squared(), posture.fields().gravity);
-        let base = Base::of_body(posture, body, state);
-        if geometry.len() > 2 || options.impact != Impact::Newton || posture.ground(0).is_some() {
+        let model = self.model;
+        if !Self::is_pair(posture, options) {
+            let Self { unders, heights, rates, warnings, .. } = self;
+            let local = model == Model::Local;
+            let body =
+                Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+            let base = Base::of_body(posture, body, state);
             let theta = if local { 0.0 } else { state.q.z };
             let turn = Turn::by(theta);
             let points = unders.iter().enumerate().map(|(i, under)| {
@@ -382,6 +383,29 @@ impl Start {
             let general = General::new(posture, start, options, warnings, cancel).run()?;
             return Some(Run { model, record: Box::new(Record::of_general(base, general)) });
         }
+        let record = self.driver(posture, state, options, cancel).run()?;
+        Some(Run { model, record })
+    }
+
+    /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends.
+    pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
+        posture.contacts().len() <= 2
+            && options.impact == Impact::Newton
+            && posture.ground(0).is_none()
+    }
+
+    /// The driver of such a motion.
+    pub(crate) fn driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c> {
+        let Self { model, heights, rates, warnings, .. } = self;
+        let body =
+            Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
             (gaps.h[i], gaps.u[i]) = (h, u);
@@ -394,8 +418,7 @@ impl Start {
             }
             _ => Frame::full(start.snapshot(Clock::default())),
         };
-        let record = Driver::new(first, base, options, warnings, cancel).run()?;
-        Some(Run { model, record })
+        Driver::new(first, base, options, warnings, cancel)
     }
 }
 
@@ -452,7 +475,7 @@ impl LocalModel {
 }
 
 /// What is not solved yet is refused by name.
-fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
+pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     let contacts = posture.contacts();
     let together = options.simultaneous == Simultaneous::Newton;
     if contacts.len() > 1 && options.impact != Impact::Newton && together {

@@ -17,6 +17,7 @@ use crate::tolerance::TAIL;
 use crate::trig::Turn;
 use crate::zeno::{Frozen, Gaps, share};
 use hop::{Course, Moment};
+pub(crate) use hop::{Lane, alternate_in_lanes};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -368,14 +369,71 @@ pub(crate) struct Clatter {
     left: usize,
 }
 
+/// Collisions by which it pays to go into a register, and before which it is not worth while: most motions that can be
+/// summed are by then.
+const WORTH: usize = 4;
+const YOUNG: usize = 16;
+
 impl Clatter {
-    fn begin(body: &Body, log: &mut Log) -> Self {
+    /// The body as a lane takes it, if plain collisions, which are next, may come there.
+    pub(crate) fn lane(&self, state: &Tumble, log: &Log) -> Option<Lane> {
+        let suits = self.active == Some(0) && self.left >= WORTH && log.hits >= YOUNG;
+        suits.then(|| Lane {
+            moment: Moment::of(state, log.clock),
+            course: self.course,
+            a: 0,
+            left: self.left,
+            look: None,
+            goes_on: true,
+        })
+    }
+
+    /// Comes back from a lane: whether plain collisions may still be next, or the end.
+    pub(crate) fn leave_lane(
+        &mut self,
+        lane: &Lane,
+        state: &mut Tumble,
+        log: &mut Log,
+    ) -> Option<Option<Halt>> {
+        log.clock = lane.moment.put(state);
+        log.hits += self.left - lane.left;
+        self.left = lane.left;
+        self.active = Some(lane.a);
+        let Some(dt) = lane.look else { return Some(None) };
+        self.look_after(lane.a, dt, state, log)
+    }
+
+    /// A look after a collision at `a`: `None`: plain collisions may be next, else an end or none.
+    fn look_after(&mut self, a: usize, dt: f64, state: &Tumble, log: &Log) -> Option<Option<Halt>> {
+        self.active = (state.gaps.u[a] > 0.0).then_some(a);
+        let halt = state.accumulates(a, dt, &self.course, log);
+        (halt.is_some() || self.active.is_none()).then_some(halt)
+    }
+
+    /// Plain collisions up to one at contact 1: from there on they come in turn. Anything else stops the loop.
+    pub(crate) fn to_first(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Option<Halt>> {
+        match self.active {
+            None => Some(None),
+            Some(0) => None,
+            Some(_) => {
+                let mut moment = Moment::of(state, log.clock);
+                let stop = self.hop::<1>(&mut moment, state, log);
+                if stop.is_none() {
+                    log.clock = moment.put(state);
+                    self.active = Some(0);
+                }
+                stop
+            }
+        }
+    }
+
+    pub(crate) fn begin(body: &Body, log: &mut Log) -> Self {
         let left = log.chunk().min(REFRESH);
         Self { course: Course::new(body, log.end), active: None, left }
     }
 
     /// After the loop: what is left of the time.
-    fn end(self, halt: Halt, state: &mut Tumble, log: &mut Log) -> Halt {
+    pub(crate) fn end(self, halt: Halt, state: &mut Tumble, log: &mut Log) -> Halt {
         if halt == Halt::TimeLimit || halt == Halt::Never && log.end.is_finite() {
             let left = log.left().max(0.0);
             state.fly(left, &Turn::by(state.spin.omega * left));
@@ -386,7 +444,7 @@ impl Clatter {
     }
 
     /// The next collision, whatever it is.
-    fn next(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
+    pub(crate) fn next(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
         if self.left == 0 {
             state.refresh();
             self.left = log.chunk().min(REFRESH);
@@ -423,12 +481,12 @@ impl Clatter {
         state.accumulates(contact, landing.dt, &self.course, log)
     }
 
-    /// Plain collisions in turn, as long as nothing else happens, from an impact at contact 1 on.
+    /// Plain collisions in turn, as long as nothing else happens.
     ///
     /// Written out for both contacts, so that none is looked up.
-    fn alternate(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
-        if self.active != Some(0) {
-            return None;
+    pub(crate) fn alternate(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
+        if let Some(stop) = self.to_first(state, log) {
+            return stop;
         }
         let mut moment = Moment::of(state, log.clock);
         loop {
@@ -464,11 +522,7 @@ impl Clatter {
         }
         if hop.look {
             log.clock = moment.put(state);
-            self.active = (state.gaps.u[1 - A] > 0.0).then_some(1 - A);
-            let halt = state.accumulates(1 - A, hop.dt, &self.course, log);
-            if halt.is_some() || self.active.is_none() {
-                return Some(halt);
-            }
+            return self.look_after(1 - A, hop.dt, state, log);
         }
         None
     }

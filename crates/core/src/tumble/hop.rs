@@ -1,10 +1,12 @@
 //! The plain collision of a body that turns slowly: the contact hit last is in the air, the other one lands. It is what most
 //! collisions are, and it is the same arithmetic whether the numbers are those of one body or of the lanes of a register.
 
+use fearless_simd::Simd;
+
 use super::{Body, LONG};
 use crate::clock::{Clock, renormalised, unnormalised_after};
 use crate::flight::Arc;
-use crate::lanes::Real;
+use crate::lanes::{Lanes, MaskOf, Real};
 use crate::tolerance::TRY_TAIL;
 use crate::tumble::Tumble;
 
@@ -187,6 +189,136 @@ impl<T: Real> Moment<T> {
             lo: one(yes.lo, no.lo),
         }
     }
+}
+
+/// A body on its way through a lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lane {
+    pub(crate) moment: Moment<f64>,
+    pub(crate) course: Course<f64>,
+    /// The contact hit last.
+    pub(crate) a: usize,
+    /// Collisions that it may still make.
+    pub(crate) left: usize,
+    /// Where a look is due: the duration of the flight before.
+    pub(crate) look: Option<f64>,
+    /// Whether it is still in the middle of plain collisions.
+    pub(crate) goes_on: bool,
+}
+
+#[inline(always)]
+fn two<S: Simd>(simd: S, lanes: &[Lane], pair: impl Fn(&Lane) -> [f64; 2]) -> [Lanes<S>; 2] {
+    [
+        Lanes::gather(simd, lanes, |lane| pair(lane)[0]),
+        Lanes::gather(simd, lanes, |lane| pair(lane)[1]),
+    ]
+}
+
+/// Bodies in the lanes of a vector.
+struct Vector<S: Simd> {
+    course: Course<Lanes<S>>,
+    moment: Moment<Lanes<S>>,
+    left: Lanes<S>,
+    dt: Lanes<S>,
+    /// Lanes that go on, those that have stopped after an impact at contact 2, and those that have stopped for a look.
+    on: MaskOf<S>,
+    second: MaskOf<S>,
+    look: MaskOf<S>,
+}
+
+impl<S: Simd> Vector<S> {
+    #[inline(always)]
+    fn load(simd: S, lanes: &[Lane]) -> Self {
+        let side = |i: usize| Side {
+            gravity: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].gravity),
+            restitution: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].restitution),
+            normal: two(simd, lanes, |lane| lane.course.sides[i].normal),
+            slow: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].slow),
+        };
+        let none = Lanes::<S>::mask(simd, 0);
+        Self {
+            course: Course {
+                sides: [side(0), side(1)],
+                rho2: Lanes::gather(simd, lanes, |lane| lane.course.rho2),
+                cross: Lanes::gather(simd, lanes, |lane| lane.course.cross),
+                gravity: Lanes::gather(simd, lanes, |lane| lane.course.gravity),
+                least_loss: Lanes::gather(simd, lanes, |lane| lane.course.least_loss),
+                end: Lanes::gather(simd, lanes, |lane| lane.course.end),
+            },
+            moment: Moment {
+                h: two(simd, lanes, |lane| lane.moment.h),
+                u: two(simd, lanes, |lane| lane.moment.u),
+                b: two(simd, lanes, |lane| lane.moment.b),
+                c: two(simd, lanes, |lane| lane.moment.c),
+                r: two(simd, lanes, |lane| lane.moment.r),
+                v: two(simd, lanes, |lane| lane.moment.v),
+                theta: Lanes::gather(simd, lanes, |lane| lane.moment.theta),
+                omega: Lanes::gather(simd, lanes, |lane| lane.moment.omega),
+                hi: Lanes::gather(simd, lanes, |lane| lane.moment.hi),
+                lo: Lanes::gather(simd, lanes, |lane| lane.moment.lo),
+            },
+            left: Lanes::gather(simd, lanes, |lane| lane.left as f64),
+            dt: Lanes::gather(simd, lanes, |_| 0.0),
+            on: Lanes::<S>::mask(simd, (1 << lanes.len()) - 1),
+            second: none,
+            look: none,
+        }
+    }
+
+    #[inline(always)]
+    fn store(&self, lanes: &mut [Lane]) {
+        let (second, look) = (Lanes::<S>::bits(self.second), Lanes::<S>::bits(self.look));
+        let on = Lanes::<S>::bits(self.on);
+        let m = &self.moment;
+        for (k, lane) in lanes.iter_mut().enumerate() {
+            let two = |pair: [Lanes<S>; 2]| pair.map(|value| value.lane(k));
+            lane.moment = Moment {
+                h: two(m.h),
+                u: two(m.u),
+                b: two(m.b),
+                c: two(m.c),
+                r: two(m.r),
+                v: two(m.v),
+                theta: m.theta.lane(k),
+                omega: m.omega.lane(k),
+                hi: m.hi.lane(k),
+                lo: m.lo.lane(k),
+            };
+            lane.left = self.left.lane(k) as usize;
+            lane.a = (second >> k & 1) as usize;
+            lane.look = (look >> k & 1 == 1).then(|| self.dt.lane(k));
+            lane.goes_on = on >> k & 1 == 1;
+        }
+    }
+
+    /// A collision of these lanes after one at `A`; those for which it is a plain one, without a look after it.
+    #[inline(always)]
+    fn hop<const A: usize>(&mut self, on: MaskOf<S>) -> MaskOf<S> {
+        let hop = self.moment.hop::<A>(&self.course);
+        let plain = on & hop.plain & self.left.like(0.0).below(self.left);
+        self.moment = Moment::choose(plain, &hop.after, &self.moment);
+        self.left = Lanes::choose(plain, self.left + -1.0, self.left);
+        let look = plain & hop.look;
+        self.dt = Lanes::choose(look, hop.dt, self.dt);
+        self.look = self.look | look;
+        // Who stops before the collision was hit at A last, who stops for a look after it at the other.
+        let at_second = if A == 0 { look } else { on & !plain };
+        self.second = self.second | at_second;
+        plain & !look
+    }
+}
+
+/// Plain collisions of bodies side by side, until half of them have come to something else. Each stands after an impact at
+/// contact 1.
+#[inline(always)]
+pub(crate) fn alternate_in_lanes<S: Simd>(simd: S, lanes: &mut [Lane]) {
+    let mut vector = Vector::load(simd, lanes);
+    let enough = lanes.len().div_ceil(2) as u32;
+    while Lanes::<S>::bits(vector.on).count_ones() >= enough {
+        let one = vector.hop::<0>(vector.on);
+        vector.on = vector.hop::<1>(one);
+    }
+    vector.store(lanes);
 }
 
 impl Course<f64> {

@@ -1,0 +1,399 @@
+//! Many runs at once.
+//!
+//! Runs do not know of each other: each ends as it does by itself, to the bit. Threads take blocks of them. Within a block the
+//! collisions of several go on side by side in the lanes of vector registers ([`crate::lanes`]); a run whose next event is of
+//! another kind leaves its lane for it.
+
+use std::num::NonZero;
+use std::ops::Range;
+use std::thread::available_parallelism;
+
+use fearless_simd::{Level, dispatch};
+
+use crate::clatter::{self, Halt};
+use crate::error::Error;
+use crate::hybrid::{Driver, Flight, Next};
+use crate::lanes;
+use crate::parallel::{Wrong, in_blocks};
+use crate::posture::Posture;
+use crate::simulate::{Model, Options, Start, State, simulate_until, solvable};
+use crate::trajectory::{ContactNumber, Outcome, Trajectory};
+use crate::tumble;
+
+/// Where one of many runs has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Time on the clock when the outcome was reached, in s.
+    pub time: f64,
+    /// Time from the start to the outcome, in s: not rounded to the clock.
+    pub elapsed: f64,
+    /// Final state.
+    pub state: State,
+    /// The first Zeno point.
+    pub zeno: Option<FirstZeno>,
+    /// Number of collisions simulated one by one.
+    pub collisions: usize,
+    /// Whether the run has warnings: [`simulate`](crate::simulate) tells which.
+    pub warned: bool,
+}
+
+/// The first Zeno point of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstZeno {
+    /// How many contacts come to rest.
+    pub count: usize,
+    /// The only one of them, or `None`.
+    pub contact: Option<ContactNumber>,
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+}
+
+/// What many runs may use of the machine. No result depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resources {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Runs side by side in a register, at most: 1, 2, 4 or 8; what the machine does not have is not used.
+    pub lanes: usize,
+}
+
+impl Default for Resources {
+    /// All that there is.
+    fn default() -> Self {
+        Self { threads: available_parallelism().map_or(1, NonZero::get), lanes: 8 }
+    }
+}
+
+/// The ends of many runs: of one posture from each of the states, or of as many postures, each from its own. Nothing is
+/// recorded; [`simulate`](crate::simulate) makes the same run, to the bit, with its events.
+///
+/// ```
+/// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
+///
+/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let starts: Vec<State> = (1..100).map(|k| State::at_rest([0.0, 0.01, 1e-4 * f64::from(k)])).collect();
+/// let ends = simulate_many(&[rod], &starts, &Options { model: Model::Local, ..Options::default() })?;
+/// assert!(ends.iter().all(|end| end.outcome == Outcome::Rest));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Unusable`] unless there is one posture, or as many as states; [`Error::At`] with the number of the first run
+/// that cannot be made, from 0, and why: as [`simulate`](crate::simulate).
+pub fn simulate_many(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+) -> Result<Vec<End>, Error> {
+    simulate_many_until(postures, states, options, Resources::default(), &|| false)
+        .map(|ends| ends.unwrap_or_else(|| unreachable!("runs that nobody cancels")))
+}
+
+/// As [`simulate_many`], with these resources; `cancel` is asked now and then, and `None` is returned once it says so.
+///
+/// # Errors
+///
+/// As [`simulate_many`].
+pub fn simulate_many_until(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+    resources: Resources,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Vec<End>>, Error> {
+    options.validate()?;
+    if postures.len() != 1 && postures.len() != states.len() {
+        return Err(Error::Unusable {
+            field: "posture".into(),
+            value: format!("[{} postures]", postures.len()),
+            allowed: format!("one posture, or one for each of the {} states", states.len()),
+        });
+    }
+    let options = Options { record: false, ..*options };
+    let level = level(resources.lanes);
+    let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
+        // A posture of their own: all threads would count the runs that share one.
+        let own = (postures.len() == 1).then(|| postures[0].detached());
+        let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
+        Block { posture: &posture, states, options: &options, level, stop }.run(runs)
+    };
+    match in_blocks(states.len(), resources.threads, cancel, &work) {
+        Ok(blocks) => Ok(blocks.map(|blocks| blocks.into_iter().flatten().collect())),
+        Err((run, error)) => Err(Error::At { place: format!("run {run}"), error: error.into() }),
+    }
+}
+
+/// What a register of so many lanes at most is used by; `None`: runs go one by one.
+fn level(lanes: usize) -> Option<Level> {
+    let level = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let level = match lanes {
+        8.. => level,
+        4..8 => level.as_avx2().map_or(level, Level::Avx2),
+        _ => level.as_sse2().map_or(level, Level::Sse2),
+    };
+    (lanes > 1).then_some(level)
+}
+
+/// Some of the runs, one after the other or side by side.
+struct Block<'a> {
+    posture: &'a dyn Fn(usize) -> &'a Posture,
+    states: &'a [State],
+    options: &'a Options,
+    level: Option<Level>,
+    stop: &'a dyn Fn() -> bool,
+}
+
+/// A run on its way.
+struct Run<'a> {
+    number: usize,
+    driver: Driver<'a>,
+    flight: Option<Flight>,
+}
+
+/// How far a run has come.
+enum Stage<L> {
+    /// Plain collisions are next.
+    Lane(L),
+    Over(Outcome),
+}
+
+/// What a flight does next.
+enum Then {
+    /// A collision of any kind.
+    Any,
+    /// Plain collisions, if they are.
+    Plain,
+    Halt(Halt),
+}
+
+impl Then {
+    /// As the loops of plain collisions say it.
+    fn after(stop: Option<Option<Halt>>) -> Self {
+        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::Halt))
+    }
+}
+
+/// A run as the lanes of one of the models take it.
+trait Lane: Sized {
+    /// Vectors side by side.
+    const VECTORS: usize;
+
+    /// If plain collisions may go on there.
+    fn of(driver: &Driver<'_>, flight: &Flight) -> Option<Self>;
+
+    /// Plain collisions of several runs.
+    fn alternate(level: Level, lanes: &mut [Self]);
+
+    /// Whether it is still in the middle of plain collisions.
+    fn goes_on(&self) -> bool;
+
+    /// Back to the run.
+    fn leave(&self, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
+}
+
+impl Lane for clatter::Clatter {
+    const VECTORS: usize = clatter::VECTORS;
+
+    fn of(_: &Driver<'_>, flight: &Flight) -> Option<Self> {
+        match flight {
+            Flight::Local(_, clatter) => clatter.suits_a_lane().then_some(*clatter),
+            Flight::Full(_) => None,
+        }
+    }
+
+    fn alternate(level: Level, lanes: &mut [Self]) {
+        dispatch!(level, simd => clatter::alternate_in_lanes(simd, lanes));
+    }
+
+    fn goes_on(&self) -> bool {
+        clatter::Clatter::goes_on(self)
+    }
+
+    fn leave(&self, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
+        if let Flight::Local(_, clatter) = flight {
+            *clatter = *self;
+        }
+        Then::Any
+    }
+}
+
+impl Lane for tumble::Lane {
+    const VECTORS: usize = 1;
+
+    fn of(driver: &Driver<'_>, flight: &Flight) -> Option<Self> {
+        match flight {
+            Flight::Full(clatter) => driver.lane(clatter),
+            Flight::Local(..) => None,
+        }
+    }
+
+    fn alternate(level: Level, lanes: &mut [Self]) {
+        dispatch!(level, simd => tumble::alternate_in_lanes(simd, lanes));
+    }
+
+    fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    fn leave(&self, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
+        match flight {
+            Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self)),
+            Flight::Local(..) => Then::Any,
+        }
+    }
+}
+
+impl<'a> Block<'a> {
+    fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+        match self.options.model {
+            Model::Local => self.in_lanes::<clatter::Clatter>(runs),
+            Model::Full => self.in_lanes::<tumble::Lane>(runs),
+            Model::Auto => runs.map(|run| self.alone(run)).collect(),
+        }
+    }
+
+    /// A run by itself; `None` if it was stopped.
+    fn alone(&self, number: usize) -> Result<Option<End>, Wrong> {
+        simulate_until((self.posture)(number), &self.states[number], self.options, self.stop)
+            .map(|run| run.map(|run| End::of(&run)))
+            .map_err(|error| (number, error))
+    }
+
+    /// The ends of these runs, which go on side by side where they can; `None` if they were stopped.
+    fn in_lanes<L: Lane>(&self, numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+        let first = numbers.start;
+        let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
+        let width = self.level.map_or(1, |level| L::VECTORS * lanes_of(level));
+        let (mut runs, mut lanes): (Vec<Run>, Vec<L>) = (Vec::new(), Vec::new());
+        let mut numbers = numbers;
+        loop {
+            while runs.len() < width
+                && let Some(number) = numbers.next()
+            {
+                let Some(mut run) = self.begin(number).map_err(|error| (number, error))? else {
+                    ends[number - first] = self.alone(number)?;
+                    continue;
+                };
+                match run.go_on(Then::Any, self.level.is_some()) {
+                    Stage::Lane(lane) => {
+                        runs.push(run);
+                        lanes.push(lane);
+                    }
+                    Stage::Over(outcome) => ends[number - first] = run.driver.finish(outcome),
+                }
+            }
+            let Some(level) = self.level.filter(|_| !runs.is_empty()) else { break };
+            L::alternate(level, &mut lanes);
+            for k in (0..runs.len()).rev() {
+                if lanes[k].goes_on() {
+                    continue;
+                }
+                let Run { number, driver, flight } = &mut runs[k];
+                let then =
+                    flight.as_mut().map_or(Then::Any, |flight| lanes[k].leave(driver, flight));
+                let number = *number;
+                match runs[k].go_on(then, true) {
+                    Stage::Lane(lane) => lanes[k] = lane,
+                    Stage::Over(outcome) => {
+                        ends[number - first] = runs[k].driver.finish(outcome);
+                        runs.swap_remove(k);
+                        lanes.swap_remove(k);
+                    }
+                }
+            }
+        }
+        Ok(ends.into_iter().collect())
+    }
+
+    /// A run at its start; `None` if it has no lanes, ever.
+    fn begin(&self, number: usize) -> Result<Option<Run<'a>>, Error> {
+        let (posture, state, options) =
+            ((self.posture)(number), &self.states[number], self.options);
+        if !Start::is_pair(posture, options) {
+            return Ok(None);
+        }
+        solvable(posture, options)?;
+        state.validate()?;
+        let start = Start::new(posture, state, options.model)?;
+        let driver = start.driver(posture, state, options, self.stop);
+        Ok(Some(Run { number, driver, flight: None }))
+    }
+}
+
+impl Run<'_> {
+    /// Goes on by itself to where a lane serves, or to the end.
+    fn go_on<L: Lane>(&mut self, mut then: Then, lanes: bool) -> Stage<L> {
+        loop {
+            if let Some(flight) = &mut self.flight {
+                let halt = loop {
+                    then = match then {
+                        Then::Any => match self.driver.next_collision(flight) {
+                            None => Then::Plain,
+                            Some(halt) => break halt,
+                        },
+                        Then::Plain => match self.driver.to_first(flight) {
+                            None if lanes && let Some(lane) = L::of(&self.driver, flight) => {
+                                return Stage::Lane(lane);
+                            }
+                            None => match self.driver.alternate(flight) {
+                                None => Then::Any,
+                                Some(halt) => break halt,
+                            },
+                            stop => Then::after(stop),
+                        },
+                        Then::Halt(halt) => break halt,
+                    };
+                };
+                then = Then::Halt(self.driver.end_flight(flight, halt));
+                self.flight = None;
+            }
+            if let Then::Halt(halt) = then
+                && let Some(outcome) = self.driver.land(halt)
+            {
+                return Stage::Over(outcome);
+            }
+            then = Then::Any;
+            match self.driver.piece() {
+                Next::Piece => {}
+                Next::End(outcome) => return Stage::Over(outcome),
+                Next::Flight => match self.driver.begin_flight() {
+                    Ok(flight) => self.flight = Some(flight),
+                    Err(halt) => then = Then::Halt(halt),
+                },
+            }
+        }
+    }
+}
+
+fn lanes_of(level: Level) -> usize {
+    dispatch!(level, simd => lanes::count(simd))
+}
+
+impl End {
+    fn of(run: &Trajectory) -> Self {
+        let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
+            count: zeno.contacts.len(),
+            contact: match zeno.contacts.as_slice() {
+                [only] => Some(*only),
+                _ => None,
+            },
+            time: zeno.time,
+            elapsed: zeno.elapsed,
+        });
+        Self {
+            outcome: run.outcome(),
+            time: run.time(),
+            elapsed: run.elapsed(),
+            state: *run.state(),
+            zeno,
+            collisions: run.collisions(),
+            warned: !run.warnings().is_empty(),
+        }
+    }
+}
