@@ -52,6 +52,9 @@ pub struct FirstZeno {
     pub elapsed: f64,
 }
 
+/// Runs that make up for the start of a thread, and for the lanes that stay empty while the last of them end.
+const LEAST: usize = 64;
+
 /// What many runs may use of the machine. No result depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resources {
@@ -122,7 +125,7 @@ pub fn simulate_many_until(
         let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
         Block { posture: &posture, states, options: &options, level, stop }.run(runs)
     };
-    match in_blocks(states.len(), resources.threads, cancel, &work) {
+    match in_blocks(states.len(), LEAST, resources.threads, cancel, &work) {
         Ok(blocks) => Ok(blocks.map(|blocks| blocks.into_iter().flatten().collect())),
         Err((run, error)) => Err(Error::At { place: format!("run {run}"), error: error.into() }),
     }
@@ -157,9 +160,9 @@ struct Run<'a> {
 }
 
 /// How far a run has come.
-enum Stage<L> {
-    /// Plain collisions are next.
-    Lane(L),
+enum Stage {
+    /// Plain collisions are next, in its lane.
+    Lane,
     Over(Outcome),
 }
 
@@ -179,71 +182,65 @@ impl Then {
     }
 }
 
-/// A run as the lanes of one of the models take it.
-trait Lane: Sized {
-    /// Vectors side by side.
+/// The lanes of one of the models. Runs have numbers from 0.
+trait Lanes: Default {
+    /// Registers side by side.
     const VECTORS: usize;
 
-    /// If plain collisions may go on there.
-    fn of(driver: &Driver<'_>, flight: &Flight) -> Option<Self>;
+    /// Takes a run in whose loop plain collisions are next, if it may.
+    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool;
 
-    /// Plain collisions of several runs.
-    fn alternate(level: Level, lanes: &mut [Self]);
+    /// Plain collisions of all that are there, until half of them have stopped.
+    fn alternate(&mut self, level: Level);
 
-    /// Whether it is still in the middle of plain collisions.
-    fn goes_on(&self) -> bool;
+    /// Runs that have not stopped, a bit for each.
+    fn on(&self) -> u64;
 
-    /// Back to the run.
-    fn leave(&self, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
+    /// Gives one back that has.
+    fn take(&self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
 }
 
-impl Lane for clatter::Clatter {
-    const VECTORS: usize = clatter::VECTORS;
+impl Lanes for clatter::Pool {
+    const VECTORS: usize = Self::VECTORS;
 
-    fn of(_: &Driver<'_>, flight: &Flight) -> Option<Self> {
-        match flight {
-            Flight::Local(_, clatter) => clatter.suits_a_lane().then_some(*clatter),
-            Flight::Full(_) => None,
-        }
+    fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
+        matches!(flight, Flight::Local(_, clatter) if self.put(run, clatter))
     }
 
-    fn alternate(level: Level, lanes: &mut [Self]) {
-        dispatch!(level, simd => clatter::alternate_in_lanes(simd, lanes));
+    fn alternate(&mut self, level: Level) {
+        dispatch!(level, simd => self.alternate(simd));
     }
 
-    fn goes_on(&self) -> bool {
-        clatter::Clatter::goes_on(self)
+    fn on(&self) -> u64 {
+        self.on()
     }
 
-    fn leave(&self, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
+    fn take(&self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
         if let Flight::Local(_, clatter) = flight {
-            *clatter = *self;
+            self.take(run, clatter);
         }
         Then::Any
     }
 }
 
-impl Lane for tumble::Lane {
-    const VECTORS: usize = 1;
+impl Lanes for tumble::Pool {
+    const VECTORS: usize = Self::VECTORS;
 
-    fn of(driver: &Driver<'_>, flight: &Flight) -> Option<Self> {
+    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool {
+        matches!(flight, Flight::Full(clatter) if driver.enter(clatter, self, run))
+    }
+
+    fn alternate(&mut self, level: Level) {
+        dispatch!(level, simd => self.alternate(simd));
+    }
+
+    fn on(&self) -> u64 {
+        self.on()
+    }
+
+    fn take(&self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
         match flight {
-            Flight::Full(clatter) => driver.lane(clatter),
-            Flight::Local(..) => None,
-        }
-    }
-
-    fn alternate(level: Level, lanes: &mut [Self]) {
-        dispatch!(level, simd => tumble::alternate_in_lanes(simd, lanes));
-    }
-
-    fn goes_on(&self) -> bool {
-        self.goes_on
-    }
-
-    fn leave(&self, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
-        match flight {
-            Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self)),
+            Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self, run)),
             Flight::Local(..) => Then::Any,
         }
     }
@@ -252,8 +249,8 @@ impl Lane for tumble::Lane {
 impl<'a> Block<'a> {
     fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
         match self.options.model {
-            Model::Local => self.in_lanes::<clatter::Clatter>(runs),
-            Model::Full => self.in_lanes::<tumble::Lane>(runs),
+            Model::Local => self.in_lanes::<clatter::Pool>(runs),
+            Model::Full => self.in_lanes::<tumble::Pool>(runs),
             Model::Auto => runs.map(|run| self.alone(run)).collect(),
         }
     }
@@ -266,46 +263,47 @@ impl<'a> Block<'a> {
     }
 
     /// The ends of these runs, which go on side by side where they can; `None` if they were stopped.
-    fn in_lanes<L: Lane>(&self, numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+    fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
         let first = numbers.start;
         let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
         let width = self.level.map_or(1, |level| L::VECTORS * lanes_of(level));
-        let (mut runs, mut lanes): (Vec<Run>, Vec<L>) = (Vec::new(), Vec::new());
-        let mut numbers = numbers;
+        let mut pool = L::default();
+        let mut runs: Vec<Option<Run>> = (0..width).map(|_| None).collect();
         loop {
-            while runs.len() < width
-                && let Some(number) = numbers.next()
-            {
-                let Some(mut run) = self.begin(number).map_err(|error| (number, error))? else {
-                    ends[number - first] = self.alone(number)?;
-                    continue;
-                };
-                match run.go_on(Then::Any, self.level.is_some()) {
-                    Stage::Lane(lane) => {
-                        runs.push(run);
-                        lanes.push(lane);
+            let on = pool.on();
+            for (k, slot) in runs.iter_mut().enumerate().filter(|(k, _)| on >> k & 1 == 0) {
+                let mut then = Then::Any;
+                if let Some(Run { driver, flight: Some(flight), .. }) = slot {
+                    then = pool.take(k, driver, flight);
+                }
+                // The next run, and the next, until one wants the lane.
+                loop {
+                    let run = match slot {
+                        Some(run) => run,
+                        None => {
+                            let Some(number) = numbers.next() else { break };
+                            match self.begin(number).map_err(|error| (number, error))? {
+                                Some(run) => slot.insert(run),
+                                None => {
+                                    ends[number - first] = self.alone(number)?;
+                                    continue;
+                                }
+                            }
+                        }
+                    };
+                    let lanes = self.level.map(|_| (&mut pool, k));
+                    match run.go_on(std::mem::replace(&mut then, Then::Any), lanes) {
+                        Stage::Lane => break,
+                        Stage::Over(outcome) => {
+                            ends[run.number - first] = run.driver.finish(outcome);
+                            *slot = None;
+                        }
                     }
-                    Stage::Over(outcome) => ends[number - first] = run.driver.finish(outcome),
                 }
             }
-            let Some(level) = self.level.filter(|_| !runs.is_empty()) else { break };
-            L::alternate(level, &mut lanes);
-            for k in (0..runs.len()).rev() {
-                if lanes[k].goes_on() {
-                    continue;
-                }
-                let Run { number, driver, flight } = &mut runs[k];
-                let then =
-                    flight.as_mut().map_or(Then::Any, |flight| lanes[k].leave(driver, flight));
-                let number = *number;
-                match runs[k].go_on(then, true) {
-                    Stage::Lane(lane) => lanes[k] = lane,
-                    Stage::Over(outcome) => {
-                        ends[number - first] = runs[k].driver.finish(outcome);
-                        runs.swap_remove(k);
-                        lanes.swap_remove(k);
-                    }
-                }
+            match self.level {
+                Some(level) if pool.on() != 0 => pool.alternate(level),
+                _ => break,
             }
         }
         Ok(ends.into_iter().collect())
@@ -327,8 +325,8 @@ impl<'a> Block<'a> {
 }
 
 impl Run<'_> {
-    /// Goes on by itself to where a lane serves, or to the end.
-    fn go_on<L: Lane>(&mut self, mut then: Then, lanes: bool) -> Stage<L> {
+    /// Goes on by itself to where its lane serves, or to the end.
+    fn go_on<L: Lanes>(&mut self, mut then: Then, mut lanes: Option<(&mut L, usize)>) -> Stage {
         loop {
             if let Some(flight) = &mut self.flight {
                 let halt = loop {
@@ -337,14 +335,13 @@ impl Run<'_> {
                             None => Then::Plain,
                             Some(halt) => break halt,
                         },
-                        Then::Plain => match self.driver.to_first(flight) {
-                            None if lanes && let Some(lane) = L::of(&self.driver, flight) => {
-                                return Stage::Lane(lane);
+                        Then::Plain => match self.driver.come_to_first(flight) {
+                            None if let Some((pool, k)) = &mut lanes
+                                && pool.put(*k, &self.driver, flight) =>
+                            {
+                                return Stage::Lane;
                             }
-                            None => match self.driver.alternate(flight) {
-                                None => Then::Any,
-                                Some(halt) => break halt,
-                            },
+                            None => Then::after(self.driver.alternate(flight)),
                             stop => Then::after(stop),
                         },
                         Then::Halt(halt) => break halt,

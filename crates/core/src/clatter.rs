@@ -18,7 +18,7 @@ use fearless_simd::Simd;
 use crate::clock::{Clock, unnormalised_after};
 use crate::flight::parabola_touchdown;
 use crate::impact;
-use crate::lanes::{Lanes, MaskOf, Real};
+use crate::lanes::{Columns, Lanes, Real};
 use crate::log::{Collision, Log};
 use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
@@ -191,24 +191,6 @@ impl<T: Real> Roles<T> {
     }
 }
 
-impl<T: Real> Roles<T> {
-    /// The first where the mask says so, else the second.
-    #[inline(always)]
-    fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
-        let one = |yes: T, no: T| T::choose(mask, yes, no);
-        Self {
-            u_a: one(yes.u_a, no.u_a),
-            u_b: one(yes.u_b, no.u_b),
-            h_b: one(yes.h_b, no.h_b),
-            square: one(yes.square, no.square),
-            hi: one(yes.hi, no.hi),
-            lo: one(yes.lo, no.lo),
-            jump: one(yes.jump, no.jump),
-            moment: one(yes.moment, no.moment),
-        }
-    }
-}
-
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clatter {
@@ -219,8 +201,6 @@ pub(crate) struct Clatter {
     /// Collisions until the next look at the limits and for a sum.
     left: usize,
     granted: usize,
-    /// Whether a lane has left it in the middle of plain collisions.
-    goes_on: bool,
     /// State, clock and number of collisions where the loop began.
     start: Gaps,
     clock: Clock,
@@ -284,9 +264,9 @@ impl Clatter {
         let square = u_b * u_b + 2.0 * m.g[1 - contact] * h_b;
         let Clock { hi, lo } = log.clock;
         let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
-        let (left, granted, goes_on) = (0, 0, false);
+        let (left, granted) = (0, 0);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
-        Ok(Self { course, a: contact, r, left, granted, goes_on, start, clock, first })
+        Ok(Self { course, a: contact, r, left, granted, start, clock, first })
     }
 
     /// After the loop: gaps, impulses and clock.
@@ -339,6 +319,11 @@ impl Clatter {
             }
         }
         self.collide(m, log)
+    }
+
+    /// Whether plain collisions may be next: after one at contact 1.
+    pub(crate) fn is_at_first(&self) -> bool {
+        self.a == 0
     }
 
     /// Collisions in turn, as long as nothing else happens and no look is due, from an impact at contact 1 on.
@@ -446,120 +431,137 @@ impl Clatter {
 /// Collisions by which it pays to go into a register: putting a run there and back costs about as much as a few.
 const WORTH: usize = 16;
 
-/// Vectors side by side, so that one computes while the other waits for its root.
-pub(crate) const VECTORS: usize = 2;
-
-impl Clatter {
-    /// Whether plain collisions, which are next, may come in a lane.
-    pub(crate) fn suits_a_lane(&self) -> bool {
-        self.left >= WORTH
+impl<T: Real> Roles<T> {
+    fn numbers(self) -> [T; 8] {
+        let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
+        [u_a, u_b, h_b, square, hi, lo, jump, moment]
     }
 
-    /// Whether plain collisions may be next: after one at contact 1.
-    pub(crate) fn is_at_first(&self) -> bool {
-        self.a == 0
-    }
-
-    pub(crate) fn goes_on(&self) -> bool {
-        self.goes_on
+    fn of([u_a, u_b, h_b, square, hi, lo, jump, moment]: [T; 8]) -> Self {
+        Self { u_a, u_b, h_b, square, hi, lo, jump, moment }
     }
 }
 
-/// Runs in the lanes of one vector.
+impl<T: Real> Course<T> {
+    fn numbers(self) -> [T; 10] {
+        let side = |Side { g, e, kick, lift }: Side<T>| [g, e, kick, lift];
+        let [one, two] = self.sides.map(side);
+        let [[a, b, c, d], [e, f, g, h]] = [one, two];
+        [a, b, c, d, e, f, g, h, self.from, self.end]
+    }
+
+    fn of([a, b, c, d, e, f, g, h, from, end]: [T; 10]) -> Self {
+        let side = |[g, e, kick, lift]: [T; 4]| Side { g, e, kick, lift };
+        Self { sides: [side([a, b, c, d]), side([e, f, g, h])], from, end }
+    }
+}
+
+/// Runs side by side, each in the middle of plain collisions or stopped.
+#[derive(Debug, Default)]
+pub(crate) struct Pool {
+    course: Columns<10>,
+    roles: Columns<8>,
+    left: Columns<1>,
+    /// Where runs have stopped.
+    stopped: Columns<8>,
+    unused: Columns<1>,
+    /// A bit for each run that goes on, after an impact at contact 1.
+    on: u64,
+    /// Of the others, those that have stopped after an impact at contact 2.
+    second: u64,
+}
+
+/// Runs in the lanes of one register.
 struct Vector<S: Simd> {
+    from: usize,
     course: Course<Lanes<S>>,
     r: Roles<Lanes<S>>,
     left: Lanes<S>,
-    /// Lanes that go on, and those that have stopped after an impact at contact 2.
-    on: MaskOf<S>,
-    second: MaskOf<S>,
+    /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
+    on: u64,
 }
 
 impl<S: Simd> Vector<S> {
     #[inline(always)]
-    fn load(simd: S, runs: &[Clatter]) -> Self {
-        let side = |i: usize| Side {
-            g: Lanes::gather(simd, runs, |run| run.course.sides[i].g),
-            e: Lanes::gather(simd, runs, |run| run.course.sides[i].e),
-            kick: Lanes::gather(simd, runs, |run| run.course.sides[i].kick),
-            lift: Lanes::gather(simd, runs, |run| run.course.sides[i].lift),
-        };
+    fn load(simd: S, pool: &Pool, from: usize) -> Self {
+        let [left] = pool.left.load(simd, from);
         Self {
-            course: Course {
-                sides: [side(0), side(1)],
-                from: Lanes::gather(simd, runs, |run| run.course.from),
-                end: Lanes::gather(simd, runs, |run| run.course.end),
-            },
-            r: Roles {
-                u_a: Lanes::gather(simd, runs, |run| run.r.u_a),
-                u_b: Lanes::gather(simd, runs, |run| run.r.u_b),
-                h_b: Lanes::gather(simd, runs, |run| run.r.h_b),
-                square: Lanes::gather(simd, runs, |run| run.r.square),
-                hi: Lanes::gather(simd, runs, |run| run.r.hi),
-                lo: Lanes::gather(simd, runs, |run| run.r.lo),
-                jump: Lanes::gather(simd, runs, |run| run.r.jump),
-                moment: Lanes::gather(simd, runs, |run| run.r.moment),
-            },
-            left: Lanes::gather(simd, runs, |run| run.left as f64),
-            on: Lanes::<S>::mask(simd, (1 << runs.len().min(Lanes::<S>::COUNT)) - 1),
-            second: Lanes::<S>::mask(simd, 0),
+            from,
+            course: Course::of(pool.course.load(simd, from)),
+            r: Roles::of(pool.roles.load(simd, from)),
+            left,
+            on: pool.on >> from & ((1 << Lanes::<S>::COUNT) - 1),
         }
     }
 
+    /// A collision after one at `A`; lanes for which it is not a plain one stop before it.
     #[inline(always)]
-    fn store(&self, runs: &mut [Clatter]) {
-        let (second, on) = (Lanes::<S>::bits(self.second), Lanes::<S>::bits(self.on));
-        for (lane, run) in runs.iter_mut().enumerate() {
-            let r = &self.r;
-            run.r = Roles {
-                u_a: r.u_a.lane(lane),
-                u_b: r.u_b.lane(lane),
-                h_b: r.h_b.lane(lane),
-                square: r.square.lane(lane),
-                hi: r.hi.lane(lane),
-                lo: r.lo.lane(lane),
-                jump: r.jump.lane(lane),
-                moment: r.moment.lane(lane),
-            };
-            run.left = self.left.lane(lane) as usize;
-            run.a = (second >> lane & 1) as usize;
-            run.goes_on = on >> lane & 1 == 1;
-        }
-    }
-
-    /// A collision of these lanes after one at `A`; those for which it is a plain one.
-    #[inline(always)]
-    fn hop<const A: usize>(&mut self, on: MaskOf<S>) -> MaskOf<S> {
+    fn hop<const A: usize>(&mut self, pool: &mut Pool) {
         let hop = self.r.hop::<A>(&self.course);
-        let on = on & hop.plain & self.left.like(0.0).below(self.left);
-        self.r = Roles::choose(on, &hop.after, &self.r);
-        self.left = Lanes::choose(on, self.left + -1.0, self.left);
-        on
+        let plain = Lanes::<S>::bits(hop.plain & self.left.like(0.0).below(self.left));
+        let stop = self.on & !plain;
+        if stop != 0 {
+            pool.stopped.store_lanes(self.from, stop, self.r.numbers());
+            pool.unused.store_lanes(self.from, stop, [self.left]);
+            pool.on &= !(stop << self.from);
+            pool.second |= (A as u64 * stop) << self.from;
+            self.on &= plain;
+        }
+        self.r = hop.after;
+        self.left = self.left + -1.0;
     }
 
-    /// Two collisions of the lanes that go on, at contact 2 and at contact 1.
     #[inline(always)]
-    fn two_hops(&mut self) {
-        let one = self.hop::<0>(self.on);
-        let two = self.hop::<1>(one);
-        self.second = self.second | one & !two;
-        self.on = two;
+    fn store(self, pool: &mut Pool) {
+        pool.roles.store(self.from, self.r.numbers());
+        pool.left.store(self.from, [self.left]);
     }
 }
 
-/// Plain collisions of runs side by side, until half of them have come to something else. Each stands after an impact at
-/// contact 1.
-#[inline(always)]
-pub(crate) fn alternate_in_lanes<S: Simd>(simd: S, runs: &mut [Clatter]) {
-    let count = Lanes::<S>::COUNT;
-    let (one, two) = runs.split_at_mut(count.min(runs.len()));
-    let mut vectors = [Vector::load(simd, one), Vector::load(simd, two)];
-    let enough = (one.len() + two.len()).div_ceil(2) as u32;
-    while vectors.iter().map(|v| Lanes::<S>::bits(v.on).count_ones()).sum::<u32>() >= enough {
-        vectors.iter_mut().for_each(Vector::two_hops);
+impl Pool {
+    /// Two registers side by side, so that one computes while the other waits for its root.
+    pub(crate) const VECTORS: usize = 2;
+
+    /// Takes a run in whose loop plain collisions are next, if they may be and it is worth while.
+    pub(crate) fn put(&mut self, run: usize, clatter: &Clatter) -> bool {
+        let suits = clatter.a == 0 && clatter.left >= WORTH;
+        if suits {
+            self.course.put(run, clatter.course.numbers());
+            self.roles.put(run, clatter.r.numbers());
+            self.left.put(run, [clatter.left as f64]);
+            self.on |= 1 << run;
+            self.second &= !(1 << run);
+        }
+        suits
     }
-    vectors[0].store(one);
-    vectors[1].store(two);
+
+    /// Gives a run back that has stopped.
+    pub(crate) fn take(&self, run: usize, clatter: &mut Clatter) {
+        clatter.r = Roles::of(self.stopped.get(run));
+        clatter.left = self.unused.get(run)[0] as usize;
+        clatter.a = (self.second >> run & 1) as usize;
+    }
+
+    /// The runs that go on, a bit for each.
+    pub(crate) fn on(&self) -> u64 {
+        self.on
+    }
+
+    /// Plain collisions, until half of the runs have come to something else.
+    #[inline(always)]
+    pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
+        let enough = self.on.count_ones();
+        let count = Lanes::<S>::COUNT;
+        let (mut one, mut two) = (Vector::load(simd, self, 0), Vector::load(simd, self, count));
+        while one.on.count_ones() + two.on.count_ones() >= enough {
+            one.hop::<0>(self);
+            two.hop::<0>(self);
+            one.hop::<1>(self);
+            two.hop::<1>(self);
+        }
+        one.store(self);
+        two.store(self);
+    }
 }
 
 /// One collision of the plain kind; if the next is not, nothing changes.

@@ -648,21 +648,21 @@ impl<'a> Driver<'a> {
     }
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
-    pub(crate) fn to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+    pub(crate) fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
         match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => clatter.to_first(state, &mut self.log),
+            (Flight::Full(clatter), Some(state)) => clatter.come_to_first(state, &mut self.log),
             (Flight::Local(_, clatter), _) => (!clatter.is_at_first()).then_some(None),
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
     }
 
-    /// Plain collisions after that.
-    pub(crate) fn alternate(&mut self, flight: &mut Flight) -> Option<Halt> {
+    /// Plain collisions after that; `None`: many, and nothing else.
+    pub(crate) fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
         match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => clatter.alternate(state, &mut self.log),
+            (Flight::Full(clatter), Some(state)) => clatter.alternate(MANY, state, &mut self.log),
             (Flight::Local(_, clatter), _) => {
                 clatter.alternate(&mut self.log);
-                None
+                Some(None)
             }
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
@@ -678,19 +678,25 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// This body in a lane of the full model, if it may go there.
-    pub(crate) fn lane(&self, clatter: &tumble::Clatter) -> Option<tumble::Lane> {
-        self.tumble.as_ref().and_then(|state| clatter.lane(state, &self.log))
+    /// As [`tumble::Clatter::enter`].
+    pub(crate) fn enter(
+        &self,
+        clatter: &tumble::Clatter,
+        pool: &mut tumble::Pool,
+        run: usize,
+    ) -> bool {
+        self.tumble.as_ref().is_some_and(|state| clatter.enter(state, &self.log, pool, run))
     }
 
-    /// As [`tumble::Clatter::leave_lane`].
+    /// As [`tumble::Clatter::leave`].
     pub(crate) fn leave_lane(
         &mut self,
         clatter: &mut tumble::Clatter,
-        lane: &tumble::Lane,
+        pool: &tumble::Pool,
+        run: usize,
     ) -> Option<Option<Halt>> {
         let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
-        clatter.leave_lane(lane, state, &mut self.log)
+        clatter.leave(&pool.take(run), state, &mut self.log)
     }
 
     /// The end of a run that recorded nothing; `None` if it was cancelled.
@@ -843,6 +849,8 @@ impl<'a> Driver<'a> {
     }
 }
 
+/// Pairs of plain collisions after which a run that goes on by itself is looked at again.
+const MANY: usize = 8;
 /// Events after which a look into a summed tail is given up.
 const GLANCE: usize = 100_000;
 /// Time, in s, before which no body is looked for beyond all bounds.

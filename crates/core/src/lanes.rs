@@ -89,20 +89,14 @@ impl Real for f64 {
 pub(crate) struct Lanes<S: Simd>(S::f64s);
 
 /// Yes or no in each lane.
-pub(crate) type MaskOf<S> = <S as Simd>::mask64s;
+type MaskOf<S> = <S as Simd>::mask64s;
 
 impl<S: Simd> Lanes<S> {
     /// Lanes of a register.
     pub(crate) const COUNT: usize = <S::f64s as SimdBase<S>>::LEN;
 
-    /// A value of each of these, one in each lane; zeros where there are none.
     #[inline(always)]
-    pub(crate) fn gather<Run>(simd: S, runs: &[Run], value: impl Fn(&Run) -> f64) -> Self {
-        Self(S::f64s::from_fn(simd, |lane| runs.get(lane).map_or(0.0, &value)))
-    }
-
-    #[inline(always)]
-    pub(crate) fn lane(&self, index: usize) -> f64 {
+    fn lane(&self, index: usize) -> f64 {
         self.0[index]
     }
 
@@ -111,10 +105,54 @@ impl<S: Simd> Lanes<S> {
     pub(crate) fn bits(mask: MaskOf<S>) -> u64 {
         mask.to_bitmask()
     }
+}
+
+/// Runs side by side, at most: two registers of the widest kind.
+pub(crate) const MOST: usize = 16;
+
+/// N numbers of each run, kind by kind.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Columns<const N: usize>([[f64; MOST]; N]);
+
+impl<const N: usize> Default for Columns<N> {
+    fn default() -> Self {
+        Self([[0.0; MOST]; N])
+    }
+}
+
+impl<const N: usize> Columns<N> {
+    pub(crate) fn put(&mut self, run: usize, values: [f64; N]) {
+        for (column, value) in self.0.iter_mut().zip(values) {
+            column[run] = value;
+        }
+    }
+
+    pub(crate) fn get(&self, run: usize) -> [f64; N] {
+        std::array::from_fn(|n| self.0[n][run])
+    }
+
+    /// The runs from this one on, as many as a register holds.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S, from: usize) -> [Lanes<S>; N] {
+        let to = from + Lanes::<S>::COUNT;
+        std::array::from_fn(|n| Lanes(S::f64s::from_slice(simd, &self.0[n][from..to])))
+    }
 
     #[inline(always)]
-    pub(crate) fn mask(simd: S, bits: u64) -> MaskOf<S> {
-        MaskOf::<S>::from_bitmask(simd, bits)
+    pub(crate) fn store<S: Simd>(&mut self, from: usize, values: [Lanes<S>; N]) {
+        let to = from + Lanes::<S>::COUNT;
+        for (column, value) in self.0.iter_mut().zip(values) {
+            value.0.store_slice(&mut column[from..to]);
+        }
+    }
+
+    /// One of these lanes only. Of a copy, so that a loop need not keep its numbers where single lanes can be reached.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn store_lanes<S: Simd>(&mut self, from: usize, lanes: u64, values: [Lanes<S>; N]) {
+        for k in (0..Lanes::<S>::COUNT).filter(|k| lanes >> k & 1 == 1) {
+            self.put(from + k, values.map(|value| value.lane(k)));
+        }
     }
 }
 

@@ -13,24 +13,29 @@ use crate::error::Error;
 const POLL: Duration = Duration::from_millis(20);
 
 /// Answers that a thread takes at a time, at most; and the number of turns each thread gets at least, to end together.
-const TURN: usize = 256;
+const TURN: usize = 512;
 const TURNS: usize = 8;
 
 /// Where an answer could not be had, and why.
 pub(crate) type Wrong = (usize, Error);
 
-/// What `work` makes of 0..count, range by range and in order; `None` once `cancel` says so, and the error of the lowest
-/// number if there is one. `work` is given a question to ask now and then: whether to stop, with `None`.
+/// What makes a block of a range of numbers. It is given a question to ask now and then: whether to stop, with `None`.
+type Work<'w, B> = dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, Wrong> + Sync + 'w;
+
+/// What `work` makes of 0..count, in order, in blocks of `least` numbers or more if there are as many; `None` once `cancel`
+/// says so, and the error of the lowest number if there is one.
 pub(crate) fn in_blocks<B: Send>(
     count: usize,
+    least: usize,
     threads: usize,
     cancel: &dyn Fn() -> bool,
-    work: &(dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, Wrong> + Sync),
+    work: &Work<'_, B>,
 ) -> Result<Option<Vec<B>>, Wrong> {
     let threads = threads.clamp(1, count.max(1));
-    let turn = count.div_ceil(threads * TURNS).clamp(1, TURN);
-    if count <= turn {
-        return work(0..count, cancel).map(|block| block.map(|block| vec![block]));
+    let turn = count.div_ceil(threads * TURNS).clamp(least, TURN);
+    if threads == 1 || count <= turn {
+        let starts = (0..count).step_by(TURN);
+        return starts.map(|from| work(from..(from + TURN).min(count), cancel)).collect();
     }
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let wrong: Mutex<Option<Wrong>> = Mutex::new(None);

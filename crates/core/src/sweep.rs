@@ -556,7 +556,7 @@ impl Sweep {
             }
             Ok(Some(block))
         };
-        let blocks = match in_blocks(count, threads, cancel, &work) {
+        let blocks = match in_blocks(count, 1, threads, cancel, &work) {
             Ok(Some(blocks)) => blocks,
             Ok(None) => return Ok(None),
             Err((point, error)) => {

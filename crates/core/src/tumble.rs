@@ -16,8 +16,8 @@ use crate::posture::{Geometry, couplings};
 use crate::tolerance::TAIL;
 use crate::trig::Turn;
 use crate::zeno::{Frozen, Gaps, share};
-use hop::{Course, Moment};
-pub(crate) use hop::{Lane, alternate_in_lanes};
+pub(crate) use hop::Pool;
+use hop::{Course, Left, Moment, Stopped};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -238,7 +238,7 @@ impl Tumble {
             if let Some(halt) = clatter.next(self, log) {
                 break halt;
             }
-            if let Some(halt) = clatter.alternate(self, log) {
+            if let Some(Some(halt)) = clatter.alternate(usize::MAX, self, log) {
                 break halt;
             }
         };
@@ -365,8 +365,7 @@ pub(crate) struct Clatter {
     course: Course<f64>,
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
-    /// Collisions until the next look at the limits.
-    left: usize,
+    left: Left,
 }
 
 /// Collisions by which it pays to go into a register, and before which it is not worth while: most motions that can be
@@ -375,32 +374,28 @@ const WORTH: usize = 4;
 const YOUNG: usize = 16;
 
 impl Clatter {
-    /// The body as a lane takes it, if plain collisions, which are next, may come there.
-    pub(crate) fn lane(&self, state: &Tumble, log: &Log) -> Option<Lane> {
-        let suits = self.active == Some(0) && self.left >= WORTH && log.hits >= YOUNG;
-        suits.then(|| Lane {
-            moment: Moment::of(state, log.clock),
-            course: self.course,
-            a: 0,
-            left: self.left,
-            look: None,
-            goes_on: true,
-        })
+    /// Puts the body into a lane, where plain collisions are next, if they may be and it is worth while.
+    pub(crate) fn enter(&self, state: &Tumble, log: &Log, pool: &mut Pool, run: usize) -> bool {
+        let suits = self.active == Some(0) && self.left.granted >= WORTH && log.hits >= YOUNG;
+        if suits {
+            pool.put(run, Moment::of(state, log.clock), self.course, self.left);
+        }
+        suits
     }
 
     /// Comes back from a lane: whether plain collisions may still be next, or the end.
-    pub(crate) fn leave_lane(
+    pub(crate) fn leave(
         &mut self,
-        lane: &Lane,
+        stopped: &Stopped,
         state: &mut Tumble,
         log: &mut Log,
     ) -> Option<Option<Halt>> {
-        log.clock = lane.moment.put(state);
-        log.hits += self.left - lane.left;
-        self.left = lane.left;
-        self.active = Some(lane.a);
-        let Some(dt) = lane.look else { return Some(None) };
-        self.look_after(lane.a, dt, state, log)
+        log.clock = stopped.moment.put(state);
+        log.hits += self.left.granted - stopped.left.granted;
+        self.left = stopped.left;
+        self.active = Some(stopped.a);
+        let Some(dt) = stopped.look else { return Some(None) };
+        self.look_after(stopped.a, dt, state, log)
     }
 
     /// A look after a collision at `a`: `None`: plain collisions may be next, else an end or none.
@@ -411,7 +406,11 @@ impl Clatter {
     }
 
     /// Plain collisions up to one at contact 1: from there on they come in turn. Anything else stops the loop.
-    pub(crate) fn to_first(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Option<Halt>> {
+    pub(crate) fn come_to_first(
+        &mut self,
+        state: &mut Tumble,
+        log: &mut Log,
+    ) -> Option<Option<Halt>> {
         match self.active {
             None => Some(None),
             Some(0) => None,
@@ -428,8 +427,13 @@ impl Clatter {
     }
 
     pub(crate) fn begin(body: &Body, log: &mut Log) -> Self {
-        let left = log.chunk().min(REFRESH);
+        let left = Left { granted: log.chunk(), fresh: REFRESH };
         Self { course: Course::new(body, log.end), active: None, left }
+    }
+
+    fn count(&mut self) {
+        self.left.granted -= 1;
+        self.left.fresh -= 1;
     }
 
     /// After the loop: what is left of the time.
@@ -445,12 +449,15 @@ impl Clatter {
 
     /// The next collision, whatever it is.
     pub(crate) fn next(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
-        if self.left == 0 {
-            state.refresh();
-            self.left = log.chunk().min(REFRESH);
-            if self.left == 0 {
+        if self.left.granted == 0 {
+            self.left.granted = log.chunk();
+            if self.left.granted == 0 {
                 return Some(Halt::EventLimit);
             }
+        }
+        if self.left.fresh == 0 {
+            state.refresh();
+            self.left.fresh = REFRESH;
         }
         let Some((contact, landing, tie)) = state.next_landing(self.active) else {
             return Some(Halt::Never);
@@ -473,7 +480,7 @@ impl Clatter {
         let before = state.gaps.u;
         let jump = state.hit(contact);
         log.hits += 1;
-        self.left -= 1;
+        self.count();
         if log.record {
             state.write_down(contact, before, jump, log);
         }
@@ -484,19 +491,28 @@ impl Clatter {
     /// Plain collisions in turn, as long as nothing else happens.
     ///
     /// Written out for both contacts, so that none is looked up.
-    pub(crate) fn alternate(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
-        if let Some(stop) = self.to_first(state, log) {
-            return stop;
+    /// `None`: after `most` pairs of them nothing else has.
+    pub(crate) fn alternate(
+        &mut self,
+        most: usize,
+        state: &mut Tumble,
+        log: &mut Log,
+    ) -> Option<Option<Halt>> {
+        if let Some(stop) = self.come_to_first(state, log) {
+            return Some(stop);
         }
         let mut moment = Moment::of(state, log.clock);
-        loop {
+        for _ in 0..most {
             if let Some(stop) = self.hop::<0>(&mut moment, state, log) {
-                return stop;
+                return Some(stop);
             }
             if let Some(stop) = self.hop::<1>(&mut moment, state, log) {
-                return stop;
+                return Some(stop);
             }
         }
+        log.clock = moment.put(state);
+        self.active = Some(0);
+        None
     }
 
     /// A plain collision; `A` was hit last. Anything else stops the loop, and may be the end of it.
@@ -507,14 +523,23 @@ impl Clatter {
         state: &mut Tumble,
         log: &mut Log,
     ) -> Option<Option<Halt>> {
+        let mut small = true;
+        if self.left.fresh == 0 {
+            let (arms, known) = moment.arms(&self.course);
+            if known {
+                moment.take_arms(arms);
+                self.left.fresh = REFRESH;
+            }
+            small = known;
+        }
         let hop = moment.hop::<A>(&self.course);
-        if self.left == 0 || !hop.plain {
+        if !small || self.left.granted == 0 || !hop.plain {
             log.clock = moment.put(state);
             self.active = Some(A);
             return Some(None);
         }
         *moment = hop.after;
-        self.left -= 1;
+        self.count();
         log.hits += 1;
         if log.record {
             log.clock = moment.put(state);

@@ -3,11 +3,12 @@
 
 use fearless_simd::Simd;
 
-use super::{Body, LONG};
+use super::{Body, LONG, REFRESH};
 use crate::clock::{Clock, renormalised, unnormalised_after};
 use crate::flight::Arc;
-use crate::lanes::{Lanes, MaskOf, Real};
+use crate::lanes::{Columns, Lanes, Real};
 use crate::tolerance::TRY_TAIL;
+use crate::trig::Turn;
 use crate::tumble::Tumble;
 
 /// What does not change at one contact.
@@ -16,6 +17,8 @@ pub(crate) struct Side<T> {
     gravity: T,
     restitution: T,
     normal: [T; 2],
+    /// b and c at θ = 0.
+    arm: [T; 2],
     /// (g/|d|)²: an arc is concave for ever where ω⁴ is below.
     slow: T,
 }
@@ -123,6 +126,18 @@ impl<T: Real> Moment<T> {
         Near { bounce, clatter, brief }
     }
 
+    /// The arms by the rotation itself, and whether it is small enough.
+    #[inline(always)]
+    pub(crate) fn arms(&self, course: &Course<T>) -> ([[T; 2]; 2], T::Mask) {
+        let turn = Turn::small(self.theta);
+        let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
+        let arms = course.sides.map(|side| {
+            let [b, c] = side.arm;
+            [b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin)]
+        });
+        (arms, small)
+    }
+
     /// The next collision, at the contact that was not hit last. `A`: that was.
     #[inline(always)]
     pub(crate) fn hop<const A: usize>(&self, course: &Course<T>) -> Hop<T> {
@@ -170,155 +185,199 @@ impl<T: Real> Moment<T> {
         let before = if A == 0 { rates } else { [rates[1], rates[0]] };
         Hop { after, plain, look, before, jump, dt }
     }
+}
 
-    /// `self` where the mask says so, else `other`.
-    #[inline(always)]
-    pub(crate) fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
-        let one = |yes: T, no: T| T::choose(mask, yes, no);
-        let two = |yes: [T; 2], no: [T; 2]| [one(yes[0], no[0]), one(yes[1], no[1])];
-        Self {
-            h: two(yes.h, no.h),
-            u: two(yes.u, no.u),
-            b: two(yes.b, no.b),
-            c: two(yes.c, no.c),
-            r: two(yes.r, no.r),
-            v: two(yes.v, no.v),
-            theta: one(yes.theta, no.theta),
-            omega: one(yes.omega, no.omega),
-            hi: one(yes.hi, no.hi),
-            lo: one(yes.lo, no.lo),
-        }
+impl<T: Real> Moment<T> {
+    fn numbers(self) -> [T; 16] {
+        let Self { h, u, b, c, r, v, theta, omega, hi, lo } = self;
+        let [[h0, h1], [u0, u1], [b0, b1], [c0, c1], [r0, r1], [v0, v1]] = [h, u, b, c, r, v];
+        [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo]
+    }
+
+    fn from_numbers(numbers: [T; 16]) -> Self {
+        let [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo] = numbers;
+        let (h, u, b) = ([h0, h1], [u0, u1], [b0, b1]);
+        Self { h, u, b, c: [c0, c1], r: [r0, r1], v: [v0, v1], theta, omega, hi, lo }
     }
 }
 
-/// A body on its way through a lane.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Lane {
+impl<T: Real> Course<T> {
+    fn numbers(self) -> [T; 19] {
+        let side = |s: Side<T>| {
+            let ([x, y], [b, c]) = (s.normal, s.arm);
+            [s.gravity, s.restitution, x, y, b, c, s.slow]
+        };
+        let [[a, b, c, d, e, f, g], [h, i, j, k, l, m, n]] = self.sides.map(side);
+        let Self { rho2, cross, gravity, least_loss, end, .. } = self;
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end]
+    }
+
+    fn from_numbers(numbers: [T; 19]) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end] =
+            numbers;
+        let side = |[gravity, restitution, x, y, b, c, slow]: [T; 7]| Side {
+            gravity,
+            restitution,
+            normal: [x, y],
+            arm: [b, c],
+            slow,
+        };
+        let sides = [side([a, b, c, d, e, f, g]), side([h, i, j, k, l, m, n])];
+        Self { sides, rho2, cross, gravity, least_loss, end }
+    }
+}
+
+/// Bodies side by side, each in the middle of plain collisions or stopped.
+#[derive(Debug, Default)]
+pub(crate) struct Pool {
+    course: Columns<19>,
+    moment: Columns<16>,
+    left: Columns<2>,
+    /// Where bodies have stopped; and the duration of the flight before a look.
+    stopped: Columns<16>,
+    unused: Columns<2>,
+    dt: Columns<1>,
+    /// A bit for each body that goes on, after an impact at contact 1.
+    on: u64,
+    /// Of the others, those that have stopped after an impact at contact 2, and those in which a look is due.
+    second: u64,
+    look: u64,
+}
+
+/// Where a body has stopped.
+pub(crate) struct Stopped {
     pub(crate) moment: Moment<f64>,
-    pub(crate) course: Course<f64>,
     /// The contact hit last.
     pub(crate) a: usize,
-    /// Collisions that it may still make.
-    pub(crate) left: usize,
+    pub(crate) left: Left,
     /// Where a look is due: the duration of the flight before.
     pub(crate) look: Option<f64>,
-    /// Whether it is still in the middle of plain collisions.
-    pub(crate) goes_on: bool,
 }
 
-#[inline(always)]
-fn two<S: Simd>(simd: S, lanes: &[Lane], pair: impl Fn(&Lane) -> [f64; 2]) -> [Lanes<S>; 2] {
-    [
-        Lanes::gather(simd, lanes, |lane| pair(lane)[0]),
-        Lanes::gather(simd, lanes, |lane| pair(lane)[1]),
-    ]
+/// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Left {
+    pub(crate) granted: usize,
+    pub(crate) fresh: usize,
 }
 
-/// Bodies in the lanes of a vector.
+/// Bodies in the lanes of a register.
 struct Vector<S: Simd> {
     course: Course<Lanes<S>>,
     moment: Moment<Lanes<S>>,
-    left: Lanes<S>,
-    dt: Lanes<S>,
-    /// Lanes that go on, those that have stopped after an impact at contact 2, and those that have stopped for a look.
-    on: MaskOf<S>,
-    second: MaskOf<S>,
-    look: MaskOf<S>,
+    granted: Lanes<S>,
+    fresh: Lanes<S>,
+    /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
+    on: u64,
 }
 
 impl<S: Simd> Vector<S> {
-    #[inline(always)]
-    fn load(simd: S, lanes: &[Lane]) -> Self {
-        let side = |i: usize| Side {
-            gravity: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].gravity),
-            restitution: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].restitution),
-            normal: two(simd, lanes, |lane| lane.course.sides[i].normal),
-            slow: Lanes::gather(simd, lanes, |lane| lane.course.sides[i].slow),
-        };
-        let none = Lanes::<S>::mask(simd, 0);
-        Self {
-            course: Course {
-                sides: [side(0), side(1)],
-                rho2: Lanes::gather(simd, lanes, |lane| lane.course.rho2),
-                cross: Lanes::gather(simd, lanes, |lane| lane.course.cross),
-                gravity: Lanes::gather(simd, lanes, |lane| lane.course.gravity),
-                least_loss: Lanes::gather(simd, lanes, |lane| lane.course.least_loss),
-                end: Lanes::gather(simd, lanes, |lane| lane.course.end),
-            },
-            moment: Moment {
-                h: two(simd, lanes, |lane| lane.moment.h),
-                u: two(simd, lanes, |lane| lane.moment.u),
-                b: two(simd, lanes, |lane| lane.moment.b),
-                c: two(simd, lanes, |lane| lane.moment.c),
-                r: two(simd, lanes, |lane| lane.moment.r),
-                v: two(simd, lanes, |lane| lane.moment.v),
-                theta: Lanes::gather(simd, lanes, |lane| lane.moment.theta),
-                omega: Lanes::gather(simd, lanes, |lane| lane.moment.omega),
-                hi: Lanes::gather(simd, lanes, |lane| lane.moment.hi),
-                lo: Lanes::gather(simd, lanes, |lane| lane.moment.lo),
-            },
-            left: Lanes::gather(simd, lanes, |lane| lane.left as f64),
-            dt: Lanes::gather(simd, lanes, |_| 0.0),
-            on: Lanes::<S>::mask(simd, (1 << lanes.len()) - 1),
-            second: none,
-            look: none,
-        }
+    fn put_back(&self, lanes: u64, pool: &mut Pool) {
+        pool.stopped.store_lanes(0, lanes, self.moment.numbers());
+        pool.unused.store_lanes(0, lanes, [self.granted, self.fresh]);
     }
 
+    /// Computes arms that are due; lanes that have turned too far for it stop.
+    #[cold]
     #[inline(always)]
-    fn store(&self, lanes: &mut [Lane]) {
-        let (second, look) = (Lanes::<S>::bits(self.second), Lanes::<S>::bits(self.look));
-        let on = Lanes::<S>::bits(self.on);
-        let m = &self.moment;
-        for (k, lane) in lanes.iter_mut().enumerate() {
-            let two = |pair: [Lanes<S>; 2]| pair.map(|value| value.lane(k));
-            lane.moment = Moment {
-                h: two(m.h),
-                u: two(m.u),
-                b: two(m.b),
-                c: two(m.c),
-                r: two(m.r),
-                v: two(m.v),
-                theta: m.theta.lane(k),
-                omega: m.omega.lane(k),
-                hi: m.hi.lane(k),
-                lo: m.lo.lane(k),
-            };
-            lane.left = self.left.lane(k) as usize;
-            lane.a = (second >> k & 1) as usize;
-            lane.look = (look >> k & 1 == 1).then(|| self.dt.lane(k));
-            lane.goes_on = on >> k & 1 == 1;
+    fn refresh(&mut self, pool: &mut Pool, a: usize) {
+        let (arms, small) = self.moment.arms(&self.course);
+        let due = self.fresh.at_most(self.fresh.like(0.0));
+        let stop = self.on & Lanes::<S>::bits(due) & !Lanes::<S>::bits(small);
+        if stop != 0 {
+            self.put_back(stop, pool);
+            pool.second |= a as u64 * stop;
+            self.on &= !stop;
         }
+        for i in 0..2 {
+            self.moment.b[i] = Lanes::choose(due, arms[i][0], self.moment.b[i]);
+            self.moment.c[i] = Lanes::choose(due, arms[i][1], self.moment.c[i]);
+        }
+        self.fresh = Lanes::choose(due, self.fresh.like(REFRESH as f64), self.fresh);
     }
 
-    /// A collision of these lanes after one at `A`; those for which it is a plain one, without a look after it.
+    /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which a look is due
+    /// behind it.
     #[inline(always)]
-    fn hop<const A: usize>(&mut self, on: MaskOf<S>) -> MaskOf<S> {
+    fn hop<const A: usize>(&mut self, pool: &mut Pool) {
+        let zero = self.fresh.like(0.0);
+        let due = self.on & Lanes::<S>::bits(self.fresh.at_most(zero));
+        if due != 0 {
+            self.refresh(pool, A);
+        }
         let hop = self.moment.hop::<A>(&self.course);
-        let plain = on & hop.plain & self.left.like(0.0).below(self.left);
-        self.moment = Moment::choose(plain, &hop.after, &self.moment);
-        self.left = Lanes::choose(plain, self.left + -1.0, self.left);
-        let look = plain & hop.look;
-        self.dt = Lanes::choose(look, hop.dt, self.dt);
-        self.look = self.look | look;
-        // Who stops before the collision was hit at A last, who stops for a look after it at the other.
-        let at_second = if A == 0 { look } else { on & !plain };
-        self.second = self.second | at_second;
-        plain & !look
+        let plain = Lanes::<S>::bits(hop.plain & zero.below(self.granted));
+        let stop = self.on & !plain;
+        if stop != 0 {
+            self.put_back(stop, pool);
+            pool.second |= A as u64 * stop;
+            self.on &= plain;
+        }
+        self.moment = hop.after;
+        (self.granted, self.fresh) = (self.granted + -1.0, self.fresh + -1.0);
+        let look = self.on & Lanes::<S>::bits(hop.look);
+        if look != 0 {
+            self.put_back(look, pool);
+            pool.dt.store_lanes(0, look, [hop.dt]);
+            pool.second |= (1 - A as u64) * look;
+            pool.look |= look;
+            self.on &= !look;
+        }
     }
 }
 
-/// Plain collisions of bodies side by side, until half of them have come to something else. Each stands after an impact at
-/// contact 1.
-#[inline(always)]
-pub(crate) fn alternate_in_lanes<S: Simd>(simd: S, lanes: &mut [Lane]) {
-    let mut vector = Vector::load(simd, lanes);
-    let enough = lanes.len().div_ceil(2) as u32;
-    while Lanes::<S>::bits(vector.on).count_ones() >= enough {
-        let one = vector.hop::<0>(vector.on);
-        vector.on = vector.hop::<1>(one);
+impl Pool {
+    pub(crate) const VECTORS: usize = 1;
+
+    /// Takes a body in whose loop plain collisions are next, after an impact at contact 1.
+    pub(crate) fn put(&mut self, run: usize, moment: Moment<f64>, course: Course<f64>, left: Left) {
+        self.course.put(run, course.numbers());
+        self.moment.put(run, moment.numbers());
+        self.left.put(run, [left.granted as f64, left.fresh as f64]);
+        self.on |= 1 << run;
+        self.second &= !(1 << run);
+        self.look &= !(1 << run);
     }
-    vector.store(lanes);
+
+    /// Where a body has stopped.
+    pub(crate) fn take(&self, run: usize) -> Stopped {
+        let has = |bits: u64| bits >> run & 1 == 1;
+        Stopped {
+            moment: Moment::from_numbers(self.stopped.get(run)),
+            a: usize::from(has(self.second)),
+            left: {
+                let [granted, fresh] = self.unused.get(run);
+                Left { granted: granted as usize, fresh: fresh as usize }
+            },
+            look: has(self.look).then(|| self.dt.get(run)[0]),
+        }
+    }
+
+    /// The bodies that go on, a bit for each.
+    pub(crate) fn on(&self) -> u64 {
+        self.on
+    }
+
+    /// Plain collisions, until half of the bodies have come to something else.
+    #[inline(always)]
+    pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
+        let enough = self.on.count_ones();
+        let [granted, fresh] = self.left.load(simd, 0);
+        let mut vector = Vector {
+            course: Course::from_numbers(self.course.load(simd, 0)),
+            moment: Moment::from_numbers(self.moment.load(simd, 0)),
+            granted,
+            fresh,
+            on: self.on,
+        };
+        while vector.on.count_ones() >= enough {
+            vector.hop::<0>(self);
+            vector.hop::<1>(self);
+        }
+        self.on = vector.on;
+        self.moment.store(0, vector.moment.numbers());
+        self.left.store(0, [vector.granted, vector.fresh]);
+    }
 }
 
 impl Course<f64> {
@@ -327,7 +386,7 @@ impl Course<f64> {
             let k = &body.contacts[i];
             let (gravity, restitution) = (k.gravity, k.restitution);
             let slow = gravity * gravity / (k.b * k.b + k.c * k.c);
-            Side { gravity, restitution, normal: k.normal.into(), slow }
+            Side { gravity, restitution, normal: k.normal.into(), arm: [k.b, k.c], slow }
         };
         Self {
             sides: [side(0), side(1)],
@@ -341,6 +400,10 @@ impl Course<f64> {
 }
 
 impl Moment<f64> {
+    pub(crate) fn take_arms(&mut self, arms: [[f64; 2]; 2]) {
+        (self.b, self.c) = (arms.map(|arm| arm[0]), arms.map(|arm| arm[1]));
+    }
+
     pub(crate) fn of(state: &Tumble, clock: Clock) -> Self {
         let (center, spin) = (&state.center, state.spin);
         Self {
