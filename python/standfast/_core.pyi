@@ -61,6 +61,7 @@ __all__ = [
     "Phase",
     "Posture",
     "Run",
+    "Runs",
     "Scene",
     "SelfSimilar",
     "SolverError",
@@ -80,6 +81,7 @@ __all__ = [
     "schema",
     "self_similar",
     "simulate",
+    "simulate_many",
     "stability",
     "static_forces",
 ]
@@ -389,6 +391,33 @@ class Run:
     def to_json(self, path: _Path) -> None: ...
 
 @final
+class Runs:
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Run: ...
+    @property
+    def outcome(self) -> npt.NDArray[np.str_]: ...
+    @property
+    def time(self) -> _Floats: ...
+    @property
+    def elapsed(self) -> _Floats: ...
+    @property
+    def q(self) -> _Floats: ...
+    @property
+    def qdot(self) -> _Floats: ...
+    @property
+    def collisions(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def zeno_kind(self) -> npt.NDArray[np.str_]: ...
+    @property
+    def zeno_contact(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def zeno_time(self) -> _Floats: ...
+    @property
+    def zeno_elapsed(self) -> _Floats: ...
+    @property
+    def warned(self) -> npt.NDArray[np.bool_]: ...
+
+@final
 class ContactProblem:
     def __new__(
         cls,
@@ -552,6 +581,23 @@ def contact_modes(
 ) -> Modes: ...
 def load(path: _Path) -> Scene: ...
 def schema() -> str: ...
+def simulate_many(
+    posture: Posture | Sequence[Posture],
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    *,
+    model: _ModelName = "auto",
+    impact: _Impact = "newton",
+    simultaneous: _Simultaneous = "newton",
+    stop: _Stop = "rest",
+    time: float = 0.0,
+    time_limit: float | None = None,
+    event_limit: int = 1_000_000,
+    neighbourhood: float = ...,
+    tolerance: float = 1e-12,
+    record: bool = False,
+    threads: int | None = None,
+) -> Runs: ...
 def simulate(
     posture: Posture,
     q: _Triple,

@@ -184,16 +184,7 @@ const ARGUMENT_WORDS: [&str; 8] = [
     STABILITY_WORDS[2], // no argument
 ];
 
-const OUTCOMES: [Outcome; 8] = [
-    Outcome::Rest,
-    Outcome::Zeno,
-    Outcome::Escape,
-    Outcome::Sliding,
-    Outcome::Inconsistent,
-    Outcome::Ambiguous,
-    Outcome::TimeLimit,
-    Outcome::EventLimit,
-];
+const OUTCOMES: [Outcome; 8] = Outcome::ALL;
 const OUTCOME_WORDS: [&str; 8] = [
     OUTCOMES[0].as_str(),
     OUTCOMES[1].as_str(),

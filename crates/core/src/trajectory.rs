@@ -74,6 +74,18 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Rest,
+        Self::Zeno,
+        Self::Escape,
+        Self::Sliding,
+        Self::Inconsistent,
+        Self::Ambiguous,
+        Self::TimeLimit,
+        Self::EventLimit,
+    ];
+
     /// The outcome as the Python face and the files spell it.
     #[must_use]
     pub const fn as_str(self) -> &'static str {

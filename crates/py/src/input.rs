@@ -227,6 +227,11 @@ pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
     to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
 }
 
+/// No posture, nor several.
+pub(crate) fn no_posture(value: &Bound<'_, PyAny>) -> PyErr {
+    wrong_type("posture", value, "a Posture or a sequence of Postures is needed")
+}
+
 /// Neither of the bodies that have contacts.
 pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type("posture", value, "a Posture or a ContactProblem is needed")

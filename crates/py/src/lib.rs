@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 
+mod batch;
 mod error;
 mod input;
 mod modes;
@@ -17,6 +18,8 @@ mod sweep;
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]
     use crate::error::SolverError;
     #[pymodule_export]

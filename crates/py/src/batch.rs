@@ -1,0 +1,274 @@
+//! Many runs: arrays in, arrays out.
+
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::PySequence;
+use standfast::{
+    End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
+};
+
+use crate::error::to_py;
+use crate::input;
+use crate::options::{call, interruptible, stopped};
+use crate::posture::PyPosture;
+use crate::run::{PyRun, array};
+
+/// The ends of many runs, each an array with an entry for each run; `runs[i]` makes run i again, with all its events.
+///
+/// >>> import numpy as np
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> runs = sf.simulate_many(rod, q=[(0, 0.01, 0.001), (0, 0.01, 0.002)], qdot=(0, 0, 0))
+/// >>> runs.outcome, runs.zeno_kind
+/// (array(['rest', 'rest'], dtype='<U12'), array(['2-zeno', '2-zeno'], dtype='<U6'))
+/// >>> bool(runs.time[1] == runs[1].time)
+/// True
+#[pyclass(frozen, name = "Runs", module = "standfast")]
+pub(crate) struct PyRuns {
+    postures: Vec<Posture>,
+    states: Vec<State>,
+    options: Options,
+    ends: Vec<End>,
+}
+
+impl PyRuns {
+    fn numbers<'py>(
+        &self,
+        py: Python<'py>,
+        number: impl Fn(&End) -> f64,
+    ) -> Bound<'py, PyArray1<f64>> {
+        self.ends.iter().map(number).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    fn vectors<'py>(
+        &self,
+        py: Python<'py>,
+        vector: impl Fn(&End) -> standfast::Vector3,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let values = self.ends.iter().flat_map(|end| <[f64; 3]>::from(vector(end))).collect();
+        array(py, values, &[self.ends.len(), 3])
+    }
+
+    /// Words by their places in a list.
+    fn words<'py>(
+        &self,
+        py: Python<'py>,
+        words: Vec<String>,
+        place: impl Fn(&End) -> usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let places: Vec<i64> = self.ends.iter().map(|end| place(end) as i64).collect();
+        let words = py.import("numpy")?.call_method1("array", (words,))?;
+        words.call_method1("take", (places.into_pyarray(py),))
+    }
+
+    fn zeno(end: &End, number: impl Fn(&FirstZeno) -> f64) -> f64 {
+        end.zeno.as_ref().map_or(f64::NAN, number)
+    }
+}
+
+#[pymethods]
+impl PyRuns {
+    fn __len__(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Run i once more, recorded: the same to the last bit.
+    fn __getitem__(&self, py: Python<'_>, index: isize) -> PyResult<PyRun> {
+        let count = self.ends.len();
+        let i = if index < 0 { index + count as isize } else { index };
+        let Some(i) = usize::try_from(i).ok().filter(|&i| i < count) else {
+            return Err(PyIndexError::new_err(format!("run {index} of {count} runs")));
+        };
+        let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
+        let options = Options { record: true, ..self.options };
+        stopped(py, |cancel| simulate_until(posture, &self.states[i], &options, cancel))
+    }
+
+    /// How the runs ended, as `Run.outcome` spells it.
+    #[getter]
+    fn outcome<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let words = standfast::Outcome::ALL.map(|outcome| outcome.as_str().to_owned());
+        let place = |end: &End| standfast::Outcome::ALL.iter().position(|one| *one == end.outcome);
+        self.words(py, words.to_vec(), |end| place(end).unwrap_or(0))
+    }
+
+    /// Time on the clock when the outcome was reached, s.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.numbers(py, |end| end.time)
+    }
+
+    /// Time from the start to the outcome, s, not rounded to the clock.
+    #[getter]
+    fn elapsed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.numbers(py, |end| end.elapsed)
+    }
+
+    /// Final configurations, (N, 3) m, m, rad.
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.vectors(py, |end| end.state.q)
+    }
+
+    /// Final velocities, (N, 3) m/s, m/s, rad/s.
+    #[getter]
+    fn qdot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.vectors(py, |end| end.state.qdot)
+    }
+
+    /// Numbers of collisions simulated one by one.
+    #[getter]
+    fn collisions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        self.ends.iter().map(|end| end.collisions as i64).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Kinds of the first Zeno points, "1-zeno", "2-zeno", …; "" where there is none.
+    #[getter]
+    fn zeno_kind<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = |end: &End| end.zeno.map_or(0, |zeno| zeno.count);
+        let most = self.ends.iter().map(count).max().unwrap_or(0);
+        let kinds = (1..=most).map(|count| format!("{count}-zeno"));
+        self.words(py, std::iter::once(String::new()).chain(kinds).collect(), count)
+    }
+
+    /// The only contact that comes to rest at the first Zeno point, from 1; 0 where there are several, or none.
+    #[getter]
+    fn zeno_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let contact = |end: &End| end.zeno.and_then(|zeno| zeno.contact);
+        let numbers = self.ends.iter().map(|end| contact(end).map_or(0, |i| i.number() as i64));
+        numbers.collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Times of the first Zeno points on the clock, s; NaN where there is none.
+    #[getter]
+    fn zeno_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.numbers(py, |end| Self::zeno(end, |zeno| zeno.time))
+    }
+
+    /// Times of the first Zeno points since the start, s, not rounded to the clock.
+    #[getter]
+    fn zeno_elapsed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.numbers(py, |end| Self::zeno(end, |zeno| zeno.elapsed))
+    }
+
+    /// Whether a run has warnings: `runs[i].warnings` says which.
+    #[getter]
+    fn warned<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        self.ends.iter().map(|end| end.warned).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Runs: {}>", self.ends.len())
+    }
+}
+
+/// One state a row, or one for all: `count` of them.
+fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+    let array = input::triples(field, value)?;
+    let array = array.as_array();
+    if array.ndim() > 2 {
+        return Err(to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("array of shape {:?}", array.shape()),
+            allowed: "an array of shape (N, 3), or (3,) for the same in each run".into(),
+        }));
+    }
+    let numbers: Vec<f64> = array.iter().copied().collect();
+    Ok(numbers.chunks_exact(3).map(|row| [row[0], row[1], row[2]]).collect())
+}
+
+/// One posture, or a sequence of them.
+fn postures(value: &Bound<'_, PyAny>) -> PyResult<Vec<Posture>> {
+    if let Ok(posture) = value.cast::<PyPosture>() {
+        return Ok(vec![posture.get().0.clone()]);
+    }
+    let items = value.cast::<PySequence>().map_err(|_| input::no_posture(value))?;
+    items
+        .try_iter()?
+        .map(|item| {
+            let item = item?;
+            let posture = item.cast::<PyPosture>().map_err(|_| input::no_posture(value))?;
+            Ok(posture.get().0.clone())
+        })
+        .collect()
+}
+
+/// As many as there are runs.
+fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>> {
+    match values.len() {
+        length if length == count => Ok(values),
+        1 => Ok(vec![values[0]; count]),
+        length => Err(to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("[{length} rows]"),
+            allowed: format!("one for each of {count} runs, or one for all"),
+        })),
+    }
+}
+
+/// The motions of many postures, or of one from many states: Runs.
+///
+/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
+/// every core. The other keywords are those of `simulate`; nothing is recorded. Each run is the same, to the last bit, as
+/// `simulate` makes it, whatever the number of threads.
+///
+/// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
+#[pyfunction]
+#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, threads=None)")]
+#[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+pub(crate) fn simulate_many(
+    py: Python<'_>,
+    posture: &Bound<'_, PyAny>,
+    q: &Bound<'_, PyAny>,
+    qdot: &Bound<'_, PyAny>,
+    #[pyo3(from_py_with = input::model)] model: &str,
+    #[pyo3(from_py_with = input::impact)] impact: &str,
+    #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+    #[pyo3(from_py_with = input::stop)] stop: &str,
+    #[pyo3(from_py_with = input::time)] time: f64,
+    #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
+    #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
+    #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
+    #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
+    #[pyo3(from_py_with = input::record)] record: bool,
+    #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+) -> PyResult<PyRuns> {
+    if record {
+        return Err(to_py(&Error::Unusable {
+            field: "record".into(),
+            value: "True".into(),
+            allowed: "False: runs[i] makes run i once more, with all its events".into(),
+        }));
+    }
+    let options = Options {
+        model: call("model", model)?,
+        impact: call("impact", impact)?,
+        simultaneous: call("simultaneous", simultaneous)?,
+        stop: call("stop", stop)?,
+        time,
+        time_limit,
+        event_limit,
+        neighbourhood,
+        tolerance,
+        record,
+    };
+    let one = posture.cast::<PyPosture>().is_ok();
+    let postures = postures(posture)?;
+    let (q, qdot) = (rows("q", q)?, rows("qdot", qdot)?);
+    let count = if !one {
+        postures.len()
+    } else if q.len() == 1 {
+        qdot.len()
+    } else {
+        q.len()
+    };
+    let (q, qdot) = (spread("q", q, count)?, spread("qdot", qdot, count)?);
+    let states: Vec<State> = q.into_iter().zip(qdot).map(|(q, v)| State::new(q, v)).collect();
+    let mut resources = Resources::default();
+    resources.threads = threads.unwrap_or(resources.threads);
+    let ends = interruptible(py, |cancel| {
+        simulate_many_until(&postures, &states, &options, resources, cancel)
+    })?;
+    Ok(PyRuns { postures, states, options, ends })
+}
