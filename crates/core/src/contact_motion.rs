@@ -317,7 +317,16 @@ pub(crate) struct Step {
     unit: f64,
     /// Time for which the series serve to the last digit, in units.
     reach: f64,
+    /// Number of coefficients.
+    order: usize,
 }
+
+/// Numbers of coefficients to be tried: most steps are short, and few coefficients reach to their end. The last one goes on
+/// step by step.
+pub(crate) const ORDERS: [usize; 3] = [8, 13, ORDER];
+
+/// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
+const FROZEN: usize = 5;
 
 /// How a step ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -343,18 +352,18 @@ fn product(a: &Series, b: &Series, k: usize) -> f64 {
     (0..=k).map(|j| a[j] * b[k - j]).sum()
 }
 
-fn times(a: &Series, b: &Series) -> Series {
+fn times(a: &Series, b: &Series, order: usize) -> Series {
     let mut series = ZERO;
-    for (k, c) in series.iter_mut().enumerate() {
+    for (k, c) in series[..order].iter_mut().enumerate() {
         *c = product(a, b, k);
     }
     series
 }
 
 /// Determinant of the first n rows and columns.
-fn determinant(m: &[[Series; 3]; 3], n: usize) -> Series {
+fn determinant(m: &[[Series; 3]; 3], n: usize, order: usize) -> Series {
     let minor = |i: usize, j: usize, k: usize, l: usize| {
-        let (one, two) = (times(&m[i][k], &m[j][l]), times(&m[i][l], &m[j][k]));
+        let (one, two) = (times(&m[i][k], &m[j][l], order), times(&m[i][l], &m[j][k], order));
         std::array::from_fn(|k| one[k] - two[k])
     };
     match n {
@@ -363,9 +372,9 @@ fn determinant(m: &[[Series; 3]; 3], n: usize) -> Series {
         2 => minor(0, 1, 0, 1),
         _ => {
             let parts = [
-                times(&m[0][0], &minor(1, 2, 1, 2)),
-                times(&m[0][1], &minor(1, 2, 0, 2)),
-                times(&m[0][2], &minor(1, 2, 0, 1)),
+                times(&m[0][0], &minor(1, 2, 1, 2), order),
+                times(&m[0][1], &minor(1, 2, 0, 2), order),
+                times(&m[0][2], &minor(1, 2, 0, 1), order),
             ];
             std::array::from_fn(|k| parts[0][k] - parts[1][k] + parts[2][k])
         }
@@ -381,8 +390,10 @@ fn constant(value: f64) -> Series {
 
 impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the forces do not
-    /// follow from it: the friction matrix is singular.
-    pub(crate) fn new(state: &Stance, modes: &[Mode]) -> Option<Self> {
+    /// follow from it: the friction matrix is singular. `order`: the number of coefficients, at most [`ORDER`]; where the
+    /// geometry is frozen there are no more than three.
+    pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
+        let order = if state.frozen.is_some() { FROZEN } else { order };
         let unit = state.unit_of_time();
         let pull = Vector2::new(0.0, -state.gravity * unit * unit);
         let mut tracks: Vec<Track> = (0..state.points.len())
@@ -430,7 +441,7 @@ impl Step {
         let (mut lever, mut arm, mut force) = ([ZERO; 3], [ZERO; 3], [ZERO; 3]);
         let mut matrix = [[ZERO; 3]; 3];
         let mut first = None;
-        for k in 0..ORDER {
+        for k in 0..order {
             square[k] = match state.frozen {
                 None => product(&omega, &omega, k),
                 Some(square) if k == 0 => square * unit * unit,
@@ -493,7 +504,7 @@ impl Step {
                     track.tangential[k] += slope(u) * solved[l];
                 }
             }
-            if k + 1 == ORDER {
+            if k + 1 == order {
                 break;
             }
             let next = 1.0 / (k + 1) as f64;
@@ -531,17 +542,13 @@ impl Step {
                 }
             }
         }
-        let share = f64::EPSILON * 0.1;
         let of_tracks = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
-        let reach = of_tracks
-            .chain([&omega])
-            .map(|series| radius(series, share))
-            .fold(f64::INFINITY, f64::min);
-        let mut determinant = determinant(&matrix, n);
+        let reach = radius(of_tracks.chain([&omega]), f64::EPSILON * 0.1, order);
+        let mut determinant = determinant(&matrix, n, order);
         if determinant[0] < 0.0 {
             determinant = determinant.map(|c| -c);
         }
-        Some(Self { theta, omega, r, v, tracks, determinant, unit, reach })
+        Some(Self { theta, omega, r, v, tracks, determinant, unit, reach, order })
     }
 
     /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they
@@ -608,7 +615,7 @@ impl Step {
         let end = self.reach.min(limit / self.unit);
         let mut first = (end, StepEnd::Reach);
         if end < f64::INFINITY
-            && let Some(t) = first_root(&self.determinant, end)
+            && let Some(t) = first_root(&self.determinant, self.order, end)
         {
             first = (t, StepEnd::Jam);
         }
@@ -630,7 +637,7 @@ impl Step {
                 }
                 series[0] = series[0].max(0.0);
                 let t = if first.0 < f64::INFINITY {
-                    first_root(&series, first.0)
+                    first_root(&series, self.order, first.0)
                 } else {
                     // Nothing turns: gaps are parabolas, speeds linear, forces constant.
                     Some(parabola_touchdown(series[0], series[1], -2.0 * series[2]))
@@ -685,10 +692,12 @@ impl Step {
     /// The state after `t` (s), which is within reach.
     pub(crate) fn at(&self, state: &Stance, t: f64) -> Stance {
         let t = t / self.unit;
-        let value = |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c);
+        let order = self.order;
+        let value = |series: &Series| series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c);
         let rate = |series: &Series| value(series) / self.unit;
         // Without its first term: to all its digits, however little it is.
-        let change = |series: &Series| series[1..].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
+        let change =
+            |series: &Series| series[1..order].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
         let mut after = state.clone();
         after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
         after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
@@ -697,8 +706,9 @@ impl Step {
             if track.pinned {
                 (p.h, p.u) = (0.0, 0.0);
             } else if track.mode == Mode::Separate {
-                let terms =
-                    |series: &Series| series.iter().rev().fold(0.0, |sum, c| sum * t + c.abs());
+                let terms = |series: &Series| {
+                    series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
+                };
                 let (gap, speed) = (terms(&track.h), terms(&track.u) / self.unit);
                 p.rounding = p.rounding.after(t * self.unit, p.h, gap, speed);
                 (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
@@ -755,24 +765,28 @@ impl Step {
     }
 }
 
-/// Time up to which the last two terms of a series stay below `share` of its first three ones: these say how large the
+/// Time up to which the last two terms of each series stay below `share` of its first three ones: these say how large the
 /// quantity is, even where it passes zero. With a unit of time in which the body turns by about a radian they count in
 /// full, but where forces soon grow beyond all bounds, only for as much as they are by then.
-fn radius(series: &Series, share: f64) -> f64 {
-    let within = |time: f64| {
-        let t = time.min(1.0);
-        let size = series[0].abs().max(t * series[1].abs()).max(t * t * series[2].abs());
-        let reach = |k: usize| {
-            if series[k] == 0.0 || size == 0.0 {
-                f64::INFINITY
-            } else {
-                libm::pow(share * size / series[k].abs(), 1.0 / k as f64)
-            }
-        };
-        reach(ORDER - 1).min(reach(ORDER - 2))
-    };
+fn radius<'s>(all: impl Iterator<Item = &'s Series> + Clone, share: f64, order: usize) -> f64 {
+    let mut time = 1.0_f64;
     // The size enters by a root so high that each round gains a digit.
-    within(within(within(1.0)))
+    for _ in 0..3 {
+        let t = time.min(1.0);
+        let (mut last, mut before) = (0.0_f64, 0.0_f64);
+        for series in all.clone() {
+            let size = series[0].abs().max(t * series[1].abs()).max(t * t * series[2].abs());
+            if size > 0.0 {
+                last = last.max(series[order - 1].abs() / size);
+                before = before.max(series[order - 2].abs() / size);
+            }
+        }
+        let reach = |term: f64, power: usize| {
+            if term == 0.0 { f64::INFINITY } else { libm::pow(share / term, 1.0 / power as f64) }
+        };
+        time = reach(last, order - 1).min(reach(before, order - 2));
+    }
+    time
 }
 
 #[cfg(test)]
@@ -818,7 +832,7 @@ mod tests {
             };
             let (before, mut time) = (energy(&state), 0.0);
             loop {
-                let step = Step::new(&state, &[Mode::Separate, mode]).unwrap();
+                let step = Step::new(&state, &[Mode::Separate, mode], ORDER).unwrap();
                 let (t, end) = step.first_event(&state, f64::INFINITY);
                 state = step.at(&state, t);
                 time += t;

@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::clock::Clock;
 use crate::contact::PerContact;
-use crate::contact_motion::{Point, Stance, Step, StepEnd};
+use crate::contact_motion::{ORDERS, Point, Stance, Step, StepEnd};
 use crate::error::{Error, LARGEST};
 use crate::log::{Log, Spin};
 use crate::modes::{
@@ -367,33 +367,43 @@ impl<'a> ContactPhase<'a> {
                 log.clock = log.clock.after(log.left().max(0.0));
                 return outcome(Outcome::TimeLimit);
             }
-            let Some(mut step) = Step::new(stance, &self.word) else {
-                return outcome(Outcome::Inconsistent);
-            };
-            if std::mem::take(&mut fresh) {
-                (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
-            }
-            match last.take() {
-                Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
-                    step.lifts_off(i);
-                    if let Some((j, _)) = stance.up_from_vertex(i) {
-                        step.breaks_loose(j);
-                    }
+            let (fresh, last) = (std::mem::take(&mut fresh), last.take());
+            let mut found = None;
+            for order in ORDERS {
+                let Some(mut step) = Step::new(stance, &self.word, order) else {
+                    return outcome(Outcome::Inconsistent);
+                };
+                if fresh {
+                    (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
                 }
-                Some(Next::Slip(i, mode)) if self.word[i] == mode => {
-                    if !step.breaks_loose(i) {
-                        return outcome(Outcome::Inconsistent);
+                match last {
+                    Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                        step.lifts_off(i);
+                        if let Some((j, _)) = stance.up_from_vertex(i) {
+                            step.breaks_loose(j);
+                        }
                     }
-                    // From a vertex it slides up one piece, and with it leaves the other.
-                    if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
-                        && self.word[j] == Mode::Separate
-                    {
-                        step.lifts_off(j);
+                    Some(Next::Slip(i, mode)) if self.word[i] == mode => {
+                        if !step.breaks_loose(i) {
+                            return outcome(Outcome::Inconsistent);
+                        }
+                        // From a vertex it slides up one piece, and with it leaves the other.
+                        if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
+                            && self.word[j] == Mode::Separate
+                        {
+                            step.lifts_off(j);
+                        }
                     }
+                    _ => {}
                 }
-                _ => {}
+                let (t, end) = step.first_event(stance, log.left());
+                let done = end != StepEnd::Reach || t >= log.left() || t == f64::INFINITY;
+                found = Some((step, t, end));
+                if done {
+                    break;
+                }
             }
-            let (t, end) = step.first_event(stance, log.left());
+            let Some((step, t, end)) = found else { unreachable!("there are orders") };
             if t == f64::INFINITY
                 || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
             {

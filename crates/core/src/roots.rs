@@ -45,12 +45,15 @@ pub(crate) const ORDER: usize = 21;
 /// Descartes' rule in the Bernstein basis: no sign change, no root; one sign change, exactly one root;
 /// otherwise the interval is halved (de Casteljau), earlier half first. A double root that touches zero
 /// without crossing can be missed within rounding; it is no collision.
-pub(crate) fn first_root(coefficients: &[f64; ORDER], end: f64) -> Option<f64> {
+///
+/// `count`: coefficients beyond are zero.
+pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) -> Option<f64> {
     // Divide out the root at zero.
-    let zeros = coefficients.iter().position(|c| *c != 0.0)?;
+    let zeros = coefficients[..count].iter().position(|c| *c != 0.0)?;
+    let count = count - zeros;
     let mut scaled = [0.0; ORDER];
     let mut power = 1.0;
-    for k in 0..ORDER - zeros {
+    for k in 0..count {
         scaled[k] = coefficients[k + zeros] * power;
         power *= end;
     }
@@ -59,20 +62,20 @@ pub(crate) fn first_root(coefficients: &[f64; ORDER], end: f64) -> Option<f64> {
     }
     let value = |x: f64| {
         let (mut p, mut dp) = (0.0, 0.0);
-        for c in scaled.iter().rev() {
+        for c in scaled[..count].iter().rev() {
             dp = dp * x + p;
             p = p * x + c;
         }
         (p, dp)
     };
-    first_crossing(bernstein(&scaled), 0.0, 1.0, 0, &value).map(|x| x * end)
+    first_crossing(&bernstein(&scaled[..count])[..count], 0.0, 1.0, 0, &value).map(|x| x * end)
 }
 
 /// Bernstein coefficients on [0, 1]: βᵢ = Σ_{j≤i} C(i,j)/C(n,j) aⱼ.
-fn bernstein(a: &[f64; ORDER]) -> [f64; ORDER] {
-    let n = ORDER - 1;
+fn bernstein(a: &[f64]) -> [f64; ORDER] {
+    let n = a.len() - 1;
     let mut beta = [0.0; ORDER];
-    for (i, value) in beta.iter_mut().enumerate() {
+    for (i, value) in beta[..a.len()].iter_mut().enumerate() {
         let mut ratio = 1.0; // C(i,j)/C(n,j)
         for (j, coefficient) in a.iter().enumerate().take(i + 1) {
             *value += ratio * coefficient;
@@ -86,7 +89,7 @@ fn bernstein(a: &[f64; ORDER]) -> [f64; ORDER] {
 const DEEPEST: usize = 48;
 
 fn first_crossing(
-    beta: [f64; ORDER],
+    beta: &[f64],
     from: f64,
     to: f64,
     depth: usize,
@@ -99,16 +102,19 @@ fn first_crossing(
     if changes == 1 || depth == DEEPEST {
         return (value(from).0 > 0.0 && value(to).0 <= 0.0).then(|| bracketed(from, to, value));
     }
-    let (mut left, mut right) = (beta, beta);
-    for level in 1..ORDER {
-        for k in (level..ORDER).rev() {
+    let count = beta.len();
+    let (mut left, mut right) = ([0.0; ORDER], [0.0; ORDER]);
+    left[..count].copy_from_slice(beta);
+    right[count - 1] = left[count - 1];
+    for level in 1..count {
+        for k in (level..count).rev() {
             left[k] = 0.5 * (left[k - 1] + left[k]);
         }
-        right[ORDER - 1 - level] = left[ORDER - 1];
+        right[count - 1 - level] = left[count - 1];
     }
     let middle = 0.5 * (from + to);
-    first_crossing(left, from, middle, depth + 1, value)
-        .or_else(|| first_crossing(right, middle, to, depth + 1, value))
+    first_crossing(&left[..count], from, middle, depth + 1, value)
+        .or_else(|| first_crossing(&right[..count], middle, to, depth + 1, value))
 }
 
 #[cfg(test)]
@@ -129,20 +135,20 @@ mod tests {
     #[test]
     fn the_first_of_many_roots() {
         let c = poly(&[0.7, 0.3, 0.31, 2.0, -1.0]);
-        let root = first_root(&c, 1.0).unwrap();
+        let root = first_root(&c, ORDER, 1.0).unwrap();
         assert!((root - 0.3).abs() < 1e-14, "{root}");
-        assert_eq!(first_root(&c, 0.29), None);
-        assert_eq!(first_root(&poly(&[2.0, -0.5]), 1.9), None);
+        assert_eq!(first_root(&c, ORDER, 0.29), None);
+        assert_eq!(first_root(&poly(&[2.0, -0.5]), ORDER, 1.9), None);
     }
 
     #[test]
     fn leaving_zero_is_no_root() {
         let mut c = [0.0; ORDER];
         (c[1], c[2]) = (1e-9, -1.0); // t (1e-9 − t)
-        let root = first_root(&c, 1.0).unwrap();
+        let root = first_root(&c, ORDER, 1.0).unwrap();
         assert!((root - 1e-9).abs() < 1e-23, "{root}");
         c[2] = 0.0;
-        assert_eq!(first_root(&c, 1.0), None);
+        assert_eq!(first_root(&c, ORDER, 1.0), None);
     }
 
     #[test]

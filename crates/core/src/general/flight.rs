@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::contact_motion::{Point, Rounding, Stance, Step};
 use crate::flight::{Arc, parabola_touchdown};
 use crate::modes::Mode;
+use crate::roots::ORDER;
 use crate::tolerance::STILL;
 use crate::trig::Turn;
 
@@ -130,7 +131,7 @@ impl Stance {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
         }
-        let step = if self.is_fixed(word) { None } else { Step::new(self, word) };
+        let step = if self.is_fixed(word) { None } else { Step::new(self, word, ORDER) };
         let Some(step) = step else { return self.clone() };
         // A body at rest stays so where nothing but rounding accelerates it.
         let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;

@@ -1,0 +1,83 @@
+"""standfast itself, called as any user would call it: models local, full and auto, one run at a time with its record, and many
+runs at once (`simulate_many`, time per run).
+
+The posture is nominal where its points touch the floor, so that the start is a displacement from there. Rocking takes Moreau's
+law of impact, by which friction acts in impacts, too."""
+
+import sys
+import time
+
+import standfast as sf
+import told
+
+#: Runs at once.
+MANY = 10_000
+#: Centre of mass in the nominal posture, where that is not the start.
+NOMINAL = {"ball": (0.0, 0.1), "rod": (0.0, 0.0), "nested": (0.0, 0.0)}
+
+
+def posture(name, scene):
+    body, start = scene["body"], scene["start"]
+    x, y = NOMINAL.get(name, start["q"][:2])
+    contacts = [
+        sf.Contact(point=(x + dx, y + dy), slope=body["slope"], friction=body["friction"])
+        for dx, dy in body["arms"]
+    ]
+    q = (start["q"][0] - x, start["q"][1] - y, start["q"][2])
+    made = sf.Posture(
+        mass=body["mass"],
+        gyration_radius=body["gyration_radius"],
+        center_of_mass=(x, y),
+        contacts=contacts,
+        restitution=body["restitution"],
+    )
+    return made, q, tuple(start["v"])
+
+
+def main(path):
+    for name, scene in told.scenes(path).items():
+        body, q, v = posture(name, scene)
+        options = {}
+        if scene["body"].get("rocks"):
+            options = {"impact": "moreau", "simultaneous": "first-contact-first"}
+        for model in ("local", "full", "auto"):
+            one(name, scene, body, q, v, {"model": model, **options}, model)
+        many(name, scene, body, q, v, {"model": "full", **options})
+
+
+def one(name, scene, body, q, v, options, setting):
+    x, y = body.center_of_mass
+    record = {"tool": f"standfast {sf.__version__}", "scene": name, "setting": setting}
+    if "before" in scene:
+        limit = scene["before"]["time"]
+
+        def before():
+            run = sf.simulate(body, q, v, time_limit=limit, **options)
+            return run.q if name == "block" else body.gaps(run.q)
+
+        seconds, found = told.median_time(before)
+        values = [x + found[0], y + found[1]] if name == "block" else list(found)
+        told.report(**record, task="before", seconds=seconds, values=values)
+
+    def rest():
+        run = sf.simulate(body, q, v, **options)
+        return run.time, run.q
+
+    seconds, (settled, end) = told.median_time(rest)
+    place = [x + end[0], y + end[1], end[2]]
+    told.report(**record, task="rest", seconds=seconds, time=settled, q=place)
+
+
+def many(name, scene, body, q, v, options):
+    start = time.perf_counter()
+    runs = sf.simulate_many([body] * MANY, q, v, **options)
+    settled, end = runs.time, runs.q
+    seconds = (time.perf_counter() - start) / MANY
+    x, y = body.center_of_mass
+    place = [x + end[0, 0], y + end[0, 1], end[0, 2]]
+    record = {"tool": f"standfast {sf.__version__}", "scene": name, "setting": f"{MANY} at once"}
+    told.report(**record, task="rest", seconds=seconds, time=settled[0], q=place)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,90 @@
+"""What the peers share: the scenes, the timing, the rule by which motion has ceased, and the output. Standard library only."""
+
+import json
+import math
+import statistics
+import time
+
+#: Acceleration of gravity, along -y.
+GRAVITY = 9.81
+#: Speeds in m/s below it are none.
+STILL = 1e-6
+#: No setting is tried of which one run would take longer, in seconds.
+PATIENCE = 10.0
+#: The steps in s of those that have a fixed one.
+STEPS = [m * 10.0**-k for k in range(2, 9) for m in (1, 0.3)]
+
+
+def scenes(path):
+    """The scenes of scenes.json by name, with the exact answers as floats."""
+    with open(path) as file:
+        found = json.load(file)["scenes"]
+    for scene in found.values():
+        for task, key in (("rest", "q"), ("before", "values")):
+            if task in scene:
+                scene[task]["time"] = float(scene[task]["time"])
+                scene[task][key] = [float(x) for x in scene[task][key]]
+    return found
+
+
+def report(**record):
+    """One line of JSON: tool, scene, task, setting, parameter, seconds, values, time, q."""
+    print(json.dumps({"values": None, "time": None, "q": None, **record}), flush=True)
+
+
+def median_time(run):
+    """Wall time in seconds, the median of some runs, and what the last of them returned."""
+    seconds = []
+    while True:
+        start = time.perf_counter()
+        result = run()
+        seconds.append(time.perf_counter() - start)
+        enough = 1 if seconds[0] > 5 else 3 if seconds[0] > 1 else 5
+        if len(seconds) >= enough and (sum(seconds) > 0.1 or len(seconds) >= 25):
+            return statistics.median(seconds), result
+
+
+def settled(times, speeds):
+    """The first of the times from which on all speeds are below STILL; None if the last is not. A speed is the largest of
+    |vx|, |vy|, |omega| * gyration_radius after the step that ends at this time."""
+    since = None
+    for at, speed in zip(reversed(times), reversed(speeds)):
+        if not speed < STILL:
+            break
+        since = at
+    return since
+
+
+def answer(name, scene, task, q, time):
+    """What is reported of a state (x, y, theta): the gaps (of the block the position), or the time of rest and the state."""
+    if task == "rest":
+        return {"time": time, "q": q}
+    if name == "block":
+        return {"values": q[:2]}
+    sin, cos = math.sin(q[2]), math.cos(q[2])
+    return {"values": [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]}
+
+
+def fixed_step(tool, path, simulate):
+    """simulate(name, scene, task, dt, end) -> q, time, with shorter and shorter steps until a run takes too long."""
+    for name, scene in scenes(path).items():
+        for task in ("before", "rest"):
+            if task not in scene:
+                continue
+            end = scene[task]["time"] * (1.5 if task == "rest" else 1.0)
+            seconds, last = 0.0, 1.0
+            for dt in STEPS:
+                if seconds * last / dt > PATIENCE:
+                    break
+                run = lambda dt=dt: simulate(name, scene, task, dt, end)  # noqa: B023
+                seconds, (q, time) = median_time(run)
+                last = dt
+                report(
+                    tool=tool,
+                    scene=name,
+                    task=task,
+                    setting=f"dt = {dt:g}",
+                    parameter=dt,
+                    seconds=seconds,
+                    **answer(name, scene, task, q, time),
+                )
