@@ -160,7 +160,9 @@ def test_a_hanging_body_swings_like_a_physical_pendulum(omega):
     energy = run.energy(times)
     assert np.abs(energy - energy[0]).max() <= 1e-13 * energy[0]
     q, _ = run.at(times)
-    assert np.abs([body.gaps(x) for x in q]).max() <= 1e-15
+    # Drift of the pivot is taken back beyond 2 eps of the distances, 2L and L; q itself is rounded.
+    eps = np.finfo(float).eps
+    assert np.abs([body.gaps(x) for x in q]).max() <= 2 * eps * 3 * length + 4 * eps
 
 
 # --- one sliding contact ------------------------------------------------------------------------------------------
@@ -573,7 +575,8 @@ def flaws(posture, run):
         found.append("outcome")
     if run.outcome in ("inconsistent", "ambiguous") and not found:
         expected = {"inconsistent": "none", "ambiguous": "ambiguous"}[run.outcome]
-        if sf.contact_modes(posture, run.q, run.qdot).status != expected:
+        # What the run could not decide: far away its q, rounded, would not touch the ground any more.
+        if sf.contact_modes(run.undecided).status != expected:
             found.append("contact modes disagree")
     return found
 

@@ -55,6 +55,8 @@ def simulate(name, scene, task, dt, end):
     times, speeds = [], []
     for step in range(1, steps + 2):
         space.step(dt if step <= steps else end - steps * dt)
+        if task == "before":
+            continue
         vx, vy = body.velocity
         times.append(step * dt)
         speeds.append(max(abs(vx), abs(vy), abs(body.angular_velocity) * rho))

@@ -17,6 +17,7 @@ tolerance tells in the held phases and at the end. Not told: the rocking block, 
 
 import math
 import sys
+from functools import partial
 
 import told
 
@@ -99,7 +100,7 @@ class Contacts:
             )
             normal = sum(forces)
             along = friction * normal
-            alpha = sum(f * turn for f, turn in zip(forces, turns)) / self.rho2
+            alpha = sum(f * turn for f, turn in zip(forces, turns, strict=True)) / self.rho2
             x, y = self.cos * along - self.sin * normal, self.sin * along + self.cos * normal
             return (z[3], z[4], z[5], x, y - G, alpha)
 
@@ -107,7 +108,9 @@ class Contacts:
 
 
 def event(function, i):
-    found = lambda t, z: function(i, z)
+    def found(t, z):
+        return function(i, z)
+
     found.terminal, found.direction = True, -1
     return found
 
@@ -165,7 +168,7 @@ def main():
                 for tol in TOLERANCES:
                     if method == "RK23" and tol < 1e-7:
                         continue
-                    run = lambda: simulate(scene, method, tol, end)  # noqa: B023
+                    run = partial(simulate, scene, method, tol, end)
                     seconds, (of, z, time) = told.median_time(run)
                     told.report(
                         tool=f"scipy {scipy.__version__}",

@@ -4,6 +4,7 @@ import json
 import math
 import statistics
 import time
+from functools import partial
 
 #: Acceleration of gravity, along -y.
 GRAVITY = 9.81
@@ -48,7 +49,7 @@ def settled(times, speeds):
     """The first of the times from which on all speeds are below STILL; None if the last is not. A speed is the largest of
     |vx|, |vy|, |omega| * gyration_radius after the step that ends at this time."""
     since = None
-    for at, speed in zip(reversed(times), reversed(speeds)):
+    for at, speed in zip(reversed(times), reversed(speeds), strict=True):
         if not speed < STILL:
             break
         since = at
@@ -76,7 +77,7 @@ def fixed_step(tool, path, simulate):
             for dt in STEPS:
                 if seconds * last / dt > PATIENCE:
                     break
-                run = lambda dt=dt: simulate(name, scene, task, dt, end)  # noqa: B023
+                run = partial(simulate, name, scene, task, dt, end)
                 seconds, (q, time) = median_time(run)
                 last = dt
                 report(

@@ -456,8 +456,11 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One body beside each collision.
+    /// One body beside each collision, if the full model takes part.
     fn align_bodies(&mut self) {
+        if self.local {
+            return;
+        }
         let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
         self.log.bodies.resize(self.log.collisions.len(), body);
     }

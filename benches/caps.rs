@@ -1,0 +1,100 @@
+//! Instruction counts with caps, under valgrind: what a collision and a choice of contact modes may cost at the most.
+//!
+//! `cargo bench -p standfast-benches --bench caps` (gungraun with its runner of the same version, and valgrind) counts the
+//! instructions of each function and fails where one exceeds its cap in `caps/limits.rs`. Counts include the call around the
+//! loop, so that the caps of collisions are for as many as there are, each within its share.
+
+#[path = "caps/limits.rs"]
+mod limits;
+
+use std::hint::black_box;
+
+use gungraun::prelude::*;
+use gungraun::{Callgrind, EventKind};
+use standfast::{
+    ContactProblem, LocalModel, Model, Options, PairModes, Posture, ProblemFields, State, Stop,
+    Trajectory, simulate,
+};
+
+/// A self-similar orbit: contacts alternate, and nothing can be summed until the digits end.
+fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
+    let (e, c) = (0.999, 0.99963_f64);
+    let k = (e - c * c * c - c + e * c) / (c * c - c);
+    let u_b = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
+    let h_b = 0.5 * ((c / e).powi(2) - u_b * u_b);
+    let psi = (k - 1.0) / (1.0 + e);
+    let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]);
+    let model = model.unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        stop: Stop::Zeno,
+        record,
+        event_limit: limits::LOCAL_COLLISIONS + 1, // the start is an event, too
+        ..Options::default()
+    };
+    (model, [0.0, h_b], [1.0, u_b], options)
+}
+
+/// A rod that clatters many times before its geometry may be frozen.
+fn rod(record: bool) -> (Posture, State, Options) {
+    let rod = Posture::rod(0.5, 0.1, 0.99, 0.0, 9.81).unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        model: Model::Full,
+        stop: Stop::Zeno,
+        record,
+        event_limit: limits::FULL_COLLISIONS + 1,
+        ..Options::default()
+    };
+    (rod, State::at_rest([0.0, 0.011, 0.001]), options)
+}
+
+/// Two feet of a body that leans, at rest.
+fn stance() -> ContactProblem {
+    let arms = vec![[-1.0, -0.8], [1.2, -0.8]];
+    ContactProblem::new(ProblemFields {
+        mass: 1.0,
+        gyration_radius: 0.7,
+        tangents: vec![[1.0, 0.0], [0.8, 0.6]],
+        friction: vec![0.3; 2],
+        sliding: vec![Some(0); 2],
+        bias: vec![[0.0; 2]; 2],
+        free_acceleration: [0.4, -1.0, 0.3],
+        arms,
+        ..ProblemFields::default()
+    })
+    .unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn capped(instructions: u64) -> LibraryBenchmarkConfig {
+    let mut config = LibraryBenchmarkConfig::default();
+    config.tool(Callgrind::default().hard_limits([(EventKind::Ir, instructions)]));
+    config
+}
+
+#[library_benchmark(config = capped(limits::LOCAL))]
+#[bench::plain(orbit(false))]
+fn local((model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options)) -> Trajectory {
+    black_box(model.simulate(gaps, rates, 0.0, 0.0, &options)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[library_benchmark(config = capped(limits::LOCAL_RECORDED))]
+#[bench::recorded(orbit(true))]
+fn local_recorded(
+    (model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options),
+) -> Trajectory {
+    black_box(model.simulate(gaps, rates, 0.0, 0.0, &options)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[library_benchmark(config = capped(limits::FULL))]
+#[bench::plain(rod(false))]
+fn full((rod, start, options): (Posture, State, Options)) -> Trajectory {
+    black_box(simulate(&rod, &start, &options)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[library_benchmark(config = capped(limits::PAIR_MODES))]
+#[bench::at_rest(stance())]
+fn pair_modes(stance: ContactProblem) -> (Option<PairModes>, ContactProblem) {
+    (black_box(&stance).pair_modes(), stance) // nothing is dropped inside
+}
+
+library_benchmark_group!(name = caps, benchmarks = [local, local_recorded, full, pair_modes]);
+main!(library_benchmark_groups = caps);

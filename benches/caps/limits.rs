@@ -1,0 +1,14 @@
+//! The caps, in instructions on x86-64.
+
+/// Collisions of the runs that are counted: so many that the call around them is nothing.
+pub(crate) const LOCAL_COLLISIONS: usize = 100_000;
+pub(crate) const FULL_COLLISIONS: usize = 500;
+
+/// A collision of the local model: 60.
+pub(crate) const LOCAL: u64 = 60 * LOCAL_COLLISIONS as u64;
+/// The same, recorded: 75.
+pub(crate) const LOCAL_RECORDED: u64 = 75 * LOCAL_COLLISIONS as u64;
+/// A collision of the full model where its arcs are concave: 500.
+pub(crate) const FULL: u64 = 500 * FULL_COLLISIONS as u64;
+/// All contact modes of two contacts at rest: 1500.
+pub(crate) const PAIR_MODES: u64 = 1500;

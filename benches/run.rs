@@ -1,0 +1,106 @@
+//! Whole runs, from the posture to the outcome.
+//!
+//! The clock covers the call and the end of its trajectory. Rival routes share a parent: `run/rod/rest/{local,full,auto}`.
+//! Rods inside the bound of clattering convergence come to rest at once; between the bounds and below them ever more of the
+//! accumulation is simulated. `tail` sets the closed form of a bounce tail beside the plain sum of its bounces.
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use standfast::{
+    Contact, Fields, LocalModel, Model, Options, Outcome, Posture, State, Stop, conditions,
+    simulate, stability,
+};
+
+const MODELS: [(Model, &str); 3] =
+    [(Model::Local, "local"), (Model::Full, "full"), (Model::Auto, "auto")];
+
+fn rod(gyration_radius: f64, restitution: f64, friction: f64) -> Posture {
+    Posture::rod(0.5, gyration_radius, restitution, friction, 9.81)
+        .unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Both ends above the floor, one higher than the other.
+fn dropped() -> State {
+    State::at_rest([0.0, 0.011, 0.002_f64.asin()])
+}
+
+fn runs(c: &mut Criterion) {
+    let mut group = c.benchmark_group("run");
+    let scenes = [
+        ("ball", ball(), State::at_rest([0.0, 1.0, 0.0])),
+        ("rod", rod(0.2, 0.1, 0.0), dropped()),
+        ("rod_between", rod(0.2, 0.7, 0.0), dropped()),
+        ("rod_below", rod(0.2, 0.95, 0.0), dropped()),
+        ("nested", rod(0.5 / 3_f64.sqrt(), 0.5, 0.0), dropped()),
+        ("sliding", rod(0.2, 0.1, 0.5), State::new([0.0; 3], [1.0, 0.0, 0.0])),
+    ];
+    for (name, posture, start) in &scenes {
+        for stop in [Stop::Zeno, Stop::Rest] {
+            for (model, of) in MODELS {
+                let options = Options { model, stop, record: false, ..Options::default() };
+                let run = || simulate(black_box(posture), start, &options);
+                let ends = run().unwrap_or_else(|e| panic!("{e}")).outcome();
+                assert!(matches!(ends, Outcome::Rest | Outcome::Zeno), "{name} {of}: {ends:?}");
+                let path = format!("{name}/{}", if stop == Stop::Zeno { "zeno" } else { "rest" });
+                group.bench_function(BenchmarkId::new(path, of), |b| b.iter(run));
+            }
+        }
+    }
+    let recorded = Options { model: Model::Full, ..Options::default() };
+    let run = || simulate(black_box(&scenes[1].1), &scenes[1].2, &recorded);
+    group.bench_function(BenchmarkId::new("rod/rest", "full_recorded"), |b| b.iter(run));
+    group.finish();
+}
+
+fn ball() -> Posture {
+    Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.4,
+        center_of_mass: [0.0, 0.1],
+        contacts: vec![Contact::at(0.0, 0.0)],
+        restitution: 0.8,
+        gravity: 9.81,
+        terrain: Vec::new(),
+    })
+    .unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Bounces of one contact, summed in closed form and one by one until they are below the rounding of the time.
+fn tails(c: &mut Criterion) {
+    let mut group = c.benchmark_group("tail");
+    let (g, e) = (9.81, 0.8);
+    let model = LocalModel::new([g; 2], [0.3; 2], [0.0; 2], [e; 2]);
+    let model = model.unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { stop: Stop::Zeno, record: false, ..Options::default() };
+    let closed = || model.simulate(black_box([0.0, 10.0]), [1.0, 0.0], 0.0, 0.0, &options);
+    let plain = || {
+        let (mut t, mut u) = (0.0, black_box(1.0));
+        while u > f64::EPSILON * g {
+            t += 2.0 * u / g;
+            u *= e;
+        }
+        t
+    };
+    let exact = closed().unwrap_or_else(|e| panic!("{e}")).elapsed();
+    assert!((exact - plain()).abs() < 1e-14, "{exact} {}", plain());
+    group.bench_function("bounce/closed", |b| b.iter(closed));
+    group.bench_function("bounce/plain", |b| b.iter(plain));
+    group.finish();
+}
+
+fn verdicts(c: &mut Criterion) {
+    let mut group = c.benchmark_group("stability");
+    for (name, posture) in [("rod", rod(0.2, 0.1, 0.5)), ("nested", rod(0.28, 0.5, 0.5))] {
+        group.bench_function(BenchmarkId::new("conditions", name), |b| {
+            b.iter(|| conditions(black_box(&posture)));
+        });
+        group.bench_function(BenchmarkId::new("verdict", name), |b| {
+            b.iter(|| stability(black_box(&posture)));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, runs, tails, verdicts);
+criterion_main!(benches);
