@@ -1,9 +1,24 @@
-"""Siconos 4.4.0."""
+"""Siconos 4.4.0 (Debian's python3-siconos, under Debian's Python): event-driven, and Moreau-Jean time stepping.
+
+How it is told: a Lagrangian system in (y, θ), and x with friction, with one scleronomous relation per contact, whose functions
+are compiled C (gcc; a relation overridden in Python is slower and crashed). The compilation is not timed.
+
+- Event-driven, for the scenes without friction (with the friction law it throws): LsodarOSI with its default tolerances, which
+  are at roundoff, an LCP for impacts and one for accelerations. Swept is the tolerance below which a gap or a speed is none. It
+  tells only in the rest: before the impacts accumulate the answer is the same for all. Below some tolerance it throws or does
+  not end; such a run is not reported.
+- Moreau-Jean with θ = 1/2, for all scenes: LCP with Newton's law, with friction FrictionContact(2) solved to 1e-12. The step
+  divides the time asked for. Nothing tells it that impacts stick in the scene `rocking`; friction does.
+
+The state is read after every event or step; the end lies on one."""
 
 import math
+import os
 import subprocess
 import sys
 import tempfile
+import time
+from functools import partial
 from pathlib import Path
 
 import told
@@ -11,10 +26,12 @@ import told
 try:
     import numpy as np
     import siconos.kernel as sk
-    import siconos.numerics as sn
+    from siconos.numerics import SICONOS_DPARAM_TOL
 except ImportError:
     print("siconos is not installed: skipped", file=sys.stderr)
     sys.exit(0)
+
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15)
 
 #: Contact I with arm (A, B) over a floor of slope S, in C: y, which is the gap and, with friction, M = 2, the place along the
 #: floor; its Jacobian in the N coordinates q = (y, theta, x); and the rate of the Jacobian. Matrices by columns.
@@ -48,73 +65,119 @@ void rate@(unsigned n, const double *q, unsigned l, const double *v, double *out
 """
 
 
-def compiled(name, body, folder):
-    """The contact functions of a scene as a library that Siconos loads as a plugin."""
-    source = Path(folder, f"{name}.c")
+def compiled(path, body):
+    """The contact functions of a body as a library, which Siconos loads."""
     n, m = (3, 2) if body["friction"] else (2, 1)
     code = "#include <math.h>\n"
     for i, (a, b) in enumerate(body["arms"]):
         known = {"A": a, "B": b, "S": body["slope"], "M": m, "N": n}
-        code += "".join(f"#undef {key}\n#define {key} ({value!r})\n" for key, value in known.items())
+        code += "".join(f"#undef {key}\n#define {key} ({known[key]!r})\n" for key in known)
         code += CONTACT.replace("@", str(i))
+    source = path.with_suffix(".c")
     source.write_text(code)
-    subprocess.run(
-        ["gcc", "-O2", "-shared", "-fPIC", source, "-o", source.with_suffix(".so"), "-lm"], check=True
-    )
+    library = path.with_suffix(".so")
+    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
 
 
-class Model:
-    def __init__(self, name, scene, end):
-        body, (x, y, theta), (vx, vy, omega) = scene["body"], scene["start"]["q"], scene["start"]["v"]
-        self.radius, self.end, mass = body["gyration_radius"], end, body["mass"]
-        self.friction = body["friction"] > 0
-        n = 3 if self.friction else 2
-        m = 2 if self.friction else 1
-        inertia = np.diag([mass, mass * self.radius**2, mass][:n])
-        self.ds = sk.LagrangianLinearTIDS([y, theta, x][:n], [vy, omega, vx][:n], inertia)
-        self.ds.setFExtPtr([-mass * told.GRAVITY, 0.0, 0.0][:n])
-        self.nsds = sk.NonSmoothDynamicalSystem(0.0, 2 * end)
-        self.nsds.insertDynamicalSystem(self.ds)
-        e = body["restitution"]
-        law = sk.NewtonImpactFrictionNSL(e, 0.0, body["friction"], 2) if self.friction else sk.NewtonImpactNSL(e)
-        self.contacts = []
-        for i in range(len(body["arms"])):
-            relation = sk.LagrangianScleronomousR(f"{name}:gap{i}", f"{name}:jacobian{i}", f"{name}:rate{i}")
-            self.contacts.append(sk.Interaction(law, relation))
-            self.nsds.link(self.contacts[-1], self.ds)
-        self.times, self.speeds = [], []
+def model(path, scene, end):
+    """The system with its contacts, and the body in it."""
+    body, (x, y, theta), (vx, vy, omega) = scene["body"], scene["start"]["q"], scene["start"]["v"]
+    mass, e, mu = body["mass"], body["restitution"], body["friction"]
+    n = 3 if mu else 2
+    inertia = np.diag([mass, mass * body["gyration_radius"] ** 2, mass][:n])
+    ds = sk.LagrangianLinearTIDS([y, theta, x][:n], [vy, omega, vx][:n], inertia)
+    ds.setFExtPtr([-mass * told.GRAVITY, 0.0, 0.0][:n])
+    # The last step wants an end beyond it.
+    system = sk.NonSmoothDynamicalSystem(0.0, 2 * end)
+    system.insertDynamicalSystem(ds)
+    law = sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2) if mu else sk.NewtonImpactNSL(e)
+    for i in range(len(body["arms"])):
+        names = (f"{path}:{name}{i}" for name in ("gap", "jacobian", "rate"))
+        system.link(sk.Interaction(law, sk.LagrangianScleronomousR(*names)), ds)
+    return system, ds
 
-    def read(self, time, q, v):
-        self.times.append(time)
-        vx = abs(v[2]) if self.friction else 0.0
-        self.speeds.append(max(abs(v[0]), abs(v[1]) * self.radius, vx))
 
-    def event_driven(self, tol):
-        sim = sk.EventDriven(self.nsds, sk.TimeDiscretisation(0.0, self.end))
-        osi = sk.LsodarOSI()
-        sim.insertIntegrator(osi)
-        sim.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_IMPACT)
-        sim.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
-        sim.setToleranceED(tol)
-        sim.initialize()
-        q, v = self.ds.q(), self.ds.velocity()
-        while sim.startingTime() < self.end:
-            sim.advanceToEvent()
-            sim.processEvents()
-            self.read(sim.startingTime(), q, v)
-        self.q, self.v = q, v
+def position(scene, q):
+    """(x, y, θ) of Siconos's (y, θ) or (y, θ, x)."""
+    y, theta, *x = (float(u) for u in q)
+    return [*(x or scene["start"]["q"][:1]), y, theta]
 
-    def time_stepping(self, dt):
-        steps = math.ceil(self.end / dt - 1e-6)
-        sim = sk.TimeStepping(self.nsds, sk.TimeDiscretisation(0.0, self.end / steps))
-        sim.insertIntegrator(sk.MoreauJeanOSI(0.5))
-        problem = sk.FrictionContact(2) if self.friction else sk.LCP()
-        if self.friction:
-            problem.numericsSolverOptions().dparam[sn.SICONOS_DPARAM_TOL] = 1e-12
-        sim.insertNonSmoothProblem(problem)
-        q, v = self.ds.q(), self.ds.velocity()
-        for _ in range(steps):
-            sim.computeOneStep()
-            sim.nextStep()
-            self.read(sim.startingTime(), q, v)
-        self.q, self.v = q, v
+
+def event_driven(folder, name, scene, end, tolerance):
+    system, ds = model(Path(folder, name), scene, end)
+    simulation = sk.EventDriven(system, sk.TimeDiscretisation(0.0, end))
+    simulation.insertIntegrator(sk.LsodarOSI())
+    simulation.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_IMPACT)
+    simulation.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
+    simulation.setToleranceED(tolerance)
+    simulation.initialize()
+    radius, q, v = scene["body"]["gyration_radius"], ds.q(), ds.velocity()
+    times, speeds, late = [], [], time.perf_counter() + told.PATIENCE
+    while simulation.startingTime() < end:
+        simulation.advanceToEvent()
+        simulation.processEvents()
+        times.append(simulation.startingTime())
+        speeds.append(max(abs(v[0]), radius * abs(v[1])))
+        if time.perf_counter() > late:
+            raise TimeoutError(f"no end of events at t = {times[-1]}")
+    return position(scene, q), told.settled(times, speeds)
+
+
+def sweep_events(folder, name, scene):
+    """Event-driven, with each tolerance until one fails."""
+    for task, longer in (("before", 1.0), ("rest", 1.5)):
+        for tolerance in TOLERANCES:
+            run = partial(
+                event_driven, folder, name, scene, longer * scene[task]["time"], tolerance
+            )
+            try:
+                seconds, (q, rest) = told.median_time(run)
+            except Exception as error:
+                print(f"{name}, {task}, tolerance {tolerance:g}: {error}", file=sys.stderr)
+                break
+            told.report(
+                tool="Siconos 4.4.0, event-driven",
+                scene=name,
+                task=task,
+                setting=f"tolerance = {tolerance:g}",
+                parameter=tolerance,
+                seconds=seconds,
+                **told.answer(name, scene, task, q, rest),
+            )
+
+
+def moreau_jean(folder, name, scene, _, dt, end):
+    system, ds = model(Path(folder, name), scene, end)
+    steps = math.ceil(end / dt - 1e-6)
+    simulation = sk.TimeStepping(system, sk.TimeDiscretisation(0.0, end / steps))
+    simulation.insertIntegrator(sk.MoreauJeanOSI(0.5))
+    friction = scene["body"]["friction"] > 0
+    problem = sk.FrictionContact(2) if friction else sk.LCP()
+    if friction:
+        problem.numericsSolverOptions().dparam[SICONOS_DPARAM_TOL] = 1e-12
+    simulation.insertNonSmoothProblem(problem)
+    radius, q, v = scene["body"]["gyration_radius"], ds.q(), ds.velocity()
+    times, speeds = [], []
+    for _ in range(steps):
+        simulation.computeOneStep()
+        simulation.nextStep()
+        times.append(simulation.startingTime())
+        along = abs(v[2]) if friction else 0.0
+        speeds.append(max(abs(v[0]), radius * abs(v[1]), along))
+    return position(scene, q), told.settled(times, speeds)
+
+
+def main():
+    # Siconos writes to the standard output: that goes to the errors.
+    sys.stdout = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, scene in told.scenes(sys.argv[1]).items():
+            compiled(Path(folder, name), scene["body"])
+            if not scene["body"]["friction"]:
+                sweep_events(folder, name, scene)
+        told.fixed_step("Siconos 4.4.0, Moreau-Jean", sys.argv[1], partial(moreau_jean, folder))
+
+
+if __name__ == "__main__":
+    main()

@@ -250,7 +250,6 @@ impl<'a> ContactPhase<'a> {
                 Ok(chosen) => chosen,
                 Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
-            let before = (self.stance.clone(), self.ways.clone());
             self.word = word;
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
@@ -274,8 +273,7 @@ impl<'a> ContactPhase<'a> {
             match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
-                        let (stance, ways) = before;
-                        self.undecided = stance.problem(self.mass, &ways).ok();
+                        self.undecided = self.stance.problem(self.mass, &self.ways).ok();
                     }
                     return end;
                 }

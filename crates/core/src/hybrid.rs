@@ -456,11 +456,8 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One body beside each collision, if the full model takes part.
+    /// One body beside each collision.
     fn align_bodies(&mut self) {
-        if self.local {
-            return;
-        }
         let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
         self.log.bodies.resize(self.log.collisions.len(), body);
     }
