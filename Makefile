@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench instructions maps wheel clean
+.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy weigh wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -42,7 +42,31 @@ long: wheel
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 
 bench:
-	cargo bench -p standfast-benches
+	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes
+
+# Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
+caps:
+	cargo bench -p standfast-benches --bench caps
+
+# Speed against accuracy beside every other engine that is installed (Siconos: Debian's python3-siconos): half an hour.
+chart: EXTRA := plot,peers
+chart: wheel
+	$(BIN)/python benches/work_precision/chart.py
+
+# How the cost grows with the work.
+growth: EXTRA := plot
+growth: wheel
+	$(BIN)/python benches/growth.py
+
+# Errors against arbitrary precision, by family of random scenes: ten minutes.
+accuracy: EXTRA := test
+accuracy: wheel
+	$(BIN)/python benches/accuracy.py
+
+# Time of the import beyond numpy's, and size of the wheel.
+weigh: EXTRA :=
+weigh: wheel
+	$(BIN)/python benches/weigh.py
 
 # Seconds for a map of 500 x 500 postures, and pictures of maps: second_figure.png, third_figure.png, shape_chaos.png.
 maps: EXTRA := plot,map

@@ -52,7 +52,9 @@ def measure(tool, command):
         print(f"{tool}: {command[0]} is missing: skipped", file=sys.stderr)
         return
     print(f"{tool} …", file=sys.stderr)
-    done = subprocess.run([*command, str(SCENES)], cwd=HERE, stdout=subprocess.PIPE, text=True)
+    done = subprocess.run(
+        [*command, str(SCENES)], cwd=HERE, stdout=subprocess.PIPE, text=True
+    )
     if done.returncode != 0:
         print(f"{tool}: failed, its points are left out", file=sys.stderr)
         return
@@ -73,14 +75,19 @@ def points(scenes):
             exact = scene[point["task"]]
             place = [float(x) for x in scene["rest"]["q"]]
             if point["task"] == "before":
-                errors = [abs(a - float(b)) for a, b in zip(point["values"], exact["values"])]
+                errors = [
+                    abs(a - float(b))
+                    for a, b in zip(point["values"], exact["values"], strict=False)
+                ]
                 point["error"] = max(errors) / length(scene)
             elif point["time"] is None:
                 point["error"] = None
             else:
-                point["error"] = abs(point["time"] - float(exact["time"])) / float(exact["time"])
+                point["error"] = abs(point["time"] - float(exact["time"])) / float(
+                    exact["time"]
+                )
             if point["q"] is not None:
-                off = [abs(a - b) for a, b in zip(point["q"], place)]
+                off = [abs(a - b) for a, b in zip(point["q"], place, strict=False)]
                 point["place_error"] = max(off[:2]) / length(scene)
             found.append(point)
     return found
@@ -89,7 +96,7 @@ def points(scenes):
 def length(scene):
     """What errors of places are relative to: the way of the centre of mass from the start to rest; of rocking, its width."""
     start, end = scene["start"]["q"], [float(x) for x in scene["rest"]["q"]]
-    way = max(abs(a - b) for a, b in zip(start[:2], end[:2]))
+    way = max(abs(a - b) for a, b in zip(start[:2], end[:2], strict=False))
     return way or 2 * abs(scene["body"]["arms"][0][0])
 
 
@@ -105,15 +112,17 @@ def draw(scenes, found):
                 axis.axis("off")
                 continue
             panel(axis, [p for p in found if (p["scene"], p["task"]) == (name, task)])
-            axis.set_title(scene["title"] if row == 0 or not columns[name] else "", fontsize=11)
+            axis.set_title(
+                scene["title"] if row == 0 or not columns[name] else "", fontsize=11
+            )
             if row == 1 or name == list(scenes)[-1]:
                 axis.set_xlabel("time of a run, s")
-    for row, (task, what) in enumerate(TASKS.items()):
+    for row, what in enumerate(TASKS.values()):
         axes[row][0].set_ylabel(f"relative error: {what}")
     handles = {}
     for axis in figure.axes:
         handles.update(
-            dict(zip(*reversed(axis.get_legend_handles_labels())))
+            dict(zip(*reversed(axis.get_legend_handles_labels()), strict=False))
         )
     ordered = [tool for tool in TOOLS if tool in handles]
     figure.legend(
@@ -137,7 +146,9 @@ def panel(axis, here):
     axis.axhline(ROUNDING, color="#B0B0B0", linewidth=0.8, linestyle=":")
     axis.grid(True, color="#ECECEC", linewidth=0.6)
     for tool, (colour, marker, _) in TOOLS.items():
-        mine = sorted((p for p in here if p["family"] == tool), key=lambda p: p["seconds"])
+        mine = sorted(
+            (p for p in here if p["family"] == tool), key=lambda p: p["seconds"]
+        )
         reached = [p for p in mine if p["error"] is not None]
         size = 150 if tool == "standfast" else 26
         axis.scatter(
@@ -152,19 +163,37 @@ def panel(axis, here):
         )
         never = [p["seconds"] for p in mine if p["error"] is None]
         if never:
-            axis.scatter(never, [14] * len(never), s=18, color=colour, marker=marker, alpha=0.45)
+            axis.scatter(
+                never, [14] * len(never), s=18, color=colour, marker=marker, alpha=0.45
+            )
     if any(p["error"] is None for p in here):
-        axis.text(0.98, 0.965, "never at rest", transform=axis.transAxes, ha="right", va="top", fontsize=8)
+        axis.text(
+            0.98,
+            0.965,
+            "never at rest",
+            transform=axis.transAxes,
+            ha="right",
+            va="top",
+            fontsize=8,
+        )
 
 
 def dominated(here):
     """Points of others that no single call of standfast beats: both at most as slow and at most as far off."""
-    ours = [p for p in here if p["family"] == "standfast" and "at once" not in p["setting"]]
+    ours = [
+        p for p in here if p["family"] == "standfast" and "at once" not in p["setting"]
+    ]
     for point in here:
         if point["family"] in ("standfast", "Moreau–Jean, ours"):
             continue
-        error = float("inf") if point["error"] is None else max(point["error"], ROUNDING * 4)
-        if not any(p["seconds"] <= point["seconds"] and p["error"] <= error for p in ours):
+        error = (
+            float("inf")
+            if point["error"] is None
+            else max(point["error"], ROUNDING * 4)
+        )
+        if not any(
+            p["seconds"] <= point["seconds"] and p["error"] <= error for p in ours
+        ):
             yield point
 
 
@@ -191,8 +220,14 @@ def table(scenes, found):
                 mine = [p for p in here if p["family"] == tool]
                 if not mine:
                     continue
-                infinite = lambda p: float("inf") if p["error"] is None else p["error"]
-                chosen = [min(mine, key=lambda p: p["seconds"]), min(mine, key=infinite)]
+
+                def infinite(p):
+                    return float("inf") if p["error"] is None else p["error"]
+
+                chosen = [
+                    min(mine, key=lambda p: p["seconds"]),
+                    min(mine, key=infinite),
+                ]
                 for p in chosen if chosen[0] is not chosen[1] else chosen[:1]:
                     cells = [scene["title"], TASKS[task], p["tool"], p["setting"]]
                     cells += [f"{p['seconds']:.1e}", number(p["error"])]

@@ -42,7 +42,13 @@ class Rod:
 
     def __init__(self, rho2, e, y, theta):
         self.length, self.rho2, self.e = mpf("0.5"), rho2, e
-        self.y, self.v, self.theta, self.omega, self.t = y, mpf(0), theta, mpf(0), mpf(0)
+        self.y, self.v, self.theta, self.omega, self.t = (
+            y,
+            mpf(0),
+            theta,
+            mpf(0),
+            mpf(0),
+        )
 
     def gap(self, end, t=0):
         side = 2 * end - 1
@@ -111,7 +117,10 @@ class Rod:
         """One end slides along the floor until the other lands. With φ = |θ|: y = L sin φ, ½(ρ² + L²cos²φ)φ'² + g L sin φ
         is constant, and quadrature gives the time from the highest point down, in u: φ = φ_m − (φ_m − φ_0) u²."""
         side = 1 - 2 * held
-        inertia = lambda phi: self.rho2 + (self.length * mp.cos(phi)) ** 2
+
+        def inertia(phi):
+            return self.rho2 + (self.length * mp.cos(phi)) ** 2
+
         start, rate = side * self.theta, side * self.omega
         energy = inertia(start) * rate**2 / 2 + G * self.length * mp.sin(start)
         top = mp.asin(energy / (G * self.length))
@@ -164,10 +173,16 @@ def block():
     """Slides down to the right, until friction has stopped it after v/a: a = g (μ cos α + sin α), α < 0."""
     slope, mu, v = mpf(-10) * mp.pi / 180, mpf("0.3"), mpf(2)
     a = G * (mu * mp.cos(slope) + mp.sin(slope))
-    way = lambda t: v * t - a * t * t / 2
+
+    def way(t):
+        return v * t - a * t * t / 2
+
     stop = v / a
     along, normal = (mp.cos(slope), mp.sin(slope)), (-mp.sin(slope), mp.cos(slope))
-    at = lambda s: [along[k] * s + normal[k] / 10 for k in (0, 1)]
+
+    def at(s):
+        return [along[k] * s + normal[k] / 10 for k in (0, 1)]
+
     arms = [[float(along[k] * x - normal[k] / 10) for k in (0, 1)] for x in (-0.5, 0.5)]
     half = stop / 2
     return scene(
@@ -180,7 +195,10 @@ def block():
             "friction": 0.3,
             "slope": float(slope),
         },
-        {"q": [float(x) for x in (*at(0), 0)], "v": [float(v * along[0]), float(v * along[1]), 0]},
+        {
+            "q": [float(x) for x in (*at(0), 0)],
+            "v": [float(v * along[0]), float(v * along[1]), 0],
+        },
         (half, at(way(half))),
         (stop, [*at(way(stop)), 0]),
     )
@@ -231,7 +249,9 @@ def rocking():
 
 
 def scene(title, body, start, before, rest):
-    digits = lambda value: mp.nstr(mpf(value), 20)
+    def digits(value):
+        return mp.nstr(mpf(value), 20)
+
     found = {
         "title": title,
         "body": {"friction": 0, "slope": 0, **body},
@@ -239,7 +259,10 @@ def scene(title, body, start, before, rest):
         "rest": {"time": digits(rest[0]), "q": [digits(x) for x in rest[1]]},
     }
     if before is not None:
-        found["before"] = {"time": float(before[0]), "values": [digits(x) for x in before[1]]}
+        found["before"] = {
+            "time": float(before[0]),
+            "values": [digits(x) for x in before[1]],
+        }
     return found
 
 
@@ -247,7 +270,9 @@ def scenes():
     return {
         "ball": ball(),
         "rod": rod("clattering rod, e = 0.1", mpf("0.2") ** 2, mpf("0.1"), "0.0477"),
-        "nested": rod("uniform rod, e = 0.5 (nested Zeno)", mpf(1) / 12, mpf("0.5"), "0.06"),
+        "nested": rod(
+            "uniform rod, e = 0.5 (nested Zeno)", mpf(1) / 12, mpf("0.5"), "0.06"
+        ),
         "block": block(),
         "rocking": rocking(),
     }

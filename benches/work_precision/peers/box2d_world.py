@@ -39,8 +39,12 @@ def simulate(name, scene, task, dt, end):
     world = Box2D.b2World(gravity=(0, -told.GRAVITY * scale))
     skin, a, b = Box2D.b2_polygonRadius, 10 * scale * cos, 10 * scale * sin
     low = (skin * sin, -skin * cos)
-    edge = Box2D.b2EdgeShape(vertices=[(low[0] - a, low[1] - b), (low[0] + a, low[1] + b)])
-    world.CreateStaticBody().CreateFixture(shape=edge, friction=rigid["friction"], restitution=0)
+    edge = Box2D.b2EdgeShape(
+        vertices=[(low[0] - a, low[1] - b), (low[0] + a, low[1] + b)]
+    )
+    world.CreateStaticBody().CreateFixture(
+        shape=edge, friction=rigid["friction"], restitution=0
+    )
     body = world.CreateDynamicBody(
         position=(x * scale, y * scale),
         angle=theta,
@@ -51,9 +55,14 @@ def simulate(name, scene, task, dt, end):
         centre = (arm[0] * scale - radius * sin, arm[1] * scale + radius * cos)
         disc = Box2D.b2CircleShape(radius=radius, pos=centre)
         body.CreateFixture(
-            shape=disc, density=1, friction=rigid["friction"], restitution=rigid["restitution"]
+            shape=disc,
+            density=1,
+            friction=rigid["friction"],
+            restitution=rigid["restitution"],
         )
-    body.massData = Box2D.b2MassData(mass=mass, center=(0, 0), I=mass * (rho * scale) ** 2)
+    body.massData = Box2D.b2MassData(
+        mass=mass, center=(0, 0), I=mass * (rho * scale) ** 2
+    )
     steps = int(end / dt - 1e-9)
     times, speeds = [], []
     for step in range(1, steps + 2):
@@ -62,7 +71,9 @@ def simulate(name, scene, task, dt, end):
             continue
         vx, vy = body.linearVelocity
         times.append(step * dt)
-        speeds.append(max(abs(vx), abs(vy), abs(body.angularVelocity) * rho * scale) / scale)
+        speeds.append(
+            max(abs(vx), abs(vy), abs(body.angularVelocity) * rho * scale) / scale
+        )
     x, y = body.position
     return [x / scale, y / scale, body.angle], told.settled(times, speeds)
 

@@ -29,9 +29,15 @@ def rebound(zeta):
     """The coefficient of restitution of a mass on a spring with this damping ratio that cannot pull."""
     if zeta < 1:
         w = math.sqrt(1 - zeta**2)
-        return math.exp(-zeta / w * (math.pi - math.atan2(2 * zeta * w, w * w - zeta * zeta)))
+        return math.exp(
+            -zeta / w * (math.pi - math.atan2(2 * zeta * w, w * w - zeta * zeta))
+        )
     w = math.sqrt(zeta**2 - 1)
-    return math.exp(-zeta / w * math.log((zeta + w) / (zeta - w))) if w > 0 else math.exp(-2)
+    return (
+        math.exp(-zeta / w * math.log((zeta + w) / (zeta - w)))
+        if w > 0
+        else math.exp(-2)
+    )
 
 
 def damping(e):
@@ -50,7 +56,10 @@ def model(name, scene, task, dt):
     if bounces:
         zeta, frequency = damping(rigid["restitution"]), 0.2 * (dt / 1e-3) ** 0.25 / dt
     else:
-        zeta, frequency = 1.0, (0.03 if name == "block" and task == "before" else 0.5) / dt
+        zeta, frequency = (
+            1.0,
+            (0.03 if name == "block" and task == "before" else 0.5) / dt,
+        )
     impedance = 0.9 if bounces and task == "rest" else 0.9999
     spring = f"{-(frequency**2)!r} {-2 * zeta * frequency!r}"
     mass, rho2 = rigid["mass"], rigid["gyration_radius"] ** 2

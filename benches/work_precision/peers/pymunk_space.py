@@ -41,7 +41,9 @@ def build(name, scene):
     floor.elasticity, floor.friction = 1.0, 1.0
     discs = []
     for arm in rigid["arms"]:
-        disc = pymunk.Circle(body, RADIUS, (arm[0] - RADIUS * sin, arm[1] + RADIUS * cos))
+        disc = pymunk.Circle(
+            body, RADIUS, (arm[0] - RADIUS * sin, arm[1] + RADIUS * cos)
+        )
         disc.elasticity, disc.friction = rigid["restitution"], rigid["friction"]
         discs.append(disc)
     space.add(body, floor, *discs)

@@ -49,7 +49,8 @@ class Contacts:
 
     def start(self, q, v):
         return np.array(
-            [q[0] + self.sin * self.height, q[1] - self.cos * self.height, q[2], *v], dtype=float
+            [q[0] + self.sin * self.height, q[1] - self.cos * self.height, q[2], *v],
+            dtype=float,
         )
 
     def position(self, z):
@@ -63,7 +64,9 @@ class Contacts:
         return self.cos * x + self.sin * y, self.cos * y - self.sin * x
 
     def gap(self, i, z):
-        return self.cos * z[1] - self.sin * z[0] + (self.lever(i, z[2])[1] + self.height)
+        return (
+            self.cos * z[1] - self.sin * z[0] + (self.lever(i, z[2])[1] + self.height)
+        )
 
     def ends(self, i, z, tol):
         """It rebounds too slowly to be followed: by the tolerance, or not above the roundoff of its gap."""
@@ -96,12 +99,19 @@ class Contacts:
             matrix = [[1 + a * turn / self.rho2 for turn in turns] for a, _ in levers]
             wanted = [G * self.cos + z[5] ** 2 * b for _, b in levers]
             forces = (
-                np.linalg.solve(matrix, wanted) if len(held) > 1 else [wanted[0] / matrix[0][0]]
+                np.linalg.solve(matrix, wanted)
+                if len(held) > 1
+                else [wanted[0] / matrix[0][0]]
             )
             normal = sum(forces)
             along = friction * normal
-            alpha = sum(f * turn for f, turn in zip(forces, turns, strict=True)) / self.rho2
-            x, y = self.cos * along - self.sin * normal, self.sin * along + self.cos * normal
+            alpha = (
+                sum(f * turn for f, turn in zip(forces, turns, strict=True)) / self.rho2
+            )
+            x, y = (
+                self.cos * along - self.sin * normal,
+                self.sin * along + self.cos * normal,
+            )
             return (z[3], z[4], z[5], x, y - G, alpha)
 
         return accelerations
@@ -142,7 +152,11 @@ def simulate(scene, method, tol, end):
         if landed >= len(free):  # it slides no more
             return of, z, time
         # The contacts on the floor, or there sooner than a root is known; they are hit in turn while any approaches.
-        near = [i for i in free if i != free[landed] and of.gap(i, z) < ROOT * abs(of.rate(i, z))]
+        near = [
+            i
+            for i in free
+            if i != free[landed] and of.gap(i, z) < ROOT * abs(of.rate(i, z))
+        ]
         touching = [free[landed], *held, *near]
         of.push(touching[0], z, of.e)
         while min(of.rate(i, z) for i in touching) < -tol:
@@ -155,7 +169,9 @@ def simulate(scene, method, tol, end):
         if len(held) == len(of.all):
             return of, z, time
         # Half the time to the apex at the least.
-        first = min((of.rate(i, z) / (2 * G) for i in touching if i not in held), default=None)
+        first = min(
+            (of.rate(i, z) / (2 * G) for i in touching if i not in held), default=None
+        )
 
 
 def main():

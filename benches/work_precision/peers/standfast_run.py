@@ -20,7 +20,9 @@ def posture(name, scene):
     body, start = scene["body"], scene["start"]
     x, y = NOMINAL.get(name, start["q"][:2])
     contacts = [
-        sf.Contact(point=(x + dx, y + dy), slope=body["slope"], friction=body["friction"])
+        sf.Contact(
+            point=(x + dx, y + dy), slope=body["slope"], friction=body["friction"]
+        )
         for dx, dy in body["arms"]
     ]
     q = (start["q"][0] - x, start["q"][1] - y, start["q"][2])
@@ -75,7 +77,11 @@ def many(name, scene, body, q, v, options):
     seconds = (time.perf_counter() - start) / MANY
     x, y = body.center_of_mass
     place = [x + end[0, 0], y + end[0, 1], end[0, 2]]
-    record = {"tool": f"standfast {sf.__version__}", "scene": name, "setting": f"{MANY} at once"}
+    record = {
+        "tool": f"standfast {sf.__version__}",
+        "scene": name,
+        "setting": f"{MANY} at once",
+    }
     told.report(**record, task="rest", seconds=seconds, time=settled[0], q=place)
 
 

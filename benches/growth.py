@@ -1,0 +1,150 @@
+"""Cost as the work grows: number of runs, number of contacts, restitution towards 1, and closeness to the bound of clattering
+convergence. `python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
+
+import csv
+import math
+import statistics
+import time
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+import standfast as sf
+
+DOCS = Path(__file__).parent.parent / "docs"
+#: Okabe & Ito's blue, orange, green and vermilion.
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+START = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0)}
+
+
+def seconds(call, *arguments, **options):
+    """Median of several calls: at least three, and a tenth of a second of them."""
+    times = []
+    while len(times) < 3 or sum(times) < 0.1:
+        start = time.perf_counter()
+        call(*arguments, **options)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def rod(restitution, radius=0.2):
+    return sf.Posture.rod(
+        half_length=0.5, gyration_radius=radius, restitution=restitution
+    )
+
+
+def runs():
+    """Different rods to rest, the time of one of them."""
+    for count in (1, 10, 100, 1000, 10_000, 100_000, 1_000_000):
+        share = np.arange(count) / count
+        q = np.zeros((count, 3))
+        q[:, 1], q[:, 2] = 0.011, 0.002 * (0.2 + 0.8 * share)
+        body = rod(0.1)
+        for model in ("local", "full"):
+            yield (
+                model,
+                count,
+                seconds(sf.simulate_many, body, q, (0, 0, 0), model=model) / count,
+            )
+        if count <= 1000:
+            yield "one by one", count, seconds(one_by_one, body, q) / count
+
+
+def one_by_one(body, starts):
+    return [sf.simulate(body, q, (0, 0, 0), model="full") for q in starts]
+
+
+def contacts():
+    """A body on n feet along an arc, dropped a little askew: until its first contact rests."""
+    for count in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64):
+        feet = [0.0] if count == 1 else np.linspace(-0.5, 0.5, count)
+        body = sf.Posture(
+            mass=1,
+            gyration_radius=0.3,
+            center_of_mass=(0, 0.4),
+            contacts=[sf.Contact(point=(x, 0.0), slope=-0.3 * x) for x in feet],
+            restitution=0.3,
+        )
+
+        options = {"stop": "zeno", "model": "full"}
+        took = seconds(sf.simulate, body, (0, 0.01, 0.002), (0, 0, 0), **options)
+        yield "first Zeno point", count, took
+
+
+def restitutions():
+    """A rod to its first Zeno point, over 1 − e."""
+    for loss in 10.0 ** np.arange(-0.25, -3.6, -0.25):
+        body = rod(1 - loss)
+        for model in ("local", "full"):
+            options = {
+                "model": model,
+                "stop": "zeno",
+                "record": False,
+                "event_limit": 10**7,
+            }
+            yield model, loss, seconds(sf.simulate, body, **START, **options)
+
+
+def closeness():
+    """e = 0.5 and ψ off its bound by this share, to either side: L² − ρ² = ψ (L² + ρ²)."""
+    bound = sf.clattering_bound(0.5)
+    for off in 10.0 ** np.arange(-1, -12.5, -0.5):
+        for name, psi in (
+            ("inside", bound * (1 + off * (1 / bound - 1))),
+            ("outside", bound * (1 - off)),
+        ):
+            body = rod(0.5, 0.5 * math.sqrt((1 - psi) / (1 + psi)))
+
+            options = {"model": "local", "stop": "zeno", "record": False}
+            yield name, off, seconds(sf.simulate, body, **START, **options)
+
+
+PANELS = [
+    (runs, "runs at once, to rest", "runs", "time of one run, s"),
+    (contacts, "contacts", "contacts", "time of a run, s"),
+    (restitutions, "restitution towards 1", "1 − e", "time of a run, s"),
+    (
+        closeness,
+        "near the bound of clattering convergence",
+        "distance of ψ from it, relative",
+        "time of a run, s",
+    ),
+]
+
+
+def main():
+    matplotlib.use("agg")
+    figure, axes = plt.subplots(1, len(PANELS), figsize=(17, 4.2), layout="constrained")
+    rows = []
+    for axis, (measure, title, x, y) in zip(axes, PANELS, strict=False):
+        lines = {}
+        for name, parameter, value in measure():
+            lines.setdefault(name, []).append((parameter, value))
+            rows.append([title, name, float(parameter), value])
+        for (name, points), colour, marker in zip(
+            lines.items(), (BLUE, ORANGE, GREEN, RED), "os^D", strict=False
+        ):
+            axis.plot(
+                *zip(*points, strict=False),
+                color=colour,
+                marker=marker,
+                markersize=4,
+                label=name,
+            )
+        axis.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
+        axis.set_title(title, fontsize=11)
+        axis.grid(True, color="#ECECEC", linewidth=0.6)
+        if len(lines) > 1:
+            axis.legend(fontsize=9)
+    for axis in axes[2:]:
+        axis.invert_xaxis()
+    figure.savefig(DOCS / "growth.png", dpi=110)
+    with (DOCS / "growth.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["panel", "line", "parameter", "seconds"])
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
