@@ -487,8 +487,9 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     .into(),
         });
     }
+    let longest = posture.size() / posture.fields().gyration_radius;
     for (i, k) in posture.geometry().iter().enumerate() {
-        if options.stop != Stop::Zeno {
+        if options.stop != Stop::Zeno && longest > LONGEST_ARM {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
                 format_args!(

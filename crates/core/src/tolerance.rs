@@ -25,7 +25,7 @@ pub(crate) const SELF_SIMILAR: f64 = 1e-6;
 ///
 /// The error of the sum grows like ε²τ; the factor above [`TAIL`] covers its constant, so that the filter
 /// costs collisions nothing and is passed only a few of them too early.
-pub(crate) const TRY_TAIL: f64 = 1e4 * TAIL;
+pub(crate) const TRY_TAIL: f64 = 1e2 * TAIL;
 
 /// Sliding speed at the end of an accumulation that counts as zero where friction can hold it, relative to the largest
 /// speed there was; and tangential acceleration that counts as zero, relative to gravity. Sums of rounded impulses leave
