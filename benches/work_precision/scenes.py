@@ -1,5 +1,5 @@
 """The scenes of the chart and what is true of them, to 20 digits: computed with mpmath from the equations of motion, event
-by event, without standfast.
+by event, without standfast. All given numbers are the doubles that the tools get, and exact.
 
 `python scenes.py` writes scenes.json, which every tool reads. Each scene has two tasks: *before* the impacts accumulate, the
 state at the time `before.time`; and *rest*, the time at which all motion has ceased and where. SI units; two contact points
@@ -12,7 +12,7 @@ from pathlib import Path
 from mpmath import mp, mpf
 
 mp.dps = 60
-G = mpf("9.81")
+G = mpf(9.81)
 #: Speeds and times below it are none: some digits more than any tool has.
 NEGLIGIBLE = mpf(10) ** -26
 #: A gap below it is that of an end on the floor.
@@ -21,7 +21,7 @@ GROUND = mpf(10) ** -50
 
 def ball():
     """Dropped from h: flights of u/g, 2eu/g, 2e²u/g, … with u = √(2gh)."""
-    h, e, t = mpf(1), mpf("0.8"), mpf(2)
+    h, e, t = mpf(1), mpf(0.8), mpf(2)
     u = mp.sqrt(2 * G * h)
     start, speed = u / G, e * u
     while start + 2 * speed / G < t:
@@ -33,7 +33,7 @@ def ball():
         {"mass": 1, "gyration_radius": 0.4, "arms": [[0, -0.1]], "restitution": 0.8},
         {"q": [0, 1.1, 0], "v": [0, 0, 0]},
         (t, [height]),
-        (rest, [0, mpf("0.1"), 0]),
+        (rest, [0, mpf(0.1), 0]),
     )
 
 
@@ -41,7 +41,7 @@ class Rod:
     """A rod of half-length L on a frictionless floor: (y, θ) and their rates; ends 1 and 2 at y ∓ L sin θ."""
 
     def __init__(self, rho2, e, y, theta):
-        self.length, self.rho2, self.e = mpf("0.5"), rho2, e
+        self.length, self.rho2, self.e = mpf(0.5), rho2, e
         self.y, self.v, self.theta, self.omega, self.t = (
             y,
             mpf(0),
@@ -148,9 +148,10 @@ class Rod:
             end = 1 - end
 
 
-def rod(name, rho2, e, time):
+def rod(name, rho, e, time):
     """Both ends a little above the floor, one higher than the other."""
-    y, theta = mpf("0.011"), mp.asin(mpf("0.002"))
+    rho2 = mpf(rho) ** 2
+    y, theta = mpf(0.011), mpf(float(mp.asin(mpf(0.002))))
     before = Rod(rho2, e, y, theta)
     before.until(mpf(time))
     after = Rod(rho2, e, y, theta)
@@ -159,7 +160,7 @@ def rod(name, rho2, e, time):
         name,
         {
             "mass": 1,
-            "gyration_radius": float(mp.sqrt(rho2)),
+            "gyration_radius": rho,
             "arms": [[-0.5, 0], [0.5, 0]],
             "restitution": float(e),
         },
@@ -171,7 +172,9 @@ def rod(name, rho2, e, time):
 
 def block():
     """Slides down to the right, until friction has stopped it after v/a: a = g (μ cos α + sin α), α < 0."""
-    slope, mu, v = mpf(-10) * mp.pi / 180, mpf("0.3"), mpf(2)
+    slope, mu = mpf(float(mpf(-10) * mp.pi / 180)), mpf(0.3)
+    speed = [float(2 * x) for x in (mp.cos(slope), mp.sin(slope))]
+    v = mpf(speed[0]) * mp.cos(slope) + mpf(speed[1]) * mp.sin(slope)
     a = G * (mu * mp.cos(slope) + mp.sin(slope))
 
     def way(t):
@@ -184,7 +187,7 @@ def block():
         return [along[k] * s + normal[k] / 10 for k in (0, 1)]
 
     arms = [[float(along[k] * x - normal[k] / 10) for k in (0, 1)] for x in (-0.5, 0.5)]
-    half = stop / 2
+    half = mpf(float(stop / 2))
     return scene(
         "sliding block with friction",
         {
@@ -197,7 +200,7 @@ def block():
         },
         {
             "q": [float(x) for x in (*at(0), 0)],
-            "v": [float(v * along[0]), float(v * along[1]), 0],
+            "v": [*speed, 0],
         },
         (half, at(way(half))),
         (stop, [*at(way(stop)), 0]),
@@ -206,7 +209,7 @@ def block():
 
 def rocking():
     """Housner's block: it turns about a corner, by quadrature, and each impact at the other one keeps a share of its spin."""
-    radius, alpha, omega = mpf("1.25"), mpf("0.3"), mpf("0.4")
+    radius, alpha, omega = mpf(1.25), mpf(0.3), mpf(0.4)
     # As a double has them.
     b, h = mpf(float(radius * mp.sin(alpha))), mpf(float(radius * mp.cos(alpha)))
     rho2 = mpf(float(radius / mp.sqrt(3))) ** 2
@@ -269,9 +272,12 @@ def scene(title, body, start, before, rest):
 def scenes():
     return {
         "ball": ball(),
-        "rod": rod("clattering rod, e = 0.1", mpf("0.2") ** 2, mpf("0.1"), "0.0477"),
+        "rod": rod("clattering rod, e = 0.1", 0.2, mpf(0.1), 0.0477),
         "nested": rod(
-            "uniform rod, e = 0.5 (nested Zeno)", mpf(1) / 12, mpf("0.5"), "0.06"
+            "uniform rod, e = 0.5 (nested Zeno)",
+            float(mp.sqrt(mpf(1) / 12)),
+            mpf(0.5),
+            0.06,
         ),
         "block": block(),
         "rocking": rocking(),
