@@ -126,7 +126,11 @@ pub fn simulate_many_until(
         Block { posture: &posture, states, options: &options, level, stop }.run(runs)
     };
     match in_blocks(states.len(), LEAST, resources.threads, cancel, &work) {
-        Ok(blocks) => Ok(blocks.map(|blocks| blocks.into_iter().flatten().collect())),
+        Ok(blocks) => Ok(blocks.map(|blocks| {
+            let mut ends = Vec::with_capacity(states.len());
+            blocks.into_iter().for_each(|block| ends.extend(block));
+            ends
+        })),
         Err((run, error)) => Err(Error::At { place: format!("run {run}"), error: error.into() }),
     }
 }

@@ -92,6 +92,8 @@ pub(crate) struct Geometry {
     pub(crate) gravity: f64,
     /// e_i
     pub(crate) restitution: f64,
+    /// μ_i
+    pub(crate) friction: f64,
 }
 
 impl TryFrom<Fields> for Posture {
@@ -164,6 +166,7 @@ impl Posture {
                 offset: 0.0,
                 gravity: fields.gravity * normal.y,
                 restitution: contact.restitution.unwrap_or(fields.restitution),
+                friction: contact.friction,
             });
         }
         if grounds.is_empty() {
@@ -348,6 +351,7 @@ impl Geometry {
         offset: 0.0,
         gravity: 0.0,
         restitution: 0.0,
+        friction: 0.0,
     };
 
     /// (b, c) after a turn.

@@ -174,8 +174,11 @@ fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
             allowed: "an array of shape (N, 3), or (3,) for the same in each run".into(),
         }));
     }
-    let numbers: Vec<f64> = array.iter().copied().collect();
-    Ok(numbers.chunks_exact(3).map(|row| [row[0], row[1], row[2]]).collect())
+    let row = |row: &[f64]| [row[0], row[1], row[2]];
+    Ok(match array.as_slice() {
+        Some(numbers) => numbers.chunks_exact(3).map(row).collect(),
+        None => array.iter().copied().collect::<Vec<_>>().chunks_exact(3).map(row).collect(),
+    })
 }
 
 /// One posture, or a sequence of them.
@@ -264,7 +267,8 @@ pub(crate) fn simulate_many(
         q.len()
     };
     let (q, qdot) = (spread("q", q, count)?, spread("qdot", qdot, count)?);
-    let states: Vec<State> = q.into_iter().zip(qdot).map(|(q, v)| State::new(q, v)).collect();
+    let states: Vec<State> = q.iter().zip(&qdot).map(|(q, v)| State::new(*q, *v)).collect();
+    drop((q, qdot));
     let mut resources = Resources::default();
     resources.threads = threads.unwrap_or(resources.threads);
     let ends = interruptible(py, |cancel| {

@@ -174,16 +174,16 @@ impl Driver<'_> {
         let bend = spin * spin;
         let mut rows = [Row::ABSENT; 2];
         let mut fastest = 0.0_f64;
-        for (i, contact) in posture.contacts().iter().enumerate() {
+        for i in 0..self.base.count {
             let k = &body.contacts[i];
             let (b, c) = k.turned(&turn);
             let slip = (k.tangent.dot(&v) - c * omega).abs();
-            if slip > if contact.friction > 0.0 { still } else { 0.0 } {
+            if slip > if k.friction > 0.0 { still } else { 0.0 } {
                 return None;
             }
             fastest = fastest.max(slip);
             let arm = (k.tangent * b + k.normal * c) / rho;
-            rows[i] = Row::new(k.tangent, arm, [-b * bend, -c * bend], contact.friction, Some(0));
+            rows[i] = Row::new(k.tangent, arm, [-b * bend, -c * bend], k.friction, Some(0));
         }
         let (mut modes, [ax, ay, turn]) =
             only_mode_of(&mut rows[..self.base.count], body.gravity, rho)?;
@@ -191,8 +191,8 @@ impl Driver<'_> {
         if !(most <= STILL * body.gravity) {
             return None;
         }
-        for (mode, contact) in modes.iter_mut().zip(posture.contacts()) {
-            if *mode != Mode::Separate && contact.friction == 0.0 {
+        for (mode, k) in modes.iter_mut().zip(&body.contacts) {
+            if *mode != Mode::Separate && k.friction == 0.0 {
                 *mode = Mode::Fixed; // the same forces
             }
         }
