@@ -58,7 +58,7 @@ growth: EXTRA := plot
 growth: wheel
 	$(BIN)/python benches/growth.py
 
-# Errors against arbitrary precision, by family of random scenes: ten minutes.
+# Errors against arbitrary precision, by family of random scenes: minutes.
 accuracy: EXTRA := test
 accuracy: wheel
 	$(BIN)/python benches/accuracy.py

@@ -84,7 +84,7 @@ def most_turning(inputs):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--scenes", type=int, default=300, help="scenes of the first family"
+        "--scenes", type=int, default=2000, help="scenes of the first family"
     )
     asked = parser.parse_args()
     matplotlib.use("agg")
