@@ -15,23 +15,18 @@ use standfast::{
     ContactProblem, LocalModel, Model, Options, PairModes, Posture, ProblemFields, State, Stop,
     Trajectory, simulate,
 };
+use standfast_benches::self_similar;
 
 /// A self-similar orbit: contacts alternate, and nothing can be summed until the digits end.
 fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
-    let (e, c) = (0.999, 0.99963_f64);
-    let k = (e - c * c * c - c + e * c) / (c * c - c);
-    let u_b = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
-    let h_b = 0.5 * ((c / e).powi(2) - u_b * u_b);
-    let psi = (k - 1.0) / (1.0 + e);
-    let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]);
-    let model = model.unwrap_or_else(|e| panic!("{e}"));
+    let (model, gaps, rates) = self_similar(0.999, 0.99963);
     let options = Options {
         stop: Stop::Zeno,
         record,
         event_limit: limits::LOCAL_COLLISIONS + 1, // the start is an event, too
         ..Options::default()
     };
-    (model, [0.0, h_b], [1.0, u_b], options)
+    (model, gaps, rates, options)
 }
 
 /// A rod that clatters many times before its geometry may be frozen.

@@ -8,25 +8,14 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use standfast::{LocalModel, Options, Posture, State, Stop, simulate};
+use standfast::{Options, Posture, State, Stop, simulate};
+use standfast_benches::self_similar;
 
 /// Links of a yardstick's chain.
 const LINKS: u64 = 1000;
 
 fn options(record: bool) -> Options {
     Options { stop: Stop::Zeno, record, ..Options::default() }
-}
-
-/// The self-similar orbit below the bound of clattering convergence, with factor `c` a hit: contacts
-/// alternate, gravity stays as strong as it is, and nothing can be summed until the digits end.
-fn self_similar(e: f64, c: f64) -> (LocalModel, [f64; 2], [f64; 2]) {
-    // c³ + Kc² + (1 − K − e)c − e = 0, K = 1 + (1+e)ψ; start at u_a = 1, g = 1.
-    let k = (e - c * c * c - c + e * c) / (c * c - c);
-    let psi = (k - 1.0) / (1.0 + e);
-    let u_b = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
-    let h_b = 0.5 * ((c / e).powi(2) - u_b * u_b);
-    let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]);
-    (model.unwrap_or_else(|e| panic!("{e}")), [0.0, h_b], [1.0, u_b])
 }
 
 fn collisions(c: &mut Criterion) {

@@ -1,1 +1,16 @@
 //! The benchmarks are the files beside this one; see each for what its clock covers.
+
+use standfast::LocalModel;
+
+/// The self-similar orbit below the bound of clattering convergence, with factor `c` a hit: contacts
+/// alternate, gravity stays as strong as it is, and nothing can be summed until the digits end.
+#[must_use]
+pub fn self_similar(e: f64, c: f64) -> (LocalModel, [f64; 2], [f64; 2]) {
+    // c³ + Kc² + (1 − K − e)c − e = 0, K = 1 + (1+e)ψ; start at u_a = 1, g = 1.
+    let k = (e - c * c * c - c + e * c) / (c * c - c);
+    let psi = (k - 1.0) / (1.0 + e);
+    let u_b = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
+    let h_b = 0.5 * ((c / e).powi(2) - u_b * u_b);
+    let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]);
+    (model.unwrap_or_else(|e| panic!("{e}")), [0.0, h_b], [1.0, u_b])
+}
