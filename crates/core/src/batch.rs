@@ -188,25 +188,20 @@ impl Then {
 
 /// The lanes of one of the models. Runs have numbers from 0.
 trait Lanes: Default {
-    /// Registers side by side.
-    const VECTORS: usize;
-
     /// Takes a run in whose loop plain collisions are next, if it may.
     fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool;
 
-    /// Plain collisions of all that are there, until half of them have stopped.
+    /// Plain collisions of all that are there, until one of them has stopped.
     fn alternate(&mut self, level: Level);
 
     /// Runs that have not stopped, a bit for each.
     fn on(&self) -> u64;
 
     /// Gives one back that has.
-    fn take(&self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
 }
 
 impl Lanes for clatter::Pool {
-    const VECTORS: usize = Self::VECTORS;
-
     fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
         matches!(flight, Flight::Local(_, clatter) if self.put(run, clatter))
     }
@@ -219,7 +214,7 @@ impl Lanes for clatter::Pool {
         self.on()
     }
 
-    fn take(&self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
+    fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
         if let Flight::Local(_, clatter) = flight {
             self.take(run, clatter);
         }
@@ -228,8 +223,6 @@ impl Lanes for clatter::Pool {
 }
 
 impl Lanes for tumble::Pool {
-    const VECTORS: usize = Self::VECTORS;
-
     fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool {
         matches!(flight, Flight::Full(clatter) if driver.enter(clatter, self, run))
     }
@@ -242,7 +235,7 @@ impl Lanes for tumble::Pool {
         self.on()
     }
 
-    fn take(&self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
         match flight {
             Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self, run)),
             Flight::Local(..) => Then::Any,
@@ -270,7 +263,7 @@ impl<'a> Block<'a> {
     fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
         let first = numbers.start;
         let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
-        let width = self.level.map_or(1, |level| L::VECTORS * lanes_of(level));
+        let width = self.level.map_or(1, lanes_of);
         let mut pool = L::default();
         let mut runs: Vec<Option<Run>> = (0..width).map(|_| None).collect();
         loop {

@@ -432,13 +432,14 @@ impl Clatter {
 const WORTH: usize = 16;
 
 impl<T: Real> Roles<T> {
-    fn numbers(self) -> [T; 8] {
+    /// As they stand in a pool, with the number of collisions that are left.
+    fn numbers(self, left: T) -> [T; 9] {
         let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
-        [u_a, u_b, h_b, square, hi, lo, jump, moment]
+        [u_a, u_b, h_b, square, hi, lo, jump, moment, left]
     }
 
-    fn of([u_a, u_b, h_b, square, hi, lo, jump, moment]: [T; 8]) -> Self {
-        Self { u_a, u_b, h_b, square, hi, lo, jump, moment }
+    fn of([u_a, u_b, h_b, square, hi, lo, jump, moment, left]: [T; 9]) -> (Self, T) {
+        (Self { u_a, u_b, h_b, square, hi, lo, jump, moment }, left)
     }
 }
 
@@ -460,20 +461,17 @@ impl<T: Real> Course<T> {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     course: Columns<10>,
-    roles: Columns<8>,
-    left: Columns<1>,
-    /// Where runs have stopped.
-    stopped: Columns<8>,
-    unused: Columns<1>,
+    /// The runs where some have stopped before the collision at contact 2, before that at contact 1, and where they go on: their
+    /// roles, and how many collisions are left.
+    stages: [Columns<9>; 3],
+    /// A bit for each run that has stopped there.
+    stopped: [u64; 2],
     /// A bit for each run that goes on, after an impact at contact 1.
     on: u64,
-    /// Of the others, those that have stopped after an impact at contact 2.
-    second: u64,
 }
 
-/// Runs in the lanes of one register.
+/// Runs in the lanes of registers.
 struct Vector<S: Simd> {
-    from: usize,
     course: Course<Lanes<S>>,
     r: Roles<Lanes<S>>,
     left: Lanes<S>,
@@ -482,18 +480,6 @@ struct Vector<S: Simd> {
 }
 
 impl<S: Simd> Vector<S> {
-    #[inline(always)]
-    fn load(simd: S, pool: &Pool, from: usize) -> Self {
-        let [left] = pool.left.load(simd, from);
-        Self {
-            from,
-            course: Course::of(pool.course.load(simd, from)),
-            r: Roles::of(pool.roles.load(simd, from)),
-            left,
-            on: pool.on >> from & ((1 << Lanes::<S>::COUNT) - 1),
-        }
-    }
-
     /// A collision after one at `A`; lanes for which it is not a plain one stop before it.
     #[inline(always)]
     fn hop<const A: usize>(&mut self, pool: &mut Pool) {
@@ -501,45 +487,33 @@ impl<S: Simd> Vector<S> {
         let plain = Lanes::<S>::bits(hop.plain & self.left.like(0.0).below(self.left));
         let stop = self.on & !plain;
         if stop != 0 {
-            pool.stopped.store_lanes(self.from, stop, self.r.numbers());
-            pool.unused.store_lanes(self.from, stop, [self.left]);
-            pool.on &= !(stop << self.from);
-            pool.second |= (A as u64 * stop) << self.from;
+            pool.stages[A].store(&self.r.numbers(self.left));
+            pool.stopped[A] |= stop;
             self.on &= plain;
         }
         self.r = hop.after;
         self.left = self.left + -1.0;
     }
-
-    #[inline(always)]
-    fn store(self, pool: &mut Pool) {
-        pool.roles.store(self.from, self.r.numbers());
-        pool.left.store(self.from, [self.left]);
-    }
 }
 
 impl Pool {
-    /// Two registers side by side, so that one computes while the other waits for its root.
-    pub(crate) const VECTORS: usize = 2;
-
     /// Takes a run in whose loop plain collisions are next, if they may be and it is worth while.
     pub(crate) fn put(&mut self, run: usize, clatter: &Clatter) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
             self.course.put(run, clatter.course.numbers());
-            self.roles.put(run, clatter.r.numbers());
-            self.left.put(run, [clatter.left as f64]);
+            self.stages[2].put(run, clatter.r.numbers(clatter.left as f64));
             self.on |= 1 << run;
-            self.second &= !(1 << run);
         }
         suits
     }
 
     /// Gives a run back that has stopped.
-    pub(crate) fn take(&self, run: usize, clatter: &mut Clatter) {
-        clatter.r = Roles::of(self.stopped.get(run));
-        clatter.left = self.unused.get(run)[0] as usize;
-        clatter.a = (self.second >> run & 1) as usize;
+    pub(crate) fn take(&mut self, run: usize, clatter: &mut Clatter) {
+        let a = usize::from(self.stopped[1] >> run & 1 == 1);
+        self.stopped[a] &= !(1 << run);
+        let (r, left) = Roles::of(self.stages[a].get(run));
+        (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 
     /// The runs that go on, a bit for each.
@@ -547,20 +521,19 @@ impl Pool {
         self.on
     }
 
-    /// Plain collisions, until half of the runs have come to something else.
+    /// Plain collisions, until one of the runs has come to something else.
     #[inline(always)]
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
-        let enough = self.on.count_ones();
-        let count = Lanes::<S>::COUNT;
-        let (mut one, mut two) = (Vector::load(simd, self, 0), Vector::load(simd, self, count));
-        while one.on.count_ones() + two.on.count_ones() >= enough {
-            one.hop::<0>(self);
-            two.hop::<0>(self);
-            one.hop::<1>(self);
-            two.hop::<1>(self);
+        let all = self.on;
+        let course = Course::of(self.course.load(simd));
+        let (r, left) = Roles::of(self.stages[2].load(simd));
+        let mut vector = Vector { course, r, left, on: all };
+        while vector.on == all {
+            vector.hop::<0>(self);
+            vector.hop::<1>(self);
         }
-        one.store(self);
-        two.store(self);
+        self.on = vector.on;
+        self.stages[2].store(&vector.r.numbers(vector.left));
     }
 }
 

@@ -692,7 +692,7 @@ impl<'a> Driver<'a> {
     pub(crate) fn leave_lane(
         &mut self,
         clatter: &mut tumble::Clatter,
-        pool: &tumble::Pool,
+        pool: &mut tumble::Pool,
         run: usize,
     ) -> Option<Option<Halt>> {
         let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };

@@ -84,26 +84,23 @@ impl Real for f64 {
     }
 }
 
-/// The lanes of one vector register.
+/// The lanes of two vector registers side by side, so that one computes while the other waits for its root or its quotient.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Lanes<S: Simd>(S::f64s);
+pub(crate) struct Lanes<S: Simd>(S::f64s, S::f64s);
 
 /// Yes or no in each lane.
-type MaskOf<S> = <S as Simd>::mask64s;
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Masks<S: Simd>(S::mask64s, S::mask64s);
 
 impl<S: Simd> Lanes<S> {
-    /// Lanes of a register.
-    pub(crate) const COUNT: usize = <S::f64s as SimdBase<S>>::LEN;
-
-    #[inline(always)]
-    fn lane(&self, index: usize) -> f64 {
-        self.0[index]
-    }
+    /// Lanes of one register.
+    const HALF: usize = <S::f64s as SimdBase<S>>::LEN;
+    pub(crate) const COUNT: usize = 2 * Self::HALF;
 
     /// A bit for each lane.
     #[inline(always)]
-    pub(crate) fn bits(mask: MaskOf<S>) -> u64 {
-        mask.to_bitmask()
+    pub(crate) fn bits(mask: Masks<S>) -> u64 {
+        mask.0.to_bitmask() | mask.1.to_bitmask() << Self::HALF
     }
 }
 
@@ -131,73 +128,69 @@ impl<const N: usize> Columns<N> {
         std::array::from_fn(|n| self.0[n][run])
     }
 
-    /// The runs from this one on, as many as a register holds.
+    /// The first runs, as many as there are lanes.
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S, from: usize) -> [Lanes<S>; N] {
-        let to = from + Lanes::<S>::COUNT;
-        std::array::from_fn(|n| Lanes(S::f64s::from_slice(simd, &self.0[n][from..to])))
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> [Lanes<S>; N] {
+        std::array::from_fn(|n| {
+            let (one, two) = self.0[n].split_at(Lanes::<S>::HALF);
+            let two = &two[..Lanes::<S>::HALF];
+            Lanes(S::f64s::from_slice(simd, one), S::f64s::from_slice(simd, two))
+        })
     }
 
     #[inline(always)]
-    pub(crate) fn store<S: Simd>(&mut self, from: usize, values: [Lanes<S>; N]) {
-        let to = from + Lanes::<S>::COUNT;
-        for (column, value) in self.0.iter_mut().zip(values) {
-            value.0.store_slice(&mut column[from..to]);
-        }
-    }
-
-    /// One of these lanes only. Of a copy, so that a loop need not keep its numbers where single lanes can be reached.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn store_lanes<S: Simd>(&mut self, from: usize, lanes: u64, values: [Lanes<S>; N]) {
-        for k in (0..Lanes::<S>::COUNT).filter(|k| lanes >> k & 1 == 1) {
-            self.put(from + k, values.map(|value| value.lane(k)));
+    pub(crate) fn store<S: Simd>(&mut self, values: &[Lanes<S>; N]) {
+        for n in 0..N {
+            let (one, two) = self.0[n].split_at_mut(Lanes::<S>::HALF);
+            values[n].0.store_slice(one);
+            values[n].1.store_slice(&mut two[..Lanes::<S>::HALF]);
         }
     }
 }
 
-/// Lanes of a register.
+/// Runs side by side in the lanes of this kind.
 #[inline(always)]
 pub(crate) fn count<S: Simd>(_: S) -> usize {
     Lanes::<S>::COUNT
 }
 
 impl<S: Simd> Real for Lanes<S> {
-    type Mask = MaskOf<S>;
+    type Mask = Masks<S>;
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(self.0.sqrt())
+        Self(self.0.sqrt(), self.1.sqrt())
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(self.0.abs())
+        Self(self.0.abs(), self.1.abs())
     }
 
     #[inline(always)]
     fn like(self, value: f64) -> Self {
-        Self(S::f64s::splat(self.0.token(), value))
+        let all = S::f64s::splat(self.0.token(), value);
+        Self(all, all)
     }
 
     #[inline(always)]
     fn below(self, other: Self) -> Self::Mask {
-        self.0.simd_lt(other.0)
+        Masks(self.0.simd_lt(other.0), self.1.simd_lt(other.1))
     }
 
     #[inline(always)]
     fn at_most(self, other: Self) -> Self::Mask {
-        self.0.simd_le(other.0)
+        Masks(self.0.simd_le(other.0), self.1.simd_le(other.1))
     }
 
     #[inline(always)]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
-        Self(mask.select(yes.0, no.0))
+        Self(mask.0.select(yes.0, no.0), mask.1.select(yes.1, no.1))
     }
 
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
-        mask.any_true()
+        (mask.0 | mask.1).any_true()
     }
 
     #[inline(always)]
@@ -207,28 +200,38 @@ impl<S: Simd> Real for Lanes<S> {
 }
 
 macro_rules! lane_by_lane {
-    ($($operation:ident $method:ident),*) => {
+    ($of:ident: $($operation:ident $method:ident),*) => {
         $(
-            impl<S: Simd> $operation for Lanes<S> {
+            impl<S: Simd> $operation for $of<S> {
                 type Output = Self;
 
                 #[inline(always)]
                 fn $method(self, other: Self) -> Self {
-                    Self($operation::$method(self.0, other.0))
+                    Self($operation::$method(self.0, other.0), $operation::$method(self.1, other.1))
                 }
             }
         )*
     };
 }
 
-lane_by_lane!(Add add, Sub sub, Mul mul, Div div);
+lane_by_lane!(Lanes: Add add, Sub sub, Mul mul, Div div);
+lane_by_lane!(Masks: BitAnd bitand, BitOr bitor);
+
+impl<S: Simd> Not for Masks<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0, !self.1)
+    }
+}
 
 impl<S: Simd> Add<f64> for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: f64) -> Self {
-        Self(self.0 + other)
+        Self(self.0 + other, self.1 + other)
     }
 }
 
@@ -237,7 +240,7 @@ impl<S: Simd> Mul<f64> for Lanes<S> {
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        Self(self.0 * other)
+        Self(self.0 * other, self.1 * other)
     }
 }
 
@@ -246,6 +249,6 @@ impl<S: Simd> Neg for Lanes<S> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(-self.0)
+        Self(-self.0, -self.1)
     }
 }

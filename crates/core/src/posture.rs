@@ -19,7 +19,7 @@ use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Contact;
+use crate::contact::{Contact, PerContact};
 use crate::error::{Error, finite, in_range, non_negative, positive, restitution};
 use crate::local::LocalModel;
 use crate::terrain::{self, Piece};
@@ -46,7 +46,7 @@ pub struct Posture(Arc<Parts>);
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
     fields: Fields,
-    geometry: Vec<Geometry>,
+    geometry: PerContact<Geometry>,
     /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
     grounds: Vec<Vec<Piece>>,
     /// The longest arm or ρ, in m.
@@ -144,7 +144,7 @@ impl Posture {
             }
             grounds.push(pieces);
         }
-        let mut geometry = Vec::with_capacity(count);
+        let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
             let at = format!("contacts.{}.", index + 1);
             contact.validate(&at)?;

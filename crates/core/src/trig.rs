@@ -73,6 +73,12 @@ impl<T: Real> Turn<T> {
         }
     }
 
+    /// b and c after this turn: db/dθ = −c, dc/dθ = b.
+    #[inline(always)]
+    pub(crate) fn turned(&self, [b, c]: [T; 2]) -> [T; 2] {
+        [b - (b * self.versed + c * self.sin), c - (c * self.versed - b * self.sin)]
+    }
+
     /// The first where the mask says so, else the second.
     #[inline(always)]
     pub(crate) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {

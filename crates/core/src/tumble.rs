@@ -310,7 +310,8 @@ impl Tumble {
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         let (Gaps { h, u }, loss) = (self.gaps, self.body.least_loss);
-        hop::is_brief(h, u, gravity, loss, log.clock.hi) && self.is_brief(gravity, log)
+        let squares = [0, 1].map(|i| u[i] * u[i] + 2.0 * gravity[i] * h[i]);
+        hop::is_brief(squares, gravity, loss, log.clock.hi) && self.is_brief(gravity, log)
     }
 
     #[cold]
@@ -368,15 +369,17 @@ pub(crate) struct Clatter {
     left: Left,
 }
 
-/// Collisions by which it pays to go into a register, and before which it is not worth while: most motions that can be
-/// summed are by then.
+/// Collisions by which it pays to go into a register.
 const WORTH: usize = 4;
-const YOUNG: usize = 16;
+/// Collisions before which it is not worth while where each takes all energy: most motions that can be summed are by then. The
+/// less one takes, the longer they last.
+const YOUNG: f64 = 16.0;
 
 impl Clatter {
     /// Puts the body into a lane, where plain collisions are next, if they may be and it is worth while.
     pub(crate) fn enter(&self, state: &Tumble, log: &Log, pool: &mut Pool, run: usize) -> bool {
-        let suits = self.active == Some(0) && self.left.granted >= WORTH && log.hits >= YOUNG;
+        let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
+        let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
         if suits {
             pool.put(run, Moment::of(state, log.clock), self.course, self.left);
         }

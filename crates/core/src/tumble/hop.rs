@@ -72,16 +72,15 @@ pub(crate) struct Near<T: Real> {
     pub(crate) brief: T::Mask,
 }
 
-/// Time to rest, relative to the time elapsed, above which freezing is not even considered: it is at least 8 speed/(g(1−e)).
+/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`LONG`] of the time elapsed: freezing is
+/// considered. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
-pub(crate) fn is_brief<T: Real>(h: [T; 2], u: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
+pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
     let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
     let brief = now * LONG * most * loss;
-    let quick = |i: usize| {
-        let speed = u[i] * u[i] + gravity[i] * 2.0 * h[i];
-        (speed * 64.0).at_most(brief * brief)
-    };
-    now.like(0.0).below(brief) & quick(0) & quick(1)
+    let bound = brief * brief;
+    let quick = (squares[0] * 64.0).at_most(bound) & (squares[1] * 64.0).at_most(bound);
+    now.like(0.0).below(brief) & quick
 }
 
 impl<T: Real> Moment<T> {
@@ -122,7 +121,8 @@ impl<T: Real> Moment<T> {
             & cross.below(zero)
             & (drop * drop * tau).at_most(self.hi * TRY_TAIL * (square * square));
 
-        let brief = is_brief(self.h, self.u, gravity, course.least_loss, self.hi);
+        // h_a = 0
+        let brief = is_brief([u_a * u_a, square + drop], gravity, course.least_loss, self.hi);
         Near { bounce, clatter, brief }
     }
 
@@ -131,11 +131,9 @@ impl<T: Real> Moment<T> {
     pub(crate) fn arms(&self, course: &Course<T>) -> ([[T; 2]; 2], T::Mask) {
         let turn = Turn::small(self.theta);
         let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
-        let arms = course.sides.map(|side| {
-            let [b, c] = side.arm;
-            [b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin)]
-        });
-        (arms, small)
+        // No closure: what is called from a vector loop and not part of it has no vectors of its own.
+        let [one, two] = &course.sides;
+        ([turn.turned(one.arm), turn.turned(two.arm)], small)
     }
 
     /// The next collision, at the contact that was not hit last. `A`: that was.
@@ -165,9 +163,7 @@ impl<T: Real> Moment<T> {
         after.r[1] = after.r[1] - course.gravity * 0.5 * dt * dt;
         after.v[1] = self.v[1] - course.gravity * dt;
         for i in 0..2 {
-            let (b, c) = (self.b[i], self.c[i]);
-            after.b[i] = b - (b * turn.versed + c * turn.sin);
-            after.c[i] = c - (c * turn.versed - b * turn.sin);
+            [after.b[i], after.c[i]] = turn.turned([self.b[i], self.c[i]]);
         }
 
         let (s, e, normal) = (-rates[1], course.sides[b].restitution, course.sides[b].normal);
@@ -187,17 +183,29 @@ impl<T: Real> Moment<T> {
     }
 }
 
-impl<T: Real> Moment<T> {
-    fn numbers(self) -> [T; 16] {
-        let Self { h, u, b, c, r, v, theta, omega, hi, lo } = self;
+/// A body in its lane.
+#[derive(Debug, Clone, Copy)]
+struct Place<T> {
+    moment: Moment<T>,
+    /// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+    granted: T,
+    fresh: T,
+}
+
+impl<T: Real> Place<T> {
+    fn numbers(self) -> [T; 18] {
+        let Self { moment, granted, fresh } = self;
+        let Moment { h, u, b, c, r, v, theta, omega, hi, lo } = moment;
         let [[h0, h1], [u0, u1], [b0, b1], [c0, c1], [r0, r1], [v0, v1]] = [h, u, b, c, r, v];
-        [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo]
+        [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh]
     }
 
-    fn from_numbers(numbers: [T; 16]) -> Self {
-        let [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo] = numbers;
-        let (h, u, b) = ([h0, h1], [u0, u1], [b0, b1]);
-        Self { h, u, b, c: [c0, c1], r: [r0, r1], v: [v0, v1], theta, omega, hi, lo }
+    fn from_numbers(numbers: [T; 18]) -> Self {
+        let [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh] =
+            numbers;
+        let (h, u, b, c) = ([h0, h1], [u0, u1], [b0, b1], [c0, c1]);
+        let moment = Moment { h, u, b, c, r: [r0, r1], v: [v0, v1], theta, omega, hi, lo };
+        Self { moment, granted, fresh }
     }
 }
 
@@ -231,18 +239,19 @@ impl<T: Real> Course<T> {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     course: Columns<19>,
-    moment: Columns<16>,
-    left: Columns<2>,
-    /// Where bodies have stopped; and the duration of the flight before a look.
-    stopped: Columns<16>,
-    unused: Columns<2>,
-    dt: Columns<1>,
+    /// The bodies where some have stopped, as [`Place::numbers`], at each of the [`STAGES`]; those that go on are at the last.
+    stages: [Columns<18>; STAGES],
+    /// Durations of the last flights.
+    dt: [Columns<1>; STAGES],
+    /// A bit for each body that has stopped there.
+    stopped: [u64; STAGES],
     /// A bit for each body that goes on, after an impact at contact 1.
     on: u64,
-    /// Of the others, those that have stopped after an impact at contact 2, and those in which a look is due.
-    second: u64,
-    look: u64,
 }
+
+/// In a pair of collisions: before that at contact 2, where it is not a plain one; after it, where a look is due; and the same of
+/// the collision at contact 1.
+const STAGES: usize = 4;
 
 /// Where a body has stopped.
 pub(crate) struct Stopped {
@@ -261,95 +270,78 @@ pub(crate) struct Left {
     pub(crate) fresh: usize,
 }
 
-/// Bodies in the lanes of a register.
+/// Bodies in the lanes of registers.
 struct Vector<S: Simd> {
     course: Course<Lanes<S>>,
-    moment: Moment<Lanes<S>>,
-    granted: Lanes<S>,
-    fresh: Lanes<S>,
+    place: Place<Lanes<S>>,
     /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
     on: u64,
 }
 
 impl<S: Simd> Vector<S> {
-    fn put_back(&self, lanes: u64, pool: &mut Pool) {
-        pool.stopped.store_lanes(0, lanes, self.moment.numbers());
-        pool.unused.store_lanes(0, lanes, [self.granted, self.fresh]);
+    #[inline(always)]
+    fn stop(&mut self, lanes: u64, pool: &mut Pool, stage: usize, dt: Lanes<S>) {
+        if lanes != 0 {
+            pool.stages[stage].store(&self.place.numbers());
+            pool.dt[stage].store(&[dt]);
+            pool.stopped[stage] |= lanes;
+            self.on &= !lanes;
+        }
     }
 
-    /// Computes arms that are due; lanes that have turned too far for it stop.
+    /// Computes arms that are due, but in lanes that have turned too far for it.
     #[cold]
     #[inline(always)]
-    fn refresh(&mut self, pool: &mut Pool, a: usize) {
-        let (arms, small) = self.moment.arms(&self.course);
-        let due = self.fresh.at_most(self.fresh.like(0.0));
-        let stop = self.on & Lanes::<S>::bits(due) & !Lanes::<S>::bits(small);
-        if stop != 0 {
-            self.put_back(stop, pool);
-            pool.second |= a as u64 * stop;
-            self.on &= !stop;
-        }
+    fn refresh(&mut self) {
+        let Place { moment, fresh, .. } = &mut self.place;
+        let (arms, small) = moment.arms(&self.course);
+        let due = small & fresh.at_most(fresh.like(0.0));
         for i in 0..2 {
-            self.moment.b[i] = Lanes::choose(due, arms[i][0], self.moment.b[i]);
-            self.moment.c[i] = Lanes::choose(due, arms[i][1], self.moment.c[i]);
+            moment.b[i] = Lanes::choose(due, arms[i][0], moment.b[i]);
+            moment.c[i] = Lanes::choose(due, arms[i][1], moment.c[i]);
         }
-        self.fresh = Lanes::choose(due, self.fresh.like(REFRESH as f64), self.fresh);
+        *fresh = Lanes::choose(due, fresh.like(REFRESH as f64), *fresh);
     }
 
     /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which a look is due
     /// behind it.
     #[inline(always)]
     fn hop<const A: usize>(&mut self, pool: &mut Pool) {
-        let zero = self.fresh.like(0.0);
-        let due = self.on & Lanes::<S>::bits(self.fresh.at_most(zero));
-        if due != 0 {
-            self.refresh(pool, A);
+        let zero = self.place.fresh.like(0.0);
+        if self.on & Lanes::<S>::bits(self.place.fresh.at_most(zero)) != 0 {
+            self.refresh();
         }
-        let hop = self.moment.hop::<A>(&self.course);
-        let plain = Lanes::<S>::bits(hop.plain & zero.below(self.granted));
-        let stop = self.on & !plain;
-        if stop != 0 {
-            self.put_back(stop, pool);
-            pool.second |= A as u64 * stop;
-            self.on &= plain;
-        }
-        self.moment = hop.after;
-        (self.granted, self.fresh) = (self.granted + -1.0, self.fresh + -1.0);
-        let look = self.on & Lanes::<S>::bits(hop.look);
-        if look != 0 {
-            self.put_back(look, pool);
-            pool.dt.store_lanes(0, look, [hop.dt]);
-            pool.second |= (1 - A as u64) * look;
-            pool.look |= look;
-            self.on &= !look;
-        }
+        let Place { moment, granted, fresh, .. } = self.place;
+        let hop = moment.hop::<A>(&self.course);
+        let plain = hop.plain & zero.below(granted) & zero.below(fresh);
+        self.stop(self.on & !Lanes::<S>::bits(plain), pool, 2 * A, hop.dt);
+        let (granted, fresh) = (granted + -1.0, fresh + -1.0);
+        self.place = Place { moment: hop.after, granted, fresh };
+        self.stop(self.on & Lanes::<S>::bits(hop.look), pool, 2 * A + 1, hop.dt);
     }
 }
 
 impl Pool {
-    pub(crate) const VECTORS: usize = 1;
-
     /// Takes a body in whose loop plain collisions are next, after an impact at contact 1.
     pub(crate) fn put(&mut self, run: usize, moment: Moment<f64>, course: Course<f64>, left: Left) {
+        let (granted, fresh) = (left.granted as f64, left.fresh as f64);
         self.course.put(run, course.numbers());
-        self.moment.put(run, moment.numbers());
-        self.left.put(run, [left.granted as f64, left.fresh as f64]);
+        let place = Place { moment, granted, fresh };
+        self.stages[STAGES - 1].put(run, place.numbers());
         self.on |= 1 << run;
-        self.second &= !(1 << run);
-        self.look &= !(1 << run);
     }
 
-    /// Where a body has stopped.
-    pub(crate) fn take(&self, run: usize) -> Stopped {
-        let has = |bits: u64| bits >> run & 1 == 1;
+    /// Gives a body back that has stopped.
+    pub(crate) fn take(&mut self, run: usize) -> Stopped {
+        let is_in = |stage: usize| self.stopped[stage] >> run & 1 == 1;
+        let stage = (0..STAGES).find(|&stage| is_in(stage)).unwrap_or(STAGES - 1);
+        self.stopped[stage] &= !(1 << run);
+        let Place { moment, granted, fresh } = Place::from_numbers(self.stages[stage].get(run));
         Stopped {
-            moment: Moment::from_numbers(self.stopped.get(run)),
-            a: usize::from(has(self.second)),
-            left: {
-                let [granted, fresh] = self.unused.get(run);
-                Left { granted: granted as usize, fresh: fresh as usize }
-            },
-            look: has(self.look).then(|| self.dt.get(run)[0]),
+            moment,
+            a: usize::from(stage == 1 || stage == 2),
+            left: Left { granted: granted as usize, fresh: fresh as usize },
+            look: (stage % 2 == 1).then(|| self.dt[stage].get(run)[0]),
         }
     }
 
@@ -358,25 +350,21 @@ impl Pool {
         self.on
     }
 
-    /// Plain collisions, until half of the bodies have come to something else.
+    /// Plain collisions, until one of the bodies has come to something else.
     #[inline(always)]
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
-        let enough = self.on.count_ones();
-        let [granted, fresh] = self.left.load(simd, 0);
+        let all = self.on;
         let mut vector = Vector {
-            course: Course::from_numbers(self.course.load(simd, 0)),
-            moment: Moment::from_numbers(self.moment.load(simd, 0)),
-            granted,
-            fresh,
-            on: self.on,
+            course: Course::from_numbers(self.course.load(simd)),
+            place: Place::from_numbers(self.stages[STAGES - 1].load(simd)),
+            on: all,
         };
-        while vector.on.count_ones() >= enough {
+        while vector.on == all {
             vector.hop::<0>(self);
             vector.hop::<1>(self);
         }
         self.on = vector.on;
-        self.moment.store(0, vector.moment.numbers());
-        self.left.store(0, [vector.granted, vector.fresh]);
+        self.stages[STAGES - 1].store(&vector.place.numbers());
     }
 }
 
