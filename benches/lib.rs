@@ -1,5 +1,7 @@
 //! The benchmarks are the files beside this one; see each for what its clock covers.
 
+pub mod told;
+
 use standfast::LocalModel;
 
 /// The self-similar orbit below the bound of clattering convergence, with factor `c` a hit: contacts

@@ -30,6 +30,11 @@ CARGO = ["cargo", "run", "--release", "--quiet"]
 #: Name, colour [Okabe & Ito 2008], marker and command of each tool, in the order of the legend.
 TOOLS = {
     "standfast": ("#D55E00", "*", [sys.executable, "peers/standfast_run.py"]),
+    "standfast, in Rust": (
+        "#D55E00",
+        "+",
+        [*CARGO, "-p", "standfast-benches", "--bin", "standfast-run", "--"],
+    ),
     "Moreau–Jean, ours": (
         "#000000",
         "x",
@@ -42,6 +47,9 @@ TOOLS = {
     "MuJoCo": ("#CC79A7", "D", [sys.executable, "peers/mujoco_model.py"]),
     "rapier": ("#8A8A8A", "P", [*CARGO, "--manifest-path", "rapier/Cargo.toml", "--"]),
 }
+OURS = ("standfast", "standfast, in Rust", "Moreau–Jean, ours")
+#: Error at which standfast is set beside fixed steps.
+COARSE = 1e-3
 TASKS = {"before": "state before the impacts accumulate", "rest": "time of rest"}
 
 
@@ -153,7 +161,7 @@ def panel(axis, here):
             (p for p in here if p["family"] == tool), key=lambda p: p["seconds"]
         )
         reached = [p for p in mine if p["error"] is not None]
-        size = 150 if tool == "standfast" else 26
+        size = {"standfast": 150, "standfast, in Rust": 60}.get(tool, 26)
         axis.scatter(
             [p["seconds"] for p in reached],
             [min(max(p["error"], FLOOR), 10) for p in reached],
@@ -187,13 +195,41 @@ def dominated(here):
         p for p in here if p["family"] == "standfast" and "at once" not in p["setting"]
     ]
     for point in here:
-        if point["family"] in ("standfast", "Moreau–Jean, ours"):
+        if point["family"] in OURS:
             continue
         error = float("inf") if point["error"] is None else max(point["error"], ALIKE)
         if not any(
             p["seconds"] <= point["seconds"] and p["error"] <= error for p in ours
         ):
             yield point
+
+
+def against_steps(scenes, found):
+    """A line for each scene and task."""
+    for name, scene in scenes.items():
+        for task, what in TASKS.items():
+            here = [p for p in found if (p["scene"], p["task"]) == (name, task)]
+            steps = [
+                p
+                for p in here
+                if p["family"] == "Moreau–Jean, ours" and p["error"] is not None
+            ]
+            ours = [
+                p
+                for p in here
+                if p["family"] == "standfast, in Rust" and p["setting"] == "full"
+            ]
+            if not (steps and ours):
+                continue
+            best = [p for p in steps if p["error"] <= COARSE] or [
+                min(steps, key=lambda p: p["error"])
+            ]
+            chosen = min(best, key=lambda p: p["seconds"])
+            cells = [scene["title"], what, chosen["setting"].removeprefix("dt = ")]
+            cells += [number(chosen["error"])]
+            cells += [f"{p['seconds']:.1e}" for p in (chosen, ours[0])]
+            cells += [f"{chosen['seconds'] / ours[0]['seconds']:.0f}"]
+            yield "| " + " | ".join(cells) + " |"
 
 
 def number(value):
@@ -233,6 +269,15 @@ def table(scenes, found):
                     lines.append("| " + " | ".join(cells) + " |")
             left += list(dominated(here))
     lines += [
+        "",
+        "## Against fixed steps",
+        "",
+        f"Moreau–Jean's largest step with an error of at most {COARSE:.0e}, or else the most accurate one, beside standfast's full",
+        "model; both in Rust, without recording.",
+        "",
+        "| scene | task | step, s | relative error | time, s | standfast, s | ratio |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+        *against_steps(scenes, found),
         "",
         "## Points that no single call of standfast beats in both",
         "",

@@ -12,10 +12,9 @@
 //!
 //! `cargo run --release -p standfast-benches --bin moreau-jean -- SCENES.json` prints a line of JSON for each run.
 
-use std::time::Instant;
-
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde_json::{Value, json};
+use standfast_benches::told;
 
 /// Longest run that is made, in steps.
 const LONGEST: f64 = 2e7;
@@ -56,7 +55,7 @@ impl Body {
             e: number("restitution"),
             mu: number("friction"),
             slope: number("slope").sin_cos(),
-            gravity: 9.81,
+            gravity: told::GRAVITY,
         }
     }
 
@@ -179,48 +178,18 @@ impl Body {
     }
 }
 
-/// The median time of several runs, in s, and what one of them finds.
-fn timed<T>(run: impl Fn() -> T) -> (f64, T) {
-    let mut seconds = Vec::new();
-    loop {
-        let start = Instant::now();
-        let found = run();
-        seconds.push(start.elapsed().as_secs_f64());
-        let spent: f64 = seconds.iter().sum();
-        if seconds.len() >= 5 && spent > 0.05 || spent > 5.0 {
-            seconds.sort_by(f64::total_cmp);
-            return (seconds[seconds.len() / 2], found);
-        }
-    }
-}
-
-fn triple(value: &Value) -> Vector3<f64> {
-    let numbers: [f64; 3] = serde_json::from_value(value.clone()).unwrap_or_else(|e| panic!("{e}"));
-    numbers.into()
-}
-
 fn main() {
-    let path = std::env::args().nth(1).unwrap_or_else(|| panic!("moreau-jean SCENES.json"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let told: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let Some(scenes) = told["scenes"].as_object() else { panic!("no scenes") };
-    for (name, scene) in scenes {
+    for (name, scene) in told::scenes() {
         let body = Body::read(&scene["body"]);
-        let (q0, v0) = (triple(&scene["start"]["q"]), triple(&scene["start"]["v"]));
+        let start = |key: &str| Vector3::from(told::read::<[f64; 3]>(&scene["start"][key]));
+        let (q0, v0) = (start("q"), start("v"));
         let rest: f64 = scene["rest"]["time"].as_str().and_then(|t| t.parse().ok()).unwrap_or(0.0);
         let rho = body.rho2.sqrt();
-        for exponent in 2..10 {
-            let h = 10_f64.powi(-exponent);
+        for exponent in 4..20 {
+            let h = 10_f64.powf(-0.5 * f64::from(exponent));
             let report = |task: &str, seconds: f64, found: Value| {
                 let setting = format!("dt = {h:.1e}");
-                let mut line = json!({
-                    "tool": "Moreau–Jean (ours)", "scene": name, "task": task, "setting": setting,
-                    "parameter": h, "seconds": seconds, "values": null, "time": null, "q": null,
-                });
-                for (key, value) in found.as_object().into_iter().flatten() {
-                    line[key] = value.clone();
-                }
-                println!("{line}");
+                told::report("Moreau–Jean (ours)", &name, task, &setting, seconds, &found);
             };
             if 1.5 * rest / h > LONGEST {
                 break;
@@ -229,7 +198,7 @@ fn main() {
                 continue;
             }
             if let Some(time) = scene["before"]["time"].as_f64() {
-                let (seconds, q) = timed(|| {
+                let (seconds, q) = told::timed(|| {
                     let (mut q, mut v, mut t) = (q0, v0, 0.0);
                     while t < time {
                         let dt = h.min(time - t);
@@ -245,7 +214,7 @@ fn main() {
                 };
                 report("before", seconds, json!({ "values": values }));
             }
-            let (seconds, (settled, q)) = timed(|| {
+            let (seconds, (settled, q)) = told::timed(|| {
                 let (mut q, mut v, mut t) = (q0, v0, 0.0);
                 let mut settled = f64::NAN;
                 while t < 1.5 * rest {

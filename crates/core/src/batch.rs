@@ -275,18 +275,13 @@ impl<'a> Block<'a> {
                 }
                 // The next run, and the next, until one wants the lane.
                 loop {
-                    let run = match slot {
-                        Some(run) => run,
-                        None => {
-                            let Some(number) = numbers.next() else { break };
-                            match self.begin(number).map_err(|error| (number, error))? {
-                                Some(run) => slot.insert(run),
-                                None => {
-                                    ends[number - first] = self.alone(number)?;
-                                    continue;
-                                }
-                            }
+                    let Some(run) = slot else {
+                        let Some(number) = numbers.next() else { break };
+                        self.begin(number, slot).map_err(|error| (number, error))?;
+                        if slot.is_none() {
+                            ends[number - first] = self.alone(number)?;
                         }
+                        continue;
                     };
                     let lanes = self.level.map(|_| (&mut pool, k));
                     match run.go_on(std::mem::replace(&mut then, Then::Any), lanes) {
@@ -306,18 +301,18 @@ impl<'a> Block<'a> {
         Ok(ends.into_iter().collect())
     }
 
-    /// A run at its start; `None` if it has no lanes, ever.
-    fn begin(&self, number: usize) -> Result<Option<Run<'a>>, Error> {
+    /// Puts a run at its start; leaves the place empty if it has no lanes, ever.
+    fn begin(&self, number: usize, place: &mut Option<Run<'a>>) -> Result<(), Error> {
         let (posture, state, options) =
             ((self.posture)(number), &self.states[number], self.options);
-        if !Start::is_pair(posture, options) {
-            return Ok(None);
+        if Start::is_pair(posture, options) {
+            solvable(posture, options)?;
+            state.validate()?;
+            let start = Start::new(posture, state, options.model)?;
+            let driver = start.driver(posture, state, options, self.stop);
+            *place = Some(Run { number, driver, flight: None });
         }
-        solvable(posture, options)?;
-        state.validate()?;
-        let start = Start::new(posture, state, options.model)?;
-        let driver = start.driver(posture, state, options, self.stop);
-        Ok(Some(Run { number, driver, flight: None }))
+        Ok(())
     }
 }
 

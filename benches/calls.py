@@ -1,0 +1,65 @@
+"""What calls from Python cost: one run of a clattering rod to rest, and a million at once. `python benches/calls.py` prints the best
+of several rounds."""
+
+import math
+import time
+
+import numpy as np
+import standfast as sf
+
+CALLS = 2000
+COUNT = 1_000_000
+ROUNDS = 5
+
+
+def best(call, repeats=1):
+    """Seconds of a call."""
+    times = []
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        for _ in range(repeats):
+            call()
+        times.append(time.perf_counter() - start)
+    return min(times) / repeats
+
+
+def rod(radius=0.2, restitution=0.1):
+    return sf.Posture.rod(
+        half_length=0.5, gyration_radius=radius, restitution=restitution
+    )
+
+
+def one():
+    body, q, qdot = rod(), (0, 0.011, math.asin(0.002)), (0, 0, 0)
+    for model in ("local", "full", "auto"):
+        took = best(lambda m=model: sf.simulate(body, q, qdot, model=m), CALLS)
+        print(f"one run, {model}: {1e6 * took:.1f} µs")
+
+
+def many():
+    number = np.arange(COUNT)
+    share = number / COUNT
+    other = number * 7919 % COUNT / COUNT
+    q = np.zeros((COUNT, 3))
+    q[:, 1], q[:, 2] = 0.011, 0.002 * (0.2 + 0.8 * (number * 31337 % COUNT / COUNT))
+    rods = [
+        rod(radius, restitution)
+        for radius, restitution in zip(
+            0.15 + 0.1 * share, 0.05 + 0.1 * other, strict=True
+        )
+    ]
+    for model in ("local", "full"):
+        for what, bodies in (("different rods", rods), ("starts of one rod", rod())):
+
+            def call(bodies=bodies, model=model):
+                runs = sf.simulate_many(bodies, q, (0, 0, 0), model=model)
+                return runs.time, runs.q
+
+            print(
+                f"a million {what}, {model}: {1e-6 * COUNT / best(call):.2f} million runs a second"
+            )
+
+
+if __name__ == "__main__":
+    one()
+    many()

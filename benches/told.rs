@@ -1,0 +1,65 @@
+//! What the programs of the chart share: the scenes, times, and the line of JSON for a point.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+/// In m/s², of all scenes.
+pub const GRAVITY: f64 = 9.81;
+/// Seconds that are measured at once, at least: the clock itself takes some 30 ns.
+const ROUND: f64 = 1e-5;
+
+/// The scenes of the file named first on the command line.
+#[must_use]
+pub fn scenes() -> Vec<(String, Value)> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| panic!("a file of scenes is needed"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let told: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let gravity: f64 = read(&told["gravity"]);
+    assert!((gravity - GRAVITY).abs() < f64::EPSILON, "{path}: gravity = {gravity}");
+    let Some(scenes) = told["scenes"].as_object() else { panic!("{path}: no scenes") };
+    scenes.iter().map(|(name, scene)| (name.clone(), scene.clone())).collect()
+}
+
+/// A value of that file.
+pub fn read<T: DeserializeOwned>(value: &Value) -> T {
+    serde_json::from_value(value.clone()).unwrap_or_else(|e| panic!("{value}: {e}"))
+}
+
+/// The median time of several runs, in s, and what one of them finds.
+pub fn timed<T>(run: impl Fn() -> T) -> (f64, T) {
+    let mut seconds = Vec::new();
+    let mut count = 1;
+    loop {
+        let start = Instant::now();
+        let mut found = black_box(run());
+        for _ in 1..count {
+            found = black_box(run());
+        }
+        let spent = start.elapsed().as_secs_f64();
+        if spent < ROUND {
+            count *= 2;
+            continue;
+        }
+        seconds.push(spent / f64::from(count));
+        let all = f64::from(count) * seconds.iter().sum::<f64>();
+        if seconds.len() >= 5 && all > 0.05 || all > 5.0 {
+            seconds.sort_by(f64::total_cmp);
+            return (seconds[seconds.len() / 2], found);
+        }
+    }
+}
+
+/// Prints a point.
+pub fn report(tool: &str, scene: &str, task: &str, setting: &str, seconds: f64, found: &Value) {
+    let mut line = json!({
+        "tool": tool, "scene": scene, "task": task, "setting": setting, "seconds": seconds,
+        "values": null, "time": null, "q": null,
+    });
+    for (key, value) in found.as_object().into_iter().flatten() {
+        line[key] = value.clone();
+    }
+    println!("{line}");
+}

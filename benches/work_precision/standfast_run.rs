@@ -1,0 +1,71 @@
+//! standfast called from Rust, for the ratios to the fixed-step baseline, which is Rust as well: whole runs with the call and
+//! the end of the trajectory, unrecorded.
+//!
+//! `cargo run --release -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
+
+use serde_json::{Value, json};
+use standfast::{
+    Contact, Fields, Impact, Model, Options, Posture, Simultaneous, State, Trajectory, simulate,
+};
+use standfast_benches::told;
+
+fn main() {
+    for (name, scene) in told::scenes() {
+        let (body, start) = (&scene["body"], &scene["start"]);
+        let q: [f64; 3] = told::read(&start["q"]);
+        // The posture is nominal where its points touch the floor.
+        let [x, y] = match name.as_str() {
+            "ball" => [0.0, 0.1],
+            "rod" | "nested" => [0.0; 2],
+            _ => [q[0], q[1]],
+        };
+        let contact = |[dx, dy]: [f64; 2]| Contact {
+            slope: told::read(&body["slope"]),
+            friction: told::read(&body["friction"]),
+            ..Contact::at(x + dx, y + dy)
+        };
+        let arms: Vec<[f64; 2]> = told::read(&body["arms"]);
+        let posture = Posture::new(Fields {
+            mass: told::read(&body["mass"]),
+            gyration_radius: told::read(&body["gyration_radius"]),
+            center_of_mass: [x, y],
+            contacts: arms.into_iter().map(contact).collect(),
+            restitution: told::read(&body["restitution"]),
+            gravity: told::GRAVITY,
+            terrain: Vec::new(),
+        });
+        let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
+        let state = State::new([q[0] - x, q[1] - y, q[2]], told::read(&start["v"]));
+        let mut options = Options { record: false, ..Options::default() };
+        if body["rocks"] == true {
+            (options.impact, options.simultaneous) =
+                (Impact::Moreau, Simultaneous::FirstContactFirst);
+        }
+        let run = |options: &Options| -> Trajectory {
+            simulate(&posture, &state, options).unwrap_or_else(|e| panic!("{name}: {e}"))
+        };
+        for (model, setting) in
+            [(Model::Local, "local"), (Model::Full, "full"), (Model::Auto, "auto")]
+        {
+            options.model = model;
+            let report = |task: &str, seconds: f64, found: Value| {
+                told::report("standfast, in Rust", &name, task, setting, seconds, &found);
+            };
+            if let Some(time) = scene["before"]["time"].as_f64() {
+                let options = Options { time_limit: Some(time), ..options };
+                let (seconds, end) = told::timed(|| *run(&options).state());
+                let values = if name == "block" {
+                    vec![x + end.q.x, y + end.q.y]
+                } else {
+                    posture.gaps(&end.q)
+                };
+                report("before", seconds, json!({ "values": values }));
+            }
+            let (seconds, (time, q)) = told::timed(|| {
+                let run = run(&options);
+                (run.time(), run.state().q)
+            });
+            report("rest", seconds, json!({ "time": time, "q": [x + q.x, y + q.y, q.z] }));
+        }
+    }
+}
