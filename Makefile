@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy weigh wheel clean
+.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy calls weigh wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -62,6 +62,11 @@ growth: wheel
 accuracy: EXTRA := test
 accuracy: wheel
 	$(BIN)/python benches/accuracy.py
+
+# Calls from Python: one run, and a million at once.
+calls: EXTRA :=
+calls: wheel
+	$(BIN)/python benches/calls.py
 
 # Time of the import beyond numpy's, and size of the wheel.
 weigh: EXTRA :=
