@@ -89,7 +89,7 @@ instructions:
 wheel: $(BIN)/maturin
 	rm -f $(WHEELS)/standfast-*.whl
 	$(BIN)/maturin build --release --out $(WHEELS)
-	$(PIP) install "$$(echo $(WHEELS)/standfast-*.whl)[$(EXTRA)]"
+	$(PIP) install "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
 	$(PIP) install --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
 
 $(BIN)/maturin:
