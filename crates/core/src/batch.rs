@@ -10,9 +10,9 @@ use std::thread::available_parallelism;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::clatter::{self, Halt};
+use crate::clatter;
 use crate::error::Error;
-use crate::hybrid::{Driver, Flight, Next};
+use crate::hybrid::{Driver, Flight, Next, Then};
 use crate::lanes;
 use crate::parallel::{Wrong, in_blocks};
 use crate::posture::Posture;
@@ -170,22 +170,6 @@ enum Stage {
     Over(Outcome),
 }
 
-/// What a flight does next.
-enum Then {
-    /// A collision of any kind.
-    Any,
-    /// Plain collisions, if they are.
-    Plain,
-    Halt(Halt),
-}
-
-impl Then {
-    /// As the loops of plain collisions say it.
-    fn after(stop: Option<Option<Halt>>) -> Self {
-        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::Halt))
-    }
-}
-
 /// The lanes of one of the models. Runs have numbers from 0.
 trait Lanes: Default {
     /// Takes a run in whose loop plain collisions are next, if it may.
@@ -203,7 +187,7 @@ trait Lanes: Default {
 
 impl Lanes for clatter::Pool {
     fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
-        matches!(flight, Flight::Local(_, clatter) if self.put(run, clatter))
+        matches!(flight, Flight::Local(clatter) if self.put(run, clatter))
     }
 
     fn alternate(&mut self, level: Level) {
@@ -215,7 +199,7 @@ impl Lanes for clatter::Pool {
     }
 
     fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
-        if let Flight::Local(_, clatter) = flight {
+        if let Flight::Local(clatter) = flight {
             self.take(run, clatter);
         }
         Then::Any
@@ -321,25 +305,14 @@ impl Run<'_> {
     fn go_on<L: Lanes>(&mut self, mut then: Then, mut lanes: Option<(&mut L, usize)>) -> Stage {
         loop {
             if let Some(flight) = &mut self.flight {
-                let halt = loop {
-                    then = match then {
-                        Then::Any => match self.driver.next_collision(flight) {
-                            None => Then::Plain,
-                            Some(halt) => break halt,
-                        },
-                        Then::Plain => match self.driver.come_to_first(flight) {
-                            None if let Some((pool, k)) = &mut lanes
-                                && pool.put(*k, &self.driver, flight) =>
-                            {
-                                return Stage::Lane;
-                            }
-                            None => Then::after(self.driver.alternate(flight)),
-                            stop => Then::after(stop),
-                        },
-                        Then::Halt(halt) => break halt,
-                    };
+                let mut enter = |driver: &Driver<'_>, flight: &Flight| match &mut lanes {
+                    Some((pool, k)) => pool.put(*k, driver, flight),
+                    None => false,
                 };
-                then = Then::Halt(self.driver.end_flight(flight, halt));
+                match self.driver.fly(flight, then, &mut enter) {
+                    None => return Stage::Lane,
+                    Some(halt) => then = Then::Halt(halt),
+                }
                 self.flight = None;
             }
             if let Then::Halt(halt) = then

@@ -85,23 +85,6 @@ pub(crate) fn fly_for(g: [f64; 2], gaps: &Gaps, dt: f64) -> Gaps {
     after
 }
 
-/// Flies and collides until something other than a simple collision happens. Both contacts start in the
-/// air or leaving it (u ≥ 0 where h = 0).
-pub(crate) fn fly(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) -> Halt {
-    match Clatter::begin(m, gaps, sum, log) {
-        Err(halt) => halt,
-        Ok(mut clatter) => {
-            let halt = loop {
-                if let Some(halt) = clatter.next(m, log) {
-                    break halt;
-                }
-                clatter.alternate(log);
-            };
-            clatter.end(halt, m, gaps, sum, log)
-        }
-    }
-}
-
 /// What the loop needs of one contact, together.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Side<T> {

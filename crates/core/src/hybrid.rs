@@ -61,10 +61,25 @@ pub(crate) struct Driver<'a> {
 }
 
 /// Collisions under way, in a frozen geometry or in the full model.
-#[expect(clippy::large_enum_variant, reason = "there are few, and they do not move")]
 pub(crate) enum Flight {
-    Local(Frozen, clatter::Clatter),
+    Local(clatter::Clatter),
     Full(tumble::Clatter),
+}
+
+/// What a flight does next.
+pub(crate) enum Then {
+    /// A collision of any kind.
+    Any,
+    /// Plain collisions, if they are.
+    Plain,
+    Halt(Halt),
+}
+
+impl Then {
+    /// As the loops of plain collisions say it.
+    pub(crate) fn after(stop: Option<Option<Halt>>) -> Self {
+        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::Halt))
+    }
 }
 
 /// What a motion does next.
@@ -259,11 +274,10 @@ impl<'a> Driver<'a> {
     }
 
     /// The coupling of the contacts and the gravity into them at this moment.
-    fn model(&self) -> crate::zeno::Frozen {
-        match (&self.tumble, &self.frame().frozen) {
-            (None, Some(frozen)) => *frozen,
-            (Some(state), _) => crate::zeno::Frozen::new(&state.frozen()),
-            (None, None) => unreachable!("the full model keeps its state"),
+    fn model(&self) -> Frozen {
+        match &self.tumble {
+            Some(state) => Frozen::new(&state.frozen()),
+            None => *frozen(&self.frames),
         }
     }
 
@@ -283,7 +297,13 @@ impl<'a> Driver<'a> {
         loop {
             let end = match self.piece() {
                 Next::Piece => None,
-                Next::Flight => self.fly(),
+                Next::Flight => {
+                    let halt = match self.begin_flight() {
+                        Ok(mut flight) => self.fly(&mut flight, Then::Any, &mut |_, _| false),
+                        Err(halt) => Some(halt),
+                    };
+                    halt.and_then(|halt| self.land(halt))
+                }
                 Next::End(outcome) => Some(outcome),
             };
             if let Some(outcome) = end {
@@ -614,53 +634,67 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// Flight and collisions.
-    fn fly(&mut self) -> Option<Outcome> {
-        self.note(Kind::Flight);
-        let halt = match &mut self.tumble {
-            Some(state) => state.collide(&mut self.log),
-            None => {
-                let model = self.model();
-                clatter::fly(&model, &mut self.gaps, &mut self.sum, &mut self.log)
-            }
-        };
-        self.land(halt)
-    }
-
-    /// As [`Driver::fly`], collision by collision: the first; an error: something else came before.
+    /// The first collision of a flight; an error: something else came before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, Halt> {
         self.note(Kind::Flight);
         if let Some(state) = &self.tumble {
             return Ok(Flight::Full(tumble::Clatter::begin(&state.body, &mut self.log)));
         }
-        let model = self.model();
-        clatter::Clatter::begin(&model, &mut self.gaps, &mut self.sum, &mut self.log)
-            .map(|clatter| Flight::Local(model, clatter))
+        let frozen = frozen(&self.frames);
+        clatter::Clatter::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)
+            .map(Flight::Local)
+    }
+
+    /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
+    pub(crate) fn fly(
+        &mut self,
+        flight: &mut Flight,
+        mut then: Then,
+        enter: &mut impl FnMut(&Self, &Flight) -> bool,
+    ) -> Option<Halt> {
+        let halt = loop {
+            match then {
+                Then::Plain => {}
+                Then::Any => {
+                    if let Some(halt) = self.next_collision(flight) {
+                        break halt;
+                    }
+                }
+                Then::Halt(halt) => break halt,
+            }
+            let stop = match self.come_to_first(flight) {
+                None if enter(self, flight) => return None,
+                None => self.alternate(flight),
+                stop => stop,
+            };
+            then = Then::after(stop);
+        };
+        Some(self.end_flight(flight, halt))
     }
 
     /// The next collision, whatever it is.
-    pub(crate) fn next_collision(&mut self, flight: &mut Flight) -> Option<Halt> {
+    fn next_collision(&mut self, flight: &mut Flight) -> Option<Halt> {
         match (flight, &mut self.tumble) {
-            (Flight::Local(model, clatter), _) => clatter.next(model, &mut self.log),
+            (Flight::Local(clatter), _) => clatter.next(frozen(&self.frames), &mut self.log),
             (Flight::Full(clatter), Some(state)) => clatter.next(state, &mut self.log),
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
     }
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
-    pub(crate) fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.come_to_first(state, &mut self.log),
-            (Flight::Local(_, clatter), _) => (!clatter.is_at_first()).then_some(None),
+            (Flight::Local(clatter), _) => (!clatter.is_at_first()).then_some(None),
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
     }
 
     /// Plain collisions after that; `None`: many, and nothing else.
-    pub(crate) fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.alternate(MANY, state, &mut self.log),
-            (Flight::Local(_, clatter), _) => {
+            (Flight::Local(clatter), _) => {
                 clatter.alternate(&mut self.log);
                 Some(None)
             }
@@ -668,11 +702,12 @@ impl<'a> Driver<'a> {
         }
     }
 
-    pub(crate) fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
+    fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.end(halt, state, &mut self.log),
-            (Flight::Local(model, clatter), _) => {
-                clatter.end(halt, model, &mut self.gaps, &mut self.sum, &mut self.log)
+            (Flight::Local(clatter), _) => {
+                let frozen = frozen(&self.frames);
+                clatter.end(halt, frozen, &mut self.gaps, &mut self.sum, &mut self.log)
             }
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
@@ -846,6 +881,14 @@ impl<'a> Driver<'a> {
         let left = self.log.left().max(0.0);
         self.move_smoothly(held, left);
         Outcome::TimeLimit
+    }
+}
+
+/// The frozen geometry of the current frame.
+fn frozen(frames: &[Frame]) -> &Frozen {
+    match frames.last().map(|frame| &frame.frozen) {
+        Some(Some(frozen)) => frozen,
+        _ => unreachable!("without the full model's state a frame is frozen"),
     }
 }
 

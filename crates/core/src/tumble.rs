@@ -231,20 +231,6 @@ impl Tumble {
         }
     }
 
-    /// Flies and collides until something other than a simple collision happens.
-    pub(crate) fn collide(&mut self, log: &mut Log) -> Halt {
-        let mut clatter = Clatter::begin(&self.body, log);
-        let halt = loop {
-            if let Some(halt) = clatter.next(self, log) {
-                break halt;
-            }
-            if let Some(Some(halt)) = clatter.alternate(usize::MAX, self, log) {
-                break halt;
-            }
-        };
-        clatter.end(halt, self, log)
-    }
-
     /// Whether the tail that begins after an impact at `a` may be summed with frozen geometry.
     fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<Halt> {
         let moment = Moment::of(self, log.clock);
