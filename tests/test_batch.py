@@ -99,6 +99,9 @@ def test_shapes(threads):
     assert one.q.shape == (1, 3)
     same = sf.simulate_many([ROD] * 4, (0, 0.01, 0.001), (0, 0, 0), threads=threads)
     assert len(set(same.time)) == 1
+    objects = sf.simulate_many(np.array([ROD] * 3, dtype=object), starts(3), (0, 0, 0))
+    given = sf.simulate_many((ROD for _ in range(3)), starts(3), (0, 0, 0))
+    assert np.array_equal(objects.q, given.q)
     fast = sf.simulate_many(ROD, (0, 0.01, 0), [(1, 0, 0), (2, 0, 0)], threads=threads)
     assert list(fast.outcome) == ["sliding", "sliding"]
 
@@ -120,7 +123,12 @@ def test_shapes(threads):
         ),
         ({"posture": [ROD] * 3}, ValueError, r"q = \[2 rows\].*one for each of 3 runs"),
         ({"posture": 3}, TypeError, "a Posture or a sequence of Postures"),
-        ({"posture": [ROD, None]}, TypeError, "a Posture or a sequence of Postures"),
+        ({"posture": [ROD, None]}, TypeError, r"posture\[1\] = None .* a Posture"),
+        (
+            {"q": np.ma.array(np.zeros((2, 3)), mask=np.eye(2, 3))},
+            TypeError,
+            "q = .* without masked entries",
+        ),
         ({"record": True}, ValueError, r"runs\[i\] makes run i once more"),
         ({"threads": 0}, ValueError, "threads = 0"),
         ({"model": "fast"}, ValueError, "model"),

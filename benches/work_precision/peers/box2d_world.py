@@ -30,7 +30,7 @@ LENGTHS = {
 }
 
 
-def simulate(name, scene, task, dt, end):
+def build(name, scene, task, dt, end):
     rigid, scale = scene["body"], min(LENGTHS.get((name, task), 0.1) / dt, 1e5)
     (x, y, theta), (vx, vy, omega) = scene["start"]["q"], scene["start"]["v"]
     mass, rho = rigid["mass"], rigid["gyration_radius"]
@@ -63,6 +63,11 @@ def simulate(name, scene, task, dt, end):
     body.massData = Box2D.b2MassData(
         mass=mass, center=(0, 0), I=mass * (rho * scale) ** 2
     )
+    return world, body, scale
+
+
+def simulate(world, body, scale, scene, task, dt, end):
+    rho = scene["body"]["gyration_radius"]
     steps = int(end / dt - 1e-9)
     times, speeds = [], []
     for step in range(1, steps + 2):
@@ -79,4 +84,4 @@ def simulate(name, scene, task, dt, end):
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"Box2D {Box2D.__version__}", sys.argv[1], simulate)
+    told.fixed_step(f"Box2D {Box2D.__version__}", sys.argv[1], build, simulate)

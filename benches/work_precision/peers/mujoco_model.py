@@ -79,11 +79,15 @@ def model(name, scene, task, dt):
     )
 
 
-def simulate(name, scene, task, dt, end):
+def build(name, scene, task, dt, end):
     world = model(name, scene, task, dt)
     data = mujoco.MjData(world)
     (x, y, theta), (vx, vy, omega) = scene["start"]["q"], scene["start"]["v"]
     data.qpos, data.qvel = (x, y, 0, theta), (vx, vy, 0, omega)
+    return world, data
+
+
+def simulate(world, data, scene, task, dt, end):
     rho = scene["body"]["gyration_radius"]
     steps = int(end / dt - 1e-9)
     times, speeds = [], []
@@ -101,4 +105,4 @@ def simulate(name, scene, task, dt, end):
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"MuJoCo {mujoco.__version__}", sys.argv[1], simulate)
+    told.fixed_step(f"MuJoCo {mujoco.__version__}", sys.argv[1], build, simulate)

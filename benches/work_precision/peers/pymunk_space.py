@@ -23,7 +23,7 @@ except ImportError:
 RADIUS, THICK = 0.02, 1.0
 
 
-def build(name, scene):
+def build(name, scene, task, dt, end):
     rigid, start = scene["body"], scene["start"]
     space = pymunk.Space()
     space.gravity = (0, -told.GRAVITY)
@@ -50,8 +50,7 @@ def build(name, scene):
     return space, body
 
 
-def simulate(name, scene, task, dt, end):
-    space, body = build(name, scene)
+def simulate(space, body, scene, task, dt, end):
     rho = scene["body"]["gyration_radius"]
     steps = int(end / dt - 1e-9)
     times, speeds = [], []
@@ -66,4 +65,4 @@ def simulate(name, scene, task, dt, end):
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"pymunk {pymunk.version}", sys.argv[1], simulate)
+    told.fixed_step(f"pymunk {pymunk.version}", sys.argv[1], build, simulate)

@@ -116,7 +116,7 @@ def position(scene, q):
     return [*(x or scene["start"]["q"][:1]), y, theta]
 
 
-def event_driven(folder, name, scene, end, tolerance):
+def with_events(folder, name, scene, tolerance, end):
     system, ds = model(Path(folder, name), scene, end)
     simulation = sk.EventDriven(system, sk.TimeDiscretisation(0.0, end))
     simulation.insertIntegrator(sk.LsodarOSI())
@@ -124,6 +124,10 @@ def event_driven(folder, name, scene, end, tolerance):
     simulation.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
     simulation.setToleranceED(tolerance)
     simulation.initialize()
+    return simulation, ds, scene
+
+
+def event_driven(simulation, ds, scene, end):
     radius, q, v = scene["body"]["gyration_radius"], ds.q(), ds.velocity()
     times, speeds, late = [], [], time.perf_counter() + told.PATIENCE
     while simulation.startingTime() < end:
@@ -140,16 +144,10 @@ def sweep_events(folder, name, scene):
     """Event-driven, with each tolerance until one fails."""
     for task, longer in (("before", 1.0), ("rest", 1.5)):
         for tolerance in TOLERANCES:
-            run = partial(
-                event_driven,
-                folder,
-                name,
-                scene,
-                longer * scene[task]["time"],
-                tolerance,
-            )
+            ready = partial(with_events, folder, name, scene, tolerance)
+            end = longer * scene[task]["time"]
             try:
-                seconds, (q, rest) = told.median_time(run)
+                seconds, (q, rest) = told.timed(ready, event_driven, task, end)
             except Exception as error:
                 print(
                     f"{name}, {task}, tolerance {tolerance:g}: {error}", file=sys.stderr
@@ -166,7 +164,7 @@ def sweep_events(folder, name, scene):
             )
 
 
-def moreau_jean(folder, name, scene, task, dt, end):
+def with_steps(folder, name, scene, task, dt, end):
     system, ds = model(Path(folder, name), scene, end)
     steps = math.ceil(end / dt - 1e-6)
     if task == "before":
@@ -178,6 +176,12 @@ def moreau_jean(folder, name, scene, task, dt, end):
     if friction:
         problem.numericsSolverOptions().dparam[SICONOS_DPARAM_TOL] = 1e-12
     simulation.insertNonSmoothProblem(problem)
+    return simulation, ds
+
+
+def moreau_jean(simulation, ds, scene, task, dt, end):
+    friction = scene["body"]["friction"] > 0
+    steps = math.ceil(end / dt - 1e-6)
     radius, q, v = scene["body"]["gyration_radius"], ds.q(), ds.velocity()
     times, speeds = [], []
     for _ in range(steps):
@@ -199,7 +203,10 @@ def main():
             if not scene["body"]["friction"]:
                 sweep_events(folder, name, scene)
         told.fixed_step(
-            "Siconos 4.4.0, Moreau-Jean", sys.argv[1], partial(moreau_jean, folder)
+            "Siconos 4.4.0, Moreau-Jean",
+            sys.argv[1],
+            partial(with_steps, folder),
+            moreau_jean,
         )
 
 

@@ -54,11 +54,10 @@ def one(name, scene, body, q, v, options, setting):
         limit = scene["before"]["time"]
 
         def before():
-            run = sf.simulate(body, q, v, time_limit=limit, **options)
-            return run.q if name == "block" else body.gaps(run.q)
+            return sf.simulate(body, q, v, time_limit=limit, **options).q
 
-        seconds, found = told.median_time(before)
-        values = [x + found[0], y + found[1]] if name == "block" else list(found)
+        seconds, end = told.median_time(before)
+        values = [x + end[0], y + end[1]] if name == "block" else list(body.gaps(end))
         told.report(**record, task="before", seconds=seconds, values=values)
 
     def rest():

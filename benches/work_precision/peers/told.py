@@ -33,16 +33,28 @@ def report(**record):
     print(json.dumps({"values": None, "time": None, "q": None, **record}), flush=True)
 
 
-def median_time(run):
-    """Wall time in seconds, the median of some runs, and what the last of them returned."""
+def median_time(run, prepare=tuple):
+    """Wall time in seconds of run(*prepare()), the median of some, and what the last of them returned. prepare, which sets up
+    what a run needs, is not timed."""
     seconds = []
     while True:
+        ready = prepare()
         start = time.perf_counter()
-        result = run()
+        result = run(*ready)
         seconds.append(time.perf_counter() - start)
         enough = 1 if seconds[0] > 5 else 3 if seconds[0] > 1 else 5
         if len(seconds) >= enough and (sum(seconds) > 0.1 or len(seconds) >= 25):
             return statistics.median(seconds), result
+
+
+def timed(prepare, run, task, end):
+    """Seconds, and what `run(*prepare(end), end)` -> (q, time of rest) finds. A run to rest is timed up to the time of rest that
+    it found, as if that had been known."""
+    found = run(*prepare(end), end)
+    if task == "rest" and found[1] is not None:
+        end = found[1]
+    seconds, _ = median_time(lambda *ready: run(*ready, end), lambda: prepare(end))
+    return seconds, found
 
 
 def settled(times, speeds):
@@ -66,8 +78,9 @@ def answer(name, scene, task, q, time):
     return {"values": [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]}
 
 
-def fixed_step(tool, path, simulate):
-    """simulate(name, scene, task, dt, end) -> q, time, with shorter and shorter steps until a run takes too long."""
+def fixed_step(tool, path, prepare, simulate):
+    """With shorter and shorter steps until a run takes too long: prepare(name, scene, task, dt, end) -> a tuple, of which
+    simulate(*that, scene, task, dt, end) -> q, time."""
     for name, scene in scenes(path).items():
         for task in ("before", "rest"):
             if task not in scene:
@@ -77,8 +90,13 @@ def fixed_step(tool, path, simulate):
             for dt in STEPS:
                 if seconds * last / dt > PATIENCE:
                     break
-                run = partial(simulate, name, scene, task, dt, end)
-                seconds, (q, time) = median_time(run)
+                ready = partial(prepare, name, scene, task, dt)
+
+                def run(*arguments, scene=scene, task=task, dt=dt):
+                    *made, end = arguments
+                    return simulate(*made, scene, task, dt, end)
+
+                seconds, (q, time) = timed(ready, run, task, end)
                 last = dt
                 report(
                     tool=tool,

@@ -52,8 +52,8 @@ pub struct FirstZeno {
     pub elapsed: f64,
 }
 
-/// Runs that make up for the start of a thread, and for the lanes that stay empty while the last of them end.
-const LEAST: usize = 64;
+/// Runs that make up for the start of a thread.
+const LEAST: usize = 16;
 
 /// What many runs may use of the machine. No result depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -263,7 +263,8 @@ impl<'a> Block<'a> {
                         let Some(number) = numbers.next() else { break };
                         self.begin(number, slot).map_err(|error| (number, error))?;
                         if slot.is_none() {
-                            ends[number - first] = self.alone(number)?;
+                            let Some(end) = self.alone(number)? else { return Ok(None) };
+                            ends[number - first] = Some(end);
                         }
                         continue;
                     };
@@ -271,7 +272,8 @@ impl<'a> Block<'a> {
                     match run.go_on(std::mem::replace(&mut then, Then::Any), lanes) {
                         Stage::Lane => break,
                         Stage::Over(outcome) => {
-                            ends[run.number - first] = run.driver.finish(outcome);
+                            let Some(end) = run.driver.finish(outcome) else { return Ok(None) };
+                            ends[run.number - first] = Some(end);
                             *slot = None;
                         }
                     }

@@ -33,11 +33,6 @@ pub(crate) enum Halt {
     },
     /// A certified clattering tail.
     Clatter(ClatterTail),
-    /// A bounce tail at this contact that the time limit cuts, where nothing is recorded: its bounces may be
-    /// skipped.
-    Skip {
-        contact: usize,
-    },
     /// Both contacts come to rest within `remaining`, which is below the rounding of the time.
     Reached {
         remaining: f64,
@@ -292,7 +287,7 @@ impl Clatter {
         if self.left == 0 {
             log.hits += self.granted;
             self.granted = 0;
-            if let Some(halt) = accumulates(m, self, log.end, !log.record) {
+            if let Some(halt) = accumulates(m, self, log.end) {
                 return Some(halt);
             }
             self.granted = log.chunk().min(1 + (log.hits - self.first) / PATIENCE);
@@ -352,7 +347,7 @@ impl Clatter {
         let back = 2.0 * u_a / g_a;
         if climb <= CLOSE * u_a && back <= tau && g_a > 0.0 {
             // a is back before b lands.
-            if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end, !log.record) {
+            if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
                 return Some(halt);
             }
             if self.r.hi + back > self.course.end {
@@ -570,19 +565,15 @@ pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
 }
 
 /// The sum of the bounces at a, if the motion from here on consists of nothing else.
-fn bounces(m: &Frozen, a: usize, gaps: &Gaps, now: f64, end: f64, skip: bool) -> Option<Halt> {
+fn bounces(m: &Frozen, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option<Halt> {
     let duration = m.bounce_tail(a, gaps)?;
-    if now + duration <= end {
-        return Some(Halt::Bounce { contact: a, duration });
-    }
-    let several = end - now > duration * (1.0 - m.e[a] * m.e[a]);
-    (skip && several).then_some(Halt::Skip { contact: a })
+    (now + duration <= end).then_some(Halt::Bounce { contact: a, duration })
 }
 
 /// How the motion from here on is summed, if it is: bouncing, clattering, or the end of the digits.
-fn accumulates(m: &Frozen, at: &Clatter, end: f64, skip: bool) -> Option<Halt> {
+fn accumulates(m: &Frozen, at: &Clatter, end: f64) -> Option<Halt> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
-    if let Some(halt) = bounces(m, a, gaps, now, end, skip) {
+    if let Some(halt) = bounces(m, a, gaps, now, end) {
         return Some(halt);
     }
     let tail = m.clatter_tail(a, gaps);

@@ -777,12 +777,6 @@ impl<'a> Driver<'a> {
                 tail.error,
                 Tail::Collisions,
             ),
-            Halt::Skip { contact } => {
-                let left = self.log.left();
-                let (t, end, own) = self.model().skip_bounces(contact, &self.gaps, left);
-                self.tail(t, own, end, [false, false], Tail::Bounce { contact });
-                None
-            }
             Halt::Reached { remaining, self_similar } => {
                 let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
                 // The bound is crude, but below the rounding of the time.

@@ -65,17 +65,22 @@ pub(crate) fn in_blocks<B: Send>(
     };
     let mut blocks = thread::scope(|scope| {
         let (done, ends) = channel::<()>();
+        // Where the system gives no more threads, those that there are do the work; with none, this one.
         let workers: Vec<_> = (0..threads)
-            .map(|_| {
+            .map_while(|_| {
                 let done = done.clone();
-                scope.spawn(|| {
+                let work = || {
                     let blocks = turns();
                     drop(done);
                     blocks
-                })
+                };
+                thread::Builder::new().spawn_scoped(scope, work).ok()
             })
             .collect();
         drop(done);
+        if workers.is_empty() {
+            return turns();
+        }
         while ends.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
             if cancel() {
                 stop.store(true, Ordering::Relaxed);

@@ -9,6 +9,7 @@ use crate::clock::Clock;
 use crate::contact::PerContact;
 use crate::contact_motion::{Point, Rounding, Stance};
 use crate::error::{Error, LARGEST, finite, in_range, positive};
+use crate::flight::PHASE_LOST;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::General;
 use crate::hybrid::Driver;
@@ -325,6 +326,13 @@ impl Run {
 impl Start {
     pub(crate) fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
         let local = model == Model::Local;
+        let known = local || state.q.z.abs() <= PHASE_LOST;
+        in_range(
+            "q.theta",
+            state.q.z,
+            known,
+            "in [-1e12, 1e12] rad unless model = \"local\": beyond, at most four digits of a rotation are left",
+        )?;
         let unders: PerContact<Under> =
             (0..posture.geometry().len()).map(|i| posture.under(i, &state.q, local)).collect();
         let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = unders

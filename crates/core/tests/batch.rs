@@ -1,8 +1,10 @@
 //! Many runs at once: the same bits as one by one, whatever the machine lends.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use standfast::{
-    Contact, End, Error, Fields, Model, Options, Posture, Resources, State, Stop, simulate,
-    simulate_many, simulate_many_until,
+    Contact, End, Error, Fields, Model, Options, Posture, Resources, State, Stop, Trajectory,
+    simulate, simulate_many, simulate_many_until,
 };
 
 /// Numbers in [0, 1): a Weyl sequence, good enough for scenes.
@@ -116,11 +118,56 @@ fn the_first_wrong_start_is_named() {
 }
 
 #[test]
-fn runs_are_stopped() {
-    let rod = Posture::rod(0.5, 0.2, 0.999, 0.0, 9.81).unwrap();
-    let states = vec![State::at_rest([0.0, 0.01, 0.001]); 100_000];
-    let options = Options { model: Model::Full, ..Options::default() };
-    let resources = Resources::default();
-    let ends = simulate_many_until(&[rod], &states, &options, resources, &|| true);
-    assert_eq!(ends.unwrap(), None);
+fn runs_are_stopped_at_once() {
+    let rod = [Posture::rod(0.5, 0.2, 0.999, 0.0, 9.81).unwrap()];
+    let states = vec![State::at_rest([0.0, 0.01, 0.001]); 10_000];
+    for model in [Model::Local, Model::Full, Model::Auto] {
+        let options = Options { model, ..Options::default() };
+        let asked = AtomicUsize::new(0);
+        let cancel = || asked.fetch_add(1, Ordering::Relaxed) == 2;
+        for threads in [1, 2] {
+            asked.store(0, Ordering::Relaxed);
+            let resources = Resources { threads, ..Resources::default() };
+            let ends = simulate_many_until(&rod, &states, &options, resources, &cancel);
+            assert_eq!(ends.unwrap(), None, "{model:?}");
+            // By one thread alone it is not asked again after it has said so.
+            assert!(threads > 1 || asked.load(Ordering::Relaxed) == 3, "{model:?} {asked:?}");
+        }
+    }
+}
+
+#[test]
+fn nothing_depends_on_the_record() {
+    // Limits that cut the bounces of one contact, a share of the way to its rest.
+    let mut weyl = Weyl(0.1);
+    let mut share = || weyl.next();
+    for case in 0..400 {
+        let slope = if case % 2 == 0 { 0.0 } else { 0.4 * share() };
+        let feet = [Contact { slope, ..Contact::at(0.0, 0.0) }, Contact::at(1.0, 0.0)];
+        let posture = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.2 + 0.3 * share(),
+            center_of_mass: [0.3 * share(), 0.3],
+            contacts: feet[..1 + case % 3 / 2].to_vec(),
+            restitution: 0.5 + 0.45 * share(),
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        let state = State::new([0.0, 0.02 * share(), 0.0], [0.0, -share(), 0.0]);
+        for model in [Model::Local, Model::Full, Model::Auto] {
+            let end = 0.6 * share();
+            let limits = [(Some(end), 1_000_000), (None, (9.0 * share()) as usize)];
+            for (time_limit, event_limit) in limits {
+                let options = Options { model, time_limit, event_limit, ..Options::default() };
+                let one = simulate(&posture, &state, &options).unwrap();
+                let two =
+                    simulate(&posture, &state, &Options { record: false, ..options }).unwrap();
+                let facts = |run: &Trajectory| {
+                    (run.outcome(), run.elapsed(), *run.state(), run.collisions())
+                };
+                assert_eq!(facts(&one), facts(&two), "{case} {model:?} {time_limit:?}");
+            }
+        }
+    }
 }

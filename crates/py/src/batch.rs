@@ -3,7 +3,6 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::PySequence;
 use standfast::{
     End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
 };
@@ -186,12 +185,12 @@ fn postures(value: &Bound<'_, PyAny>) -> PyResult<Vec<Posture>> {
     if let Ok(posture) = value.cast::<PyPosture>() {
         return Ok(vec![posture.get().0.clone()]);
     }
-    let items = value.cast::<PySequence>().map_err(|_| input::no_posture(value))?;
+    let items = value.try_iter().map_err(|_| input::no_posture(value))?;
     items
-        .try_iter()?
-        .map(|item| {
+        .enumerate()
+        .map(|(i, item)| {
             let item = item?;
-            let posture = item.cast::<PyPosture>().map_err(|_| input::no_posture(value))?;
+            let posture = item.cast::<PyPosture>().map_err(|_| input::wrong_item(i, &item))?;
             Ok(posture.get().0.clone())
         })
         .collect()
@@ -213,7 +212,7 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// The motions of many postures, or of one from many states: Runs.
 ///
 /// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
-/// every core. The other keywords are those of `simulate`; nothing is recorded. Each run is the same, to the last bit, as
+/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded. Each run is the same, to the last bit, as
 /// `simulate` makes it, whatever the number of threads.
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.

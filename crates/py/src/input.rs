@@ -232,6 +232,11 @@ pub(crate) fn no_posture(value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type("posture", value, "a Posture or a sequence of Postures is needed")
 }
 
+/// Something among postures that is none.
+pub(crate) fn wrong_item(index: usize, value: &Bound<'_, PyAny>) -> PyErr {
+    wrong_type(&format!("posture[{index}]"), value, "a Posture is needed")
+}
+
 /// Neither of the bodies that have contacts.
 pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type("posture", value, "a Posture or a ContactProblem is needed")
@@ -249,6 +254,12 @@ pub(crate) fn doubles<'py>(
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let py = value.py();
     let wrong = || wrong_type(field, value, "a number or an array of numbers is needed");
+    // numpy.asarray would forget the mask.
+    if value.hasattr("mask")?
+        && py.import("numpy.ma")?.call_method1("is_masked", (value,))?.is_truthy()?
+    {
+        return Err(wrong_type(field, value, "an array without masked entries is needed"));
+    }
     let asarray = py.import("numpy")?.getattr("asarray")?;
     let found = asarray.call1((value,)).map_err(|_| wrong())?;
     let dtype = found.getattr("dtype")?;

@@ -1,6 +1,6 @@
 //! Keywords of `simulate`, and the call itself.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
@@ -41,16 +41,13 @@ pub(crate) fn interruptible<T: Send>(
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
 ) -> PyResult<T> {
     let raised = Mutex::new(None);
+    // A signal is told once, the answer is asked for by every run.
     let cancel = || {
-        Python::attach(|py| match py.check_signals() {
-            Ok(()) => false,
-            Err(error) => {
-                if let Ok(mut slot) = raised.lock() {
-                    *slot = Some(error);
-                }
-                true
-            }
-        })
+        let mut slot = raised.lock().unwrap_or_else(PoisonError::into_inner);
+        if slot.is_none() {
+            *slot = Python::attach(|py| py.check_signals()).err();
+        }
+        slot.is_some()
     };
     py.detach(|| run(&cancel)).map_err(|e| to_py(&e))?.ok_or_else(|| {
         let error = raised.into_inner().ok().flatten();
