@@ -35,7 +35,7 @@ def rod(restitution, radius=0.2):
 
 
 def runs():
-    """Different rods to rest, the time of one of them."""
+    """One rod from different starts to rest, the time of one run."""
     for count in (1, 10, 100, 1000, 10_000, 100_000, 1_000_000):
         share = np.arange(count) / count
         q = np.zeros((count, 3))
