@@ -192,10 +192,14 @@ def table(title, rows):
     return "\n".join(lines)
 
 
-def campaign(cases, simulate, tolerance, record_property, title, unstable=0.01):
+def campaign(
+    cases, simulate, tolerance, record_property, title, unstable=0.01, grazes=False
+):
     """Run all cases, print the distribution of the errors, and judge.
 
-    ``unstable``: share of the cases whose verdict one ulp may change.
+    ``unstable``: share of the cases whose verdict one ulp may change. ``grazes``: whether contacts may pass so close that
+    roundings on the way are amplified and those of the inputs are not; then four times the error of the same motion
+    computed by the oracle in doubles is allowed as well.
     """
     rows, failures, skipped = {"1-zeno": [], "2-zeno": []}, [], 0
     for inputs, truth in zip(cases, answers(cases), strict=True):
@@ -213,7 +217,9 @@ def campaign(cases, simulate, tolerance, record_property, title, unstable=0.01):
         ulp, c = math.ulp(float(truth.time)), truth.conditioning
         error = float(abs(Fraction(found.time) - truth.time))
         rows[truth.kind].append((error / ulp, error / c, c / ulp))
-        if error > tolerance(ulp, c):
+        if error > tolerance(ulp, c) and not (
+            grazes and error <= 4 * error_of_doubles(inputs, truth)
+        ):
             failures.append(
                 f"{truth.kind} off by {error / ulp:.2f} ulp = {error / c:.2f} c: {where}"
             )
@@ -227,6 +233,12 @@ def campaign(cases, simulate, tolerance, record_property, title, unstable=0.01):
     assert skipped <= unstable * len(cases)
     for kind, group in rows.items():
         assert len(group) >= len(cases) // 10, kind
+
+
+def error_of_doubles(inputs, truth):
+    """That of the Zeno time by the oracle's own motion in doubles."""
+    zeno = oracle.orbit(inputs, ctx=oracle.DOUBLE).zeno
+    return float(abs(Fraction(float(zeno.time)) - truth.time)) if zeno else 0.0
 
 
 def test_local_zeno_times(record_property):
@@ -258,7 +270,7 @@ def test_full_zeno_times(record_property):
 
 
 def test_full_zeno_times_in_fast_spin(record_property):
-    """Within 50 c + 4 ulp; long bouncing between spins leaves some verdicts to the last bit."""
+    """Within 50 c + 4 ulp, or what doubles do; long bouncing between spins leaves some verdicts to the last bit."""
     rng = np.random.default_rng(SEED)
     cases = [draw_spinning(rng) for _ in range(max(1, CASES // 10))]
     campaign(
@@ -268,6 +280,7 @@ def test_full_zeno_times_in_fast_spin(record_property):
         record_property,
         "full model, fast spin",
         unstable=0.1,
+        grazes=True,
     )
 
 

@@ -471,6 +471,7 @@ impl LocalModel {
         }
         finite("theta", theta)?;
         finite("omega", omega)?;
+        reachable(gain * self.gravity().iter().fold(0.0, |most, g| g.abs().max(most)), options)?;
         let mut gaps = Gaps { h: gaps, u: rates };
         let warnings = touch(&mut gaps.h, 0.0)?;
         let base = Base::of_parameters(theta, omega);
@@ -482,8 +483,23 @@ impl LocalModel {
     }
 }
 
+/// The way fallen until the time limit must be a number, as must that at the largest speed.
+fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
+    let t = options.end();
+    let limit = options.time_limit.unwrap_or(f64::INFINITY);
+    let near = t == f64::INFINITY || t <= LARGEST && gravity * t <= LARGEST * LARGEST / t;
+    in_range(
+        "time_limit",
+        limit,
+        near,
+        "inf, or so early that it and the way fallen until then are numbers: at most 1e150 s, gravity * time_limit**2 at most 1e300 m",
+    )?;
+    Ok(())
+}
+
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
+    reachable(posture.fields().gravity, options)?;
     let contacts = posture.contacts();
     let together = options.simultaneous == Simultaneous::Newton;
     if contacts.len() > 1 && options.impact != Impact::Newton && together {

@@ -5,8 +5,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use standfast::{
-    Contact, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State, Stop,
-    Trajectory, simulate,
+    Contact, Error, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State,
+    Stop, Trajectory, simulate,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -769,4 +769,25 @@ laws! {
     contact_numbers_do_not_matter, contact_numbers_do_not_matter_at_length, 2, scene(), check_numbers;
     a_cut_run_is_a_part_of_the_whole, a_cut_run_is_a_part_of_the_whole_at_length, 2, cut_scene(), check_cut;
     parameters_obey_the_laws, parameters_obey_the_laws_at_length, 1, reduced(), check_reduced;
+}
+
+#[test]
+fn what_no_double_can_say_is_refused_by_name() {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let start = State::at_rest([0.0, 0.01, 0.001]);
+    for model in [Model::Local, Model::Full, Model::Auto] {
+        for (limit, fine) in [(1e149, true), (f64::INFINITY, true), (1e150, false), (1e300, false)]
+        {
+            let options = Options { model, time_limit: Some(limit), ..Options::default() };
+            let run = simulate(&rod, &start, &options);
+            assert_eq!(run.is_ok(), fine, "{limit}");
+            let text = run.err().map_or_else(String::new, |error| error.to_string());
+            assert_eq!(text.contains("time_limit = 1"), !fine, "{text}");
+        }
+        let options = Options { model, ..Options::default() };
+        let turned = State::at_rest([0.0, 1.0, 2e12]);
+        let run = simulate(&rod, &turned, &options);
+        let refused = matches!(&run, Err(Error::OutOfRange { field, .. }) if field == "q.theta");
+        assert_eq!(refused, model != Model::Local, "{run:?}");
+    }
 }
