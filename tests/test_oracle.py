@@ -22,6 +22,8 @@ from two_contacts import simulate_full, simulate_local
 
 DATA = Path(__file__).parent / "data"
 CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "1000"))
+#: Runs of which the velocities are compared.
+SLOPES = max(1, CASES // 50)
 WORKERS = 2
 SEED = 2008
 DIGITS = 20
@@ -345,3 +347,30 @@ def test_a_tail_whose_error_estimate_is_too_low():
     )
     error = abs(Fraction(point.time) - Fraction(str(truth.time)))
     assert error <= 2 * math.ulp(point.time) + 2 * Fraction(oracle.conditioning(inputs))
+
+
+def test_velocities_at_a_zeno_point_on_slopes():
+    """Collision by collision until nothing is left of the rates, against the sum. What the body still does slides along
+    both slopes; the spin falls during the last collisions, and not uniformly."""
+    rng = np.random.default_rng(SEED)
+    compared, worst = 0, 0.0
+    while compared < SLOPES:
+        inputs = draw_full(rng)
+        zeno = simulate_full(inputs).zeno_points[0]
+        if inputs["alpha1"] == inputs["alpha2"] or zeno.kind != "2-zeno":
+            continue
+        motion = oracle.FullMotion(oracle.arithmetic(50), inputs)
+        while max(abs(u) for u in motion.u) > 1e-25:
+            landings = [motion.landing(i, motion.ctx.inf) for i in (0, 1)]
+            i = int(landings[1] < landings[0])
+            motion.advance(landings[i], [i])
+            motion.strike(i)
+        exact = [*motion.v, motion.omega]
+        speed = max(
+            abs(motion.v[0]), abs(motion.v[1]), inputs["rho"] * abs(motion.omega)
+        )
+        errors = [abs(a - b) for a, b in zip(zeno.qdot, exact, strict=True)]
+        errors[2] *= inputs["rho"]
+        worst = max(worst, float(max(errors) / speed))
+        compared += 1
+    assert worst <= 2e-14, worst

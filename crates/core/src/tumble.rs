@@ -255,6 +255,7 @@ impl Tumble {
                 let geometry =
                     drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -self.gaps.u[b];
                 if tail.error + MARGIN * t * geometry <= TAIL * now
+                    && self.is_turn_lost(t, sum.jump)
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
                     return Some(Halt::Clatter(tail));
@@ -262,6 +263,19 @@ impl Tumble {
             }
         }
         (near.brief && self.is_brief(gravity, log)).then_some(Halt::Freeze)
+    }
+
+    /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less
+    /// than their rounding: [`Tumble::turn_tail`] knows its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), only roughly, for ω does
+    /// not change uniformly. On parallel ground the contacts at rest leave no speed that it could change.
+    fn is_turn_lost(&self, t: f64, jump: [f64; 2]) -> bool {
+        let per_own = [0, 1].map(|i| jump[i].abs() / self.own(i));
+        let omega =
+            self.spin.omega.abs() + (0..2).map(|i| self.b[i].abs() * per_own[i]).sum::<f64>();
+        let change = omega * t * (0..2).map(|i| self.c[i].abs() * per_own[i]).sum::<f64>();
+        let rho = self.body.rho2.sqrt();
+        let speed = self.center.v.x.abs() + self.center.v.y.abs() + rho * self.spin.omega.abs();
+        self.body.n12.abs() >= 1.0 || rho * change <= f64::EPSILON * speed
     }
 
     /// Whether the bounce tail at `a` may be summed with frozen geometry.
