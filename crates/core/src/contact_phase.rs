@@ -17,7 +17,7 @@ use crate::modes::{
 };
 use crate::posture::Posture;
 use crate::simulate::{Options, Stop};
-use crate::tolerance::{STILL, TOUCH};
+use crate::tolerance::{BEYOND, STILL, TOUCH};
 use crate::trajectory::{Cause, ContactNumber, Outcome};
 
 impl Stance {
@@ -402,7 +402,11 @@ impl<'a> ContactPhase<'a> {
                 }
             }
             let Some((step, t, end)) = found else { unreachable!("there are orders") };
+            let [a_x, a_y, _] = step.acceleration();
+            let way = t * (stance.center.v.norm() + t * libm::hypot(a_x, a_y));
+            // Beyond all bounds nothing ever happens, either.
             if t == f64::INFINITY
+                || way > BEYOND
                 || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
             {
                 self.acceleration = Some(step.acceleration());

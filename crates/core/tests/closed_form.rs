@@ -1037,3 +1037,24 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
     assert_eq!((run.outcome(), run.collisions()), (Outcome::Rest, 2));
     assert!(run.state().q.z.abs() < 1e-15);
 }
+
+#[test]
+fn nothing_slides_beyond_all_bounds() {
+    // So heavy to turn that its next turn takes it out of all doubles.
+    for gyration_radius in [1e40, 1e50, 1e101] {
+        let body = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius,
+            center_of_mass: [0.3, 0.7],
+            contacts: vec![Contact { slope: 0.98, ..Contact::at(37.0, 0.0) }],
+            restitution: 0.9,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        let options = Options { model: Model::Full, ..Options::default() };
+        let run = simulate(&body, &State::at_rest([0.0; 3]), &options).unwrap();
+        assert_eq!(run.outcome(), Outcome::Sliding, "{gyration_radius}");
+        assert!(run.state().q.iter().chain(&run.state().qdot).all(|x| x.is_finite()));
+    }
+}
