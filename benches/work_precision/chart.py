@@ -145,7 +145,7 @@ def draw(scenes, found):
         frameon=False,
     )
     figure.suptitle(
-        "Lower left is better: standfast is faster than any engine, and exact to the rounding of a double",
+        "Lower left is better: standfast is exact to the rounding of a double, mostly in microseconds",
         fontsize=14,
     )
     for suffix in ("png", "svg"):
