@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy calls weigh wheel clean
+.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy calls weigh fuzz wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -84,6 +84,12 @@ maps: wheel
 # What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
 instructions:
 	cargo run --release -p standfast-benches --bin instructions
+
+# Fuzz targets, each for a quarter of an hour. Needs nightly Rust and cargo-fuzz.
+fuzz:
+	for target in scene motion modes standing; do \
+		cargo +nightly fuzz run -O $$target -- -max_total_time=900 -timeout=10 || exit 1; \
+	done
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin

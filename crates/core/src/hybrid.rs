@@ -737,7 +737,7 @@ impl<'a> Driver<'a> {
     /// The end of a run that recorded nothing; `None` if it was cancelled.
     pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
         let (end, state) = self.arrive(outcome)?;
-        let time = |clock: Clock| clock.added_to(self.options.time);
+        let time = |clock: Clock| self.options.clock(clock);
         let zeno = self.zeno.first().map(|zeno| FirstZeno {
             count: zeno.closed.iter().filter(|closed| **closed).count(),
             contact: match zeno.closed {

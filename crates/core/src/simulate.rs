@@ -192,6 +192,12 @@ impl Options {
         Ok(())
     }
 
+    /// The clock, rounded once, and not beyond the limit: that is the difference from the start, which was rounded as well.
+    pub(crate) fn clock(&self, elapsed: Clock) -> f64 {
+        let time = elapsed.added_to(self.time);
+        self.time_limit.map_or(time, |limit| time.min(limit))
+    }
+
     /// Elapsed time at which the run ends at the latest.
     pub(crate) fn end(&self) -> f64 {
         self.time_limit.map_or(f64::INFINITY, |limit| limit - self.time)
@@ -497,6 +503,10 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
+/// Lever over radius of gyration up to which an impact is told from one at a fixed pivot: the body's own share is
+/// ρ²/(b² + ρ²), and the square of its roundings.
+const LONGEST_LEVER: f64 = 1e16;
+
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
@@ -511,9 +521,12 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     .into(),
         });
     }
-    let longest = posture.size() / posture.fields().gyration_radius;
-    for (i, k) in posture.geometry().iter().enumerate() {
-        if options.stop != Stop::Zeno && longest > LONGEST_ARM {
+    let (most, allowed) = match options.stop {
+        Stop::Zeno => (LONGEST_LEVER, "at most 1e16"),
+        _ => (LONGEST_ARM, "at most 1e4 beyond the first Zeno point"),
+    };
+    if posture.size() > most * posture.fields().gyration_radius {
+        for (i, k) in posture.geometry().iter().enumerate() {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
                 format_args!(
@@ -521,8 +534,8 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     i + 1
                 ),
                 arm,
-                arm <= LONGEST_ARM,
-                "at most 1e4 beyond the first Zeno point",
+                arm <= most,
+                allowed,
             )?;
         }
     }

@@ -829,7 +829,7 @@ impl Trajectory {
     }
 
     fn clock(&self, elapsed: Clock) -> f64 {
-        elapsed.added_to(self.options.time)
+        self.options.clock(elapsed)
     }
 
     fn instant(&self, full: &Snapshot, state: State) -> Instant {

@@ -1,0 +1,333 @@
+//! What every fuzz target tries, and what must hold of its answers. Bytes are read as scenes of any kind, most of them with
+//! some value that is wrong or extreme; they are told to the library as a user would, and nothing may panic, run without end,
+//! or contradict itself. Shared by the targets of cargo-fuzz and by the tests, which try a corpus and random bytes.
+
+use standfast::{
+    Contact, ContactProblem, Error, Fields, Impact, Level, Method, Model, Options, Outcome,
+    Posture, ProblemFields, Scene, Simultaneous, State, Stop, Trajectory, conditions,
+    contact_modes, friction_margin, simulate, simulate_many, stability, static_forces,
+};
+
+/// Events that a run may have here.
+const EVENTS: usize = 2000;
+/// Energy that a run may seem to win, relative to the largest there was: roundings of that many events.
+const ENERGY: f64 = 1e-9;
+
+/// Numbers where arithmetic ends, angles where functions change, and the scales between.
+const SPECIAL: [f64; 30] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    0.5,
+    2.0,
+    9.81,
+    1e-3,
+    1e-9,
+    1e-16,
+    1e-155,
+    1e-300,
+    f64::MIN_POSITIVE,
+    5e-324,
+    1e9,
+    1e16,
+    1e155,
+    1e300,
+    f64::MAX,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NAN,
+    std::f64::consts::FRAC_PI_2,
+    std::f64::consts::FRAC_PI_4,
+    std::f64::consts::PI,
+    1.0 - f64::EPSILON,
+    1.0 + f64::EPSILON,
+    1.0 / 3.0,
+    -1e300,
+    -5e-324,
+];
+
+/// Bytes, read one after the other; behind their end there are zeros.
+pub(crate) struct Bytes<'a>(&'a [u8]);
+
+impl Bytes<'_> {
+    fn byte(&mut self) -> u8 {
+        let (first, rest) = self.0.split_first().unwrap_or((&0, &[]));
+        self.0 = rest;
+        *first
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        usize::from(self.byte()) % count
+    }
+
+    fn pick<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.below(choices.len())]
+    }
+
+    /// A number of the size that is usual in scenes, mostly; else a special one, or any bits.
+    fn number(&mut self) -> f64 {
+        let share = |byte: u8| f64::from(byte) / 255.0;
+        match self.byte() {
+            0..160 => share(self.byte()) + share(self.byte()) / 256.0,
+            160..200 => 4.0 * share(self.byte()) - 2.0,
+            200..225 => self.pick(&SPECIAL),
+            225..240 => 10f64.powi(i32::from(self.byte()) - 128),
+            _ => f64::from_bits(u64::from_le_bytes(std::array::from_fn(|_| self.byte()))),
+        }
+    }
+
+    fn pair(&mut self) -> [f64; 2] {
+        [self.number(), self.number()]
+    }
+
+    fn triple(&mut self) -> [f64; 3] {
+        [self.number(), self.number(), self.number()]
+    }
+
+    /// Whether something rare is there.
+    fn rarely(&mut self) -> bool {
+        self.byte() >= 224
+    }
+
+    fn contact(&mut self) -> Contact {
+        let mut contact = Contact::at(4.0 * self.number() - 2.0, 0.0);
+        if self.rarely() {
+            contact.point = self.pair();
+        }
+        if self.rarely() {
+            contact.slope = self.number();
+        }
+        if self.byte() < 128 {
+            contact.friction = self.number();
+        }
+        if self.rarely() {
+            contact.restitution = Some(self.number());
+        }
+        if self.rarely() {
+            contact.tangential_restitution = self.number();
+        }
+        if self.rarely() {
+            contact.segment = [-self.number(), self.number()];
+        }
+        contact
+    }
+
+    fn fields(&mut self) -> Fields {
+        let mut fields = Fields {
+            mass: 1.0,
+            gyration_radius: 0.05 + self.number(),
+            center_of_mass: [4.0 * self.number() - 2.0, self.number()],
+            contacts: Vec::new(),
+            restitution: 0.0,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        };
+        let count = self.pick(&[2, 2, 2, 2, 1, 3, 4, 0]);
+        fields.contacts = (0..count).map(|_| self.contact()).collect();
+        fields.restitution = self.number();
+        if self.rarely() {
+            fields.mass = self.number();
+        }
+        if self.rarely() {
+            fields.gravity = self.number();
+        }
+        if self.rarely() {
+            fields.terrain = (0..self.below(6)).map(|_| self.pair()).collect();
+        }
+        fields
+    }
+
+    fn state(&mut self) -> State {
+        let mut q = [0.0; 3];
+        if self.byte() < 192 {
+            q = self.triple();
+        }
+        let qdot = if self.byte() < 192 { self.triple() } else { [0.0; 3] };
+        State::new(q, qdot)
+    }
+
+    fn options(&mut self) -> Options {
+        let mut options = Options { event_limit: EVENTS, ..Options::default() };
+        options.model = self.pick(&[Model::Full, Model::Local, Model::Auto]);
+        if self.byte() < 96 {
+            options.impact = self.pick(&[
+                Impact::Newton,
+                Impact::Poisson,
+                Impact::Stronge,
+                Impact::ChatterjeeRuina,
+                Impact::Moreau,
+            ]);
+            options.simultaneous = self.pick(&[
+                Simultaneous::FirstContactFirst,
+                Simultaneous::LastContactFirst,
+                Simultaneous::Newton,
+            ]);
+        }
+        options.stop = self.pick(&[Stop::Rest, Stop::Rest, Stop::Zeno, Stop::Time]);
+        if options.stop == Stop::Time || self.rarely() {
+            options.time_limit = Some(self.number());
+        }
+        if self.rarely() {
+            options.time = self.number();
+        }
+        if self.rarely() {
+            options.neighbourhood = self.number();
+        }
+        if self.rarely() {
+            options.tolerance = self.number();
+        }
+        if self.rarely() {
+            options.event_limit = self.below(20);
+        }
+        options.record = self.byte() < 192;
+        options
+    }
+}
+
+/// Text as a scene file: read, told again, and read again to the same.
+pub(crate) fn scene(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    for read in [Scene::from_toml, Scene::from_json] {
+        match read(&text) {
+            Ok(scene) => {
+                let again = Scene::from_json(&scene.to_json());
+                assert_eq!(again.as_ref(), Ok(&scene), "{}", scene.to_json());
+                assert_eq!(Scene::from_toml(&scene.to_toml()).as_ref(), Ok(&scene));
+            }
+            Err(error) => complains(&error),
+        }
+    }
+}
+
+/// A body, its start and the options.
+pub(crate) fn motion(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let (fields, state, options) = (bytes.fields(), bytes.state(), bytes.options());
+    let posture = match Posture::new(fields) {
+        Ok(posture) => posture,
+        Err(error) => return complains(&error),
+    };
+    let run = match simulate(&posture, &state, &options) {
+        Ok(run) => run,
+        Err(error) => return complains(&error),
+    };
+    let ends = simulate_many(&[posture], &[state], &options).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(ends[0].outcome, run.outcome());
+    assert_eq!(ends[0].elapsed.to_bits(), run.elapsed().to_bits());
+    let bits = |state: &State| [state.q, state.qdot].map(|v| [v.x, v.y, v.z].map(f64::to_bits));
+    assert_eq!(bits(&ends[0].state), bits(run.state()));
+    holds_together(&run, &options);
+}
+
+/// What is true of every run.
+fn holds_together(run: &Trajectory, options: &Options) {
+    assert!(run.collisions() <= options.event_limit, "{} collisions", run.collisions());
+    assert!(run.elapsed() >= 0.0 && run.elapsed() < f64::INFINITY, "elapsed {}", run.elapsed());
+    if let Some(limit) = options.time_limit {
+        assert!(run.time() <= limit, "time {}", run.time());
+    }
+    let state = run.state();
+    let numbers = state.q.iter().chain(&state.qdot);
+    assert!(
+        numbers.clone().all(|x| x.is_finite()),
+        "{state:?} {:?} {:?} {options:?}",
+        run.posture().map(|p| p.fields().clone()),
+        run.at(options.time).map(|i| i.state)
+    );
+    if run.outcome() == Outcome::Rest {
+        assert!(state.qdot.iter().all(|v| *v == 0.0), "{state:?}");
+    }
+    if !options.record {
+        return;
+    }
+    let impacts = run.impacts();
+    let times = impacts.windows(2).all(|two| two[0].elapsed <= two[1].elapsed);
+    assert!(times, "impacts are not in order");
+    let _ = run.phases();
+    for zeno in run.zeno_points() {
+        assert!(zeno.elapsed <= run.elapsed(), "{} {}", zeno.elapsed, run.elapsed());
+    }
+    let Ok(times) = run.sample_times(7) else { return };
+    let Some(&Fields { mass, gravity, gyration_radius, .. }) = run.posture().map(Posture::fields)
+    else {
+        return;
+    };
+    if options.impact == Impact::Moreau {
+        return; // Newton's restitution beside friction can add energy [Kane 1984].
+    }
+    let (mut last, mut scale) = (f64::INFINITY, 0.0_f64);
+    for t in times {
+        let (Ok(energy), Ok(instant)) = (run.energy(t), run.at(t)) else { continue };
+        // Of terms that may cancel; a rotation has a rounding that arms have from it.
+        let height = (instant.state.q.y * gravity).abs();
+        let turned = instant.state.q.z.abs() * f64::EPSILON / ENERGY;
+        let [x, y, omega] = instant.state.qdot.into();
+        let squares = x * x + y * y + (gyration_radius * omega).powi(2);
+        scale = scale.max(mass * (height + squares) * (1.0 + turned));
+        assert!(
+            !(energy > last + ENERGY * scale),
+            "energy {last} -> {energy} at {t}: {:?} {:?} {options:?}",
+            run.posture().map(|p| p.fields().clone()),
+            run.at(options.time).map(|i| i.state)
+        );
+        last = energy;
+    }
+}
+
+/// Contacts and what they are asked for.
+pub(crate) fn modes(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let count = bytes.pick(&[2, 2, 2, 1, 3, 4, 6, 0]);
+    let mut many = |most: f64| -> Vec<[f64; 2]> {
+        (0..count).map(|_| bytes.pair().map(|x| most * (2.0 * x - 1.0))).collect()
+    };
+    let (arms, bias) = (many(1.0), many(0.2));
+    let fields = ProblemFields {
+        mass: 1.0,
+        gyration_radius: 0.05 + bytes.number(),
+        arms,
+        tangents: (0..count)
+            .map(|_| {
+                let angle = if bytes.byte() < 128 { 0.0 } else { bytes.number() };
+                [angle.cos(), angle.sin()]
+            })
+            .collect(),
+        friction: (0..count).map(|_| bytes.number()).collect(),
+        sliding: (0..count).map(|_| bytes.pick(&[Some(0), Some(1), Some(-1), None])).collect(),
+        bias,
+        free_acceleration: bytes.triple().map(|x| 4.0 * x - 2.0),
+        level: bytes.pick(&[Level::Acceleration, Level::Impulse]),
+    };
+    let problem = match ContactProblem::new(fields) {
+        Ok(problem) => problem,
+        Err(error) => return complains(&error),
+    };
+    let method = bytes.pick(&[Method::Auto, Method::Enumerate, Method::Qp]);
+    match contact_modes(&problem, method) {
+        Ok(modes) => {
+            for answer in modes.consistent() {
+                assert!(answer.acceleration.iter().all(|a| a.is_finite()), "{answer:?}");
+            }
+        }
+        Err(error) => complains(&error),
+    }
+    let _ = problem.pair_modes();
+}
+
+/// A posture and whether it stands.
+pub(crate) fn standing(data: &[u8]) {
+    let posture = match Posture::new(Bytes(data).fields()) {
+        Ok(posture) => posture,
+        Err(error) => return complains(&error),
+    };
+    let errors = [stability(&posture).err(), conditions(&posture).err()];
+    errors.iter().flatten().for_each(complains);
+    let _ = (static_forces(&posture), friction_margin(&posture));
+}
+
+/// An error in one line that says something.
+fn complains(error: &Error) {
+    let text = error.to_string();
+    assert!(!text.is_empty() && text.lines().count() == 1, "{text}");
+}
