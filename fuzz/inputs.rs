@@ -48,7 +48,7 @@ const SPECIAL: [f64; 30] = [
 ];
 
 /// Bytes, read one after the other; behind their end there are zeros.
-pub(crate) struct Bytes<'a>(&'a [u8]);
+struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
     fn byte(&mut self) -> u8 {
@@ -186,7 +186,7 @@ impl Bytes<'_> {
 }
 
 /// Text as a scene file: read, told again, and read again to the same.
-pub(crate) fn scene(data: &[u8]) {
+pub fn scene(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     for read in [Scene::from_toml, Scene::from_json] {
         match read(&text) {
@@ -201,7 +201,7 @@ pub(crate) fn scene(data: &[u8]) {
 }
 
 /// A body, its start and the options.
-pub(crate) fn motion(data: &[u8]) {
+pub fn motion(data: &[u8]) {
     let mut bytes = Bytes(data);
     let (fields, state, options) = (bytes.fields(), bytes.state(), bytes.options());
     let posture = match Posture::new(fields) {
@@ -276,7 +276,7 @@ fn holds_together(run: &Trajectory, options: &Options) {
 }
 
 /// Contacts and what they are asked for.
-pub(crate) fn modes(data: &[u8]) {
+pub fn modes(data: &[u8]) {
     let mut bytes = Bytes(data);
     let count = bytes.pick(&[2, 2, 2, 1, 3, 4, 6, 0]);
     let mut many = |most: f64| -> Vec<[f64; 2]> {
@@ -316,7 +316,7 @@ pub(crate) fn modes(data: &[u8]) {
 }
 
 /// A posture and whether it stands.
-pub(crate) fn standing(data: &[u8]) {
+pub fn standing(data: &[u8]) {
     let posture = match Posture::new(Bytes(data).fields()) {
         Ok(posture) => posture,
         Err(error) => return complains(&error),

@@ -503,8 +503,8 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// Lever over radius of gyration up to which an impact is told from one at a fixed pivot: the body's own share is
-/// ρ²/(b² + ρ²), and the square of its roundings.
+/// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
+/// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
 const LONGEST_LEVER: f64 = 1e16;
 
 /// What is not solved yet is refused by name.

@@ -1,6 +1,7 @@
 //! What the fuzz targets try, over their corpus and over random bytes: the campaigns themselves are `make fuzz`.
 
 #[path = "../../../fuzz/inputs.rs"]
+#[expect(unreachable_pub, reason = "the library of the fuzz targets")]
 mod inputs;
 
 use std::fs;

@@ -212,8 +212,8 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// The motions of many postures, or of one from many states: Runs.
 ///
 /// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
-/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded. Each run is the same, to the last bit, as
-/// `simulate` makes it, whatever the number of threads.
+/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded. Each run is the
+/// same, to the last bit, as `simulate` makes it, whatever the number of threads.
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
 #[pyfunction]
