@@ -243,3 +243,68 @@ def test_a_flat_block_stops_when_its_other_corner_lands(law, model):
     )
     close(found.time, swing)
     assert max(abs(found.q)) <= 1e-14
+
+
+def time_to_rest(block, omega):
+    """All swings; the small ones last T = 2ω/(p² sin α), a geometric series."""
+    kept, time, spin = block.kept_by_sticking(), mpf(0), mpf(omega)
+    with mp.workdps(40):
+        while spin > mpf(10) ** -18:
+            time, spin = time + block.swing(spin), spin * kept
+        return time + 2 * spin / (block.pull * mp.sin(block.alpha)) / (1 - kept)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("alpha", "omega"), [(0.3, 0.4), (0.7, 1.5)])
+def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
+    """Once swings are short enough to shrink in one ratio they are summed, as long as each still is above all rounding."""
+    block = Block(alpha, 2.0)
+    found = run(block, omega, law, model="full", record=True)
+    rest = found.zeno_points[-1]
+    assert (found.outcome, rest.method) == ("rest", "nested")
+    assert rest.contacts == (1, 2)
+    exact = time_to_rest(block, omega)
+    close(found.time, exact, 4e-15)
+    assert abs(found.time - float(exact)) <= 2 * rest.time_error
+    # The last swing that is followed is far from the end, and the state within the sum is found swing by swing.
+    summed = found.phases[-2]
+    assert summed.end == rest.time
+    last = summed.end - summed.start
+    late = run(block, omega, law, model="full", record=True, time=8.0)
+    assert 1e-9 < last / rest.time < 1e-3
+    for share in (0.1, 0.5, 0.9, 0.99):
+        t = summed.start + share * last
+        stopped = run(block, omega, law, model="full", time_limit=t)
+        q, qdot = found.at(t)[:2]
+        assert q == pytest.approx(stopped.q, abs=1e-15)
+        assert qdot == pytest.approx(stopped.qdot, abs=1e-13)
+        assert late.at(8 + t)[0] == pytest.approx(stopped.q, abs=1e-15)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.2])
+def test_rounds_of_two_engines_end_at_the_same_time(restitution):
+    """Rocking with frictionless impacts, a foot sliding between them: on a line of its own for each contact there are closed
+    sums of bounces, on shared terrain bounces are followed one by one."""
+    block = Block(0.3, 1.0)
+    line, shared = [
+        sf.Posture(
+            mass=block.posture.mass,
+            gyration_radius=block.posture.gyration_radius,
+            center_of_mass=block.posture.center_of_mass,
+            contacts=block.posture.contacts,
+            restitution=restitution,
+            gravity=G,
+            terrain=terrain,
+        )
+        for terrain in (None, [(-9.0, 0.0), (9.0, 0.0)])
+    ]
+    start = block.upright(0.4)
+    one, other = [
+        sf.simulate(posture, *start, model="full", simultaneous="newton")
+        for posture in (line, shared)
+    ]
+    for found in (one, other):
+        assert (found.outcome, found.zeno_points[-1].method) == ("rest", "nested")
+    assert one.time == pytest.approx(other.time, rel=2e-14)
+    # Speeds of contacts on shared terrain are rounded with those of the whole body.
+    assert one.q == pytest.approx(other.q, abs=1e-13)

@@ -105,6 +105,26 @@ impl Stance {
         if rate > 0.0 { libm::ldexp(1.0, -libm::ilogb(rate)) } else { 1.0 }
     }
 
+    /// About when a contact lands or stops sliding, in units of time, were this acceleration constant.
+    pub(crate) fn soon(&self, modes: &[Mode], [ax, ay, turn]: [f64; 3]) -> f64 {
+        let a = Vector2::new(ax, ay);
+        let event = |(i, mode): (usize, &Mode)| {
+            let p = &self.points[i];
+            match mode {
+                Mode::Separate => {
+                    let fall = p.c * self.spin.omega * self.spin.omega - p.normal.dot(&a);
+                    parabola_touchdown(p.h, p.u, fall - p.b * turn)
+                }
+                Mode::Fixed => f64::INFINITY,
+                _ => {
+                    let t = -self.slip(i) / (p.tangent.dot(&a) - p.c * turn);
+                    if t > 0.0 { t } else { f64::INFINITY }
+                }
+            }
+        };
+        modes.iter().enumerate().map(event).fold(f64::INFINITY, f64::min) / self.unit_of_time()
+    }
+
     /// Whether two closed contacts on parallel ground keep the body from turning.
     fn is_level(&self, modes: &[Mode]) -> bool {
         let mut closed = self.points.iter().zip(modes).filter(|(_, mode)| **mode != Mode::Separate);
@@ -321,9 +341,9 @@ pub(crate) struct Step {
     order: usize,
 }
 
-/// Numbers of coefficients to be tried: most steps are short, and few coefficients reach to their end. The last one goes on
-/// step by step.
-pub(crate) const ORDERS: [usize; 3] = [8, 13, ORDER];
+/// Numbers of coefficients to be tried, and the time, in units, up to which each is expected to serve: most steps are short,
+/// and few coefficients reach to their end. The last one goes on step by step.
+pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
 /// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
 const FROZEN: usize = 5;
@@ -544,7 +564,9 @@ impl Step {
         }
         let of_tracks = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
         let reach = radius(of_tracks.chain([&omega]), f64::EPSILON * 0.1, order);
-        let mut determinant = determinant(&matrix, n, order);
+        // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
+        let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
+        let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };
         if determinant[0] < 0.0 {
             determinant = determinant.map(|c| -c);
         }
@@ -785,6 +807,9 @@ fn radius<'s>(all: impl Iterator<Item = &'s Series> + Clone, share: f64, order: 
             if term == 0.0 { f64::INFINITY } else { libm::pow(share / term, 1.0 / power as f64) }
         };
         time = reach(last, order - 1).min(reach(before, order - 2));
+        if time.min(1.0) == t {
+            break;
+        }
     }
     time
 }

@@ -330,7 +330,7 @@ impl<'a> ContactPhase<'a> {
     /// contacts that begin to slide from rest.
     fn hold(
         &mut self,
-        acceleration: [f64; 3],
+        mut acceleration: [f64; 3],
         mut last: Option<Next>,
         starting: &[bool],
         log: &mut Log<'_>,
@@ -367,7 +367,8 @@ impl<'a> ContactPhase<'a> {
             }
             let (fresh, last) = (std::mem::take(&mut fresh), last.take());
             let mut found = None;
-            for order in ORDERS {
+            let soon = stance.soon(&self.word, acceleration);
+            for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
                 let Some(mut step) = Step::new(stance, &self.word, order) else {
                     return outcome(Outcome::Inconsistent);
                 };
@@ -402,14 +403,15 @@ impl<'a> ContactPhase<'a> {
                 }
             }
             let Some((step, t, end)) = found else { unreachable!("there are orders") };
-            let [a_x, a_y, _] = step.acceleration();
-            let way = t * (stance.center.v.norm() + t * libm::hypot(a_x, a_y));
+            acceleration = step.acceleration();
+            let [ax, ay, _] = acceleration;
+            let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
             // Beyond all bounds nothing ever happens, either.
             if t == f64::INFINITY
                 || way > BEYOND
                 || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
             {
-                self.acceleration = Some(step.acceleration());
+                self.acceleration = Some(acceleration);
                 // What flies while nothing ever happens flies away, if it does not turn around with the rest.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
                 return outcome(if closed || cycle.turns > 0 {

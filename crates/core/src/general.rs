@@ -1,8 +1,8 @@
 //! The completed hybrid system for any number of contacts and every law of impact, event by event.
 //!
-//! The same loop as for two contacts without friction in their impacts, but without its closed sums: an accumulation is
-//! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there. Only
-//! impacts in turn in one instant are summed.
+//! The same loop as for two contacts without friction in their impacts, but without its closed sums of bounces and clatter: an
+//! accumulation is followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends
+//! there. Impacts in turn in one instant are summed, and rounds of two contacts on the ground that repeat themselves.
 
 mod flight;
 mod impacts;
@@ -18,10 +18,14 @@ use crate::flight::{LOST_PHASE, PHASE_LOST};
 use crate::log::Log;
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
+use crate::rounds::Rounds;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::{BEYOND, STILL};
 use crate::trajectory::{Cause, Outcome};
 use crate::trig::Turn;
+
+/// Events after which a look into a sum is given up.
+const GLANCE: usize = 100_000;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
@@ -46,7 +50,9 @@ pub(crate) struct Settled {
     pub(crate) hits: usize,
     /// Whether they were at rest from the start of the run.
     pub(crate) from_start: bool,
-    /// Time that their last bounces would still have taken, in s.
+    /// Whether rounds that repeat themselves were summed.
+    pub(crate) nested: bool,
+    /// Time that their last bounces would still have taken, or error of the sum, in s.
     pub(crate) error: f64,
     pub(crate) stance: Stance,
 }
@@ -59,6 +65,8 @@ pub(crate) struct Stretch {
     pub(crate) word: Vec<Mode>,
     /// `None`: the phase goes on.
     pub(crate) cause: Option<Cause>,
+    /// Whether it is the sum of infinitely many rounds.
+    pub(crate) summed: bool,
 }
 
 /// What a run hands over.
@@ -92,6 +100,8 @@ pub(crate) struct General<'a> {
     collisions: Vec<Struck>,
     zeno: Vec<Settled>,
     sequence: Sequence,
+    /// Rounds on the ground, of a body with two contacts.
+    rounds: Rounds,
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     waiting: usize,
     ripple: Ripple,
@@ -120,6 +130,7 @@ impl<'a> General<'a> {
             collisions: Vec::new(),
             zeno: Vec::new(),
             sequence: Sequence::default(),
+            rounds: Rounds::default(),
             waiting: 0,
             ripple: Ripple::default(),
             warnings,
@@ -130,7 +141,7 @@ impl<'a> General<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<GeneralRecord> {
-        self.note(vec![Mode::Separate; self.state.points.len()]); // a run that ends at once has one, too
+        self.note(vec![Mode::Separate; self.state.points.len()], false); // a run that ends at once has one, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -182,10 +193,10 @@ impl<'a> General<'a> {
         }
     }
 
-    fn note(&mut self, word: Vec<Mode>) {
+    fn note(&mut self, word: Vec<Mode>, summed: bool) {
         if self.log.record {
             let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
-            self.stretches.push(Stretch { clock, stance, word, cause });
+            self.stretches.push(Stretch { clock, stance, word, cause, summed });
         }
     }
 
@@ -194,7 +205,7 @@ impl<'a> General<'a> {
         self.leave_vertices();
         let n = self.state.points.len();
         self.resting.fill(false);
-        self.note(vec![Mode::Separate; n]);
+        self.note(vec![Mode::Separate; n], false);
         let lost = self.is_lost();
         let landings: Vec<Option<f64>> = (0..n).map(|i| self.state.touchdown(i)).collect();
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
@@ -274,6 +285,7 @@ impl<'a> General<'a> {
                 contacts,
                 hits: self.log.hits,
                 from_start,
+                nested: false,
                 error,
                 stance: self.state.clone(),
             }),
@@ -316,11 +328,13 @@ impl<'a> General<'a> {
             return Some(outcome);
         }
         phase.cause = self.cause;
-        let stretches = &mut self.stretches;
+        let (stretches, rounds) = (&mut self.stretches, &mut self.rounds);
+        rounds.drop(phase.dropped);
         let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
+            rounds.hold(word, clock);
             if record {
                 let (stance, word) = (stance.clone(), word.to_vec());
-                stretches.push(Stretch { clock, stance, word, cause });
+                stretches.push(Stretch { clock, stance, word, cause, summed: false });
             }
         });
         self.resting = phase.word.iter().map(|mode| *mode != Mode::Separate).collect();
@@ -336,7 +350,52 @@ impl<'a> General<'a> {
                 self.cross(i, side);
                 None
             }
-            PhaseEnd::Landing(_) | PhaseEnd::Thaw => None,
+            PhaseEnd::Landing(b) => self.round(b),
+            PhaseEnd::Thaw => None,
         }
+    }
+
+    /// Contact `b` lands while another is held: where there are these two only, what all rounds that come after this one lead
+    /// to may be known.
+    fn round(&mut self, b: usize) -> Option<Outcome> {
+        if self.state.points.len() != 2 {
+            return None;
+        }
+        let (size, fastest) = (self.posture.size(), self.fastest);
+        let clock = self.log.clock;
+        let limit = self.rounds.land(b, &self.state, clock, size, fastest, self.log.left())?;
+        self.note(vec![Mode::Separate; 2], true);
+        self.log.clock = clock.after(limit.duration);
+        self.state = limit.end;
+        let (q, frozen) = (self.state.state().q, self.state.frozen.is_some());
+        for p in &mut self.state.points {
+            p.place = self.posture.under(p.place.contact, &q, frozen).place;
+        }
+        let outcome = self.settle(&[0, 1], false, limit.error);
+        if let Some(last) = self.zeno.last_mut() {
+            last.nested = limit.repeats;
+        }
+        outcome
+    }
+
+    /// The state `dt` into a sum of rounds that begins at `start`, round by round; `None` if too many events come before.
+    /// `options`: of the run.
+    pub(crate) fn glance(
+        posture: &Posture,
+        start: &Stance,
+        options: &Options,
+        dt: f64,
+    ) -> Option<Stance> {
+        let options = Options {
+            stop: Stop::Time,
+            time: 0.0,
+            time_limit: Some(dt),
+            event_limit: GLANCE,
+            record: false,
+            ..*options
+        };
+        let never = || false;
+        let run = General::new(posture, start.clone(), &options, Vec::new(), &never).run()?;
+        (run.outcome == Outcome::TimeLimit).then_some(run.end)
     }
 }

@@ -18,6 +18,7 @@ use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
+use crate::rounds::{ROUNDINGS, Rounds};
 use crate::simulate::{Options, State, Stop};
 use crate::tolerance::BEYOND;
 use crate::trajectory::{
@@ -44,12 +45,8 @@ pub(crate) struct Driver<'a> {
     acceleration: Option<[f64; 3]>,
     /// Whether all rows are those of the nominal posture, in the whole run.
     local: bool,
-    /// For each contact: the last round of a frozen geometry that ended with its landing.
-    rounds: [Option<rest::Round>; 2],
-    /// For each contact: which way it slid when it was held last, and since when.
-    slides: [(f64, Clock); 2],
-    /// The largest sliding speed that was taken for none, in m/s.
-    dropped: f64,
+    /// Rounds on the ground.
+    rounds: Rounds,
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -111,9 +108,7 @@ impl<'a> Driver<'a> {
             local: first.frozen.is_some(),
             undecided: None,
             cause: Some(Cause::Start),
-            rounds: [None; 2],
-            slides: [(0.0, Clock::default()); 2],
-            dropped: 0.0,
+            rounds: Rounds::default(),
             resting: [false; 2],
             frames: vec![first],
             base,
@@ -130,10 +125,11 @@ impl<'a> Driver<'a> {
     }
 
     /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
-    /// collisions come before.
+    /// collisions come before. `options`: of the run.
     pub(crate) fn glance(
         frame: &Frame,
         base: &Base,
+        options: &Options,
         raw: &Snapshot,
         tail: Tail,
         dt: f64,
@@ -166,10 +162,11 @@ impl<'a> Driver<'a> {
         };
         let options = Options {
             stop: Stop::Time,
+            time: 0.0,
             time_limit: Some(rest),
             event_limit: GLANCE,
             record: false,
-            ..Options::default()
+            ..*options
         };
         let never = || false;
         // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
@@ -894,5 +891,3 @@ const GLANCE: usize = 100_000;
 const EARLY: f64 = 1e18;
 /// Impacts of one instant that are listed one by one.
 const LISTED: usize = 64;
-/// Roundings in the ratio of two landing speeds of a nested accumulation.
-const ROUNDINGS: f64 = 64.0;

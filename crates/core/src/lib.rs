@@ -46,6 +46,7 @@ mod modes;
 mod parallel;
 mod posture;
 mod roots;
+mod rounds;
 mod scene;
 mod simulate;
 mod stability;

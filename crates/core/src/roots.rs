@@ -60,6 +60,9 @@ pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) ->
     if scaled[0] < 0.0 {
         return None; // below zero from the start: the caller's business, not a crossing
     }
+    if scaled[0] > scaled[1..count].iter().map(|c| c.abs()).sum() {
+        return None; // all Bernstein coefficients are positive
+    }
     let value = |x: f64| {
         let (mut p, mut dp) = (0.0, 0.0);
         for c in scaled[..count].iter().rev() {
@@ -71,15 +74,18 @@ pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) ->
     first_crossing(&bernstein(&scaled[..count])[..count], 0.0, 1.0, 0, &value).map(|x| x * end)
 }
 
-/// Bernstein coefficients on [0, 1]: βᵢ = Σ_{j≤i} C(i,j)/C(n,j) aⱼ.
+/// Bernstein coefficients on [0, 1]: βᵢ = Σ_{j≤i} C(i,j) aⱼ/C(n,j), by the rule of Pascal's triangle.
 fn bernstein(a: &[f64]) -> [f64; ORDER] {
     let n = a.len() - 1;
     let mut beta = [0.0; ORDER];
-    for (i, value) in beta[..a.len()].iter_mut().enumerate() {
-        let mut ratio = 1.0; // C(i,j)/C(n,j)
-        for (j, coefficient) in a.iter().enumerate().take(i + 1) {
-            *value += ratio * coefficient;
-            ratio *= (i - j) as f64 / (n - j).max(1) as f64;
+    let mut binomial = 1.0; // C(n,j)
+    for (j, (value, coefficient)) in beta.iter_mut().zip(a).enumerate() {
+        *value = coefficient / binomial;
+        binomial = binomial * (n - j) as f64 / (j + 1) as f64;
+    }
+    for level in 1..=n {
+        for i in (level..=n).rev() {
+            beta[i] += beta[i - 1];
         }
     }
     beta

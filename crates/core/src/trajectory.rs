@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::contact_motion::Stance;
 use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
-use crate::general::{GeneralRecord, Settled, Stretch, Struck};
+use crate::general::{General, GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
 use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
@@ -412,6 +412,15 @@ impl Stance {
     }
 }
 
+/// No state is known at `t`, within a sum.
+fn too_deep(t: f64) -> Error {
+    Error::Unusable {
+        field: "t".into(),
+        value: format!("{t:?}"),
+        allowed: "too many collisions of a summed tail come before this time".into(),
+    }
+}
+
 impl Record {
     /// The record of a run of this body with any number of contacts.
     pub(crate) fn of_general(base: Base, general: GeneralRecord) -> Self {
@@ -616,6 +625,7 @@ impl Trajectory {
             method: match (zeno.from_start, zeno.contacts.len()) {
                 (true, _) => Method::Rest,
                 (_, 1) => Method::Bounce,
+                _ if zeno.nested => Method::Nested,
                 _ => Method::Mixed,
             }
             .as_str(),
@@ -710,6 +720,12 @@ impl Trajectory {
         let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock).max(0.0);
         if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
             let stretch = &general.stretches[k];
+            if stretch.summed
+                && let Some(posture) = self.posture()
+            {
+                let stance = General::glance(posture, &stretch.stance, &self.options, dt);
+                return stance.map(|stance| stance.instant()).ok_or_else(|| too_deep(t));
+            }
             return Ok(stretch.stance.moved(&stretch.word, dt).instant());
         }
         let frame = &self.record.frames[piece.frame];
@@ -719,16 +735,8 @@ impl Trajectory {
             Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
             Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
             Kind::Stretch(_) => unreachable!("stretches belong to general runs"),
-            Kind::Tail(tail) => {
-                Driver::glance(frame, base, &piece.raw, tail, dt).ok_or_else(|| {
-                    Error::Unusable {
-                        field: "t".into(),
-                        value: format!("{t:?}"),
-                        allowed: "too many collisions of a summed tail come before this time"
-                            .into(),
-                    }
-                })?
-            }
+            Kind::Tail(tail) => Driver::glance(frame, base, &self.options, &piece.raw, tail, dt)
+                .ok_or_else(|| too_deep(t))?,
         };
         Ok(self.instant(&full, Base::state(&full)))
     }

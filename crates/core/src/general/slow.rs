@@ -185,6 +185,6 @@ impl General<'_> {
         for p in &mut self.state.points {
             p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
         }
-        self.settle(&stopped, false, error)
+        self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity))
     }
 }

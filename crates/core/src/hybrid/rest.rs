@@ -1,8 +1,8 @@
 //! The two-contact driver and its phases of contact: to and from the coordinates of flight, and rounds that repeat.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
-use super::{Driver, Next, ROUNDINGS};
+use super::{Driver, Next};
 use crate::clock::Clock;
 use crate::contact_motion::{Point, Rounding, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd, only_mode_of};
@@ -10,9 +10,10 @@ use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
 use crate::modes::{Mode, Row};
 use crate::posture::Posture;
+use crate::rounds::SEVERAL;
 use crate::simulate::Stop;
 use crate::terrain::Place;
-use crate::tolerance::{REACHED, STILL};
+use crate::tolerance::STILL;
 use crate::trajectory::{Kind, Method, Outcome, Span, Tail};
 use crate::trig::Turn;
 use crate::tumble::Tumble;
@@ -102,7 +103,7 @@ impl Driver<'_> {
         let (still, brief) = (STILL * self.speed_scale(), frozen.is_some() && !self.local);
         let mut phase = ContactPhase::new(&posture, stance, still, brief, &options, self.cause);
         phase.close(&mut rests[..count]);
-        self.dropped = self.dropped.max(phase.dropped);
+        self.rounds.drop(phase.dropped);
         // Rates can also come down to zero impact by impact, until there is no smaller number.
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
@@ -112,13 +113,9 @@ impl Driver<'_> {
         loop {
             let (frames, spans) = (&mut self.frames, &mut self.spans);
             let first_collision = self.log.collisions.len();
-            let slides = &mut self.slides;
+            let rounds = &mut self.rounds;
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
-                for (way, mode) in slides.iter_mut().zip(word) {
-                    if *mode != Mode::Separate {
-                        *way = (mode.direction(), clock);
-                    }
-                }
+                rounds.hold(word, clock);
                 if !record {
                     return;
                 }
@@ -196,7 +193,7 @@ impl Driver<'_> {
                 *mode = Mode::Fixed; // the same forces
             }
         }
-        self.dropped = self.dropped.max(fastest);
+        self.rounds.drop(fastest);
         Some(modes)
     }
 
@@ -229,96 +226,37 @@ impl Driver<'_> {
         outcome
     }
 
-    /// Contact `b` lands while another is held. Rounds from one such landing to the next that shrink in one ratio r, all
-    /// times and all changes of velocity with it, are summed:
-    ///
-    /// ```text
-    /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
-    /// ```
-    ///
-    /// A body as slow as the rounding of its speeds comes to rest.
+    /// Contact `b` lands while another is held: a round is over, and what all that come after it lead to may be known. A body
+    /// as slow as the rounding of its speeds comes to rest.
     fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
-        let now = stance.snapshot(self.log.clock);
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
-        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
-        let left = speed(&Base::state(&now).qdot);
-        if stance.gravity > 0.0 && left <= QUIET * self.speed_scale() {
+        let v = stance.state().qdot;
+        let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let fastest = self.speed_scale();
+        if stance.gravity > 0.0 && left <= QUIET * fastest {
             let mut end = stance.clone();
             (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
             end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
             self.leave(&end, self.local.then_some(self.frame().spin));
-            self.rounds = [None; 2];
+            self.rounds.forget();
             let error = SEVERAL * left / stance.gravity;
             return self
                 .zeno_point([true; 2], Method::Mixed, false, error)
                 .then_some(Outcome::Zeno);
         }
-        let start = Round { at: now, ratio: f64::NAN, change: Vector3::zeros() };
-        let last = self.rounds[b].replace(start)?;
-        let before = &last.at;
-        let ratio = now.gaps.u[b] / before.gaps.u[b];
-        let gained = Base::state(&now).qdot - Base::state(before).qdot;
-        self.rounds[b] = Some(Round { at: now, ratio, change: gained });
-        let (dt, sum) = (now.clock.since(before.clock), ratio / (1.0 - ratio));
-        let t = dt * sum;
-        let change = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
-        // The geometry has to stay what it is, too: it changes by the square of the angle.
-        let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
-        let still = stance.frozen.is_some() || angle * angle <= f64::EPSILON;
-        // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
-        // round before and sticks in this one may leave the ratio of the landing speeds as it is.
-        let unlike = speed(&(gained - last.change * ratio)) * sum;
-        let alike = unlike <= STILL * self.speed_scale();
-        let repeats = still && alike && change <= f64::EPSILON * now.clock.hi;
-        let reached = t <= REACHED * now.clock.hi;
-        if !(0.0 < ratio && ratio < 1.0 && now.clock.hi + t <= self.log.end)
-            || !(repeats || reached)
-        {
-            return None;
-        }
-        let left = ratio * ratio / (1.0 - ratio * ratio);
-        let limit = |v: f64, v0: f64| v + (v - v0) * sum;
-        let place = |q: f64, q0: f64, v: f64| q + v * t + (q - q0 - v * dt) * left;
-        let mut end = stance.clone();
-        for axis in 0..2 {
-            let v = limit(now.center.v[axis], before.center.v[axis]);
-            end.center.v[axis] = v;
-            end.center.r[axis] = place(now.center.r[axis], before.center.r[axis], v);
-        }
-        let omega = limit(now.spin.omega, before.spin.omega);
-        let theta = place(now.spin.theta, before.spin.theta, omega);
-        end.spin = Spin { theta, omega };
-        // Who slides through all of it has to slide the same way at its end; who sticks, to stand still there.
-        let still = STILL * self.speed_scale() + STILL.sqrt() * speed(&gained) * sum.max(1.0);
-        let turns_back = |i: usize| {
-            let ((way, when), slip) = (self.slides[i], end.slip(i));
-            let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
-            stance.slip(i) * slip < 0.0
-                || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
-        };
-        if !reached && (0..end.points.len()).any(turns_back) {
-            return None;
-        }
-        for p in &mut end.points {
-            (p.h, p.u) = (0.0, 0.0);
-        }
+        let limit = self.rounds.land(b, stance, self.log.clock, size, fastest, self.log.left())?;
         if let Some(state) = self.tumble {
             self.freeze(&state); // for looks into the tail
         }
         self.note(Kind::Tail(Tail::Collisions));
-        self.log.clock = self.log.clock.after(t);
+        self.log.clock = self.log.clock.after(limit.duration);
         let frozen = self.local.then_some(self.frame().spin);
-        self.leave(&end, frozen);
+        self.leave(&limit.end, frozen);
         if let Some(state) = &mut self.tumble {
             state.forget_rounding();
         }
-        self.rounds = [None; 2];
-        let method = if repeats { Method::Nested } else { Method::Mixed };
-        // A speed that was taken for none is missing in all rounds since, for about as long as gravity takes to undo it.
-        let missing = SEVERAL * self.dropped / stance.gravity;
-        let rounding = ROUNDINGS * f64::EPSILON * t;
-        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
-        self.zeno_point([true, true], method, false, error).then_some(Outcome::Zeno)
+        let method = if limit.repeats { Method::Nested } else { Method::Mixed };
+        self.zeno_point([true, true], method, false, limit.error).then_some(Outcome::Zeno)
     }
 
     /// The state after contacts were held, in the coordinates of flight.
@@ -346,16 +284,3 @@ impl Driver<'_> {
 /// Speed of the body where a contact lands, relative to the largest there was, at which all that is left is rounding: some
 /// fifty of them.
 const QUIET: f64 = 1e-14;
-
-/// Factor on the estimate of what is left, where speeds are taken for none.
-const SEVERAL: f64 = 4.0;
-
-/// The end of a round that may repeat itself on a smaller scale: contact `b` lands while the other is held.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Round {
-    at: Snapshot,
-    /// Ratio of the landing speeds of this round and the one before.
-    ratio: f64,
-    /// Change of q̇ in this round.
-    change: Vector3<f64>,
-}

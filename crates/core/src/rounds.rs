@@ -1,0 +1,165 @@
+//! Rounds of a motion on the ground, from one landing of a contact to its next while the other is held, that come again on
+//! a smaller and smaller scale: infinitely many of them are summed.
+
+use nalgebra::Vector3;
+
+use crate::clock::Clock;
+use crate::contact_motion::{Point, Stance};
+use crate::frame::{Base, Snapshot};
+use crate::log::Spin;
+use crate::modes::Mode;
+use crate::tolerance::{REACHED, STILL};
+
+/// Roundings in the ratio of two landing speeds.
+pub(crate) const ROUNDINGS: f64 = 64.0;
+
+/// Factor on the estimate of what is left, where speeds are taken for none.
+pub(crate) const SEVERAL: f64 = 4.0;
+
+/// The rounds of two contacts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Rounds {
+    /// For each contact: the last round that ended with its landing.
+    last: [Option<Round>; 2],
+    /// For each contact: which way it slid when it was held last, and since when.
+    slides: [(f64, Clock); 2],
+    /// The largest sliding speed that was taken for none, in m/s.
+    dropped: f64,
+}
+
+/// A round, at its end.
+#[derive(Debug, Clone, Copy)]
+struct Round {
+    at: Snapshot,
+    /// Ratio of the landing speeds of this round and the one before.
+    ratio: f64,
+    /// Change of q̇ in this round.
+    change: Vector3<f64>,
+    /// In s.
+    duration: f64,
+}
+
+/// Where infinitely many rounds lead to.
+#[derive(Debug, Clone)]
+pub(crate) struct Limit {
+    /// Both contacts on the ground.
+    pub(crate) end: Stance,
+    /// Until then, in s.
+    pub(crate) duration: f64,
+    /// Whether rounds repeat themselves; if not, so little time is left that they need not.
+    pub(crate) repeats: bool,
+    /// Estimate of the error of that time, in s.
+    pub(crate) error: f64,
+}
+
+impl Rounds {
+    /// From now on the contacts are in these modes.
+    pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
+        for (way, mode) in self.slides.iter_mut().zip(word) {
+            if *mode != Mode::Separate {
+                *way = (mode.direction(), clock);
+            }
+        }
+    }
+
+    /// This sliding speed has been taken for none.
+    pub(crate) fn drop(&mut self, speed: f64) {
+        self.dropped = self.dropped.max(speed);
+    }
+
+    /// Error of the time of a rest, in s: a speed that was taken for none is missing in all rounds since, for about as long as
+    /// gravity takes to undo it.
+    pub(crate) fn missing(&self, gravity: f64) -> f64 {
+        if self.dropped > 0.0 { SEVERAL * self.dropped / gravity } else { 0.0 }
+    }
+
+    pub(crate) fn forget(&mut self) {
+        self.last = [None; 2];
+    }
+
+    /// Contact `b` lands while the other is held. Rounds from one such landing to the next that shrink in one ratio r, all
+    /// times and all changes of velocity with it, are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
+    /// ```
+    ///
+    /// `size`: of the body; `fastest`: the largest speed there can have been; `left`: time to the end of the run.
+    pub(crate) fn land(
+        &mut self,
+        b: usize,
+        stance: &Stance,
+        clock: Clock,
+        size: f64,
+        fastest: f64,
+        left: f64,
+    ) -> Option<Limit> {
+        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let now = stance.snapshot(clock);
+        let start =
+            Round { at: now, ratio: f64::NAN, change: Vector3::zeros(), duration: f64::NAN };
+        let last = self.last[b].replace(start)?;
+        let before = &last.at;
+        let ratio = now.gaps.u[b] / before.gaps.u[b];
+        let gained = Base::state(&now).qdot - Base::state(before).qdot;
+        let dt = now.clock.since(before.clock);
+        self.last[b] = Some(Round { at: now, ratio, change: gained, duration: dt });
+        let sum = ratio / (1.0 - ratio);
+        let t = dt * sum;
+        // The geometry has to stay what it is, too: then times shrink in the same ratio. What they do not, they do by the
+        // angle of the body, which shrinks itself.
+        let turned = if stance.frozen.is_some() {
+            0.0
+        } else {
+            let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
+            (angle * angle).max((dt / (ratio * last.duration) - 1.0).abs())
+        };
+        let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
+        // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
+        // round before and sticks in this one may leave the ratio of the landing speeds as it is.
+        let unlike = speed(&(gained - last.change * ratio)) * sum;
+        let alike = unlike <= STILL * fastest;
+        let repeats = alike && change <= f64::EPSILON * now.clock.hi;
+        let reached = t <= REACHED * now.clock.hi;
+        // No point may come to an end of its terrain on the way.
+        let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
+        let room = |p: &Point| p.place.sides.iter().all(|side| *side > SEVERAL * way);
+        if !stance.points.iter().all(room) {
+            return None;
+        }
+        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
+            return None;
+        }
+        let rest = ratio * ratio / (1.0 - ratio * ratio);
+        let limit = |v: f64, v0: f64| v + (v - v0) * sum;
+        let place = |q: f64, q0: f64, v: f64| q + v * t + (q - q0 - v * dt) * rest;
+        let mut end = stance.clone();
+        for axis in 0..2 {
+            let v = limit(now.center.v[axis], before.center.v[axis]);
+            end.center.v[axis] = v;
+            end.center.r[axis] = place(now.center.r[axis], before.center.r[axis], v);
+        }
+        let omega = limit(now.spin.omega, before.spin.omega);
+        let theta = place(now.spin.theta, before.spin.theta, omega);
+        end.spin = Spin { theta, omega };
+        // Who slides through all of it has to slide the same way at its end; who sticks, to stand still there.
+        let still = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
+        let turns_back = |i: usize| {
+            let ((way, when), slip) = (self.slides[i], end.slip(i));
+            let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
+            stance.slip(i) * slip < 0.0
+                || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
+        };
+        if !reached && (0..end.points.len()).any(turns_back) {
+            return None;
+        }
+        for p in &mut end.points {
+            (p.h, p.u) = (0.0, 0.0);
+        }
+        self.forget();
+        let missing = self.missing(stance.gravity);
+        let rounding = ROUNDINGS * f64::EPSILON * t;
+        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
+        Some(Limit { end, duration: t, repeats, error })
+    }
+}
