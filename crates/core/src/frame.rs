@@ -94,9 +94,14 @@ impl Frame {
 
     /// The geometry of `at`, frozen.
     pub(crate) fn frozen(start: Snapshot, at: &Tumble) -> Self {
+        Self::with(start, at, Frozen::new(&at.frozen()))
+    }
+
+    /// The same, with that model known.
+    pub(crate) fn with(start: Snapshot, at: &Tumble, model: Frozen) -> Self {
         Self {
             start,
-            frozen: Some(Frozen::new(&at.frozen())),
+            frozen: Some(model),
             spin: at.spin,
             share: [at.share(0), at.share(1)],
             body: Some(at.body),

@@ -515,17 +515,25 @@ impl<'a> Driver<'a> {
         let raw = self.raw();
         let model = self.model();
         let impulses = model.settle(&raw.gaps, t);
-        self.tail(t, impulses, Gaps::default(), [true, true], tail);
+        self.tail(&model, t, impulses, Gaps::default(), [true, true], tail);
         self.zeno_point([true, true], method, certified, error).then_some(Outcome::Zeno)
     }
 
     /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
-    /// contacts have come to rest.
-    fn tail(&mut self, t: f64, own: Impulses, end: Gaps, closed: [bool; 2], tail: Tail) {
+    /// contacts have come to rest. `model`: the geometry at its start.
+    fn tail(
+        &mut self,
+        model: &Frozen,
+        t: f64,
+        own: Impulses,
+        end: Gaps,
+        closed: [bool; 2],
+        tail: Tail,
+    ) {
         // A tail of the full model is evaluated in the geometry frozen at its start.
         if let Some(state) = self.tumble {
             let start = state.snapshot(self.log.clock);
-            let frame = Frame::frozen(start, &state);
+            let frame = Frame::with(start, &state, *model);
             let clock = self.log.clock.after(t);
             if self.log.record {
                 self.frames.push(frame.clone());
@@ -764,7 +772,7 @@ impl<'a> Driver<'a> {
                 let model = self.model();
                 let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
                 let closed = [contact == 0, contact == 1];
-                self.tail(duration, own, end, closed, Tail::Bounce { contact });
+                self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
             Halt::Clatter(tail) => self.settle(

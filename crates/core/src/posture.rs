@@ -267,10 +267,11 @@ impl Posture {
     /// than the displacements keeps its digits. Terrain with ends: over the piece under the point; ∞ where there is none.
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
+        let turn = Turn::by(q.z);
         (0..self.0.geometry.len())
             .map(|i| {
                 let under = self.under(i, q, false);
-                if under.exists { under.geometry.gap(q) } else { f64::INFINITY }
+                if under.exists { under.geometry.gap(q, &turn) } else { f64::INFINITY }
             })
             .collect()
     }
@@ -278,8 +279,9 @@ impl Posture {
     /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; where nothing is under a point, those over the nearest piece.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
+        let turn = Turn::by(q.z);
         (0..self.0.geometry.len())
-            .map(|i| self.under(i, q, false).geometry.gap_rate(q, qdot))
+            .map(|i| self.under(i, q, false).geometry.gap_rate(qdot, &turn))
             .collect()
     }
 
@@ -360,8 +362,8 @@ impl Geometry {
         (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
     }
 
-    pub(crate) fn gap(&self, q: &Vector3<f64>) -> f64 {
-        let turn = Turn::by(q.z);
+    /// Gap at `q`; `turn`: by its rotation.
+    pub(crate) fn gap(&self, q: &Vector3<f64>, turn: &Turn) -> f64 {
         compensated_sum([
             (self.normal.x, q.x),
             (self.normal.y, q.y),
@@ -386,8 +388,8 @@ impl Geometry {
         compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (self.b, qdot.z)])
     }
 
-    pub(crate) fn gap_rate(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
-        let (b, _) = self.turned(&Turn::by(q.z));
+    pub(crate) fn gap_rate(&self, qdot: &Vector3<f64>, turn: &Turn) -> f64 {
+        let (b, _) = self.turned(turn);
         compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (b, qdot.z)])
     }
 }

@@ -18,7 +18,6 @@ use crate::local::LocalModel;
 use crate::log::{Center, Spin};
 use crate::modes::LONGEST_ARM;
 use crate::posture::{Geometry, Posture};
-use crate::terrain::Under;
 use crate::tolerance::TOUCH;
 use crate::trajectory::{Record, Trajectory};
 use crate::trig::Turn;
@@ -308,10 +307,9 @@ fn try_local(
     }
 }
 
-/// The terrain under every contact, gaps and rates at the start, in one of the models.
+/// Gaps and rates at the start, in one of the models.
 pub(crate) struct Start {
     model: Model,
-    unders: PerContact<Under>,
     heights: PerContact<f64>,
     rates: PerContact<f64>,
     warnings: Vec<String>,
@@ -339,22 +337,22 @@ impl Start {
             known,
             "in [-1e12, 1e12] rad unless model = \"local\": beyond, at most four digits of a rotation are left",
         )?;
-        let unders: PerContact<Under> =
-            (0..posture.geometry().len()).map(|i| posture.under(i, &state.q, local)).collect();
-        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = unders
-            .iter()
-            .map(|under| {
-                let k = &under.geometry;
-                let (gap, rate) = if local {
-                    (k.local_gap(&state.q), k.local_rate(&state.qdot))
-                } else {
-                    (k.gap(&state.q), k.gap_rate(&state.q, &state.qdot))
-                };
-                (if under.exists { gap } else { f64::INFINITY }, rate)
-            })
-            .unzip();
+        let turn = Turn::by(if local { 0.0 } else { state.q.z });
+        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) =
+            (0..posture.geometry().len())
+                .map(|i| {
+                    let under = posture.under(i, &state.q, local);
+                    let k = &under.geometry;
+                    let (gap, rate) = if local {
+                        (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                    } else {
+                        (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
+                    };
+                    (if under.exists { gap } else { f64::INFINITY }, rate)
+                })
+                .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
-        Ok(Self { model, unders, heights, rates, warnings })
+        Ok(Self { model, heights, rates, warnings })
     }
 
     /// Runs to the outcome; `None` if cancelled.
@@ -367,14 +365,15 @@ impl Start {
     ) -> Option<Run> {
         let model = self.model;
         if !Self::is_pair(posture, options) {
-            let Self { unders, heights, rates, warnings, .. } = self;
+            let Self { heights, rates, warnings, .. } = self;
             let local = model == Model::Local;
             let body =
                 Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
             let base = Base::of_body(posture, body, state);
             let theta = if local { 0.0 } else { state.q.z };
             let turn = Turn::by(theta);
-            let points = unders.iter().enumerate().map(|(i, under)| {
+            let points = (0..heights.len()).map(|i| {
+                let under = posture.under(i, &state.q, local);
                 let Geometry { tangent, normal, .. } = under.geometry;
                 let (b, c) = under.geometry.turned(&turn);
                 let friction = posture.contacts()[i].friction;

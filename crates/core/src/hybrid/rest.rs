@@ -9,7 +9,7 @@ use crate::contact_phase::{ContactPhase, PhaseEnd, only_mode_of};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::log::Spin;
 use crate::modes::{Mode, Row};
-use crate::posture::Posture;
+use crate::posture::{Geometry, Posture};
 use crate::rounds::SEVERAL;
 use crate::simulate::Stop;
 use crate::terrain::Place;
@@ -169,6 +169,21 @@ impl Driver<'_> {
         let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
         let spin = frozen.map_or(omega, |spin| spin.omega);
         let bend = spin * spin;
+        // The centre of mass between two feet on level ground, without friction: both forces press, and no other motion
+        // suits them.
+        let level = |k: &Geometry| k.friction == 0.0 && k.normal == Vector2::y();
+        let drawn = body.gravity > 0.0;
+        if drawn
+            && v.x == 0.0
+            && spin == 0.0
+            && self.base.count == 2
+            && body.contacts.iter().all(level)
+        {
+            let [left, right] = [0, 1].map(|i| body.contacts[i].turned(&turn).0);
+            if left * right < 0.0 {
+                return Some([Mode::Fixed; 2]);
+            }
+        }
         let mut rows = [Row::ABSENT; 2];
         let mut fastest = 0.0_f64;
         for i in 0..self.base.count {
