@@ -346,7 +346,7 @@ def test_what_nothing_slows_down_does_not_come_back():
     assert kicks(smooth, 20, np.random.default_rng(1))["rest"] == 0
 
 
-@pytest.mark.parametrize("friction", [0.0, 1e-300, 1e-17, 1e-12, 1.0, 1e12, 1e60])
+@pytest.mark.parametrize("friction", [0.0, 1e-300, 1e-17, 1e-12, 1.0, 1e12])
 def test_region_of_any_friction_on_level_ground(friction):
     feet = [sf.Contact((x, 0), friction=friction) for x in (-1, 1)]
     region = sf.equilibrium_region(stance(feet, (0, 0.5)))

@@ -14,7 +14,7 @@ use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, finite, in_range, non_negative, restitution};
+use crate::error::{Error, finite, friction, in_range, restitution};
 
 /// An entry for each contact: up to two of them without allocation.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
@@ -29,7 +29,7 @@ pub struct Contact {
     /// Slope angle of the terrain, |slope| < π/2, in rad.
     #[serde(default)]
     pub slope: f64,
-    /// Coulomb friction coefficient μ ≥ 0, dimensionless.
+    /// Coulomb friction coefficient μ, from 0 to 1e12, dimensionless.
     #[serde(default)]
     pub friction: f64,
     /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the posture's.
@@ -105,7 +105,7 @@ impl Contact {
             self.slope.abs() < RIGHT_ANGLE,
             "|slope| < pi/2, so that the normal points up",
         )?;
-        non_negative(format_args!("{at}friction"), self.friction)?;
+        friction(format_args!("{at}friction"), self.friction)?;
         if let Some(value) = self.restitution {
             restitution(format_args!("{at}restitution"), value)?;
         }
@@ -139,6 +139,8 @@ mod tests {
         let error = wall.validate("contacts.1.").unwrap_err().to_string();
         assert!(error.contains("contacts.1.slope") && error.contains("pi/2"), "{error}");
         assert!(Contact { segment: [0.0, 0.0], ..wall.on_slope(0.0) }.validate("").is_err());
-        assert!(Contact { friction: f64::NAN, ..wall.on_slope(0.0) }.validate("").is_err());
+        for friction in [f64::NAN, -0.1, 2e12] {
+            assert!(Contact { friction, ..wall.on_slope(0.0) }.validate("").is_err());
+        }
     }
 }

@@ -106,6 +106,19 @@ pub(crate) fn non_negative(field: impl Display, value: f64) -> Result<f64, Error
     in_range(field, value, (0.0..=LARGEST).contains(&value), "finite and >= 0, at most 1e150")
 }
 
+/// None, or one whose inverse is a number, too.
+pub(crate) fn gravity(field: impl Display, value: f64) -> Result<f64, Error> {
+    let holds = value == 0.0 || (1.0 / LARGEST..=LARGEST).contains(&value);
+    in_range(field, value, holds, "finite and >= 0: 0, or from 1e-150 to 1e150")
+}
+
+/// The largest coefficient of friction: of a normal row beside μ times its tangential one four digits are left.
+const ROUGHEST: f64 = 1e12;
+
+pub(crate) fn friction(field: impl Display, value: f64) -> Result<f64, Error> {
+    in_range(field, value, (0.0..=ROUGHEST).contains(&value), "finite and >= 0, at most 1e12")
+}
+
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, (0.0..1.0).contains(&value), "0 <= restitution < 1")
 }

@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, finite, in_range, non_negative, restitution};
+use crate::error::{self, Error, finite, in_range, restitution};
 
 /// How far the product ψ_1ψ_2 of a computed posture may exceed its bound 1: a few roundings.
 const PRODUCT_ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -81,7 +81,7 @@ impl LocalModel {
     ) -> Result<Self, Error> {
         for i in 0..2 {
             let number = i + 1;
-            non_negative(format!("gravity.{number}"), gravity[i])?;
+            error::gravity(format!("gravity.{number}"), gravity[i])?;
             finite(format!("psi.{number}"), psi[i])?;
             finite(format!("phi.{number}"), phi[i])?;
             self::restitution(format!("restitution.{number}"), restitution[i])?;

@@ -20,7 +20,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{Contact, PerContact};
-use crate::error::{Error, finite, in_range, non_negative, positive, restitution};
+use crate::error::{self, Error, finite, in_range, positive, restitution};
 use crate::local::LocalModel;
 use crate::terrain::{self, Piece};
 use crate::tolerance::TOUCH;
@@ -127,7 +127,7 @@ impl Posture {
         finite("center_of_mass.x", fields.center_of_mass[0])?;
         finite("center_of_mass.y", fields.center_of_mass[1])?;
         restitution("restitution", fields.restitution)?;
-        non_negative("gravity", fields.gravity)?;
+        error::gravity("gravity", fields.gravity)?;
         let count = fields.contacts.len();
         if count == 0 || count > MAX_CONTACTS {
             return Err(Error::Unusable {

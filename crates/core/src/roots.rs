@@ -50,7 +50,9 @@ pub(crate) const ORDER: usize = 21;
 pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) -> Option<f64> {
     // Divide out the root at zero.
     let zeros = coefficients[..count].iter().position(|c| *c != 0.0)?;
-    let count = count - zeros;
+    // Of those beyond the last, powers of a large `end` make no numbers.
+    let degree = coefficients[..count].iter().rposition(|c| *c != 0.0)?;
+    let count = degree + 1 - zeros;
     let mut scaled = [0.0; ORDER];
     let mut power = 1.0;
     for k in 0..count {
@@ -145,6 +147,18 @@ mod tests {
         assert!((root - 0.3).abs() < 1e-14, "{root}");
         assert_eq!(first_root(&c, ORDER, 0.29), None);
         assert_eq!(first_root(&poly(&[2.0, -0.5]), ORDER, 1.9), None);
+    }
+
+    #[test]
+    fn a_root_far_before_the_end() {
+        let mut c = [0.0; ORDER];
+        (c[0], c[1]) = (0.3, -2.7);
+        for end in [1.0, 1e12, 1e16, 1e18, 1e25, 1e150] {
+            for count in [2, 5, 8, ORDER] {
+                let root = first_root(&c, count, end).unwrap();
+                assert!((root * 9.0 - 1.0).abs() < 1e-15, "{end}, {count}: {root}");
+            }
+        }
     }
 
     #[test]

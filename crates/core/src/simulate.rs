@@ -337,6 +337,15 @@ impl Start {
             known,
             "in [-1e12, 1e12] rad unless model = \"local\": beyond, at most four digits of a rotation are left",
         )?;
+        let v = state.qdot;
+        in_range(
+            "qdot.theta",
+            v.z,
+            v.z.abs().max(posture.size() * v.z.abs()) <= FASTEST_SPIN,
+            "at most 1e70 rad/s in size, and 1e70 m/s times the size of the body",
+        )?;
+        let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
+        returns("qdot", speed, posture.fields().gravity)?;
         let turn = Turn::by(if local { 0.0 } else { state.q.z });
         let (mut heights, rates): (PerContact<f64>, PerContact<f64>) =
             (0..posture.geometry().len())
@@ -476,7 +485,10 @@ impl LocalModel {
         }
         finite("theta", theta)?;
         finite("omega", omega)?;
-        reachable(gain * self.gravity().iter().fold(0.0, |most, g| g.abs().max(most)), options)?;
+        let most = |values: [f64; 2]| values.iter().fold(0.0_f64, |most, v| v.abs().max(most));
+        reachable(gain * most(self.gravity()), options)?;
+        let least = self.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
+        returns("rates", gain * most(rates), least)?;
         let mut gaps = Gaps { h: gaps, u: rates };
         let warnings = touch(&mut gaps.h, 0.0)?;
         let base = Base::of_parameters(theta, omega);
@@ -486,6 +498,18 @@ impl LocalModel {
             Trajectory::new(record, Model::Local, "given by its parameters", *options)
         }))
     }
+}
+
+/// How far a body comes before gravity has brought it back must be a number.
+fn returns(field: &'static str, speed: f64, gravity: f64) -> Result<(), Error> {
+    let near = gravity == 0.0 || (speed / LARGEST) * (speed / LARGEST) <= gravity;
+    in_range(
+        format_args!("speed of {field}"),
+        speed,
+        near,
+        "so slow that speed**2/gravity is a number: at most 1e300 m",
+    )?;
+    Ok(())
 }
 
 /// The way fallen until the time limit must be a number, as must that at the largest speed.
@@ -506,6 +530,14 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
 /// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
 const LONGEST_LEVER: f64 = 1e16;
 
+/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: forces of the rotation that bear on each other are
+/// of its fourth power.
+const FASTEST_SPIN: f64 = 1e70;
+
+/// Largest radius of gyration, in distances of the farthest contact: speeds count as none by those of the body, ρω among them,
+/// and beyond that would be ones that a contact has.
+const HEAVIEST: f64 = 1e6;
+
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
@@ -520,9 +552,17 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     .into(),
         });
     }
+    let fields = posture.fields();
+    let reach = posture.geometry().iter().map(|k| libm::hypot(k.b, k.c)).fold(0.0, f64::max);
+    in_range(
+        "gyration_radius over the distance of the farthest contact from center_of_mass",
+        fields.gyration_radius / reach,
+        reach == 0.0 || fields.gyration_radius <= HEAVIEST * reach,
+        "at most 1e6, or contacts at center_of_mass",
+    )?;
     let (most, allowed) = match options.stop {
-        Stop::Zeno => (LONGEST_LEVER, "at most 1e16"),
-        _ => (LONGEST_ARM, "at most 1e4 beyond the first Zeno point"),
+        Stop::Zeno if options.impact == Impact::Newton => (LONGEST_LEVER, "at most 1e16"),
+        _ => (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts"),
     };
     if posture.size() > most * posture.fields().gyration_radius {
         for (i, k) in posture.geometry().iter().enumerate() {

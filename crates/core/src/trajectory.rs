@@ -717,7 +717,10 @@ impl Trajectory {
         let elapsed = t - start;
         let next = pieces.partition_point(|piece| piece.raw.clock.hi <= elapsed);
         let piece = &pieces[next.max(1) - 1];
-        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock).max(0.0);
+        // The clock of the pieces is finer than `t`: none is followed beyond its end.
+        let end = pieces.get(next).map_or(self.record.end.clock, |next| next.raw.clock);
+        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock);
+        let dt = dt.min(end.since(piece.raw.clock)).max(0.0);
         if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
             let stretch = &general.stretches[k];
             if stretch.summed

@@ -141,6 +141,9 @@ impl Tumble {
     /// Speeds shrink more slowly than times on the way to a 2-Zeno: this matters where the times do not.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
+        if omega.abs() * t > 1.0 {
+            return; // of feet that bounce in step, in a time so long that it is rounding
+        }
         let moment: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
         self.spin.omega -= omega * moment / self.body.rho2;
     }
@@ -293,6 +296,9 @@ impl Tumble {
         }
         let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
         let miss = t * t * (drift.gravity[b] + drift.psi * gravity[a]);
+        if !drift.is_little() {
+            return None;
+        }
         let clear = if gravity[b] >= 0.0 {
             let mut gaps = self.gaps;
             gaps.h[a] = 0.0;
@@ -335,7 +341,7 @@ impl Tumble {
                     drift.gravity[i] / gravity[i].abs() + change / frozen.held_gravity(i)
                 })
                 .sum::<f64>();
-        t * geometry <= TAIL * now
+        drift.is_little() && t * geometry <= TAIL * now
     }
 
     /// Bounds on how far g_i + c_iω² and ψ change within `t` while own-rate jumps of these sizes act at
@@ -356,7 +362,7 @@ impl Tumble {
             ((c[0] * b[1] + b[0] * c[1]) / own + cross / (own * own) * -2.0 * b[i] * c[i]).abs()
         });
         let bend = (b[0] * b[1]).abs().max(c[0].abs() * c[1].abs()) / self.own(0).min(self.own(1));
-        Drift { gravity, psi: slope[0].max(slope[1]) * angle + 4.0 * bend * angle * angle }
+        Drift { angle, gravity, psi: slope[0].max(slope[1]) * angle + 4.0 * bend * angle * angle }
     }
 }
 
@@ -557,8 +563,18 @@ impl Clatter {
 }
 
 struct Drift {
+    /// In rad.
+    angle: f64,
     gravity: [f64; 2],
     psi: f64,
+}
+
+impl Drift {
+    /// Whether the body turns so little that velocities of frozen geometry, right to the first order, are right to the last
+    /// digit. A time below all rounding does not say so of a body that spins as fast.
+    fn is_little(&self) -> bool {
+        self.angle * self.angle <= f64::EPSILON
+    }
 }
 
 impl Body {

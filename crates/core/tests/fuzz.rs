@@ -7,8 +7,11 @@ mod inputs;
 use std::fs;
 use std::path::Path;
 
-/// Inputs of random bytes for each target.
-const RANDOM: u64 = 4000;
+/// Inputs of random bytes for each target; `STANDFAST_FUZZ_INPUTS` asks for more.
+fn count() -> u64 {
+    let asked = std::env::var("STANDFAST_FUZZ_INPUTS");
+    asked.map_or(4000, |n| n.parse().unwrap_or_else(|e| panic!("{n}: {e}")))
+}
 
 fn all(name: &str, target: fn(&[u8])) {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
@@ -17,7 +20,7 @@ fn all(name: &str, target: fn(&[u8])) {
         let path = file.unwrap_or_else(|e| panic!("{e}")).path();
         target(&fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())));
     }
-    for seed in 0..RANDOM {
+    for seed in 0..count() {
         // SplitMix64 [Steele, Lea & Flood 2014]
         let mut state = seed;
         let bytes: Vec<u8> = (0..12 + seed % 20)

@@ -20,7 +20,7 @@ const LISTED: usize = 12;
 /// The contacts of a rigid body at an instant, as bare data: one entry of each list per contact.
 ///
 /// mass : kg. gyration_radius : m. arms : from the centre of mass to the contact points, world axes, m. tangents :
-/// unit vectors t; the normals are t turned by +90°. friction : μ ≥ 0. sliding : sign of the sliding velocity, 1, −1
+/// unit vectors t; the normals are t turned by +90°. friction : μ, from 0 to 1e12. sliding : sign of the sliding velocity, 1, −1
 /// or 0, or None where the contact is separated (level "impulse": 0 or None). bias : (tangential, normal), added to J q̈, m/s².
 /// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration", or "impulse":
 /// bias m/s, and velocities without contact impulses in place of the accelerations.

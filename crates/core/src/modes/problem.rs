@@ -12,7 +12,7 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, LARGEST, finite, in_range, non_negative, positive};
+use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::posture::{MAX_CONTACTS, Posture};
 use crate::simulate::State;
 use crate::tolerance::TOUCH;
@@ -41,7 +41,7 @@ pub struct ProblemFields {
     pub arms: Vec<[f64; 2]>,
     /// Unit tangents t_i of the terrain.
     pub tangents: Vec<[f64; 2]>,
-    /// Coefficients of friction μ_i ≥ 0.
+    /// Coefficients of friction μ_i, from 0 to 1e12.
     pub friction: Vec<f64>,
     /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated. At the impulse level 0: its mode
     /// says how the contact slides after the impact.
@@ -239,7 +239,7 @@ impl ContactProblem {
                     allowed: "a vector of length 1".into(),
                 });
             }
-            non_negative(format_args!("friction.{number}"), fields.friction[i])?;
+            friction(format_args!("friction.{number}"), fields.friction[i])?;
             if let Some(sign) = fields.sliding[i]
                 && !(-1..=1).contains(&sign)
             {
