@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench caps instructions maps chart growth accuracy calls weigh fuzz wheel clean
+.PHONY: demo test rust python long bench caps instructions maps chart growth atlas accuracy calls weigh fuzz wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -57,6 +57,11 @@ chart: wheel
 growth: EXTRA := plot
 growth: wheel
 	$(BIN)/python benches/growth.py
+
+# The page of the atlas, and the files of its truths.
+atlas: EXTRA := test,plot,map
+atlas: wheel
+	cd tests && ../$(BIN)/python -m atlas.page
 
 # Errors against arbitrary precision, by family of random scenes: minutes.
 accuracy: EXTRA := test

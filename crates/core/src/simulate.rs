@@ -500,8 +500,14 @@ impl LocalModel {
     }
 }
 
-/// How far a body comes before gravity has brought it back must be a number.
+/// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
 fn returns(field: &'static str, speed: f64, gravity: f64) -> Result<(), Error> {
+    in_range(
+        format_args!("speed of {field}"),
+        speed,
+        speed == 0.0 || speed >= 1.0 / LARGEST,
+        "0, or at least 1e-150, so that its square is a number",
+    )?;
     let near = gravity == 0.0 || (speed / LARGEST) * (speed / LARGEST) <= gravity;
     in_range(
         format_args!("speed of {field}"),

@@ -1,0 +1,1 @@
+"""Scenes at which methods fail, and what is right."""

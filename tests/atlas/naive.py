@@ -1,0 +1,141 @@
+"""The usual ways to compute a body that bounces: what textbooks, quick scripts and engines with a fixed step do.
+
+Each is written as well as its idea allows; where it fails, it is the idea that does.
+"""
+
+import math
+
+import numpy as np
+
+
+def bounces_on_an_absolute_clock(t, u, gravity, restitution):
+    """Adds flight after flight to the time of day: the bounces until it stops moving, and that time."""
+    count = 0
+    while True:
+        later = t + 2 * u / gravity
+        if later == t:
+            return count, t
+        t, u, count = later, restitution * u, count + 1
+
+
+def bounces_until_slow(t, u, gravity, restitution, slow=1e-10):
+    """Counts bounces until the speed is below a tolerance that seemed small: how many, and the time then."""
+    count = 0
+    while u > slow:
+        t, u, count = t + 2 * u / gravity, restitution * u, count + 1
+    return count, t
+
+
+def textbook_root(h, u, gravity):
+    """The later zero of h + ut − ½gt², as in every textbook."""
+    return (u + math.sqrt(u * u + 2 * gravity * h)) / gravity
+
+
+def scan_and_bisect(gap, end, step):
+    """The first change of sign on a grid, then bisection; None if there is none."""
+    grid = np.arange(0.0, end, step)
+    below = np.nonzero(gap(grid) < 0)[0]
+    if not below.size:
+        return None
+    low, high = grid[max(below[0] - 1, 0)], grid[below[0]]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if gap(middle) > 0 else (low, middle)
+    return high
+
+
+def semi_implicit_euler(h, u, gravity, restitution, step, end):
+    """u −= g dt; h += u dt; a gap below zero is set to zero, a rate turned round. The last rate, and the largest in the
+    last tenth of the time."""
+    late, steps = 0.0, round(end / step)
+    for k in range(steps):
+        u -= gravity * step
+        h += u * step
+        if h < 0:
+            h, u = 0.0, -restitution * u
+        if k > 0.9 * steps:
+            late = max(late, abs(u))
+    return u, late
+
+
+def moreau_jean(gaps, rates, gravity, psi, restitution, step, end):
+    """Two contacts: θ = 1/2 in the gaps, impulses once a step where a gap is closed, u⁺ + e u⁻ ≥ 0 ⊥ p ≥ 0. The last
+    time at which a rate was above ten times what gravity gives in a step."""
+    h, u, moved = list(gaps), list(rates), 0.0
+    for k in range(round(end / step)):
+        before = list(u)
+        free = [u[i] - gravity[i] * step for i in range(2)]
+        closed = [h[i] + 0.5 * step * u[i] <= 0 for i in range(2)]
+        need = [-(free[i] + restitution * before[i]) for i in range(2)]
+        p = _complementary(closed, need, psi)
+        u = [free[i] + p[i] - psi[1 - i] * p[1 - i] for i in range(2)]
+        h = [h[i] + 0.5 * step * (before[i] + u[i]) for i in range(2)]
+        if max(abs(u[0]), abs(u[1])) > 10 * step * max(gravity):
+            moved = (k + 1) * step
+    return moved
+
+
+def _complementary(closed, need, psi):
+    """p ≥ 0 ⊥ p_i − ψ_j p_j − need_i ≥ 0 on the closed contacts, by trying every set."""
+    both = 1 - psi[0] * psi[1]
+    tries = [(0.0, 0.0), (need[0], 0.0), (0.0, need[1])]
+    tries += [
+        ((need[0] + psi[1] * need[1]) / both, (need[1] + psi[0] * need[0]) / both)
+    ]
+    for p in tries:
+        slack = [p[i] - psi[1 - i] * p[1 - i] - need[i] for i in range(2)]
+        if all(
+            p[i] >= 0
+            and (closed[i] or p[i] == 0)
+            and (not closed[i] or slack[i] >= -1e-12)
+            for i in range(2)
+        ):
+            return p
+    return (0.0, 0.0)
+
+
+#: Impacts after which a loop of restarts is stopped.
+MOST = 1000
+
+
+def restart_loop(h, u, gravity, restitution, limit):
+    """`scipy.integrate.solve_ivp` with a terminal event, started again after each impact with h = 0: impacts found
+    and when the last one was, and the lowest height of the motion after it."""
+    from scipy.integrate import solve_ivp
+
+    def floor(_t, y):
+        return y[0]
+
+    floor.terminal, floor.direction = True, -1
+    t, y, hits = 0.0, [h, u], 0
+    while hits < MOST:
+        found = solve_ivp(
+            lambda _t, y: [y[1], -gravity],
+            (t, limit),
+            y,
+            events=floor,
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        if found.status != 1:
+            return hits, t, float(found.y[0].min())
+        t, hits = found.t[-1], hits + 1
+        y = [0.0, -restitution * found.y[1][-1]]
+    return hits, t, 0.0
+
+
+def corner_hits(psi, restitution, rates, slow):
+    """Impacts in turn of two contacts that both touch, until no contact approaches or all speeds are below `slow`: how many,
+    the rates, and whether it stopped because they were slow."""
+    u, hits = list(rates), 0
+    while True:
+        approaching = [i for i in range(2) if u[i] < 0]
+        if not approaching:
+            return hits, u, False
+        if max(abs(v) for v in u) < slow:
+            return hits, u, True
+        i = approaching[0]
+        kick = -(1 + restitution) * u[i]
+        u[i] += kick
+        u[1 - i] -= psi * kick
+        hits += 1
