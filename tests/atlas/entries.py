@@ -1,6 +1,7 @@
 """The atlas: scenes at which methods fail. Each entry holds what a usual method makes of its scene, by code; what is true of it,
 from a source that is not standfast; and what standfast answers."""
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -413,6 +414,36 @@ def clattering(scene):
         v, omega = v + impulse, omega + b * impulse / rho**2
 
 
+BENCHES = Path(__file__).parents[2] / "benches" / "work_precision" / "scenes.json"
+
+
+def stuck(scene):
+    body = scene.posture
+    gravity, psi = (body.gravity,) * 2, (float(rod(scene)),) * 2
+    hits, t = naive.event_loop(
+        body.gaps(scene.q), (0.0, 0.0), gravity, psi, body.restitution
+    )
+    end = float(nested(scene)["elapsed"])
+    return (
+        f"after {hits} impacts time stands still at {t:.5f} s, the first Zeno point; there are infinitely many more until {end:.5f} s",
+        t < 0.95 * end,
+    )
+
+
+@entry(
+    name="zeno_points_that_accumulate",
+    title="A uniform rod, e = 0.5: Zeno points that accumulate",
+    breaks="After infinitely many impacts of one end come infinitely many of the other, and so on without end.",
+    method="event loop, time added up",
+    fails=stuck,
+    source="`benches/work_precision/scenes.py`: finite rotation in mpmath",
+    answer=rest,
+)
+def nested(_scene):
+    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["nested"]
+    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+
+
 # --- impacts -----------------------------------------------------------------------------------------------------------------
 
 
@@ -547,7 +578,153 @@ def _(scene):
     return {**ball_rest(scene), "theta": mpf(0)}
 
 
+def called_at_rest(scene):
+    h, u = (
+        scene.posture.gaps(scene.q)[0],
+        scene.posture.gap_rates(scene.q, scene.qdot)[0],
+    )
+    return f"h = {h:g}, u = {u:g}: taken for a contact at rest", h == 0 and u == 0
+
+
+def lifts_off(scene):
+    run = scene.simulate()
+    return {"mode": run.phases[0].mode, "first impact": run.impacts["time"][0]}
+
+
+@entry(
+    name="lifted_by_its_own_spin",
+    title="A foot that touches without speed, on a body that turns at 20 rad/s",
+    breaks="h = 0 and u = 0, but the foot goes round the centre of mass: its acceleration is dω² − g > 0.",
+    method="contact at rest where h = u = 0",
+    fails=called_at_rest,
+    source="h = −½gt² + d (1 − cos ωt), scanned with 40 digits",
+    answer=lifts_off,
+)
+def _(scene):
+    d, gravity = exact(scene.posture.center_of_mass[1]), exact(scene.posture.gravity)
+    omega = exact(scene.qdot[2])
+    assert d * omega**2 > gravity
+
+    def gap(t):
+        return -gravity * t * t / 2 + d * (1 - mp.cos(omega * t))
+
+    step = mpf(1) / 1000
+    t = step
+    while gap(t) > 0:
+        t += step
+    return {
+        "mode": "S",
+        "first impact": mp.findroot(gap, (t - step, t), solver="anderson"),
+    }
+
+
 # --- friction ----------------------------------------------------------------------------------------------------------------
+
+
+def never_stops(scene):
+    v, gravity = float(scene.qdot[0]), scene.posture.gravity
+    step = 1e-3
+    left = naive.friction_by_sign(
+        v, scene.posture.contacts[0].friction, gravity, step, 100_000
+    )
+    return (
+        f"after 100 s the speed is {left:.1e} m/s, of either sign by turns",
+        left != 0,
+    )
+
+
+@entry(
+    name="sliding_to_a_stop",
+    title="A block that friction stops",
+    breaks="Friction has a sign until the speed is zero, and none of either sign after it.",
+    method="v −= μg sign(v) dt, dt = 1e-3 s",
+    fails=never_stops,
+    source="v/(μg) and v²/(2μg)",
+    answer=lambda scene: {**rest(scene), "x": scene.simulate().q[0]},
+)
+def _(scene):
+    v, pull = (
+        exact(scene.qdot[0]),
+        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
+    )
+    return {"outcome": "rest", "elapsed": v / pull, "x": v * v / (2 * pull)}
+
+
+def divides(scene):
+    h, u = float(scene.posture.gaps(scene.q)[0]), float(scene.qdot[1])
+    try:
+        naive.textbook_root(h, u, scene.posture.gravity)
+    except ZeroDivisionError as error:
+        return f"{type(error).__name__}: {error}", True
+    return "a number", False
+
+
+@entry(
+    name="without_gravity",
+    title="A body that drifts away, without gravity",
+    breaks="There is no next collision, and the formula for it divides by g.",
+    method="textbook root",
+    fails=divides,
+    source="a straight line away from the ground",
+    answer=lambda scene: {"outcome": scene.simulate().outcome},
+)
+def _(scene):
+    assert scene.posture.gravity == 0
+    assert scene.qdot[1] > 0
+    return {"outcome": "escape"}
+
+
+def slides_on(scene):
+    contact, gravity = scene.posture.contacts[0], scene.posture.gravity
+    pull = gravity * (
+        math.sin(contact.slope) - contact.friction * math.cos(contact.slope)
+    )
+    return f"still waiting after 1e6 s, at {pull * 1e6:.1e} m/s", pull > 0
+
+
+@entry(
+    name="a_slope_too_steep",
+    title="A block on a slope of 0.3 rad with μ = 0.1",
+    breaks="It never rests: a loop until rest has no end.",
+    method="steps until all speeds are below a tolerance",
+    fails=slides_on,
+    source="g (sin φ − μ cos φ) down the slope",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "acceleration": math.hypot(*scene.simulate().acceleration[:2]),
+    },
+)
+def _(scene):
+    slope, friction = (
+        exact(getattr(scene.posture.contacts[0], x)) for x in ("slope", "friction")
+    )
+    pull = exact(scene.posture.gravity) * (mp.sin(slope) - friction * mp.cos(slope))
+    return {"outcome": "sliding", "acceleration": pull}
+
+
+def no_edge(scene):
+    end = scene.posture.contacts[0].segment[1]
+    return (
+        f"slides on at {scene.qdot[0]:g} m/s for ever, {end:g} m of ground behind it",
+        math.isfinite(end),
+    )
+
+
+@entry(
+    name="over_the_edge",
+    title="A foot that slides off its terrain",
+    breaks="Ground has an end; the contact must end with it.",
+    method="contact with an unbounded line",
+    fails=no_edge,
+    source="the way to the end over the speed",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "leaves": scene.simulate().phases[0].end,
+    },
+)
+def _(scene):
+    way = exact(scene.posture.contacts[0].segment[1])
+    return {"outcome": "escape", "leaves": way / exact(scene.qdot[0])}
 
 
 def painleve(scene):

@@ -139,3 +139,33 @@ def corner_hits(psi, restitution, rates, slow):
         u[i] += kick
         u[1 - i] -= psi * kick
         hits += 1
+
+
+def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
+    """Impact after impact of two contacts with frozen geometry, time added up: how many until time stands still, and when."""
+    h, u, t = list(gaps), list(rates), 0.0
+    for hits in range(most):
+        flights = [
+            (u[i] + math.sqrt(u[i] * u[i] + 2 * gravity[i] * h[i])) / gravity[i]
+            for i in range(2)
+        ]
+        i = 0 if flights[0] < flights[1] else 1
+        dt = flights[i]
+        if t + dt == t:
+            return hits, t
+        t += dt
+        for j in range(2):
+            h[j] = max(h[j] + dt * (u[j] - 0.5 * gravity[j] * dt), 0.0)
+            u[j] -= gravity[j] * dt
+        h[i] = 0.0
+        kick = -(1 + restitution) * u[i]
+        u[i] += kick
+        u[1 - i] -= psi[i] * kick
+    return most, t
+
+
+def friction_by_sign(v, friction, gravity, step, steps):
+    """v −= μ g sign(v) dt: the speed at the end."""
+    for _ in range(steps):
+        v -= friction * gravity * math.copysign(1.0, v) * step
+    return v
