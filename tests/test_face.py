@@ -154,6 +154,35 @@ def test_local_model_takes_one_restitution_or_two():
 
 
 @pytest.mark.parametrize(
+    "run",
+    [
+        sf.simulate(rod(), (0, 0.011, 0.002), (0, 0, 0), time=3.0, stop="zeno"),
+        sf.simulate(rod(), (0, 0.011, 0.002), (0.1, 0, 0), record=False),
+        local().simulate((0, 0.01), (0.1, -0.5), theta=0.1, omega=0.2, stop="zeno"),
+    ],
+    ids=["posture", "unrecorded", "local"],
+)
+def test_runs_are_pickled_as_what_was_asked(run):
+    for other in (
+        pickle.loads(pickle.dumps(run)),
+        copy.copy(run),
+        copy.deepcopy(run),
+    ):
+        assert other.to_dict() == run.to_dict()
+    assert len(pickle.dumps(run)) < 1000
+
+
+@pytest.mark.parametrize("posture", [rod(), [rod(), rod()]], ids=["one", "two"])
+def test_many_runs_are_pickled_as_what_was_asked(posture):
+    starts = [(0, 0.011, 0.002), (0, 0.012, 0.003)]
+    runs = sf.simulate_many(posture, starts, (0, 0, 0), model="full", stop="zeno")
+    other = pickle.loads(pickle.dumps(runs))
+    assert (other.time == runs.time).all()
+    assert (other.q == runs.q).all()
+    assert other[1].to_dict() == runs[1].to_dict()
+
+
+@pytest.mark.parametrize(
     "value",
     [body().contacts[0], body().contacts[1], body(), rod(), local()],
     ids=lambda v: type(v).__name__,

@@ -31,17 +31,31 @@ pub(crate) struct Base {
     pub(crate) start: State,
     /// Number of contacts.
     pub(crate) count: usize,
+    /// A model without a body, its gaps and its rates.
+    pub(crate) reduced: Option<(LocalModel, [f64; 2], [f64; 2])>,
 }
 
 impl Base {
     pub(crate) fn of_body(posture: &Posture, body: Body, start: &State) -> Self {
         let count = posture.contacts().len();
-        Self { posture: Some(posture.clone()), body: Some(body), start: *start, count }
+        Self {
+            posture: Some(posture.clone()),
+            body: Some(body),
+            start: *start,
+            count,
+            reduced: None,
+        }
     }
 
-    pub(crate) fn of_parameters(theta: f64, omega: f64) -> Self {
+    pub(crate) fn of_parameters(
+        model: &LocalModel,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        [theta, omega]: [f64; 2],
+    ) -> Self {
+        let reduced = Some((*model, gaps, rates));
         let start = State::new([0.0, 0.0, theta], [0.0, 0.0, omega]);
-        Self { posture: None, body: None, start, count: 2 }
+        Self { posture: None, body: None, start, count: 2, reduced }
     }
 
     pub(crate) fn spin(&self) -> Spin {

@@ -489,9 +489,9 @@ impl LocalModel {
         reachable(gain * most(self.gravity()), options)?;
         let least = self.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
         returns("rates", gain * most(rates), least)?;
+        let base = Base::of_parameters(self, gaps, rates, [theta, omega]);
         let mut gaps = Gaps { h: gaps, u: rates };
         let warnings = touch(&mut gaps.h, 0.0)?;
-        let base = Base::of_parameters(theta, omega);
         let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
         let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
         Ok(run.map(|record| {

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::{General, GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
+use crate::local::LocalModel;
 use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
@@ -503,6 +504,18 @@ impl Trajectory {
     #[must_use]
     pub fn posture(&self) -> Option<&Posture> {
         self.record.base.posture.as_ref()
+    }
+
+    /// The state at the start; of a model without a body only θ and ω mean anything.
+    #[must_use]
+    pub fn start(&self) -> &State {
+        &self.record.base.start
+    }
+
+    /// The model without a body whose motion this is, if so, with the gaps (m) and rates (m/s) at the start.
+    #[must_use]
+    pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
+        self.record.base.reduced.as_ref().map(|(model, gaps, rates)| (model, *gaps, *rates))
     }
 
     /// Time on the clock when the outcome was reached, in s.

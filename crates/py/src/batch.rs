@@ -9,9 +9,9 @@ use standfast::{
 
 use crate::error::to_py;
 use crate::input;
-use crate::options::{call, interruptible, stopped};
+use crate::options::{self, call, interruptible, stopped};
 use crate::posture::PyPosture;
-use crate::run::{PyRun, array};
+use crate::run::{PyRun, array, question};
 
 /// The ends of many runs, each an array with an entry for each run; `runs[i]` makes run i again, with all its events.
 ///
@@ -68,6 +68,23 @@ impl PyRuns {
 
 #[pymethods]
 impl PyRuns {
+    #[allow(clippy::type_complexity, reason = "a function and its arguments")]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, Vec<[f64; 3]>, Vec<[f64; 3]>))> {
+        let simulate = py.import("standfast")?.getattr("simulate_many")?;
+        let many = question(simulate, &options::get(py, &self.options)?)?;
+        let postures: Vec<_> = self.postures.iter().cloned().map(PyPosture).collect();
+        let postures = match <[PyPosture; 1]>::try_from(postures) {
+            Ok([posture]) => posture.into_pyobject(py)?.into_any(),
+            Err(postures) => postures.into_pyobject(py)?,
+        };
+        let rows = |of: fn(&State) -> [f64; 3]| self.states.iter().map(of).collect();
+        let (q, qdot) = (rows(|state| state.q.into()), rows(|state| state.qdot.into()));
+        Ok((many, (postures, q, qdot)))
+    }
+
     fn __len__(&self) -> usize {
         self.ends.len()
     }

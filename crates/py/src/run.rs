@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
 use crate::input::{MOST_SAMPLES, doubles, whole};
 use crate::modes::PyContactProblem;
-use crate::options::word;
-use crate::posture::PyPosture;
+use crate::options::{self, word};
+use crate::posture::{PyLocalModel, PyPosture};
 
 /// A stretch of time with one contact mode.
 ///
@@ -181,6 +181,26 @@ pub(crate) struct PyRun(pub(crate) Trajectory);
 
 #[pymethods]
 impl PyRun {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
+        let start = run.start();
+        if let Some((model, gaps, rates)) = run.local_start() {
+            for name in ["model", "impact", "neighbourhood", "tolerance"] {
+                keywords.del_item(name)?;
+            }
+            let model = PyLocalModel(*model).into_pyobject(py)?;
+            let arguments = (gaps, rates, start.q.z, start.qdot.z).into_pyobject(py)?;
+            return Ok((question(model.getattr("simulate")?, &keywords)?, arguments));
+        }
+        let posture = run.posture().cloned().map(PyPosture);
+        let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
+        let simulate = py.import("standfast")?.getattr("simulate")?;
+        Ok((question(simulate, &keywords)?, (posture, q, qdot).into_pyobject(py)?))
+    }
+
     /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is), "ambiguous"
     /// (several are), "time-limit" or "event-limit".
     #[getter]
@@ -394,6 +414,15 @@ impl PyRun {
             zeno.len(),
         )
     }
+}
+
+/// A function of the package with its keywords: what a run or many of them are pickled as, beside the arguments. A run is the
+/// same, to the last bit, whenever it is made.
+pub(crate) fn question<'py>(
+    function: Bound<'py, PyAny>,
+    keywords: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    function.py().import("functools")?.getattr("partial")?.call((function,), Some(keywords))
 }
 
 type Pair<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
