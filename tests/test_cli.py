@@ -293,6 +293,28 @@ def test_unwritable_outputs(tmp_path, capsys, option):
     assert "directory" in refusal(capsys, "run", ROD, option, folder)
 
 
+def test_no_output_replaces_the_scene_or_another_output(tmp_path, capsys):
+    mine = scene(tmp_path)
+    before = mine.read_bytes()
+    link = tmp_path / "link.toml"
+    link.symlink_to(mine)
+    for command in ("run", "stability"):
+        for target in (mine, link):
+            assert "scene file" in refusal(capsys, command, mine, "--json", target)
+    twice = tmp_path / "twice.png"
+    assert "--json" in refusal(capsys, "run", mine, "--json", twice, "--plot", twice)
+    assert mine.read_bytes() == before
+    assert not twice.exists()
+
+
+@pytest.mark.parametrize("option", ["--trials", "--seed"])
+@pytest.mark.parametrize("value", ["1.5", "-1", "1e3", "many", ""])
+def test_kicks_and_seeds_are_whole_numbers(tmp_path, capsys, option, value):
+    message = refusal(capsys, "stability", scene(tmp_path), f"{option}={value}")
+    assert option in message
+    assert "integer" in message
+
+
 @pytest.mark.parametrize("name", ["run.jpg", "run", "run.png.txt"])
 def test_wrong_suffix_of_a_picture(tmp_path, capsys, name):
     message = refusal(capsys, "run", ROD, "--plot", tmp_path / name)

@@ -43,6 +43,16 @@ def _path(_: object, tokens: Sequence[Token]) -> Path:
     return Path(tokens[0].value)
 
 
+def _whole(_: object, tokens: Sequence[Token]) -> int:
+    """An integer as it is written: nothing is rounded to one."""
+    text = tokens[0].value
+    if not (text.isascii() and text.isdigit()):
+        raise ValueError(
+            f"--{tokens[0].keyword or 'number'} {text}: an integer >= 0 is needed"
+        )
+    return int(text)
+
+
 @app.command
 def run(
     scene: Annotated[Path, Parameter(converter=_path)],
@@ -61,8 +71,10 @@ def run(
     plot
         Draw the run into this file: .png, .pdf or .svg. Needs matplotlib.
     """
-    _writable(json, "--json")
-    _drawable(plot)
+    _writable(json, "--json", scene)
+    _drawable(plot, scene)
+    if json is not None and plot is not None and json.resolve() == plot.resolve():
+        raise ValueError(f"--plot {plot}: is the file of --json, too")
     loaded = sf.load(scene)
     with _of(scene):
         result = loaded.simulate(**({} if plot is None else {"record": True}))
@@ -99,8 +111,8 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
 def stability(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    trials: int = 0,
-    seed: int = 0,
+    trials: Annotated[int, Parameter(converter=_whole)] = 0,
+    seed: Annotated[int, Parameter(converter=_whole)] = 0,
     json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, and why.
@@ -116,7 +128,7 @@ def stability(
     json
         Write the verdict with its evidence to this file, as JSON.
     """
-    _writable(json, "--json")
+    _writable(json, "--json", scene)
     posture = sf.load(scene).posture
     with _of(scene):
         verdict = sf.stability(posture, trials=trials, seed=seed)
@@ -151,7 +163,7 @@ def sweep(
     cache
         Folder in which finished parts are kept: the same question goes on from there.
     """
-    _drawable(plot)
+    _drawable(plot, scene)
     axes: dict[str, np.ndarray[Any, Any]] = {}
     for text in over:
         path, values = _axis(text)
@@ -271,10 +283,12 @@ def _one_line(text: str) -> str:
     return ": ".join(line.strip().rstrip(":") for line in text.splitlines() if line)
 
 
-def _writable(path: Path | None, option: str) -> None:
-    """Refuse a target that cannot be written before anything is computed for it."""
+def _writable(path: Path | None, option: str, scene: Path) -> None:
+    """Refuse a target that cannot be written, or that is the scene, before anything is computed for it."""
     if path is None:
         return
+    if path.exists() and scene.exists() and path.samefile(scene):
+        raise ValueError(f"{option} {path}: is the scene file")
     if path.is_dir():
         raise ValueError(f"{option} {path}: is a directory")
     if not path.parent.is_dir():
@@ -283,12 +297,12 @@ def _writable(path: Path | None, option: str) -> None:
         raise ValueError(f"{option} {path}: cannot be written")
 
 
-def _drawable(path: Path | None) -> None:
+def _drawable(path: Path | None, scene: Path) -> None:
     if path is None:
         return
     if path.suffix.lower() not in PICTURES:
         raise ValueError(f"--plot {path}: the name must end in {', '.join(PICTURES)}")
-    _writable(path, "--plot")
+    _writable(path, "--plot", scene)
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
