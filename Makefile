@@ -90,10 +90,12 @@ maps: wheel
 instructions:
 	cargo run --release -p standfast-benches --bin instructions
 
-# Fuzz targets, each for a quarter of an hour. Needs nightly Rust and cargo-fuzz.
+# Fuzz targets, each for a quarter of an hour or ten million inputs. Needs nightly Rust and cargo-fuzz.
 fuzz:
 	for target in scene motion modes standing; do \
-		cargo +nightly fuzz run -O $$target -- -max_total_time=900 -timeout=10 || exit 1; \
+		mkdir -p target/fuzz/$$target; \
+		cargo +nightly fuzz run -O $$target target/fuzz/$$target fuzz/corpus/$$target -- \
+			-runs=10000000 -max_total_time=900 -timeout=10 || exit 1; \
 	done
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.

@@ -264,7 +264,7 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
         return; // Newton's restitution beside friction can add energy [Kane 1984].
     }
     // Of a linear model places follow from gaps as long as that, nearly parallel; in such a time rounding alone leads far.
-    if run.posture().is_some() && state.q.z.abs() > TURNED || run.elapsed() > LATE {
+    if run.model() == Model::Local && state.q.z.abs() > TURNED || run.elapsed() > LATE {
         return;
     }
     let (mut last, mut scale) = (f64::INFINITY, 0.0_f64);

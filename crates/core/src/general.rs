@@ -24,9 +24,6 @@ use crate::tolerance::{BEYOND, STILL};
 use crate::trajectory::{Cause, Outcome};
 use crate::trig::Turn;
 
-/// Events after which a look into a sum is given up.
-const GLANCE: usize = 100_000;
-
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
 
@@ -386,14 +383,7 @@ impl<'a> General<'a> {
         options: &Options,
         dt: f64,
     ) -> Option<Stance> {
-        let options = Options {
-            stop: Stop::Time,
-            time: 0.0,
-            time_limit: Some(dt),
-            event_limit: GLANCE,
-            record: false,
-            ..*options
-        };
+        let options = options.of_glance(dt);
         let never = || false;
         let run = General::new(posture, start.clone(), &options, Vec::new(), &never).run()?;
         (run.outcome == Outcome::TimeLimit).then_some(run.end)

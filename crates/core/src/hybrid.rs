@@ -160,14 +160,7 @@ impl<'a> Driver<'a> {
             }
             Tail::Collisions => dt,
         };
-        let options = Options {
-            stop: Stop::Time,
-            time: 0.0,
-            time_limit: Some(rest),
-            event_limit: GLANCE,
-            record: false,
-            ..*options
-        };
+        let options = options.of_glance(rest);
         let never = || false;
         // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
         let mut own = frame.clone();
@@ -893,8 +886,6 @@ fn frozen(frames: &[Frame]) -> &Frozen {
 
 /// Pairs of plain collisions after which a run that goes on by itself is looked at again.
 const MANY: usize = 8;
-/// Events after which a look into a summed tail is given up.
-const GLANCE: usize = 100_000;
 /// Time, in s, before which no body is looked for beyond all bounds.
 const EARLY: f64 = 1e18;
 /// Impacts of one instant that are listed one by one.

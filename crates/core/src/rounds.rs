@@ -106,8 +106,8 @@ impl Rounds {
         self.last[b] = Some(Round { at: now, ratio, change: gained, duration: dt });
         let sum = ratio / (1.0 - ratio);
         let t = dt * sum;
-        // The geometry has to stay what it is, too: then times shrink in the same ratio. What they do not, they do by the
-        // angle of the body, which shrinks itself.
+        // The geometry has to stay what it is, too: then times shrink in the same ratio. How far they do not is of the order
+        // of the angle of the body, which shrinks with the rounds.
         let turned = if stance.frozen.is_some() {
             0.0
         } else {
@@ -121,13 +121,13 @@ impl Rounds {
         let alike = unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * now.clock.hi;
         let reached = t <= REACHED * now.clock.hi;
+        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
+            return None;
+        }
         // No point may come to an end of its terrain on the way.
         let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
         let room = |p: &Point| p.place.sides.iter().all(|side| *side > SEVERAL * way);
         if !stance.points.iter().all(room) {
-            return None;
-        }
-        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
             return None;
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);

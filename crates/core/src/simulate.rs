@@ -127,7 +127,8 @@ pub struct Options {
     #[serde(with = "crate::scene::extended_option", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<crate::scene::Extended>")]
     pub time_limit: Option<f64>,
-    /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20.
+    /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20, impacts one
+    /// after the other in the same instant for one.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.
@@ -189,6 +190,18 @@ impl Options {
         )?;
         positive("tolerance", self.tolerance)?;
         Ok(())
+    }
+
+    /// Of a look into a sum of this run, `dt` after its beginning, event by event.
+    pub(crate) fn of_glance(&self, dt: f64) -> Self {
+        Self {
+            stop: Stop::Time,
+            time: 0.0,
+            time_limit: Some(dt),
+            event_limit: GLANCE,
+            record: false,
+            ..*self
+        }
     }
 
     /// The clock, rounded once, and not beyond the limit: that is the difference from the start, which was rounded as well.
@@ -345,7 +358,7 @@ impl Start {
             "at most 1e70 rad/s in size, and 1e70 m/s times the size of the body",
         )?;
         let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
-        returns("qdot", speed, posture.fields().gravity)?;
+        returns("speed of qdot", speed, posture.fields().gravity)?;
         let turn = Turn::by(if local { 0.0 } else { state.q.z });
         let (mut heights, rates): (PerContact<f64>, PerContact<f64>) =
             (0..posture.geometry().len())
@@ -488,7 +501,7 @@ impl LocalModel {
         let most = |values: [f64; 2]| values.iter().fold(0.0_f64, |most, v| v.abs().max(most));
         reachable(gain * most(self.gravity()), options)?;
         let least = self.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
-        returns("rates", gain * most(rates), least)?;
+        returns("largest of rates times the larger psi", gain * most(rates), least)?;
         let base = Base::of_parameters(self, gaps, rates, [theta, omega]);
         let mut gaps = Gaps { h: gaps, u: rates };
         let warnings = touch(&mut gaps.h, 0.0)?;
@@ -501,20 +514,15 @@ impl LocalModel {
 }
 
 /// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
-fn returns(field: &'static str, speed: f64, gravity: f64) -> Result<(), Error> {
+fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error> {
     in_range(
-        format_args!("speed of {field}"),
+        field,
         speed,
         speed == 0.0 || speed >= 1.0 / LARGEST,
         "0, or at least 1e-150, so that its square is a number",
     )?;
     let near = gravity == 0.0 || (speed / LARGEST) * (speed / LARGEST) <= gravity;
-    in_range(
-        format_args!("speed of {field}"),
-        speed,
-        near,
-        "so slow that speed**2/gravity is a number: at most 1e300 m",
-    )?;
+    in_range(field, speed, near, "so slow that speed**2/gravity is a number: at most 1e300 m")?;
     Ok(())
 }
 
@@ -531,6 +539,9 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     )?;
     Ok(())
 }
+
+/// Events after which a look into a sum is given up.
+const GLANCE: usize = 100_000;
 
 /// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
 /// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.

@@ -141,9 +141,6 @@ impl Tumble {
     /// Speeds shrink more slowly than times on the way to a 2-Zeno: this matters where the times do not.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
-        if omega.abs() * t > 1.0 {
-            return; // of feet that bounce in step, in a time so long that it is rounding
-        }
         let moment: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
         self.spin.omega -= omega * moment / self.body.rho2;
     }
@@ -151,6 +148,9 @@ impl Tumble {
     /// Takes from the body the velocity with which it would still move these contacts, after a tail that was
     /// summed in the geometry of its start: the arms have turned a little since.
     pub(crate) fn stop_at(&mut self, closed: [bool; 2]) {
+        if closed == [true, true] {
+            self.forget_rounding();
+        }
         let left = |i: usize| {
             let n = self.body.contacts[i].normal;
             -(n.dot(&self.center.v) + self.b[i] * self.spin.omega)

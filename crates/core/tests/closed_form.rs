@@ -1039,6 +1039,31 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
 }
 
 #[test]
+fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
+    for height in [5.0, 1e10, 1e40] {
+        let body = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.628,
+            center_of_mass: [-1.027, 0.773],
+            contacts: vec![
+                Contact { friction: 0.711, ..Contact::at(-8.87, 0.0) },
+                Contact::at(0.886, 0.0),
+            ],
+            restitution: 0.183,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        let options = Options { model: Model::Full, ..until(Stop::Zeno) };
+        let start = State::at_rest([0.652, height, 0.258]);
+        let run = simulate(&body, &start, &options).unwrap();
+        let [x, y, turn]: [f64; 3] = run.state().qdot.into();
+        let speed = x.abs() + y.abs() + 8.0 * turn.abs();
+        assert!(speed <= 1e-15 * (2.0 * 9.81 * height).sqrt(), "{height} m: {speed} m/s");
+    }
+}
+
+#[test]
 fn nothing_slides_beyond_all_bounds() {
     // So heavy to turn that its next turn takes it far; heavier ones are refused.
     for gyration_radius in [1e4, 3e7, 1e40] {

@@ -169,18 +169,13 @@ impl Driver<'_> {
         let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
         let spin = frozen.map_or(omega, |spin| spin.omega);
         let bend = spin * spin;
-        // The centre of mass between two feet on level ground, without friction: both forces press, and no other motion
-        // suits them.
+        // The centre of mass between two feet on level ground, without friction, λ_i = g b_j/(b_j − b_i): both forces press,
+        // and no other motion suits them. All words cost a fifth of a short run.
         let level = |k: &Geometry| k.friction == 0.0 && k.normal == Vector2::y();
-        let drawn = body.gravity > 0.0;
-        if drawn
-            && v.x == 0.0
-            && spin == 0.0
-            && self.base.count == 2
-            && body.contacts.iter().all(level)
-        {
-            let [left, right] = [0, 1].map(|i| body.contacts[i].turned(&turn).0);
-            if left * right < 0.0 {
+        let lies = body.gravity > 0.0 && v.x == 0.0 && spin == 0.0;
+        if lies && self.base.count == 2 && body.contacts.iter().all(level) {
+            let [one, two] = body.contacts.map(|k| k.turned(&turn).0);
+            if one * two < 0.0 {
                 return Some([Mode::Fixed; 2]);
             }
         }
