@@ -187,7 +187,7 @@ arguments! {
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: event_limit, trials, seed;
     word -> &'a str: model, impact, simultaneous, stop, method, level;
-    flag -> bool: record;
+    flag -> bool: record, certify;
 }
 
 /// The restitution of a contact, or None for the posture's.

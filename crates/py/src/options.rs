@@ -72,13 +72,14 @@ pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResu
             "neighbourhood" => options.neighbourhood = input::neighbourhood(&value)?,
             "tolerance" => options.tolerance = input::tolerance(&value)?,
             "record" => options.record = input::record(&value)?,
+            "certify" => options.certify = input::certify(&value)?,
             _ => {
                 let unknown = Error::Unusable {
                     field: "option".into(),
                     value: field,
                     allowed:
                         "the options of simulate are model, impact, simultaneous, stop, time, \
-                              time_limit, event_limit, neighbourhood, tolerance, record"
+                              time_limit, event_limit, neighbourhood, tolerance, record, certify"
                             .into(),
                 };
                 return Err(PyTypeError::new_err(unknown.to_string()));
@@ -101,6 +102,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("neighbourhood", options.neighbourhood)?;
     dict.set_item("tolerance", options.tolerance)?;
     dict.set_item("record", options.record)?;
+    dict.set_item("certify", options.certify)?;
     Ok(dict)
 }
 
