@@ -143,6 +143,15 @@ impl Stance {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
+    /// Whether two contacts are one: the same rows, and as rough.
+    pub(crate) fn are_same(&self, i: usize, j: usize) -> bool {
+        let row = |k: usize| {
+            let p = &self.points[k];
+            (p.normal, p.b, p.c, p.friction)
+        };
+        row(i) == row(j)
+    }
+
     /// A closed contact that leaves another one as soon as the body turns. With the same row (n, b) their gaps agree to the
     /// first order, and differ by (c_i − c_j)(1 − cos Δθ): the one with the smaller c rises.
     pub(crate) fn outreached(&self, modes: &[Mode]) -> Option<usize> {

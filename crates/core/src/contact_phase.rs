@@ -279,7 +279,7 @@ impl<'a> ContactPhase<'a> {
                     return end;
                 }
                 Next::LiftOff(i) => {
-                    self.ways[i] = None;
+                    self.set(i, None);
                     if let Some((j, way)) = self.stance.up_from_vertex(i)
                         && self.ways[j] == Some(0)
                     {
@@ -289,12 +289,12 @@ impl<'a> ContactPhase<'a> {
                 Next::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(&self.word, slow) {
-                        self.ways[i] = Some(0);
+                        self.set(i, Some(0));
                     } else {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
-                Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
+                Next::Slip(i, mode) => self.set(i, Some(mode.direction() as i8)),
             }
             let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
             self.cause = match next {
@@ -323,6 +323,15 @@ impl<'a> ContactPhase<'a> {
             (status, _) => {
                 self.undecided = Some(problem);
                 Err(if status == Status::None { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            }
+        }
+    }
+
+    /// What a contact does, those do that are the same: at one point of the body and as rough.
+    fn set(&mut self, i: usize, way: Option<i8>) {
+        for j in 0..self.ways.len() {
+            if j == i || self.ways[j].is_some() && self.stance.are_same(i, j) {
+                self.ways[j] = way;
             }
         }
     }
@@ -397,8 +406,11 @@ impl<'a> ContactPhase<'a> {
                         }
                     }
                     Some(Next::Slip(i, mode)) if self.word[i] == mode => {
-                        if !step.breaks_loose(i) {
-                            return outcome(Outcome::Inconsistent);
+                        let all = 0..self.word.len();
+                        for j in all.filter(|&j| self.word[j] == mode && stance.are_same(i, j)) {
+                            if !step.breaks_loose(j) {
+                                return outcome(Outcome::Inconsistent);
+                            }
                         }
                         // From a vertex it slides up one piece, and with it leaves the other.
                         if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
@@ -453,12 +465,12 @@ impl<'a> ContactPhase<'a> {
                     stance.points[i].place.sides[side] = 0.0;
                     return Next::End(PhaseEnd::Leave(i, side));
                 }
+                StepEnd::Jam => return outcome(Outcome::Inconsistent),
+                StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
+                _ if !counted => return outcome(Outcome::EventLimit),
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),
                 StepEnd::Stop(i) => return Next::Stop(i, self.word[i]),
                 StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
-                StepEnd::Jam => return outcome(Outcome::Inconsistent),
-                StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
-                StepEnd::Reach if !counted => return outcome(Outcome::EventLimit),
                 StepEnd::Reach => {
                     if stance.center.r.norm() > self.options.neighbourhood {
                         return outcome(Outcome::Escape);

@@ -1158,3 +1158,35 @@ fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
     let energy = body.energy(&state.q, &state.qdot);
     assert!(energy <= 0.5 * v * v * (1.0 + 1e-9), "{energy:e}");
 }
+
+/// A contact that is given twice is one, whatever it does: it holds, slides, turns round and lifts off.
+#[test]
+fn one_point_twice_is_one_contact() {
+    for friction in [0.0, 0.22, 0.6] {
+        for x in [-1.0, 0.3] {
+            let contact = Contact { friction, ..Contact::at(x, 0.0) };
+            let of = |contacts: Vec<Contact>| {
+                let body = Posture::new(Fields {
+                    mass: 1.0,
+                    gyration_radius: 0.46,
+                    center_of_mass: [0.0, 0.4],
+                    contacts,
+                    restitution: 0.0,
+                    gravity: 9.81,
+                    terrain: Vec::new(),
+                })
+                .unwrap();
+                let options = Options { time_limit: Some(0.6), ..Options::default() };
+                simulate(&body, &State::at_rest([0.0; 3]), &options).unwrap()
+            };
+            let (once, twice) = (of(vec![contact]), of(vec![contact; 2]));
+            let far = (once.state().q - twice.state().q).norm();
+            let starts = |run: &Trajectory| -> Vec<_> {
+                run.phases().iter().map(|p| (p.start, p.mode[..1].to_owned())).collect()
+            };
+            assert_eq!(once.outcome(), twice.outcome(), "{friction} {x}");
+            assert_eq!(starts(&once).len(), starts(&twice).len(), "{friction} {x}");
+            assert!(far < 1e-13, "{friction} {x}: {far} m");
+        }
+    }
+}
