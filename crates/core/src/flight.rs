@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::lanes::Real;
 use crate::roots::bracketed;
-use crate::trig::Turn;
+use crate::trig::{Turn, phase};
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///
@@ -250,11 +250,12 @@ impl Arc {
 
     /// The touchdown as seen from a moment `dt` later, before which there is none: angles count from there.
     fn after_turning(&self, dt: f64) -> Option<Touchdown> {
-        let before = libm::fmod(self.omega * dt, TAU);
+        let before = phase(self.omega, dt);
         let turn = Turn::by(before);
+        let turn = Turn { lag: self.omega * dt - turn.sin, ..turn };
         let later = Self {
-            h: self.gap(dt).max(f64::MIN_POSITIVE),
-            u: self.rate(dt),
+            h: self.gap_turned(dt, &turn).max(f64::MIN_POSITIVE),
+            u: self.rate_turned(dt, &turn),
             b: self.b - (self.b * turn.versed + self.c * turn.sin),
             c: self.c - (self.c * turn.versed - self.b * turn.sin),
             ..*self

@@ -405,6 +405,9 @@ impl<'a> Driver<'a> {
                 jump = model.share([-gaps.u[0], -gaps.u[1]]);
                 rates = [0.0; 2];
                 hits.clear();
+            } else if count > 1 {
+                // The jumps of many impacts cancel; what they leave says what they come to.
+                jump = model.share([0, 1].map(|i| rates[i] - gaps.u[i]));
             }
         } else {
             rates = impact::newton(&model, first, rates);

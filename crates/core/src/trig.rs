@@ -36,6 +36,20 @@ const VERSED: [f64; 7] = [
     -1.0 / 20_922_789_888_000.0,
 ];
 
+/// 2π, to three doubles.
+const WHOLE: [f64; 3] =
+    [std::f64::consts::TAU, 2.449_293_598_294_706_4e-16, -5.989_539_619_436_679e-33];
+
+/// The angle ωt of up to 2⁵³ turns without its whole turns, in rad: the product is taken exactly, as its rounding may be worth
+/// many degrees.
+pub(crate) fn phase(omega: f64, t: f64) -> f64 {
+    let product = omega * t;
+    let rest = omega.mul_add(t, -product);
+    let turns = (product / WHOLE[0]).round();
+    let left = turns.mul_add(-WHOLE[0], product);
+    left + (rest - turns * WHOLE[1] - turns * WHOLE[2])
+}
+
 impl Turn {
     /// The three functions at `x` (rad), to within 2 ulp each.
     #[inline]
@@ -103,6 +117,18 @@ fn polynomial<T: Real>(coefficients: &[f64; 7], y: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Against the reduction of the library, which is exact for a double: of the product and of what its rounding leaves.
+    #[test]
+    fn phases_of_many_turns_keep_their_digits() {
+        for k in 1..1000 {
+            let (omega, t) = (1e9 + 0.37 * f64::from(k), 1.7 * f64::from(k) + 0.1);
+            let (product, rest) = (omega * t, omega.mul_add(t, -(omega * t)));
+            let sin = libm::sin(product) * libm::cos(rest) + libm::cos(product) * libm::sin(rest);
+            let angle = phase(omega, t);
+            assert!(angle.abs() < 3.2 && (libm::sin(angle) - sin).abs() < 1e-15, "{omega} {t}");
+        }
+    }
 
     #[test]
     fn small_angles_keep_every_digit() {
