@@ -89,6 +89,26 @@ fn tails(c: &mut Criterion) {
     group.finish();
 }
 
+/// The same runs up to their Zeno points, plain and with proved bounds of all times.
+fn enclosures(c: &mut Criterion) {
+    let mut group = c.benchmark_group("certify");
+    for (name, gyration_radius, restitution) in
+        [("rod", 0.2, 0.1), ("near_the_bound", 0.2, 0.16), ("bouncy", 0.05, 0.7)]
+    {
+        let rod = rod(gyration_radius, restitution, 0.0);
+        for (certify, of) in [(false, "plain"), (true, "proved")] {
+            let (model, stop, record) = (Model::Local, Stop::Zeno, false);
+            let options = Options { model, stop, record, certify, ..Options::default() };
+            let run = || simulate(black_box(&rod), &dropped(), &options);
+            let ends = run().unwrap_or_else(|e| panic!("{e}"));
+            let proved = ends.enclosure().is_some_and(|enclosure| enclosure.zeno.is_some());
+            assert_eq!(proved, certify, "{name}");
+            group.bench_function(BenchmarkId::new(name, of), |b| b.iter(run));
+        }
+    }
+    group.finish();
+}
+
 fn verdicts(c: &mut Criterion) {
     let mut group = c.benchmark_group("stability");
     for (name, posture) in [("rod", rod(0.2, 0.1, 0.5)), ("nested", rod(0.28, 0.5, 0.5))] {
@@ -102,5 +122,5 @@ fn verdicts(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, runs, tails, verdicts);
+criterion_group!(benches, runs, tails, enclosures, verdicts);
 criterion_main!(benches);

@@ -24,12 +24,13 @@
 //! Once d is known, u_b = −(d + c_b u_a): then nothing cancels from impact to impact but what gravity does, and relative errors
 //! add up instead of multiplying.
 //!
-//! So if d > 0 and w < 1, then with W = max(w, r_1, r_2) < 1 all later w ≤ W: contacts alternate as long as g_aν < 1
-//! (b lands before a is back), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2 < 1, f_b = W³/(c_b²c_a e_b²). The time that
-//! is left is then between T0 − L and T0,
+//! Two impacts keep 1 and W* = r_a(1 + r_b)/(1 + r_a): so if d > 0 and w < 1, then with W_b = max(w, W*) < 1 and
+//! W_a = r_b/(1 + r_b − W_b) all later w are at most W_b before b is hit, and W_a before a is. Contacts alternate as long as
+//! g_aν < 1 (b lands before a is back), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2 < 1,
+//! f_b = W_b²W_a/(c_b²c_a e_b²). The time that is left is then between T0 − L and T0,
 //!
 //! ```text
-//! L = T0²/(2d) · (G_b + c_b W² G_a)/(1 − c_1c_2 W⁴).
+//! L = T0²/(2d) · (G_b + c_b W_b² G_a)/(1 − c_1c_2 W_1²W_2²).
 //! ```
 
 use serde::Serialize;
@@ -154,8 +155,10 @@ struct Model {
 /// Constants of a clattering tail; index: the contact that is hit next.
 struct Clatter {
     c: [Ball; 2],
-    /// The larger r_i.
-    limit: Ball,
+    /// r_i
+    r: [Ball; 2],
+    /// W*
+    limit: [Ball; 2],
     /// G_b
     gravity: [Ball; 2],
 }
@@ -175,11 +178,14 @@ impl Clatter {
             kick[a].scaled(2.0).over(sum + root)
         };
         let c = [c(1)?, c(0)?];
-        let both = c[0] * c[1];
-        let limit = (e[0] * both).max(e[1] * both);
-        let usable = (kick[0].is_positive() && c[0].is_positive() && c[1].is_positive())
-            && (ball(1.0) - limit).is_positive();
-        usable.then(|| Self { c, limit, gravity: [0, 1].map(|b| g[b] + c[b] * g[1 - b]) })
+        let r = e.map(|e| e * c[0] * c[1]);
+        let one = ball(1.0);
+        let limit = |b: usize| (r[1 - b] * (one + r[b])).over(one + r[1 - b]);
+        let limit = [limit(0)?, limit(1)?];
+        let positive = |x: Ball| x.is_positive();
+        let usable = positive(kick[0]) && c.into_iter().chain(r.map(|r| one - r)).all(positive);
+        let gravity = [0, 1].map(|b| g[b] + c[b] * g[1 - b]);
+        usable.then_some(Self { c, r, limit, gravity })
     }
 
     /// d after an impact at `a`, if it is positive.
@@ -198,18 +204,20 @@ impl Clatter {
         let b = 1 - a;
         let speed = -next.u;
         let most = next.h.over(d)?;
-        let w = (self.c[b] * u_a).over(speed)?.max(self.limit);
-        let square = w.square();
         let one = ball(1.0);
-        let share = one - self.c[0] * self.c[1] * square.square();
-        if !((one - w).is_positive() && share.is_positive()) {
+        let w = (self.c[b] * u_a).over(speed)?.max(self.limit[b]);
+        let after = self.r[b].over(one + self.r[b] - w)?;
+        let share = one - self.c[0] * self.c[1] * (w * after).square();
+        if !((one - w).is_positive() && (one - after).is_positive() && share.is_positive()) {
             return None;
         }
         if !next.h.is_zero() {
             let nu = next.h.over((u_a * speed).scaled(2.0))?;
-            let cube = square * w;
-            let factor = |b: usize| cube.over(self.c[b].square() * self.c[1 - b] * m.e[b].square());
-            let (one_more, two_more) = (factor(b)?, factor(a)?);
+            let factor = |b: usize, w: Ball, after: Ball| {
+                let cube = w.square() * after;
+                cube.over(self.c[b].square() * self.c[1 - b] * m.e[b].square())
+            };
+            let (one_more, two_more) = (factor(b, w, after)?, factor(a, after, w)?);
             let lands = |bound: Ball| (one - bound).is_positive();
             let alternates =
                 lands(m.g[a] * nu) && lands(m.g[b] * nu * one_more) && lands(one_more * two_more);
@@ -217,7 +225,7 @@ impl Clatter {
                 return None;
             }
         }
-        let pull = self.gravity[b] + self.c[b] * square * self.gravity[a];
+        let pull = self.gravity[b] + self.c[b] * w.square() * self.gravity[a];
         let loss = (most.square() * pull).over((d * share).scaled(2.0))?;
         Some([most - loss, most])
     }
@@ -313,9 +321,10 @@ impl Course {
         self.clock = self.clock + dt;
     }
 
-    /// The time elapsed after a further `dt`.
+    /// The time elapsed after a further `dt`, which is not negative.
     fn after(&self, dt: Ball) -> Bounds {
-        (self.clock + dt).bounds()
+        let Bounds { low, high } = (self.clock + dt).bounds();
+        Bounds { low: low.max(0.0), high }
     }
 
     /// Flies to the landing of contact i, after `dt` and with the speed s, and collides.

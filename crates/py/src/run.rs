@@ -226,7 +226,7 @@ impl PyEnclosure {
         let impacts = self.0.impacts.len();
         match (self.zeno(), self.0.reason) {
             (Some((low, high)), _) => {
-                format!("<Enclosure: {impacts} impacts, Zeno point within [{low}, {high}] s>")
+                format!("<Enclosure: {impacts} impacts, Zeno point within [{low:?}, {high:?}] s>")
             }
             (None, reason) => {
                 let reason = reason.map_or("", standfast::Uncertain::as_str);

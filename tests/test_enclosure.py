@@ -1,0 +1,251 @@
+"""Enclosures of the local model against plain summation in 60 digits: impact after impact until flights are below 1e-45 of the
+time. STANDFAST_ENCLOSURES sets the number of random cases of each kind (100)."""
+
+import json
+import math
+import os
+import pickle
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import oracle
+import pytest
+import standfast as sf
+from test_oracle import draw_local, draw_restitution
+
+CASES = int(os.environ.get("STANDFAST_ENCLOSURES", "100"))
+SEED = 1972
+MP = oracle.arithmetic(60)
+#: Flights, relative to the time elapsed, and speeds, relative to those of the start, after which nothing is left to sum: those
+#: that follow are shorter by a factor that stays away from one.
+NOTHING = MP.mpf(10) ** -45
+#: Impacts after which a sum is given up.
+MOST = 20_000
+
+
+def summed(v):
+    """(times of the impacts, their contacts), by plain summation; None if it does not come to an end."""
+    g, psi, e, h, u = ([MP.mpf(x) for x in v[name]] for name in ("g", "psi", "e", "h", "u"))  # fmt: skip
+    t, times, contacts, fastest = (
+        MP.mpf(0),
+        [],
+        [],
+        max(map(abs, u)) + MP.sqrt(2 * max(a * b for a, b in zip(g, h, strict=True))),
+    )
+    while len(times) < MOST:
+        flights = [_touchdown(h[i], u[i], g[i]) for i in (0, 1)]
+        dt = min(flights)
+        if dt == MP.inf:
+            return times, contacts
+        i = flights.index(dt)
+        t += dt
+        h = [h[j] + dt * (u[j] - g[j] * dt / 2) for j in (0, 1)]
+        u = [u[j] - g[j] * dt for j in (0, 1)]
+        h[i] = MP.mpf(0)
+        kick = -(1 + e[i]) * u[i]
+        u[i], u[1 - i] = -e[i] * u[i], u[1 - i] - psi[i] * kick
+        times.append(t)
+        contacts.append(i + 1)
+        # Flights of no time at all, in a corner, end with their speeds.
+        if 0 < dt <= NOTHING * t or max(map(abs, u)) <= NOTHING * fastest:
+            return times, contacts
+    return None
+
+
+def _touchdown(h, u, g):
+    root = MP.sqrt(u * u + 2 * g * h)
+    if u < 0:
+        return 2 * h / (root - u)
+    return (u + root) / g if g else MP.inf
+
+
+def case(v):
+    """As `summed` takes it."""
+    pair = lambda name: (v[f"{name}1"], v[f"{name}2"])  # noqa: E731
+    return {name: pair(name) for name in ("g", "psi", "h", "u")} | {"e": (v["e"],) * 2}
+
+
+def enclosed(v, **options):
+    model = sf.LocalModel(gravity=v["g"], psi=v["psi"], phi=(0, 0), restitution=v["e"])
+    options = {"stop": "zeno", "certify": True} | options
+    return model.simulate(gaps=v["h"], rates=v["u"], **options).enclosure
+
+
+def holds(low, high, time):
+    return low <= high and Fraction(low) <= Fraction(str(time)) <= Fraction(high)
+
+
+def check(v):
+    """The enclosure of a case, every claim of which has been looked at: None where the sum has no end."""
+    truth, enclosure = summed(v), enclosed(v)
+    if truth is None:
+        return None
+    times, contacts = truth
+    impacts = enclosure.impacts
+    for impact, time, contact in zip(impacts, times, contacts, strict=False):
+        assert impact["contact"] == contact, v
+        assert holds(impact["low"], impact["high"], time), (v, impact, time)
+    if enclosure.zeno is not None:
+        assert holds(*enclosure.zeno, times[-1]), (v, enclosure, times[-1])
+        last = tuple(sorted(set(contacts[-5:])))
+        assert enclosure.contacts == last, v
+    else:
+        assert enclosure.reason
+    return enclosure
+
+
+def width(enclosure):
+    low, high = enclosure.zeno
+    return (high - low) / high
+
+
+def test_inside_the_bound_of_clattering(record_property):
+    """[Or & Rimon 2008, eq. 10] holds by 2 % or more: all Zeno points are enclosed, to a few roundings."""
+    rng = np.random.default_rng(SEED)
+    widths = []
+    for _ in range(CASES):
+        enclosure = check(case(draw_local(rng)))
+        assert enclosure is not None
+        assert enclosure.reason is None
+        widths.append(width(enclosure))
+    text = f"{CASES} enclosures, widths: median {np.median(widths):.1e}, largest {max(widths):.1e} of the time"
+    print(f"\n{text}")
+    record_property("widths", text)
+    assert max(widths) <= 1e-14
+    assert np.median(widths) <= 1e-15
+
+
+def draw_any(rng):
+    """Couplings of either sign, restitutions that differ, as likely outside the bound as inside."""
+    e = (draw_restitution(rng), draw_restitution(rng))
+    psi, skew = rng.uniform(-1, 1), math.exp(rng.uniform(-1.5, 1.5))
+    height = 10 ** rng.uniform(-6, 0)
+    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
+    speed = math.sqrt(max(g) * height)
+    h = [height * rng.random() for _ in range(2)]
+    u = [speed * rng.normal() for _ in range(2)]
+    return {"g": g, "psi": (psi * skew, psi / skew), "e": e, "h": h, "u": u}
+
+
+def test_anywhere(record_property):
+    """What is claimed is true, whatever the parameters; where nothing is certain any more, that is said."""
+    rng = np.random.default_rng(SEED)
+    found = [check(draw_any(rng)) for _ in range(CASES)]
+    summable = [enclosure for enclosure in found if enclosure is not None]
+    zeno = [enclosure for enclosure in summable if enclosure.zeno is not None]
+    narrow = sum(width(enclosure) <= 1e-12 for enclosure in zeno)
+    text = f"{CASES} cases, {len(summable)} with an end: {len(zeno)} Zeno points enclosed, {narrow} of them to 1e-12"
+    print(f"\n{text}")
+    record_property("anywhere", text)
+    assert len(summable) >= 0.9 * CASES
+    assert len(zeno) >= 0.8 * len(summable)
+    assert narrow >= 0.9 * len(zeno)
+
+
+def test_unequal_restitutions_clatter():
+    """Well inside Λ³ > e_1e_2, with Λ the larger eigenvalue of two impacts, they are enclosed as narrowly as equal ones."""
+    rng = np.random.default_rng(SEED)
+    kinds = 0
+    for _ in range(CASES // 4):
+        v = draw_any(rng) | {"e": (rng.uniform(0.01, 0.2), rng.uniform(0.01, 0.2))}
+        skew = math.exp(rng.uniform(-1, 1))
+        psi = rng.uniform(0.85, 0.99)
+        v["psi"] = (psi * skew, psi / skew)
+        enclosure = check(v)
+        kinds += enclosure.contacts == (1, 2)
+        assert width(enclosure) <= 1e-14, v
+    assert kinds >= CASES // 10
+
+
+def test_the_reference():
+    """All of its cases but one below the bound, which alternates for ever by no theorem, have a Zeno point that is enclosed."""
+    path = Path(__file__).parent / "data" / "reference_local.json"
+    for known in json.loads(path.read_text(encoding="utf-8"))["cases"]:
+        inputs = {name: float.fromhex(x["hex"]) for name, x in known["inputs"].items()}
+        zeno, v = known["expected"]["zeno"], case(inputs)
+        enclosure = enclosed(v)
+        assert (enclosure.zeno is not None) == zeno["certified"]
+        if enclosure.zeno is not None:
+            assert holds(*enclosure.zeno, zeno["time"])
+        for impact, collision in zip(
+            enclosure.impacts, known["expected"]["collisions"], strict=False
+        ):
+            assert impact["contact"] == collision["contact"]
+            assert holds(impact["low"], impact["high"], collision["t"])
+
+
+def model(**parameters):
+    values = {"gravity": (1, 1), "psi": (0.9, 0.9), "phi": (0, 0), "restitution": 0.1}
+    return sf.LocalModel(**values | parameters)
+
+
+def of(model, gaps, rates, **options):
+    options = {"stop": "zeno", "certify": True} | options
+    return model.simulate(gaps=gaps, rates=rates, **options).enclosure
+
+
+def test_times_that_are_exact():
+    """A ball from 5 m, e = 1/2, g = 10: impacts at 1 s and 2 s, rest at 3 s."""
+    ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0), contacts=[sf.Contact(point=(0, 0))], restitution=0.5, gravity=10)  # fmt: skip
+    start = {"q": (0, 5, 0), "qdot": (0, 0, 0), "model": "local", "certify": True}
+    enclosure = sf.simulate(ball, **start).enclosure
+    (impact,) = enclosure.impacts
+    for (low, high), time in (((impact["low"], impact["high"]), 1), (enclosure.zeno, 3)):  # fmt: skip
+        assert low < time < high
+        assert high - low <= 4 * math.ulp(time)
+    assert enclosure.contacts == (1,)
+
+
+def test_a_corner_of_endless_chatter_takes_no_time():
+    enclosure = of(model(), (0, 0), (0, -1))
+    low, high = enclosure.zeno
+    assert low <= 0 <= high < 1e-300
+    assert enclosure.contacts == (1, 2)
+
+
+def test_a_start_at_rest():
+    for gaps, contacts in (((0, 1), (1,)), ((1, 0), (2,)), ((0, 0), (1, 2))):
+        enclosure = of(model(), gaps, (0, 0))
+        low, high = enclosure.zeno
+        assert low <= 0 <= high < 1e-300
+        assert (enclosure.contacts, len(enclosure.impacts)) == (contacts, 0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "gaps", "rates", "options", "reason"),
+    [
+        ({}, (1, 1), (0, 0), {}, "which contact lands next is not certain"),
+        ({"gravity": (0, 0)}, (1, 1), (1, 2), {}, "no contact lands again"),
+        ({}, (1, 2), (0, 0), {"time_limit": 1.5}, "a limit of the run is reached"),
+        ({}, (1, 2), (0, 0), {"event_limit": 0}, "a limit of the run is reached"),
+    ],
+)
+def test_where_nothing_is_certain_it_is_said(parameters, gaps, rates, options, reason):
+    enclosure = of(model(**parameters), gaps, rates, **options)
+    assert (enclosure.zeno, enclosure.contacts) == (None, ())
+    assert enclosure.reason == reason
+    assert reason in repr(enclosure)
+
+
+def test_a_body_is_enclosed_like_its_local_model():
+    rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    q, qdot = (0.0, 0.011, 0.002), (0.1, -0.2, 0.3)
+    run = sf.simulate(rod, q, qdot, model="local", certify=True)
+    start = run.gaps_at(0.0)
+    other = of(rod.local(), *start)
+    assert run.enclosure == other
+    low, high = run.enclosure.zeno
+    assert low <= run.zeno_points[0].elapsed <= high
+    assert pickle.loads(pickle.dumps(run)).enclosure == run.enclosure
+
+
+def test_only_where_it_can():
+    three = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 1), contacts=[sf.Contact(point=(x, 0)) for x in (-1, 0, 1)], restitution=0.5)  # fmt: skip
+    rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    for body, options in ((rod, {}), (rod, {"model": "full"}), (three, {"model": "local"})):  # fmt: skip
+        with pytest.raises(ValueError, match=r"^certify = true"):
+            sf.simulate(body, (0, 1, 0), (0, 0, 0), certify=True, **options)
+    with pytest.raises(ValueError, match=r"^certify = True"):
+        sf.simulate_many(rod, (0, 1, 0), (0, 0, 0), certify=True)
+    assert sf.simulate(rod, (0, 1, 0), (0, 0, 0)).enclosure is None
