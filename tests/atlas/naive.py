@@ -169,3 +169,31 @@ def friction_by_sign(v, friction, gravity, step, steps):
     for _ in range(steps):
         v -= friction * gravity * math.copysign(1.0, v) * step
     return v
+
+
+#: Steps after which a loop is stopped.
+STEPS = 1_000_000
+
+
+def steps_until_slow(v, pull, step, slow):
+    """A block that is pulled along, step by step until it is slower than a tolerance: its speed, and the steps."""
+    steps = 0
+    while abs(v) > slow and steps < STEPS:
+        v, steps = v + pull * step, steps + 1
+    return v, steps
+
+
+def on_a_line(v, gravity, step, end):
+    """Slides along the line y = 0, whatever ground there is: x and height at the end."""
+    x = h = u = 0.0
+    for _ in range(round(end / step)):
+        u -= gravity * step
+        x, h = x + v * step, h + u * step
+        if h < 0:
+            h = u = 0.0
+    return x, h
+
+
+def static_force(b, rho, gravity):
+    """Normal force per unit mass that keeps a contact of arm b from accelerating, velocities left out."""
+    return gravity / (1 + b * b / rho**2)

@@ -1,0 +1,134 @@
+"""What an entry of the atlas is, and what several of them ask of a scene."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import standfast as sf
+from mpmath import mp, mpf
+
+SCENES = Path(__file__).parent / "scenes"
+DIGITS = 40
+
+
+@dataclass(eq=False)
+class Entry:
+    """One scene. What is found out about it is found once, with the digits of the truths."""
+
+    name: str
+    title: str
+    #: What breaks, in a sentence.
+    breaks: str
+    #: The method that fails; what it found, and whether that is wrong.
+    method: str
+    fails: Callable[[sf.Scene], tuple[str, bool]]
+    #: How the truth is known, and the truth: name → number (within `within`) or anything that is equal.
+    source: str
+    truth: Callable[[sf.Scene], dict]
+    answer: Callable[[sf.Scene], dict]
+    #: Relative error allowed to numbers; absolute where the truth is zero.
+    within: float = 4e-15
+    #: A module that the method needs and that may be missing.
+    needs: str | None = None
+
+    @property
+    def scene(self):
+        return sf.load(str(SCENES / f"{self.name}.toml"))
+
+    @cached_property
+    def failure(self):
+        with mp.workdps(DIGITS):
+            return self.fails(self.scene)
+
+    @cached_property
+    def right(self):
+        with mp.workdps(DIGITS):
+            return self.truth(self.scene)
+
+    @cached_property
+    def answered(self):
+        with mp.workdps(DIGITS):
+            return self.answer(self.scene)
+
+    @cached_property
+    def errors(self):
+        """Of the numbers: relative, or absolute beside a truth of zero."""
+        with mp.workdps(DIGITS):
+            return {
+                name: abs(mpf(float(self.answered[name])) - value) / (abs(value) or 1)
+                for name, value in self.right.items()
+                if isinstance(value, mpf)
+            }
+
+
+class Family(list[Entry]):
+    """Entries with one kind of difficulty, in the order of the page."""
+
+    def __init__(self, title):
+        super().__init__()
+        self.title = title
+
+    def entry(self, **fields):
+        """Adds the entry whose truth is the decorated function."""
+
+        def add(truth):
+            self.append(Entry(truth=truth, **fields))
+            return truth
+
+        return add
+
+
+def exact(value):
+    return mpf(float(value))
+
+
+def dropped(scene):
+    """Height, gravity and restitution of a ball at rest above level ground."""
+    return (
+        exact(scene.posture.gaps(scene.q)[0]),
+        exact(scene.posture.gravity),
+        exact(scene.posture.restitution),
+    )
+
+
+def time_to_rest(h, gravity, e, u):
+    """First landing, then 2v/(g(1 − e)) of bounces with the speed v after it."""
+    root = mp.sqrt(u * u + 2 * gravity * h)
+    return (u + root) / gravity + 2 * e * root / (gravity * (1 - e))
+
+
+def ball_rest(scene):
+    h, gravity, e = dropped(scene)
+    u = exact(scene.qdot[1])
+    return {"outcome": "rest", "elapsed": time_to_rest(h, gravity, e, u)}
+
+
+def rest(scene):
+    run = scene.simulate()
+    return {"outcome": run.outcome, "elapsed": run.elapsed}
+
+
+def ball_numbers(scene):
+    h, gravity, e = (float(x) for x in dropped(scene))
+    return h, gravity, e, math.sqrt(2 * gravity * h)
+
+
+def refused(scene):
+    try:
+        scene.simulate()
+    except ValueError as error:
+        return {"refused": str(error).split(" = ")[0]}
+    return {"refused": None}
+
+
+def first_impact(scene):
+    return {"first impact": scene.simulate().impacts["time"][0]}
+
+
+def rod(scene):
+    """Coupling ψ of a level rod: (L² − ρ²)/(L² + ρ²)."""
+    half = exact(scene.posture.contacts[1].point[0])
+    rho = exact(scene.posture.gyration_radius)
+    return (half**2 - rho**2) / (half**2 + rho**2)
