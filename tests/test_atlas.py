@@ -39,7 +39,7 @@ def test_the_answer_is_right(entry):
     assert entry.right.keys() == entry.answered.keys()
     for name, value in entry.right.items():
         if isinstance(value, mpf):
-            assert entry.errors[name] <= entry.within, name
+            assert entry.errors[name] <= entry.allowed[name], name
         else:
             assert entry.answered[name] == value, name
 

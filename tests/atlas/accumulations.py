@@ -4,10 +4,12 @@ import json
 import math
 from pathlib import Path
 
+import oracle
+import standfast as sf
 from mpmath import mp, mpf
 
 from . import naive
-from .entry import Family, exact, rest, rod
+from .entry import Family, exact, rest, rod, time_to_rest
 
 FAMILY = Family("Accumulating impacts")
 entry = FAMILY.entry
@@ -105,3 +107,287 @@ def stuck(scene):
 def nested(_scene):
     known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["nested"]
     return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+
+
+def one_end_after_the_other(scene):
+    body = scene.posture
+    hits, t = naive.event_loop(
+        local_gaps(scene), (0.0, 0.0), (body.gravity,) * 2, (0.0, 0.0), body.restitution
+    )
+    error = abs(t / float(apart(scene)["elapsed"]) - 1)
+    return (
+        f"time stands still after {hits} impacts; the time of rest is off by {error:.1e}",
+        error > 1e-13,
+    )
+
+
+def local_gaps(scene, number=float):
+    """Of a level rod, to first order in its angle."""
+    y, theta = number(float(scene.q[1])), number(float(scene.q[2]))
+    half = number(scene.posture.contacts[1].point[0])
+    return y - half * theta, y + half * theta
+
+
+def a_rounding_an_impact(scene):
+    return {"elapsed": len(scene.simulate().impacts) * 2.0**-53}
+
+
+@entry(
+    name="nearly_elastic_rod",
+    title="A rod that loses a thousandth of its speed, ρ equal to half its length",
+    breaks="Thousands of impacts of both ends, of which each adds a rounding; ψ = 0 keeps the ends from knowing each other.",
+    method="event loop, time added up",
+    fails=one_end_after_the_other,
+    source="two geometric series, one for each end",
+    answer=rest,
+    within=a_rounding_an_impact,
+)
+def apart(scene):
+    assert rod(scene) == 0
+    gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
+    times = (time_to_rest(h, gravity, e, mpf(0)) for h in local_gaps(scene, mpf))
+    return {"outcome": "rest", "elapsed": max(times)}
+
+
+def shape_after_first_impact(scene):
+    """(v, y) after the lower end of a rod that falls from rest has hit the ground, and the speed that it keeps."""
+    low, high = sorted(local_gaps(scene))
+    u = math.sqrt(2 * scene.posture.gravity * low)
+    e, psi = scene.posture.restitution, float(rod(scene))
+    state = (-u - (1 + e) * psi * u) / (e * u), (high - low) / (e * u) ** 2
+    return state, e * u
+
+
+def still_matters(scene):
+    state, _ = shape_after_first_impact(scene)
+    count, left = naive.impacts_until_gravity_is_negligible(
+        state,
+        scene.posture.gravity,
+        float(rod(scene)),
+        scene.posture.restitution,
+        1e-10,
+    )
+    told = "have brought it" if left < 1e-10 else f"have brought it to {left:.2g} only"
+    return f"{count} impacts {told}", count > 10_000
+
+
+def near_bound(scene):
+    """Bound [10] at the ψ that the body has, and the time of rest impact by impact."""
+    psi, e = rod(scene), exact(scene.posture.restitution)
+    bound = (mp.cbrt(e) + mp.cbrt(e) ** 2) / (1 + e)
+    found = oracle.orbit(local_inputs(scene))
+    return {
+        "outcome": "rest",
+        "elapsed": mpf(str(found.zeno.time)),
+        "margin of [10]": psi - bound,
+        "[10] holds": bool(psi > bound),
+    }
+
+
+def margin_told(scene):
+    verdict = sf.stability(scene.posture)
+    return {
+        **rest(scene),
+        "margin of [10]": verdict.clattering_margin,
+        "[10] holds": verdict.clattering,
+    }
+
+
+def within_rounding_of_psi(scene):
+    """ψ is rounded, and its distance to the bound is as wrong as that."""
+    margin = near_bound(scene)["margin of [10]"]
+    return {"margin of [10]": float(2 * 2.0**-53 / margin)}
+
+
+for name, title in (
+    (
+        "near_the_clattering_bound",
+        "A rod near the bound of clattering, e = 0.2, ψ = 0.7724",
+    ),
+    (
+        "clattering_bound_to_1e_12",
+        "The same, within 1e-12 of the bound",
+    ),
+):
+    entry(
+        name=name,
+        title=title,
+        breaks="Gravity becomes negligible so slowly that to wait for it takes ever more impacts: e/λ₊³ → 1.",
+        method="impact by impact until 2gh/u² has fallen by 1e-10",
+        fails=still_matters,
+        source="ψ and the bound (e^⅓ + e^⅔)/(1 + e), and impacts one by one, with 40 digits",
+        answer=margin_told,
+        within=within_rounding_of_psi,
+    )(near_bound)
+
+
+def local_inputs(scene):
+    """What the oracle is told of a level rod: geometry frozen, all of it exact."""
+    body = scene.posture
+    half, rho = exact(body.contacts[1].point[0]), exact(body.gyration_radius)
+    y, theta, v, omega = (exact(x) for x in (*scene.q[1:], *scene.qdot[1:]))
+    g, psi, phi = exact(body.gravity), rod(scene), half / (half**2 + rho**2)
+    return {
+        "e": exact(body.restitution), "g1": g, "g2": g, "psi1": psi, "psi2": psi, "phi1": phi, "phi2": -phi,
+        "h1": y - half * theta, "h2": y + half * theta, "theta": theta,
+        "u1": v - half * omega, "u2": v + half * omega, "omega": omega,
+    }  # fmt: skip
+
+
+def neglected(scene):
+    state = told_shape(scene)
+    summed = naive.sum_without_gravity(
+        state, float(rod(scene)), scene.posture.restitution
+    )
+    error = summed / float(self_similar(scene)["elapsed"]) - 1
+    return f"the time of rest is off by {error:.0%}", abs(error) > 0.1
+
+
+def time_left(state, scene, psi, least):
+    """Of all impacts to come over the speed of the last one, impact by impact until they are this small."""
+    body, total, size = scene.posture, mpf(0), mpf(1)
+    impacts = naive.impacts_up_to_scale(
+        state, exact(body.gravity), psi, exact(body.restitution), mp.sqrt
+    )
+    for _, factor, t in impacts:
+        total, size = total + size * t, size * factor
+        if size < least:
+            return total
+    return None
+
+
+def rounded_start(scene):
+    """The start is that of the self-similar orbit to a rounding."""
+    actual = time_left(
+        [mpf(x) for x in told_shape(scene)], scene, rod(scene), mpf(10) ** -30
+    )
+    return {"elapsed": 4e-15 + float(abs(actual / self_similar(scene)["elapsed"] - 1))}
+
+
+def told_shape(scene):
+    """(v, y) of a scene that begins after an impact of end 1 with 1 m/s."""
+    (_, h), half = local_gaps(scene), scene.posture.contacts[1].point[0]
+    return float(scene.qdot[1] + half * scene.qdot[2]), float(h)
+
+
+@entry(
+    name="self_similar_shrinking",
+    title="A rod below the bound of clattering, e = 0.2, ψ = 0.76",
+    breaks="Without gravity the ends would clatter; with it each impact repeats the last one, smaller by a factor.",
+    method="sum of the impacts without gravity",
+    fails=neglected,
+    source="c³ + Kc² + (1 − K − e)c − e = 0, K = 1 + (1 + e)ψ: the time from impact to impact is multiplied by c",
+    answer=rest,
+    within=rounded_start,
+)
+def self_similar(scene):
+    e, psi, gravity = (
+        exact(scene.posture.restitution),
+        rod(scene),
+        exact(scene.posture.gravity),
+    )
+    assert gravity == 1
+    k = 1 + (1 + e) * psi
+    c = mp.findroot(
+        lambda c: c**3 + k * c * c + (1 - k - e) * c - e, (e + mp.cbrt(e)) / 2
+    )
+    assert e < c < mp.cbrt(e)
+    assert c > e ** (mpf(2) / 5)
+    v = (2 - (c + c**3) / e) / (1 - c * c)
+    return {"outcome": "rest", "elapsed": (v + c / e) / (1 - c)}
+
+
+def forgotten(scene):
+    state, _ = shape_after_first_impact(scene)
+    count = naive.impacts_until_apart(
+        state,
+        scene.posture.gravity,
+        float(rod(scene)),
+        scene.posture.restitution,
+        2.0**-52,
+        0.1,
+    )
+    return (
+        f"two states one rounding apart differ by 10 % after {count} impacts",
+        count < 400,
+    )
+
+
+#: Impacts over which the chaos is averaged, and before; digits that Λ₁ ≈ 0.2 per impact leaves.
+AVERAGED, BEFORE = 2000, 200
+
+
+def statistics(scene):
+    local = scene.posture.local()
+    found = local.exponents((0, 0.5), (1, -0.3))
+    run = scene.simulate()
+    return {
+        "outcome": run.outcome,
+        "elapsed": run.elapsed,
+        "proved": run.zeno_points[-1].certified,
+        "fate": local.fate(local_gaps(scene), (0, 0)).kind,
+        "σ": found.sigma,
+        "Λ1": found.lyapunov[0],
+    }
+
+
+def chaotic_rest(scene, psi):
+    """First landing, first impact, and all that follow: impact by impact with 300 digits."""
+    with mp.workdps(300):
+        low, high = sorted(local_gaps(scene, mpf))
+        gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
+        u = mp.sqrt(2 * gravity * low)
+        state = (-u - (1 + e) * psi * u) / (e * u), (high - low) / (e * u) ** 2
+        return u / gravity + e * u * time_left(state, scene, psi, mpf(10) ** -20)
+
+
+def sensitive(scene):
+    """Of the averages: four standard errors, which fall like 1/√n from those that the package states; of the time of rest what
+    a rounding of ψ does to it."""
+    found = scene.posture.local().exponents((0, 0.5), (1, -0.3))
+    more = 4 * math.sqrt(found.hits / AVERAGED + 1)
+    psi = rod(scene)
+    one, other = (chaotic_rest(scene, x) for x in (psi, psi * (1 + mpf(2) ** -53)))
+    return {
+        "elapsed": float(abs(other / one - 1)),
+        "σ": more * found.sigma_error / abs(found.sigma),
+        "Λ1": more * found.lyapunov_error[0] / found.lyapunov[0],
+    }
+
+
+@entry(
+    name="chaos",
+    title="Chaos: e = 0.9, ψ = 0.22",
+    breaks="The impacts shrink to a point without any pattern, and each multiplies what rounding has done to the ones before.",
+    method="impact by impact in doubles",
+    fails=forgotten,
+    source="2000 impacts with 300 digits, two orbits 1e-270 apart; the time of rest impact by impact",
+    answer=statistics,
+    within=sensitive,
+)
+def _(scene):
+    gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
+    with mp.workdps(300):
+        start = mpf(-1), mpf(1)
+        pair = [
+            naive.impacts_up_to_scale((v, y), gravity, rod(scene), e, mp.sqrt)
+            for v, y in (start, (start[0], start[1] * (1 + mpf(10) ** -270)))
+        ]
+        first, log = None, mpf(0)
+        for k, (one, other) in enumerate(zip(*pair, strict=False)):
+            distance = mp.hypot(*(x - y for x, y in zip(one[0], other[0], strict=True)))
+            if k == BEFORE:
+                first = distance
+            if k > BEFORE:
+                log += mp.log(one[1])
+            if k == BEFORE + AVERAGED:
+                break
+        sigma, exponent = log / AVERAGED, mp.log(distance / first) / AVERAGED
+    return {
+        "outcome": "rest",
+        "elapsed": +chaotic_rest(scene, rod(scene)),
+        "proved": False,
+        "fate": "other",
+        "σ": +sigma,
+        "Λ1": +exponent,
+    }

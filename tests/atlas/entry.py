@@ -11,6 +11,8 @@ from mpmath import mp, mpf
 
 SCENES = Path(__file__).parent / "scenes"
 DIGITS = 40
+#: Some roundings of the scene's numbers, and of what is made of them.
+WITHIN = 4e-15
 
 
 @dataclass(eq=False)
@@ -28,8 +30,8 @@ class Entry:
     source: str
     truth: Callable[[sf.Scene], dict]
     answer: Callable[[sf.Scene], dict]
-    #: Relative error allowed to numbers; absolute where the truth is zero.
-    within: float = 4e-15
+    #: Relative error allowed to numbers where it is not `WITHIN`, by their names; absolute where the truth is zero.
+    within: Callable[[sf.Scene], dict[str, float]] | None = None
     #: A module that the method needs and that may be missing.
     needs: str | None = None
 
@@ -51,6 +53,13 @@ class Entry:
     def answered(self):
         with mp.workdps(DIGITS):
             return self.answer(self.scene)
+
+    @cached_property
+    def allowed(self):
+        """Error allowed to each number."""
+        with mp.workdps(DIGITS):
+            other = self.within(self.scene) if self.within else {}
+        return dict.fromkeys(self.errors, WITHIN) | other
 
     @cached_property
     def errors(self):

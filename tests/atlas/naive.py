@@ -197,3 +197,54 @@ def on_a_line(v, gravity, step, end):
 def static_force(b, rho, gravity):
     """Normal force per unit mass that keeps a contact of arm b from accelerating, velocities left out."""
     return gravity / (1 + b * b / rho**2)
+
+
+def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
+    """Impacts of a level rod with both ends alike, without end. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²), a the
+    end that was hit: speeds are told in those of the last impact. Of each impact: (v, y), the factor by which u_a changes, and
+    the time since the last impact, over the u_a before."""
+    v, y = state
+    kept = (1 + restitution) * psi
+    while True:
+        landing = sqrt(v * v + 2 * gravity * y)
+        t, back = (v + landing) / gravity, 2 / gravity
+        if t < back:
+            f = restitution * landing
+            v, y = 1 - gravity * t - kept * landing, t * (1 - gravity * t / 2)
+        else:
+            t, f = back, restitution
+            v, y = v - gravity * t - kept, y + t * (v - gravity * t / 2)
+        v, y = v / f, y / (f * f)
+        yield (v, y), f, t
+
+
+def impacts_until_gravity_is_negligible(
+    state, gravity, psi, restitution, share, most=1_000_000
+):
+    """How many until ε = 2gh/u² has fallen to this share of its first value, and its share then; stopped after `most`."""
+    first, count = None, 0
+    for (v, y), _, _ in impacts_up_to_scale(state, gravity, psi, restitution):
+        now = 2 * gravity * y / (v * v)
+        first, count = first or now, count + 1
+        if now < share * first or count == most:
+            return count, now / first
+    return None
+
+
+def sum_without_gravity(state, psi, restitution):
+    """Time of the infinitely many alternate impacts to come over the speed of the last, as if there were no gravity."""
+    (v, y), p = state, (1 + restitution) * psi
+    return y / (-v - 2 / (p + math.sqrt(p * p - 4 * restitution)))
+
+
+def impacts_until_apart(state, gravity, psi, restitution, move, apart, most=10_000):
+    """Two states that differ by this share, followed side by side until they differ by another: after how many impacts."""
+    v, y = state
+    pair = [
+        impacts_up_to_scale(start, gravity, psi, restitution)
+        for start in (state, (v * (1 + move), y))
+    ]
+    for count, ((one, _, _), (other, _, _)) in enumerate(zip(*pair, strict=False), 1):
+        if count == most or abs(one[1] - other[1]) > apart * one[1]:
+            return count
+    return None

@@ -6,7 +6,7 @@ from pathlib import Path
 from mpmath import mp, mpf
 
 from .entries import ATLAS, FAMILIES
-from .entry import DIGITS, SCENES
+from .entry import DIGITS, SCENES, WITHIN
 
 PAGE = Path(__file__).parents[2] / "docs" / "atlas.md"
 
@@ -28,10 +28,18 @@ def told(value):
     )
 
 
+def limit(entry, name):
+    """What the error may be, where the scene limits it to more than some roundings."""
+    allowed = entry.allowed[name]
+    return f" (of {allowed:.1g} that are allowed)" if allowed > WITHIN else ""
+
+
 def section(entry):
     right = "; ".join(f"{name}: {told(value)}" for name, value in entry.right.items())
-    worst = max(entry.errors.values(), default=None)
-    verdict = "the same" if worst is None else f"the same, to {mp.nstr(worst, 2)}"
+    verdict = "the same" + "".join(
+        f", {name} to {mp.nstr(error, 2)}{limit(entry, name)}"
+        for name, error in entry.errors.items()
+    )
     lines = [
         f'<a id="{entry.name}"></a>',
         "",
