@@ -248,3 +248,29 @@ def impacts_until_apart(state, gravity, psi, restitution, move, apart, most=10_0
         if count == most or abs(one[1] - other[1]) > apart * one[1]:
             return count
     return None
+
+
+def gauss_seidel(contacts, free, rho2, order, sweeps):
+    """Forces (tangential, normal) per unit mass of contacts (normal row, tangential row, friction, sliding, bias of both), one contact
+    after the other in this order, sweep by sweep; and the largest change of a force in the last sweep."""
+    inverse = np.array([1.0, 1.0, 1.0 / rho2])
+    motion, forces, change = np.array(free, float), np.zeros((len(contacts), 2)), 0.0
+    for _ in range(sweeps):
+        change = 0.0
+        for i in order:
+            normal, tangent, friction, sliding, (bias_t, bias_n) = contacts[i]
+            before = forces[i].copy()
+            stiff = normal @ (inverse * normal)
+            press = max(0.0, before[1] - (normal @ motion + bias_n) / stiff)
+            if sliding:
+                rub = -sliding * friction * press
+            else:
+                rub = before[0] - (tangent @ motion + bias_t) / (
+                    tangent @ (inverse * tangent)
+                )
+                rub = min(max(rub, -friction * press), friction * press)
+            forces[i] = rub, press
+            kick = forces[i] - before
+            motion = motion + inverse * (tangent * kick[0] + normal * kick[1])
+            change = max(change, *abs(kick))
+    return forces, change
