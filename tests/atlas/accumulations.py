@@ -8,8 +8,8 @@ import oracle
 import standfast as sf
 from mpmath import mp, mpf
 
-from . import naive
-from .entry import Family, exact, rest, rod, time_to_rest
+from . import naive, peers
+from .entry import Family, exact, integrated, rest, rod, time_to_rest
 
 FAMILY = Family("Accumulating impacts")
 entry = FAMILY.entry
@@ -391,3 +391,78 @@ def _(scene):
         "σ": +sigma,
         "Λ1": +exponent,
     }
+
+
+def no_flight(scene):
+    body = scene.posture
+    psi = (float(rod(scene)),) * 2
+    hits, t = naive.event_loop(
+        body.gaps(scene.q), (0.0, 0.0), (body.gravity,) * 2, psi, body.restitution
+    )
+    end = float(falls_on(scene)["elapsed"])
+    return (
+        f"time stands still after {hits} impact at {t:.4f} s, with flights of no length; it rests at {end:.4f} s",
+        t < 0.99 * end,
+    )
+
+
+@entry(
+    name="plastic_rod",
+    title="A rod that does not rebound, e = 0",
+    breaks="The end that has landed stays, and slides while the other one falls; its next flight has no length.",
+    method="event loop, time added up",
+    fails=no_flight,
+    source="energy about the sliding end, by quadrature",
+    answer=rest,
+    within=integrated("elapsed"),
+)
+def falls_on(scene):
+    """The lower end lands and stays: y = L sin φ, ½(ρ² + L²cos²φ) φ'² + gL sin φ is constant until φ = 0. There e = 0 and ψ > 0
+    leave no speed."""
+    body = scene.posture
+    half, rho2 = exact(body.contacts[1].point[0]), exact(body.gyration_radius) ** 2
+    gravity, phi = exact(body.gravity), exact(scene.q[2])
+    assert body.restitution == 0
+    assert half**2 > rho2
+    fall = exact(scene.q[1]) - half * mp.sin(phi)
+    u, b = mp.sqrt(2 * gravity * fall), half * mp.cos(phi)
+    rate = -u * b / (rho2 + b * b)
+    energy = (rho2 + b * b) * rate**2 / 2 + gravity * half * mp.sin(phi)
+
+    def slowness(at):
+        inertia = rho2 + (half * mp.cos(at)) ** 2
+        return mp.sqrt(inertia / (2 * (energy - gravity * half * mp.sin(at))))
+
+    return {"outcome": "rest", "elapsed": u / gravity + mp.quad(slowness, [0, phi])}
+
+
+def too_soon(scene):
+    right = float(rocks(scene)["elapsed"])
+    errors = [
+        abs(
+            peers.simulate("pymunk_space", scene, step, 1.5 * right, "rocking")[1]
+            / right
+            - 1
+        )
+        for step in (1e-2, 1e-3)
+    ]
+    return (
+        f"time of rest off by {errors[0]:.0%} at dt = 1e-2 s, by {errors[1]:.1%} at 1e-3 s",
+        errors[0] > 0.1 and errors[1] > 0.01,
+    )
+
+
+@entry(
+    name="rocking_block",
+    title="A block that rocks to rest",
+    breaks="Ever shorter swings from one foot to the other, each begun by an impact that takes its share.",
+    method="pymunk",
+    needs="pymunk",
+    fails=too_soon,
+    source="`benches/work_precision/scenes.py`: swings by quadrature",
+    answer=rest,
+    within=integrated("elapsed"),
+)
+def rocks(_scene):
+    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["rocking"]
+    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}

@@ -141,3 +141,17 @@ def rod(scene):
     half = exact(scene.posture.contacts[1].point[0])
     rho = exact(scene.posture.gyration_radius)
     return (half**2 - rho**2) / (half**2 + rho**2)
+
+
+def integrated(*names):
+    """Of a run that is integrated numerically: the error that it was asked to keep."""
+    return lambda scene: dict.fromkeys(names, scene.options["tolerance"])
+
+
+def first_zeno(scene):
+    point = scene.simulate(stop="zeno").zeno_points[0]
+    return {
+        "elapsed": point.elapsed,
+        "contacts": point.contacts,
+        "method": point.method,
+    }

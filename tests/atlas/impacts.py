@@ -4,7 +4,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from . import naive
-from .entry import Family, ball_rest, exact, rest, rod
+from .entry import Family, ball_rest, exact, first_zeno, rest, rod
 
 FAMILY = Family("Impacts at one instant")
 entry = FAMILY.entry
@@ -18,15 +18,6 @@ def cut_corner(scene):
         f"{hits} impacts in one instant until all speeds are below 1e-10 m/s",
         slow and hits > 1e5,
     )
-
-
-def first_zeno(scene):
-    point = scene.simulate(stop="zeno").zeno_points[0]
-    return {
-        "elapsed": point.elapsed,
-        "contacts": point.contacts,
-        "method": point.method,
-    }
 
 
 @entry(
@@ -139,3 +130,113 @@ def without_turning(scene):
 )
 def _(scene):
     return {**ball_rest(scene), "theta": mpf(0)}
+
+
+def struck(scene):
+    """Arm, velocity of the contact (tangential, normal), impact matrix (tt, nt, nn), mass one, level ground: exact."""
+    body = scene.posture
+    b, c = (
+        exact(x) - exact(y)
+        for x, y in zip(body.contacts[0].point, body.center_of_mass, strict=True)
+    )
+    rho2 = exact(body.gyration_radius) ** 2
+    v = exact(scene.qdot[0]), exact(scene.qdot[1])
+    assert (body.mass, scene.qdot[2]) == (1, 0)
+    return v, (1 + c * c / rho2, -b * c / rho2, 1 + b * b / rho2)
+
+
+def work(v, w, p):
+    """Of impulses (tangential, normal) on a contact: v·p + p·Wp/2."""
+    (tt, nt, nn), (p_t, p_n) = w, p
+    return (
+        v[0] * p_t + v[1] * p_n + (tt * p_t**2 + 2 * nt * p_t * p_n + nn * p_n**2) / 2
+    )
+
+
+def gained(v, w, after):
+    """Kinetic energy that this change of the contact's velocity adds: the impulse that it takes does work v̄·p."""
+    tt, nt, nn = (float(x) for x in w)
+    jump = np.array([after[k] - float(v[k]) for k in (0, 1)])
+    p = np.linalg.solve([[tt, nt], [nt, nn]], jump)
+    return float(p @ (np.array([float(x) for x in v]) + jump / 2))
+
+
+def energy_told(scene):
+    run = scene.simulate()
+    (vx, vy, omega), rho = run.at(0.0)[1], scene.posture.gyration_radius
+    lost = (vx**2 + vy**2 + (rho * omega) ** 2) / 2 - sum(scene.qdot**2) / 2
+    return {"energy gained": lost}
+
+
+def by_newton(scene):
+    v, w = struck(scene)
+    body = scene.posture
+    numbers = [float(x) for x in v], [float(x) for x in w]
+    after = naive.newton_with_friction(
+        *numbers, body.contacts[0].friction, body.restitution
+    )
+    energy = gained(v, w, after)
+    return (
+        f"the impact adds {energy:.3f} J to {sum(scene.qdot**2) / 2:.2f} J",
+        energy > 0,
+    )
+
+
+@entry(
+    name="energy_from_an_impact",
+    title="A rod that falls on its end at 45°, e = 0.9, μ = 1",
+    breaks="With friction the law of Newton, v⁺ = −e v⁻, can make energy.",
+    method="friction during the impact, ended where v⁺ = −e v⁻",
+    fails=by_newton,
+    source="Poisson's law by hand: slides until v_t = 0, sticks, ends at (1 + e) times the impulse of compression",
+    answer=energy_told,
+)
+def _(scene):
+    v, w = struck(scene)
+    tt, nt, nn = w
+    mu, e = exact(scene.posture.contacts[0].friction), exact(scene.posture.restitution)
+    assert v[0] < 0
+    assert abs(nt) <= mu * tt
+    # Slides to the left: P_t = μ P_n until v_t = 0; then P_t = −(nt/tt) P_n + const, v_n' = nn − nt²/tt.
+    stop = -v[0] / (nt + mu * tt)
+    normal = v[1] + (nn + mu * nt) * stop
+    assert normal < 0
+    end = (1 + e) * (stop - normal / (nn - nt**2 / tt))
+    return {"energy gained": work(v, w, (mu * stop - nt / tt * (end - stop), end))}
+
+
+def by_moreau(scene):
+    v, w = struck(scene)
+    contact, e = scene.posture.contacts[0], scene.posture.restitution
+    after = naive.moreau_impact(
+        [float(x) for x in v], w, e, contact.tangential_restitution
+    )
+    energy = gained(v, w, after)
+    return (
+        f"the impact adds {energy:.3f} J to {sum(scene.qdot**2) / 2:.2f} J",
+        energy > 0,
+    )
+
+
+@entry(
+    name="energy_from_tangential_restitution",
+    title="The same rod with restitutions 0.1 and, along the ground, 0.9",
+    breaks="Two coefficients that each look harmless: where they differ, Moreau's law can make energy.",
+    method="Moreau's law",
+    fails=by_moreau,
+    source="the formula of Chatterjee and Ruina",
+    answer=energy_told,
+)
+def _(scene):
+    v, w = struck(scene)
+    tt, nt, nn = w
+    contact, e = scene.posture.contacts[0], exact(scene.posture.restitution)
+    mu, e_t = exact(contact.friction), exact(contact.tangential_restitution)
+    det = tt * nn - nt**2
+    stop = -v[1] / nn
+    both = -(nn * v[0] - nt * v[1]) / det, -(tt * v[1] - nt * v[0]) / det
+    p = (1 + e_t) * both[0], (1 + e) * stop + (1 + e_t) * (both[1] - stop)
+    if abs(p[0]) > mu * p[1]:
+        k = mu * (1 + e) * stop / (abs(both[0]) - mu * (both[1] - stop))
+        p = k * both[0], (1 + e) * stop + k * (both[1] - stop)
+    return {"energy gained": work(v, w, p)}

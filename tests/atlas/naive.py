@@ -164,11 +164,14 @@ def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
     return most, t
 
 
-def friction_by_sign(v, friction, gravity, step, steps):
-    """v −= μ g sign(v) dt: the speed at the end."""
+def friction_by_sign(v, friction, gravity, step, steps, pull=0.0):
+    """v −= (pull + μ g sign(v)) dt: the speed at the end, how often it has changed sign, and the way."""
+    turns, x = 0, 0.0
     for _ in range(steps):
-        v -= friction * gravity * math.copysign(1.0, v) * step
-    return v
+        before = v
+        v -= (pull + friction * gravity * math.copysign(1.0, v)) * step
+        turns, x = turns + (v * before < 0), x + v * step
+    return v, turns, x
 
 
 #: Steps after which a loop is stopped.
@@ -274,3 +277,50 @@ def gauss_seidel(contacts, free, rho2, order, sweeps):
             motion = motion + inverse * (tangent * kick[0] + normal * kick[1])
             change = max(change, *abs(kick))
     return forces, change
+
+
+def newton_with_friction(v, w, friction, restitution):
+    """Routh's process of one contact, v = (tangential, normal), w = (tt, nt, nn) per unit mass, ended where v_n = −e v_n⁻:
+    the velocity then."""
+    (v_t, v_n), (tt, nt, nn), target = v, w, -restitution * v[1]
+    way = math.copysign(1.0, v_t)
+    stops = v_t / (way * friction * tt - nt) if v_t else 0.0
+    rise = nn - way * friction * nt
+    if stops < 0 or v_n + rise * stops >= target:
+        p = (target - v_n) / rise
+        return v_t + (nt - way * friction * tt) * p, target
+    if abs(nt) <= friction * tt:
+        return 0.0, target
+    way = math.copysign(1.0, nt)
+    p = (target - v_n - rise * stops) / (nn - way * friction * nt)
+    return (nt - way * friction * tt) * p, target
+
+
+def moreau_impact(v, w, restitution, tangential):
+    """Velocity (tangential, normal) after an impact that friction does not limit: each part is turned round."""
+    return -tangential * v[0], -restitution * v[1]
+
+
+def sliding_rod(theta, omega, arm, rho2, friction, way, gravity, step, most):
+    """A body that slides on one contact, in fixed steps, by the force that keeps the contact from accelerating: after how many steps
+    that force is negative, and the forces per unit mass before and then."""
+    force = math.nan
+    for k in range(most):
+        c, s = math.cos(theta), math.sin(theta)
+        b, h = c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
+        lever = b + way * friction * h
+        before, force = force, (gravity + h * omega**2) / (1 + b * lever / rho2)
+        if force < 0:
+            return k, before, force
+        omega += lever * force / rho2 * step
+        theta += omega * step
+    return most, before, force
+
+
+def friction_smoothed(v, friction, gravity, slow, step, steps):
+    """v −= μ g tanh(v/slow) dt: the largest speed on the way."""
+    largest = abs(v)
+    for _ in range(steps):
+        v -= friction * gravity * math.tanh(v / slow) * step
+        largest = max(largest, abs(v))
+    return largest

@@ -1,6 +1,6 @@
 """Fixed steps, and integrators that start again."""
 
-from . import naive
+from . import naive, peers
 from .entry import Family, ball_numbers, ball_rest, rest
 
 FAMILY = Family("Steps and restarts")
@@ -60,3 +60,46 @@ for name, title in (
         source="geometric series",
         answer=rest,
     )(ball_rest)
+
+
+def falls_through(scene):
+    steps = (1 / 60, 1e-2)
+    heights = [peers.simulate("pymunk_space", scene, step, 1.0)[0][1] for step in steps]
+    return (
+        f"after 1 s at a height of {heights[0]:.0f} m with 60 steps a second, of {heights[1]:.0f} m with 100",
+        max(heights) < -100,
+    )
+
+
+entry(
+    name="fast_fall",
+    title="A ball thrown down at 300 m/s",
+    breaks="Within one step it is above the ground and then below all of it.",
+    method="pymunk, floor 2 m thick",
+    needs="pymunk",
+    fails=falls_through,
+    source="geometric series",
+    answer=rest,
+)(ball_rest)
+
+
+def no_rebound(scene):
+    h, gravity, e, _ = ball_numbers(scene)
+    steps = (1 / 60, 1e-3)
+    highest = [peers.box2d_ball(h, e, gravity, step, 0.5) for step in steps]
+    return (
+        f"rises to {highest[0]:.1g} m and {highest[1]:.1g} m again with 60 and 1000 steps a second, instead of {e * e * h:.3f} m",
+        max(highest) < 0.1 * e * e * h,
+    )
+
+
+entry(
+    name="low_drop",
+    title="A ball dropped from 4 cm",
+    breaks="Below a speed of its own an engine takes impacts for contact.",
+    method="Box2D, which knows no rebound below 1 m/s",
+    needs="Box2D",
+    fails=no_rebound,
+    source="geometric series",
+    answer=rest,
+)(ball_rest)
