@@ -9,7 +9,7 @@ import standfast as sf
 from mpmath import mp, mpf
 
 from . import naive, peers
-from .entry import Family, exact, integrated, rest, rod, time_to_rest
+from .entry import Family, exact, integrated, rest, rod, time_left, time_to_rest
 
 FAMILY = Family("Accumulating impacts")
 entry = FAMILY.entry
@@ -241,19 +241,6 @@ def neglected(scene):
     )
     error = summed / float(self_similar(scene)["elapsed"]) - 1
     return f"the time of rest is off by {error:.0%}", abs(error) > 0.1
-
-
-def time_left(state, scene, psi, least):
-    """Of all impacts to come over the speed of the last one, impact by impact until they are this small."""
-    body, total, size = scene.posture, mpf(0), mpf(1)
-    impacts = naive.impacts_up_to_scale(
-        state, exact(body.gravity), psi, exact(body.restitution), mp.sqrt
-    )
-    for _, factor, t in impacts:
-        total, size = total + size * t, size * factor
-        if size < least:
-            return total
-    return None
 
 
 def rounded_start(scene):

@@ -9,6 +9,7 @@ from . import (
     impacts,
     modes,
     roots,
+    stability,
     steps,
     terrain,
 )
@@ -24,6 +25,7 @@ FAMILIES = tuple(
         friction,
         terrain,
         modes,
+        stability,
         extremes,
     )
 )

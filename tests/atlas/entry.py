@@ -9,6 +9,8 @@ from pathlib import Path
 import standfast as sf
 from mpmath import mp, mpf
 
+from . import naive
+
 SCENES = Path(__file__).parent / "scenes"
 DIGITS = 40
 #: Some roundings of the scene's numbers, and of what is made of them.
@@ -155,3 +157,16 @@ def first_zeno(scene):
         "contacts": point.contacts,
         "method": point.method,
     }
+
+
+def time_left(state, scene, psi, least):
+    """Of all impacts to come over the speed of the last one, impact by impact until they are this small."""
+    body, total, size = scene.posture, mpf(0), mpf(1)
+    impacts = naive.impacts_up_to_scale(
+        state, exact(body.gravity), psi, exact(body.restitution), mp.sqrt
+    )
+    for _, factor, t in impacts:
+        total, size = total + size * t, size * factor
+        if size < least:
+            return total
+    return None

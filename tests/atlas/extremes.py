@@ -8,7 +8,7 @@ import standfast as sf
 from mpmath import mp, mpf
 
 from . import naive
-from .entry import Family, exact, first_zeno, refused, rest, rod
+from .entry import Family, ball_rest, dropped, exact, first_zeno, refused, rest, rod
 
 FAMILY = Family("Ends of the ranges")
 entry = FAMILY.entry
@@ -156,3 +156,32 @@ def _(scene):
         "method": zeno.method,
         "ω": mpf(str(zeno.state["omega"])),
     }
+
+
+def by_energy(scene):
+    h, gravity, _ = (float(x) for x in dropped(scene))
+    speed = naive.speed_by_energy(scene.posture.mass, gravity, h)
+    return f"a speed of {speed:g} m/s at the landing", speed in (0.0, math.inf)
+
+
+for name, title, breaks in (
+    (
+        "a_denormal_height",
+        "A ball of 1e-10 kg dropped from 1e-320 m",
+        "The energy mgh is below the least double.",
+    ),
+    (
+        "heights_of_1e100",
+        "A ball of 1e140 kg dropped from 1e100 m with a gravity of 1e100 m/s²",
+        "The energy mgh is above the largest double.",
+    ),
+):
+    entry(
+        name=name,
+        title=title,
+        breaks=breaks,
+        method="√(2E/m), E = mgh",
+        fails=by_energy,
+        source="geometric series",
+        answer=rest,
+    )(ball_rest)

@@ -4,7 +4,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from . import naive
-from .entry import Family, ball_rest, exact, first_zeno, rest, rod
+from .entry import Family, ball_rest, exact, first_zeno, rest, rod, time_left
 
 FAMILY = Family("Impacts at one instant")
 entry = FAMILY.entry
@@ -240,3 +240,52 @@ def _(scene):
         k = mu * (1 + e) * stop / (abs(both[0]) - mu * (both[1] - stop))
         p = k * both[0], (1 + e) * stop + k * (both[1] - stop)
     return {"energy gained": work(v, w, p)}
+
+
+#: Sweeps over the contacts that an engine spends on a step.
+SWEEPS = 10
+
+
+def cut_sweeps(scene):
+    rates = scene.posture.gap_rates(scene.q, scene.qdot)
+    u = naive.sequential_impulses(float(rod(scene)), rates, SWEEPS)
+    hits, right = after_the_corner(scene, rod(scene))
+    return (
+        f"after {SWEEPS} sweeps the rates are {u[0]:.1e} and {u[1]:.1e} m/s; after all {hits} impacts {float(right[0]):.1e} and {float(right[1]):.1e}",
+        abs(u[0] - right[0]) > 0.01,
+    )
+
+
+def after_the_corner(scene, psi):
+    rates = [exact(x) for x in scene.posture.gap_rates(scene.q, scene.qdot)]
+    hits, u, _ = naive.corner_hits(psi, exact(scene.posture.restitution), rates, mpf(0))
+    return hits, u
+
+
+def rest_after_the_corner(scene, psi):
+    _, (u1, u2) = after_the_corner(scene, psi)
+    return u1 * time_left((u2 / u1, mpf(0)), scene, psi, mpf(10) ** -30)
+
+
+def rounded_coupling(scene):
+    """The rates turn by arccos(ψ/bound) an impact, and the cosine is flat there: what four roundings of ψ = (b² − ρ²)/(b² + ρ²) make
+    of the time."""
+    psi = rod(scene)
+    one, other = (
+        rest_after_the_corner(scene, x) for x in (psi, psi * (1 + mpf(2) ** -51))
+    )
+    return {"elapsed": float(abs(other / one - 1))}
+
+
+@entry(
+    name="corner_of_3000_impacts",
+    title="Three thousand impacts in one instant, e = 0.99",
+    breaks="One end hits while the other touches, and both are hit in turn thousands of times before both leave.",
+    method=f"sequential impulses, {SWEEPS} sweeps",
+    fails=cut_sweeps,
+    source="impact by impact with 40 digits",
+    answer=rest,
+    within=rounded_coupling,
+)
+def _(scene):
+    return {"outcome": "rest", "elapsed": rest_after_the_corner(scene, rod(scene))}

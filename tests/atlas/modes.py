@@ -136,7 +136,8 @@ def _(scene):
 
 
 def fraction_of(scene):
-    """The contact problem of a scene at q = 0 in fractions: its slopes are those of triangles with whole sides."""
+    """The contact problem of a scene at q = 0 in fractions: the tangent of half a slope to a millionth, or exactly if it is one of a
+    triangle with short whole sides."""
     body, (vx, vy, omega) = scene.posture, map(Fraction, map(float, scene.qdot))
     arms = tuple(
         tuple(
@@ -145,20 +146,19 @@ def fraction_of(scene):
         )
         for k in body.contacts
     )
-    tangents = tuple(
-        tuple(Fraction(f(k.slope)).limit_denominator(25) for f in (math.cos, math.sin))
-        for k in body.contacts
-    )
+    halves = [
+        Fraction(math.tan(k.slope / 2)).limit_denominator(10**6) for k in body.contacts
+    ]
+    tangents = tuple(((1 - x * x) / (1 + x * x), 2 * x / (1 + x * x)) for x in halves)
     sliding, bias = [], []
     for (x, y), (tx, ty) in zip(arms, tangents, strict=True):
-        assert tx * tx + ty * ty == 1
         assert -ty * (vx - omega * y) + tx * (vy + omega * x) == 0
         slip = tx * (vx - omega * y) + ty * (vy + omega * x)
         sliding.append((slip > 0) - (slip < 0))
         bias.append((-(omega**2) * (tx * x + ty * y), -(omega**2) * (tx * y - ty * x)))
     return modes_oracle.Problem(
         mass=Fraction(body.mass),
-        rho2=Fraction(body.gyration_radius**2).limit_denominator(1000),
+        rho2=Fraction(body.gyration_radius**2).limit_denominator(10**6),
         arms=arms,
         tangents=tangents,
         friction=tuple(Fraction(k.friction) for k in body.contacts),

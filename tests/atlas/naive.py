@@ -324,3 +324,59 @@ def friction_smoothed(v, friction, gravity, slow, step, steps):
         v -= friction * gravity * math.tanh(v / slow) * step
         largest = max(largest, abs(v))
     return largest
+
+
+def on_the_ground(ground, v, gravity, step, end):
+    """Slides along y = ground(x) and is put back onto it after each step if it is within a step's fall: its height above
+    the ground at the end."""
+    x, y, fall = 0.0, ground(0.0), 0.0
+    for _ in range(round(end / step)):
+        fall -= gravity * step
+        x, y = x + v * step, y + fall * step
+        if y - ground(x) < 2 * v * step:
+            y, fall = ground(x), 0.0
+    return y - ground(x)
+
+
+def in_a_valley(s, pull, kept, step, end):
+    """A foot on two slopes, s the way up either of them, semi-implicit: at each passage it keeps a share of its speed. Its largest speed in
+    the last tenth of the time."""
+    v, late, steps = 0.0, 0.0, round(end / step)
+    for k in range(steps):
+        v -= math.copysign(pull, s) * step
+        before, s = s, s + v * step
+        if before * s < 0:
+            v *= kept
+        if k > 0.9 * steps:
+            late = max(late, abs(v))
+    return late
+
+
+def speed_by_energy(mass, gravity, height):
+    """√(2E/m), E = mgh."""
+    return math.sqrt(2 * (mass * gravity * height) / mass)
+
+
+def landing_by_solve_ivp(gap, end):
+    """The first event h = 0 that `scipy.integrate.solve_ivp` finds while it integrates the fall; None if it finds none."""
+    from scipy.integrate import solve_ivp
+
+    def floor(t, _y):
+        return gap(t)
+
+    floor.terminal, floor.direction = True, -1
+    found = solve_ivp(
+        lambda _t, _y: [1.0], (0.0, end), [0.0], events=floor, rtol=1e-10, max_step=1e-3
+    )
+    return float(found.t_events[0][0]) if found.t_events[0].size else None
+
+
+def sequential_impulses(psi, rates, sweeps):
+    """Two contacts without restitution that both touch, hit one after the other for some sweeps: their rates."""
+    u = list(rates)
+    for _ in range(sweeps):
+        for i in range(2):
+            kick = max(0.0, -u[i])
+            u[i] += kick
+            u[1 - i] -= psi * kick
+    return u

@@ -105,3 +105,95 @@ def spinning(scene):
     while at(t) > 0:
         t += step
     return {"first impact": mp.findroot(at, (t - step, t), solver="anderson")}
+
+
+def found_and_missed(scene):
+    gap, end = spun(scene), scene.options["time_limit"]
+    found = naive.landing_by_solve_ivp(gap, end)
+    first = float(grazing(scene)["first impact"])
+    return (
+        f"found at {found:.4f} s; at {first:.4f} s the foot has been {-float(deepest(scene)):.0e} m below the ground",
+        found > first * (1 + 1e-6),
+    )
+
+
+def taken_for_touching(scene):
+    gap = spun(scene)
+    found = naive.scan_and_bisect(lambda t: gap(t) - 1e-9, 0.4, 1e-6)
+    first = float(grazing(scene)["first impact"])
+    return (
+        f"a landing at {found:.4f} s, where the foot is {gap(found):.0e} m above the ground; it lands at {first:.4f} s",
+        found < first * (1 - 1e-6),
+    )
+
+
+def bisect(f, low, high):
+    """Where f goes from + to −, to 40 digits."""
+    assert f(low) > 0 > f(high)
+    for _ in range(140):
+        middle = (low + high) / 2
+        low, high = (middle, high) if f(middle) > 0 else (low, middle)
+    return high
+
+
+def lows(scene):
+    """Gap of the foot with 40 digits, and its first two lowest points, where the rate goes from − to +."""
+    gap, turn = spun(scene), mp.pi / mpf(float(scene.qdot[2]))
+
+    def at(t):
+        return gap(t, mp.sin, mp.cos, mpf)
+
+    def falling(t):
+        return -mp.diff(at, t)
+
+    half = mpf(1) / 2
+    return at, [bisect(falling, (k - half) * turn, (k + half) * turn) for k in (1, 3)]
+
+
+def deepest(scene):
+    """Of the lowest points the gap that is nearest to zero."""
+    at, points = lows(scene)
+    return min((at(t) for t in points), key=abs)
+
+
+def grazing(scene):
+    """The first change of sign on a grid of a twentieth of a radian that has the lowest points in it, by bisection."""
+    at, points = lows(scene)
+    step = 1 / (20 * exact(scene.qdot[2]))
+    grid = sorted([*points, *(k * step for k in range(1, 500))])
+    k = next(k for k, t in enumerate(grid) if at(t) < 0)
+    return {"first impact": bisect(at, grid[k - 1], grid[k])}
+
+
+def flat_root(scene):
+    """A gap is rounded to 2⁻⁵³ of the height of the start, and the time of its zero by as much over its rate."""
+    at, _ = lows(scene)
+    t = grazing(scene)["first impact"]
+    moved = 2 * mpf(2) ** -53 * exact(scene.q[1]) / abs(mp.diff(at, t))
+    return {"first impact": float(moved / t) + 4e-15}
+
+
+for name, title, method, fails in (
+    (
+        "grazed_by_1e_12",
+        "A foot that turns at 40 rad/s and grazes the ground by 1e-12 m",
+        "`scipy.integrate.solve_ivp` with an event, steps of at most 1 ms",
+        found_and_missed,
+    ),
+    (
+        "missed_by_1e_12",
+        "The same, but for 2e-12 m: it misses the ground",
+        "scan every 1e-6 s, below 1e-9 m is contact",
+        taken_for_touching,
+    ),
+):
+    entry(
+        name=name,
+        title=title,
+        breaks="Two roots as close as 1e-7 s, or none: a tolerance in the gap decides the motion.",
+        method=method,
+        fails=fails,
+        source="lowest points of the arc and bisection with 40 digits",
+        answer=first_impact,
+        within=flat_root,
+    )(grazing)
