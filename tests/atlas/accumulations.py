@@ -9,7 +9,16 @@ import standfast as sf
 from mpmath import mp, mpf
 
 from . import naive, peers
-from .entry import Family, exact, integrated, rest, rod, time_left, time_to_rest
+from .entry import (
+    Family,
+    dropped_rod,
+    exact,
+    integrated,
+    rest,
+    rod,
+    time_left,
+    time_to_rest,
+)
 
 FAMILY = Family("Accumulating impacts")
 entry = FAMILY.entry
@@ -245,8 +254,9 @@ def neglected(scene):
 
 def rounded_start(scene):
     """The start is that of the self-similar orbit to a rounding."""
+    body, state = scene.posture, [mpf(x) for x in told_shape(scene)]
     actual = time_left(
-        [mpf(x) for x in told_shape(scene)], scene, rod(scene), mpf(10) ** -30
+        state, exact(body.gravity), rod(scene), exact(body.restitution), mpf(10) ** -30
     )
     return {"elapsed": 4e-15 + float(abs(actual / self_similar(scene)["elapsed"] - 1))}
 
@@ -319,13 +329,10 @@ def statistics(scene):
 
 
 def chaotic_rest(scene, psi):
-    """First landing, first impact, and all that follow: impact by impact with 300 digits."""
+    gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
     with mp.workdps(300):
         low, high = sorted(local_gaps(scene, mpf))
-        gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
-        u = mp.sqrt(2 * gravity * low)
-        state = (-u - (1 + e) * psi * u) / (e * u), (high - low) / (e * u) ** 2
-        return u / gravity + e * u * time_left(state, scene, psi, mpf(10) ** -20)
+        return dropped_rod(low, high, gravity, psi, e, mpf(10) ** -20)
 
 
 def sensitive(scene):

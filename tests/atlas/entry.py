@@ -159,14 +159,27 @@ def first_zeno(scene):
     }
 
 
-def time_left(state, scene, psi, least):
-    """Of all impacts to come over the speed of the last one, impact by impact until they are this small."""
-    body, total, size = scene.posture, mpf(0), mpf(1)
-    impacts = naive.impacts_up_to_scale(
-        state, exact(body.gravity), psi, exact(body.restitution), mp.sqrt
-    )
-    for _, factor, t in impacts:
+def time_left(state, gravity, psi, e, least):
+    """Of all impacts of a level rod to come, over the speed of the last one: impact by impact until they are this small."""
+    total, size = mpf(0), mpf(1)
+    for _, factor, t in naive.impacts_up_to_scale(state, gravity, psi, e, mp.sqrt):
         total, size = total + size * t, size * factor
         if size < least:
             return total
     return None
+
+
+def dropped_rod(low, high, gravity, psi, e, least):
+    """Time of rest of a level rod at rest, its ends at these heights, geometry frozen: the first landing, and all impacts after it."""
+    u = mp.sqrt(2 * gravity * low)
+    state = (-u - (1 + e) * psi * u) / (e * u), (high - low) / (e * u) ** 2
+    return u / gravity + e * u * time_left(state, gravity, psi, e, least)
+
+
+def bisect(f, low, high):
+    """Where f goes from + to −, to all digits."""
+    assert f(low) > 0 > f(high)
+    for _ in range(mp.prec + 10):
+        middle = (low + high) / 2
+        low, high = (middle, high) if f(middle) > 0 else (low, middle)
+    return high

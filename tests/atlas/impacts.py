@@ -264,7 +264,8 @@ def after_the_corner(scene, psi):
 
 def rest_after_the_corner(scene, psi):
     _, (u1, u2) = after_the_corner(scene, psi)
-    return u1 * time_left((u2 / u1, mpf(0)), scene, psi, mpf(10) ** -30)
+    gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
+    return u1 * time_left((u2 / u1, mpf(0)), gravity, psi, e, mpf(10) ** -30)
 
 
 def rounded_coupling(scene):

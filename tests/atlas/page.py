@@ -64,6 +64,10 @@ def head():
         "`tests/atlas` holds a file for each scene, the methods, and the sources of the truth; `make atlas` writes this page.",
         "Errors are relative, of a number that is zero absolute.",
         "",
+        "What difficulty does to errors and to the work, as it goes to its limit (`tests/atlas/difficulty.py`):",
+        "",
+        "![Errors and numbers of impacts of families of scenes against their difficulty](difficulty.png)",
+        "",
     ]
     for family in FAMILIES:
         links = (f"  [{entry.title}](#{entry.name})" for entry in family)

@@ -4,7 +4,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from . import naive
-from .entry import Family, ball_rest, dropped, exact, first_impact, rest
+from .entry import Family, ball_rest, bisect, dropped, exact, first_impact, rest
 
 FAMILY = Family("Roots")
 entry = FAMILY.entry
@@ -125,15 +125,6 @@ def taken_for_touching(scene):
         f"a landing at {found:.4f} s, where the foot is {gap(found):.0e} m above the ground; it lands at {first:.4f} s",
         found < first * (1 - 1e-6),
     )
-
-
-def bisect(f, low, high):
-    """Where f goes from + to −, to 40 digits."""
-    assert f(low) > 0 > f(high)
-    for _ in range(140):
-        middle = (low + high) / 2
-        low, high = (middle, high) if f(middle) > 0 else (low, middle)
-    return high
 
 
 def lows(scene):
