@@ -176,8 +176,8 @@ def still_matters(scene):
         scene.posture.restitution,
         1e-10,
     )
-    told = "have brought it" if left < 1e-10 else f"have brought it to {left:.2g} only"
-    return f"{count} impacts {told}", count > 10_000
+    told = "" if left < 1e-10 else f", and it has fallen to {left:.1e} only"
+    return f"{count} impacts{told}", count > 10_000
 
 
 def near_bound(scene):

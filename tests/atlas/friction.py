@@ -161,7 +161,7 @@ def too_stiff(scene):
 @entry(
     name="friction_of_1e12",
     title="A foot with μ = 1e12",
-    breaks="It stops within 1e-13 s: no step is short enough.",
+    breaks="It stops before any step has ended.",
     method="friction smoothed by tanh(v/0.001), dt = 1e-3 s",
     fails=too_stiff,
     source="v/(μg) and v²/(2μg)",
@@ -206,7 +206,7 @@ def through_the_jam(scene):
     breaks="The force of the ground grows beyond all bounds in finite time.",
     method="slide by the force with a_n = 0, dt = 1e-4 s",
     fails=through_the_jam,
-    source="time dt = Q ds stretched by what goes to zero, Q = 1 + b(b + σμc)/ρ², with 40 digits",
+    source="time dt = Q ds stretched by what goes to zero, Q = 1 + b(b + σμc)/ρ², to 20 digits",
     answer=lambda scene: {
         "outcome": scene.simulate().outcome,
         "time": scene.simulate().time,

@@ -209,7 +209,7 @@ def by_moreau(scene):
     v, w = struck(scene)
     contact, e = scene.posture.contacts[0], scene.posture.restitution
     after = naive.moreau_impact(
-        [float(x) for x in v], w, e, contact.tangential_restitution
+        [float(x) for x in v], e, contact.tangential_restitution
     )
     energy = gained(v, w, after)
     return (

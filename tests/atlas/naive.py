@@ -296,7 +296,7 @@ def newton_with_friction(v, w, friction, restitution):
     return (nt - way * friction * tt) * p, target
 
 
-def moreau_impact(v, w, restitution, tangential):
+def moreau_impact(v, restitution, tangential):
     """Velocity (tangential, normal) after an impact that friction does not limit: each part is turned round."""
     return -tangential * v[0], -restitution * v[1]
 

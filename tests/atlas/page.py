@@ -37,7 +37,7 @@ def limit(entry, name):
 def section(entry):
     right = "; ".join(f"{name}: {told(value)}" for name, value in entry.right.items())
     verdict = "the same" + "".join(
-        f", {name} to {mp.nstr(error, 2)}{limit(entry, name)}"
+        f", {name} {f'to {mp.nstr(error, 2)}' if error else 'exactly'}{limit(entry, name)}"
         for name, error in entry.errors.items()
     )
     lines = [

@@ -181,7 +181,7 @@ for name, title, method, fails in (
     entry(
         name=name,
         title=title,
-        breaks="Two roots as close as 1e-7 s, or none: a tolerance in the gap decides the motion.",
+        breaks="Two roots that are nearly one, or none: a tolerance in the gap decides the motion.",
         method=method,
         fails=fails,
         source="lowest points of the arc and bisection with 40 digits",

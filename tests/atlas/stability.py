@@ -103,7 +103,7 @@ GROWTH = "ln of the growth of speeds in a cycle"
 #: Difference of angles, in rad, at which the package takes a cycle for closed.
 COME_BACK = 1e-9
 #: Corners after which those to come repeat themselves to the digits asked for.
-CORNERS = 80
+CORNERS = 130
 
 
 @entry(
@@ -112,7 +112,7 @@ CORNERS = 80
     breaks="No force and no mode at rest says that from corner to corner the body gains speed.",
     method="balance of forces, all words at rest in exact fractions",
     fails=balanced,
-    source="80 corners with 40 digits: impact by impact, then sliding with friction, then the landing of the other contact",
+    source=f"{CORNERS} corners with 40 digits: impact by impact, then sliding with friction, then the landing of the other contact",
     answer=lambda scene: growth_told(sf.stability(scene.posture)),
     within=lambda _: {GROWTH: COME_BACK},
 )
