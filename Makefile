@@ -58,10 +58,10 @@ growth: EXTRA := plot
 growth: wheel
 	$(BIN)/python benches/growth.py
 
-# The page of the atlas, and the files of its truths.
-atlas: EXTRA := test,plot,map
+# The page of the atlas, its picture, and the files of its truths.
+atlas: EXTRA := test,peers
 atlas: wheel
-	cd tests && ../$(BIN)/python -m atlas.page
+	cd tests && ../$(BIN)/python -m atlas.page && ../$(BIN)/python -m atlas.difficulty
 
 # Errors against arbitrary precision, by family of random scenes: minutes.
 accuracy: EXTRA := test

@@ -164,8 +164,219 @@ def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
     return most, t
 
 
-def friction_by_sign(v, friction, gravity, step, steps):
-    """v −= μ g sign(v) dt: the speed at the end."""
+def friction_by_sign(v, friction, gravity, step, steps, pull=0.0):
+    """v −= (pull + μ g sign(v)) dt: the speed at the end, how often it has changed sign, and the way."""
+    turns, x = 0, 0.0
     for _ in range(steps):
-        v -= friction * gravity * math.copysign(1.0, v) * step
-    return v
+        before = v
+        v -= (pull + friction * gravity * math.copysign(1.0, v)) * step
+        turns, x = turns + (v * before < 0), x + v * step
+    return v, turns, x
+
+
+#: Steps after which a loop is stopped.
+STEPS = 1_000_000
+
+
+def steps_until_slow(v, pull, step, slow):
+    """A block that is pulled along, step by step until it is slower than a tolerance: its speed, and the steps."""
+    steps = 0
+    while abs(v) > slow and steps < STEPS:
+        v, steps = v + pull * step, steps + 1
+    return v, steps
+
+
+def on_a_line(v, gravity, step, end):
+    """Slides along the line y = 0, whatever ground there is: x and height at the end."""
+    x = h = u = 0.0
+    for _ in range(round(end / step)):
+        u -= gravity * step
+        x, h = x + v * step, h + u * step
+        if h < 0:
+            h = u = 0.0
+    return x, h
+
+
+def static_force(b, rho, gravity):
+    """Normal force per unit mass that keeps a contact of arm b from accelerating, velocities left out."""
+    return gravity / (1 + b * b / rho**2)
+
+
+def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
+    """Impacts of a level rod with both ends alike, without end. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²), a the
+    end that was hit: speeds are told in those of the last impact. Of each impact: (v, y), the factor by which u_a changes, and
+    the time since the last impact, over the u_a before."""
+    v, y = state
+    kept = (1 + restitution) * psi
+    while True:
+        landing = sqrt(v * v + 2 * gravity * y)
+        t, back = (v + landing) / gravity, 2 / gravity
+        if t < back:
+            f = restitution * landing
+            v, y = 1 - gravity * t - kept * landing, t * (1 - gravity * t / 2)
+        else:
+            t, f = back, restitution
+            v, y = v - gravity * t - kept, y + t * (v - gravity * t / 2)
+        v, y = v / f, y / (f * f)
+        yield (v, y), f, t
+
+
+def impacts_until_gravity_is_negligible(
+    state, gravity, psi, restitution, share, most=1_000_000
+):
+    """How many until ε = 2gh/u² has fallen to this share of its first value, and its share then; stopped after `most`."""
+    first, count = None, 0
+    for (v, y), _, _ in impacts_up_to_scale(state, gravity, psi, restitution):
+        now = 2 * gravity * y / (v * v)
+        first, count = first or now, count + 1
+        if now < share * first or count == most:
+            return count, now / first
+    return None
+
+
+def sum_without_gravity(state, psi, restitution):
+    """Time of the infinitely many alternate impacts to come over the speed of the last, as if there were no gravity."""
+    (v, y), p = state, (1 + restitution) * psi
+    return y / (-v - 2 / (p + math.sqrt(p * p - 4 * restitution)))
+
+
+def impacts_until_apart(state, gravity, psi, restitution, move, apart, most=10_000):
+    """Two states that differ by this share, followed side by side until they differ by another: after how many impacts."""
+    v, y = state
+    pair = [
+        impacts_up_to_scale(start, gravity, psi, restitution)
+        for start in (state, (v * (1 + move), y))
+    ]
+    for count, ((one, _, _), (other, _, _)) in enumerate(zip(*pair, strict=False), 1):
+        if count == most or abs(one[1] - other[1]) > apart * one[1]:
+            return count
+    return None
+
+
+def gauss_seidel(contacts, free, rho2, order, sweeps):
+    """Forces (tangential, normal) per unit mass of contacts (normal row, tangential row, friction, sliding, bias of both), one contact
+    after the other in this order, sweep by sweep; and the largest change of a force in the last sweep."""
+    inverse = np.array([1.0, 1.0, 1.0 / rho2])
+    motion, forces, change = np.array(free, float), np.zeros((len(contacts), 2)), 0.0
+    for _ in range(sweeps):
+        change = 0.0
+        for i in order:
+            normal, tangent, friction, sliding, (bias_t, bias_n) = contacts[i]
+            before = forces[i].copy()
+            stiff = normal @ (inverse * normal)
+            press = max(0.0, before[1] - (normal @ motion + bias_n) / stiff)
+            if sliding:
+                rub = -sliding * friction * press
+            else:
+                rub = before[0] - (tangent @ motion + bias_t) / (
+                    tangent @ (inverse * tangent)
+                )
+                rub = min(max(rub, -friction * press), friction * press)
+            forces[i] = rub, press
+            kick = forces[i] - before
+            motion = motion + inverse * (tangent * kick[0] + normal * kick[1])
+            change = max(change, *abs(kick))
+    return forces, change
+
+
+def newton_with_friction(v, w, friction, restitution):
+    """Routh's process of one contact, v = (tangential, normal), w = (tt, nt, nn) per unit mass, ended where v_n = −e v_n⁻:
+    the velocity then."""
+    (v_t, v_n), (tt, nt, nn), target = v, w, -restitution * v[1]
+    way = math.copysign(1.0, v_t)
+    stops = v_t / (way * friction * tt - nt) if v_t else 0.0
+    rise = nn - way * friction * nt
+    if stops < 0 or v_n + rise * stops >= target:
+        p = (target - v_n) / rise
+        return v_t + (nt - way * friction * tt) * p, target
+    if abs(nt) <= friction * tt:
+        return 0.0, target
+    way = math.copysign(1.0, nt)
+    p = (target - v_n - rise * stops) / (nn - way * friction * nt)
+    return (nt - way * friction * tt) * p, target
+
+
+def moreau_impact(v, restitution, tangential):
+    """Velocity (tangential, normal) after an impact that friction does not limit: each part is turned round."""
+    return -tangential * v[0], -restitution * v[1]
+
+
+def sliding_rod(theta, omega, arm, rho2, friction, way, gravity, step, most):
+    """A body that slides on one contact, in fixed steps, by the force that keeps the contact from accelerating: after how many steps
+    that force is negative, and the forces per unit mass before and then."""
+    force = math.nan
+    for k in range(most):
+        c, s = math.cos(theta), math.sin(theta)
+        b, h = c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
+        lever = b + way * friction * h
+        before, force = force, (gravity + h * omega**2) / (1 + b * lever / rho2)
+        if force < 0:
+            return k, before, force
+        omega += lever * force / rho2 * step
+        theta += omega * step
+    return most, before, force
+
+
+def friction_smoothed(v, friction, gravity, slow, step, steps):
+    """v −= μ g tanh(v/slow) dt: the largest speed on the way."""
+    largest = abs(v)
+    for _ in range(steps):
+        v -= friction * gravity * math.tanh(v / slow) * step
+        largest = max(largest, abs(v))
+    return largest
+
+
+def on_the_ground(ground, v, gravity, step, end):
+    """Slides along y = ground(x) and is put back onto it after each step if it is within a step's fall: its height above
+    the ground at the end."""
+    x, y, fall = 0.0, ground(0.0), 0.0
+    for _ in range(round(end / step)):
+        fall -= gravity * step
+        x, y = x + v * step, y + fall * step
+        if y - ground(x) < 2 * v * step:
+            y, fall = ground(x), 0.0
+    return y - ground(x)
+
+
+def in_a_valley(s, pull, kept, step, end):
+    """A foot on two slopes, s the way up either of them, semi-implicit: at each passage it keeps a share of its speed. Its largest speed in
+    the last tenth of the time."""
+    v, late, steps = 0.0, 0.0, round(end / step)
+    for k in range(steps):
+        v -= math.copysign(pull, s) * step
+        before, s = s, s + v * step
+        if before * s < 0:
+            v *= kept
+        if k > 0.9 * steps:
+            late = max(late, abs(v))
+    return late
+
+
+def speed_by_energy(mass, gravity, height):
+    """√(2E/m), E = mgh."""
+    return math.sqrt(2 * (mass * gravity * height) / mass)
+
+
+def landing_by_solve_ivp(gap, end):
+    """The first event h = 0 that `scipy.integrate.solve_ivp` finds while it integrates the fall; None if it finds none."""
+    from scipy.integrate import solve_ivp
+
+    def floor(t, _y):
+        return gap(t)
+
+    floor.terminal, floor.direction = True, -1
+    found = solve_ivp(
+        lambda _t, _y: [1.0], (0.0, end), [0.0], events=floor, rtol=1e-10, max_step=1e-3
+    )
+    return float(found.t_events[0][0]) if found.t_events[0].size else None
+
+
+def sequential_impulses(psi, rates, sweeps):
+    """Two contacts without restitution that both touch, hit one after the other for some sweeps: their rates."""
+    u = list(rates)
+    for _ in range(sweeps):
+        for i in range(2):
+            kick = max(0.0, -u[i])
+            u[i] += kick
+            u[1 - i] -= psi * kick
+    return u

@@ -5,14 +5,10 @@ from pathlib import Path
 
 from mpmath import mp, mpf
 
-from .entries import ATLAS, DIGITS, SCENES
+from .entries import ATLAS, FAMILIES
+from .entry import DIGITS, SCENES, WITHIN
 
 PAGE = Path(__file__).parents[2] / "docs" / "atlas.md"
-
-
-def error(answer, truth):
-    """Relative, or absolute beside a truth of zero."""
-    return abs(mpf(float(answer)) - truth) / (abs(truth) or 1)
 
 
 def written(truth):
@@ -32,48 +28,66 @@ def told(value):
     )
 
 
+def limit(entry, name):
+    """What the error may be, where the scene limits it to more than some roundings."""
+    allowed = entry.allowed[name]
+    return f" (of {allowed:.1g} that are allowed)" if allowed > WITHIN else ""
+
+
 def section(entry):
-    scene = entry.scene
-    truth, answer = entry.truth(scene), entry.answer(scene)
-    said, _ = entry.fails(scene)
-    numbers = [name for name, value in truth.items() if isinstance(value, mpf)]
-    worst = max((error(answer[name], truth[name]) for name in numbers), default=None)
-    right = "; ".join(f"{name}: {told(value)}" for name, value in truth.items())
-    verdict = "the same" if worst is None else f"the same, to {mp.nstr(worst, 2)}"
-    return [
-        f"## {entry.title}",
+    right = "; ".join(f"{name}: {told(value)}" for name, value in entry.right.items())
+    verdict = "the same" + "".join(
+        f", {name} {f'to {mp.nstr(error, 2)}' if error else 'exactly'}{limit(entry, name)}"
+        for name, error in entry.errors.items()
+    )
+    lines = [
+        f'<a id="{entry.name}"></a>',
+        "",
+        f"### {entry.title}",
         "",
         f"`tests/atlas/scenes/{entry.name}.toml`",
         "",
         f"* What breaks: {entry.breaks}",
-        f"* How it fails ({entry.method}): {said}.",
+        f"* How it fails ({entry.method}): {entry.failure[0]}.",
         f"* What is right ({entry.source}): {right}.",
         f"* What standfast answers: {verdict}.",
         "",
     ]
+    return "\n".join(lines)
 
 
-def text():
+def head():
     lines = [
         "# An atlas of hard scenes",
         "",
-        "Scenes at which a usual method fails. How it fails, what is right and what standfast answers are computed:",
+        f"{len(ATLAS)} scenes at which a usual method fails. How it fails, what is right and what standfast answers are computed:",
         "`tests/atlas` holds a file for each scene, the methods, and the sources of the truth; `make atlas` writes this page.",
         "Errors are relative, of a number that is zero absolute.",
         "",
+        "What difficulty does to errors and to the work, as it goes to its limit (`tests/atlas/difficulty.py`):",
+        "",
+        "![Errors and numbers of impacts of families of scenes against their difficulty](difficulty.png)",
+        "",
     ]
-    with mp.workdps(DIGITS):
-        for entry in ATLAS:
-            lines += section(entry)
-    return "\n".join(lines).rstrip() + "\n"
+    for family in FAMILIES:
+        links = (f"  [{entry.title}](#{entry.name})" for entry in family)
+        lines += [f"* **{family.title}**", " ·\n".join(links)]
+    return "\n".join([*lines, ""])
+
+
+def text():
+    parts = [head()]
+    for family in FAMILIES:
+        parts += [f"## {family.title}\n", *map(section, family)]
+    return "\n".join(parts)
 
 
 def main():
     with mp.workdps(DIGITS):
         for entry in ATLAS:
-            truth = json.dumps(written(entry.truth(entry.scene)), indent=2) + "\n"
+            truth = json.dumps(written(entry.right), indent=2) + "\n"
             (SCENES / f"{entry.name}.json").write_text(truth, encoding="utf-8")
-    PAGE.write_text(text(), encoding="utf-8")
+        PAGE.write_text(text(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,185 @@
+"""What an entry of the atlas is, and what several of them ask of a scene."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import standfast as sf
+from mpmath import mp, mpf
+
+from . import naive
+
+SCENES = Path(__file__).parent / "scenes"
+DIGITS = 40
+#: Some roundings of the scene's numbers, and of what is made of them.
+WITHIN = 4e-15
+
+
+@dataclass(eq=False)
+class Entry:
+    """One scene. What is found out about it is found once, with the digits of the truths."""
+
+    name: str
+    title: str
+    #: What breaks, in a sentence.
+    breaks: str
+    #: The method that fails; what it found, and whether that is wrong.
+    method: str
+    fails: Callable[[sf.Scene], tuple[str, bool]]
+    #: How the truth is known, and the truth: name → number (within `within`) or anything that is equal.
+    source: str
+    truth: Callable[[sf.Scene], dict]
+    answer: Callable[[sf.Scene], dict]
+    #: Relative error allowed to numbers where it is not `WITHIN`, by their names; absolute where the truth is zero.
+    within: Callable[[sf.Scene], dict[str, float]] | None = None
+    #: A module that the method needs and that may be missing.
+    needs: str | None = None
+
+    @property
+    def scene(self):
+        return sf.load(str(SCENES / f"{self.name}.toml"))
+
+    @cached_property
+    def failure(self):
+        with mp.workdps(DIGITS):
+            return self.fails(self.scene)
+
+    @cached_property
+    def right(self):
+        with mp.workdps(DIGITS):
+            return self.truth(self.scene)
+
+    @cached_property
+    def answered(self):
+        with mp.workdps(DIGITS):
+            return self.answer(self.scene)
+
+    @cached_property
+    def allowed(self):
+        """Error allowed to each number."""
+        with mp.workdps(DIGITS):
+            other = self.within(self.scene) if self.within else {}
+        return dict.fromkeys(self.errors, WITHIN) | other
+
+    @cached_property
+    def errors(self):
+        """Of the numbers: relative, or absolute beside a truth of zero."""
+        with mp.workdps(DIGITS):
+            return {
+                name: abs(mpf(float(self.answered[name])) - value) / (abs(value) or 1)
+                for name, value in self.right.items()
+                if isinstance(value, mpf)
+            }
+
+
+class Family(list[Entry]):
+    """Entries with one kind of difficulty, in the order of the page."""
+
+    def __init__(self, title):
+        super().__init__()
+        self.title = title
+
+    def entry(self, **fields):
+        """Adds the entry whose truth is the decorated function."""
+
+        def add(truth):
+            self.append(Entry(truth=truth, **fields))
+            return truth
+
+        return add
+
+
+def exact(value):
+    return mpf(float(value))
+
+
+def dropped(scene):
+    """Height, gravity and restitution of a ball at rest above level ground."""
+    return (
+        exact(scene.posture.gaps(scene.q)[0]),
+        exact(scene.posture.gravity),
+        exact(scene.posture.restitution),
+    )
+
+
+def time_to_rest(h, gravity, e, u):
+    """First landing, then 2v/(g(1 − e)) of bounces with the speed v after it."""
+    root = mp.sqrt(u * u + 2 * gravity * h)
+    return (u + root) / gravity + 2 * e * root / (gravity * (1 - e))
+
+
+def ball_rest(scene):
+    h, gravity, e = dropped(scene)
+    u = exact(scene.qdot[1])
+    return {"outcome": "rest", "elapsed": time_to_rest(h, gravity, e, u)}
+
+
+def rest(scene):
+    run = scene.simulate()
+    return {"outcome": run.outcome, "elapsed": run.elapsed}
+
+
+def ball_numbers(scene):
+    h, gravity, e = (float(x) for x in dropped(scene))
+    return h, gravity, e, math.sqrt(2 * gravity * h)
+
+
+def refused(scene):
+    try:
+        scene.simulate()
+    except ValueError as error:
+        return {"refused": str(error).split(" = ")[0]}
+    return {"refused": None}
+
+
+def first_impact(scene):
+    return {"first impact": scene.simulate().impacts["time"][0]}
+
+
+def rod(scene):
+    """Coupling ψ of a level rod: (L² − ρ²)/(L² + ρ²)."""
+    half = exact(scene.posture.contacts[1].point[0])
+    rho = exact(scene.posture.gyration_radius)
+    return (half**2 - rho**2) / (half**2 + rho**2)
+
+
+def integrated(*names):
+    """Of a run that is integrated numerically: the error that it was asked to keep."""
+    return lambda scene: dict.fromkeys(names, scene.options["tolerance"])
+
+
+def first_zeno(scene):
+    point = scene.simulate(stop="zeno").zeno_points[0]
+    return {
+        "elapsed": point.elapsed,
+        "contacts": point.contacts,
+        "method": point.method,
+    }
+
+
+def time_left(state, gravity, psi, e, least):
+    """Of all impacts of a level rod to come, over the speed of the last one: impact by impact until they are this small."""
+    total, size = mpf(0), mpf(1)
+    for _, factor, t in naive.impacts_up_to_scale(state, gravity, psi, e, mp.sqrt):
+        total, size = total + size * t, size * factor
+        if size < least:
+            return total
+    return None
+
+
+def dropped_rod(low, high, gravity, psi, e, least):
+    """Time of rest of a level rod at rest, its ends at these heights, geometry frozen: the first landing, and all impacts after it."""
+    u = mp.sqrt(2 * gravity * low)
+    state = (-u - (1 + e) * psi * u) / (e * u), (high - low) / (e * u) ** 2
+    return u / gravity + e * u * time_left(state, gravity, psi, e, least)
+
+
+def bisect(f, low, high):
+    """Where f goes from + to −, to all digits."""
+    assert f(low) > 0 > f(high)
+    for _ in range(mp.prec + 10):
+        middle = (low + high) / 2
+        low, high = (middle, high) if f(middle) > 0 else (low, middle)
+    return high

@@ -1,0 +1,251 @@
+"""Sliding, and the end of it."""
+
+import math
+
+from friction_oracle import extrapolated
+from mpmath import mp, mpf
+
+from . import naive, peers
+from .entry import Family, exact, integrated, rest
+
+FAMILY = Family("Friction")
+entry = FAMILY.entry
+
+
+def never_stops(scene):
+    v, gravity = float(scene.qdot[0]), scene.posture.gravity
+    step = 1e-3
+    left, turns, _ = naive.friction_by_sign(
+        v, scene.posture.contacts[0].friction, gravity, step, 100_000
+    )
+    return (
+        f"after 100 s the speed is {left:.1e} m/s and has changed its sign {turns} times",
+        left != 0 and turns > 1e4,
+    )
+
+
+@entry(
+    name="sliding_to_a_stop",
+    title="A block that friction stops",
+    breaks="Friction has a sign until the speed is zero, and none of either sign after it.",
+    method="v −= μg sign(v) dt, dt = 1e-3 s",
+    fails=never_stops,
+    source="v/(μg) and v²/(2μg)",
+    answer=lambda scene: {**rest(scene), "x": scene.simulate().q[0]},
+)
+def _(scene):
+    v, pull = (
+        exact(scene.qdot[0]),
+        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
+    )
+    return {"outcome": "rest", "elapsed": v / pull, "x": v * v / (2 * pull)}
+
+
+def slides_on(scene):
+    contact, gravity = scene.posture.contacts[0], scene.posture.gravity
+    pull = gravity * (
+        math.sin(contact.slope) - contact.friction * math.cos(contact.slope)
+    )
+    step = 1e-3
+    v, steps = naive.steps_until_slow(step * pull, pull, step, slow=1e-6)
+    return (
+        f"given up after {steps} steps of {step:g} s, at {v:.0f} m/s and faster with each",
+        steps == naive.STEPS,
+    )
+
+
+@entry(
+    name="a_slope_too_steep",
+    title="A block on a slope of 0.3 rad with μ = 0.1",
+    breaks="It never rests: a loop until rest has no end.",
+    method="steps until all speeds are below a tolerance",
+    fails=slides_on,
+    source="g (sin φ − μ cos φ) down the slope",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "acceleration": math.hypot(*scene.simulate().acceleration[:2]),
+    },
+)
+def _(scene):
+    slope, friction = (
+        exact(getattr(scene.posture.contacts[0], x)) for x in ("slope", "friction")
+    )
+    pull = exact(scene.posture.gravity) * (mp.sin(slope) - friction * mp.cos(slope))
+    return {"outcome": "sliding", "acceleration": pull}
+
+
+def toggles(scene):
+    contact, gravity = scene.posture.contacts[0], scene.posture.gravity
+    cos, sin = math.cos(contact.slope), math.sin(contact.slope)
+    way = float(stopped(scene)["way"])
+    _, turns, x = naive.friction_by_sign(
+        math.hypot(*scene.qdot[:2]),
+        contact.friction,
+        gravity * cos,
+        1e-3,
+        100_000,
+        gravity * sin,
+    )
+    return (
+        f"the speed changes its sign {turns} times in 100 s, and the block creeps {way - x:.2f} m down",
+        turns > 1e4 and way - x > 0.01,
+    )
+
+
+def rest_along(scene):
+    run = scene.simulate()
+    return {
+        "outcome": run.outcome,
+        "elapsed": run.elapsed,
+        "way": math.hypot(*run.q[:2]),
+    }
+
+
+@entry(
+    name="block_that_stops_on_a_slope",
+    title="A block that slides up a slope, stops and stays",
+    breaks="At the top friction has to hold as much as gravity pulls, not all that it could.",
+    method="v −= (g sin φ + μ g cos φ sign(v)) dt, dt = 1e-3 s",
+    fails=toggles,
+    source="v/a and v²/(2a), a = g (μ cos φ + sin φ)",
+    answer=rest_along,
+)
+def stopped(scene):
+    slope, friction = (
+        exact(getattr(scene.posture.contacts[0], x)) for x in ("slope", "friction")
+    )
+    assert friction > mp.tan(slope)
+    v = exact(scene.qdot[0]) * mp.cos(slope) + exact(scene.qdot[1]) * mp.sin(slope)
+    pull = exact(scene.posture.gravity) * (friction * mp.cos(slope) + mp.sin(slope))
+    return {"outcome": "rest", "elapsed": v / pull, "way": v * v / (2 * pull)}
+
+
+def creeps(scene):
+    contact = scene.posture.contacts[0]
+    x = peers.mujoco_block(
+        contact.slope, contact.friction, scene.posture.gravity, 100.0
+    )
+    return f"creeps {x * 1e3:.0f} mm down in 100 s, and on", abs(x) > 1e-2
+
+
+@entry(
+    name="block_that_stays",
+    title="A block on a slope of 10° with μ = 0.3",
+    breaks="Soft contacts hold only what moves.",
+    method="MuJoCo, its defaults",
+    needs="mujoco",
+    fails=creeps,
+    source="|tan φ| < μ, and both feet press: it stays",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "mode": scene.simulate().phases[-1].mode,
+        "x": scene.simulate().q[0],
+    },
+)
+def _(scene):
+    body, contact = scene.posture, scene.posture.contacts[0]
+    assert mp.tan(abs(exact(contact.slope))) < contact.friction
+    low, high = sorted(k.point[0] for k in body.contacts)
+    assert low < body.center_of_mass[0] < high
+    return {"outcome": "rest", "mode": "FF", "x": mpf(0)}
+
+
+def too_stiff(scene):
+    friction, gravity = scene.posture.contacts[0].friction, scene.posture.gravity
+    v = naive.friction_smoothed(
+        float(scene.qdot[0]), friction, gravity, 1e-3, 1e-3, 1000
+    )
+    return f"the foot is thrown to and fro at up to {v:.0e} m/s", v > 1e3
+
+
+@entry(
+    name="friction_of_1e12",
+    title="A foot with μ = 1e12",
+    breaks="It stops before any step has ended.",
+    method="friction smoothed by tanh(v/0.001), dt = 1e-3 s",
+    fails=too_stiff,
+    source="v/(μg) and v²/(2μg)",
+    answer=rest_along,
+)
+def _(scene):
+    v, pull = (
+        exact(scene.qdot[0]),
+        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
+    )
+    return {"outcome": "rest", "elapsed": v / pull, "way": v * v / (2 * pull)}
+
+
+def jamming(scene):
+    """Arm of the one contact, ρ², μ, way of the slide, gravity; level ground."""
+    body = scene.posture
+    contact = body.contacts[0]
+    arm = [
+        exact(a) - exact(b)
+        for a, b in zip(contact.point, body.center_of_mass, strict=True)
+    ]
+    rho2, friction = exact(body.gyration_radius) ** 2, exact(contact.friction)
+    way = 1 if scene.qdot[0] - float(arm[1]) * scene.qdot[2] > 0 else -1
+    return arm, rho2, friction, way, exact(body.gravity)
+
+
+def through_the_jam(scene):
+    arm, rho2, friction, way, gravity = jamming(scene)
+    steps, before, force = naive.sliding_rod(
+        float(scene.q[2]), float(scene.qdot[2]), [float(x) for x in arm],
+        float(rho2), float(friction), way, float(gravity), 1e-4, 100_000,
+    )  # fmt: skip
+    return (
+        f"from step {steps - 1} to step {steps} the force goes from {before:.0f} to {force:.0f} N per kg: the ground pulls",
+        before > 0 > force,
+    )
+
+
+@entry(
+    name="jam_during_a_slide",
+    title="A rod that slides into Painlevé's paradox",
+    breaks="The force of the ground grows beyond all bounds in finite time.",
+    method="slide by the force with a_n = 0, dt = 1e-4 s",
+    fails=through_the_jam,
+    source="time dt = Q ds stretched by what goes to zero, Q = 1 + b(b + σμc)/ρ², to 20 digits",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "time": scene.simulate().time,
+        "theta": scene.simulate().q[2],
+    },
+    within=integrated("time", "theta"),
+)
+def jam(scene):
+    (dx, dy), rho2, friction, way, gravity = jamming(scene)
+
+    def levers(theta):
+        c, s = mp.cos(theta), mp.sin(theta)
+        b, h = c * dx - s * dy, s * dx + c * dy
+        return b, h, b + way * friction * h
+
+    def stretched(_s, y):
+        theta, omega, _t, _v = y
+        b, h, lever = levers(theta)
+        press = gravity + h * omega**2
+        left = 1 + b * lever / rho2
+        return [left * omega, lever / rho2 * press, left, -way * friction * press]
+
+    y, s, step = (
+        [exact(scene.q[2]), exact(scene.qdot[2]), mpf(0), exact(scene.qdot[0])],
+        mpf(0),
+        mpf(1) / 16,
+    )
+    while True:
+        y, before = extrapolated(stretched, y, s, step), y
+        b, h, lever = levers(y[0])
+        slip = y[3] - h * y[1]
+        assert way * slip > 0
+        assert gravity + h * y[1] ** 2 > 0
+        left = 1 + b * lever / rho2
+        if left < mpf(10) ** -13:
+            break
+    # Q falls exponentially: what is left of time and turn are Q over its rate, to second order in Q.
+    rate = (
+        mp.log((1 + levers(before[0])[0] * levers(before[0])[2] / rho2) / left) / step
+    )
+    time = y[2] + left / rate
+    return {"outcome": "inconsistent", "time": time, "theta": y[0] + y[1] * left / rate}

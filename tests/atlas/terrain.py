@@ -1,0 +1,115 @@
+"""Terrain with ends and vertices."""
+
+import math
+
+from mpmath import mp, mpf
+
+from . import naive
+from .entry import Family, exact, first_impact, rest
+
+FAMILY = Family("Terrain")
+entry = FAMILY.entry
+
+
+def no_edge(scene):
+    end, gravity = scene.posture.contacts[0].segment[1], scene.posture.gravity
+    x, height = naive.on_a_line(float(scene.qdot[0]), gravity, 1e-3, 1.0)
+    return (
+        f"after 1 s the foot stands at a height of {height:g} m, {x - end:.2f} m beyond the last of the ground",
+        x > end and height == 0,
+    )
+
+
+@entry(
+    name="over_the_edge",
+    title="A foot that slides off its terrain",
+    breaks="Ground has an end; the contact must end with it.",
+    method="contact with an unbounded line",
+    fails=no_edge,
+    source="the way to the end over the speed",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "leaves": scene.simulate().phases[0].end,
+    },
+)
+def _(scene):
+    way = exact(scene.posture.contacts[0].segment[1])
+    return {"outcome": "escape", "leaves": way / exact(scene.qdot[0])}
+
+
+def piece(scene, k):
+    """Way along x and rise of the k-th piece of terrain."""
+    (x0, y0), (x1, y1) = scene.posture.terrain[k : k + 2]
+    return x1 - x0, y1 - y0
+
+
+def kept_on_the_ground(scene):
+    run, fall = piece(scene, 1)
+    edge, v = -scene.posture.contacts[0].point[0], float(scene.qdot[0])
+
+    def ground(x):
+        return fall / run * max(0.0, x - edge)
+
+    gravity, t = scene.posture.gravity, edge / v + 0.2
+    above = naive.on_the_ground(ground, v, gravity, 1e-3, t)
+    flies = -gravity * 0.2**2 / 2 - ground(v * t)
+    return (
+        f"{t - edge / v:g} s after the vertex {above:g} m above the ground, instead of {flies:.2f} m",
+        above < 0.5 * flies,
+    )
+
+
+@entry(
+    name="over_a_vertex",
+    title="A foot that slides over a vertex from which the ground falls away",
+    breaks="Contact ends without any force that would tell: the ground goes.",
+    method="put back onto the ground when closer than twice a step's way, dt = 1e-3 s",
+    fails=kept_on_the_ground,
+    source="way to the vertex over the speed, then the parabola over the slope",
+    answer=first_impact,
+)
+def _(scene):
+    run, fall = piece(scene, 1)
+    v, gravity = exact(scene.qdot[0]), exact(scene.posture.gravity)
+    way = -exact(scene.posture.contacts[0].point[0])
+    return {"first impact": way / v + 2 * v * mpf(-fall) / mpf(run) / gravity}
+
+
+def never_settles(scene):
+    run, fall = piece(scene, 0)
+    slope, gravity = math.atan2(-fall, run), scene.posture.gravity
+    way = math.hypot(*scene.posture.contacts[0].point)
+    kept, pull = math.cos(2 * slope), gravity * math.sin(slope)
+    late = naive.in_a_valley(way, pull, kept, 1e-3, 20.0)
+    end = float(valley(scene)["elapsed"])
+    return (
+        f"between 18 and 20 s it still moves at up to {late:.1e} m/s; it rests after {end:.2f} s",
+        late > 1e-3,
+    )
+
+
+def cut_off(_scene):
+    """A foot is called at rest in the valley below 1e-14 of its largest speed (docs/theory.md)."""
+    return {"elapsed": 2e-14}
+
+
+@entry(
+    name="to_and_fro_in_a_valley",
+    title="A foot that slides to and fro in a valley",
+    breaks="Each passage of the lowest point keeps a share of the speed: infinitely many in finite time.",
+    method="semi-implicit Euler, dt = 1e-3 s",
+    fails=never_settles,
+    source="geometric series: each passage keeps cos 2α of the speed",
+    answer=rest,
+    within=cut_off,
+)
+def valley(scene):
+    run, fall = (mpf(x) for x in piece(scene, 0))
+    length = mp.hypot(run, fall)
+    sin, kept = -fall / length, (run**2 - fall**2) / length**2
+    way = mp.hypot(*map(exact, scene.posture.contacts[0].point))
+    pull = exact(scene.posture.gravity) * sin
+    return {
+        "outcome": "rest",
+        "elapsed": mp.sqrt(2 * way / pull) * (1 + 2 * kept / (1 - kept)),
+    }
