@@ -58,19 +58,7 @@ def test_the_page_has_the_section(entry):
 
 
 @pytest.mark.parametrize(
-    "family",
-    [
-        pytest.param(
-            family,
-            id=family.points.__name__,
-            marks=pytest.mark.xfail(
-                family.points is difficulty.spins,
-                reason="after more than a million turns the first landing is told too early",
-                strict=True,
-            ),
-        )
-        for family in difficulty.FAMILIES
-    ],
+    "family", difficulty.FAMILIES, ids=lambda family: family.points.__name__
 )
 def test_errors_stay_below_the_conditioning_limit(family):
     """Roundings of the package's own may do a few times what those of the scene's numbers do."""

@@ -262,20 +262,26 @@ def after_the_corner(scene, psi):
     return hits, u
 
 
-def rest_after_the_corner(scene, psi):
+def left_after_the_corner(scene, psi):
     _, (u1, u2) = after_the_corner(scene, psi)
     gravity, e = exact(scene.posture.gravity), exact(scene.posture.restitution)
-    return u1 * time_left((u2 / u1, mpf(0)), gravity, psi, e, mpf(10) ** -30)
+    rest = u1 * time_left((u2 / u1, mpf(0)), gravity, psi, e, mpf(10) ** -30)
+    return {"elapsed": rest, "rate 1": u1, "rate 2": u2}
 
 
 def rounded_coupling(scene):
-    """The rates turn by arccos(ψ/bound) an impact, and the cosine is flat there: what four roundings of ψ = (b² − ρ²)/(b² + ρ²) make
-    of the time."""
+    """The rates turn by arccos(ψ/bound) an impact, and the cosine is flat there: what four roundings of ψ = (b² − ρ²)/(b² + ρ²) make."""
     psi = rod(scene)
     one, other = (
-        rest_after_the_corner(scene, x) for x in (psi, psi * (1 + mpf(2) ** -51))
+        left_after_the_corner(scene, x) for x in (psi, psi * (1 + mpf(2) ** -51))
     )
-    return {"elapsed": float(abs(other / one - 1))}
+    return {name: float(abs(other[name] / x - 1)) for name, x in one.items()}
+
+
+def told_after_the_corner(scene):
+    run = scene.simulate()
+    rates = scene.posture.gap_rates(*run.at(0.0))
+    return {**rest(scene), "rate 1": rates[0], "rate 2": rates[1]}
 
 
 @entry(
@@ -285,8 +291,8 @@ def rounded_coupling(scene):
     method=f"sequential impulses, {SWEEPS} sweeps",
     fails=cut_sweeps,
     source="impact by impact with 40 digits",
-    answer=rest,
+    answer=told_after_the_corner,
     within=rounded_coupling,
 )
 def _(scene):
-    return {"outcome": "rest", "elapsed": rest_after_the_corner(scene, rod(scene))}
+    return {"outcome": "rest", **left_after_the_corner(scene, rod(scene))}

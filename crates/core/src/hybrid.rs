@@ -425,6 +425,11 @@ impl<'a> Driver<'a> {
         }
         let before = gaps;
         self.kick(jump, rates);
+        if count > 1
+            && let Some(state) = &mut self.tumble
+        {
+            state.follow([true, true]);
+        }
         self.log.hits += count.max(hits.len());
         let last = hits.last().map_or(first, |hit| hit.contact);
         self.cause = Some(Cause::Impact(ContactNumber::of(last)));
@@ -552,7 +557,7 @@ impl<'a> Driver<'a> {
                 frame.translational(own.jump),
                 frame.translational(own.path),
             );
-            after.stop_at(closed);
+            after.follow(closed);
             if let Tail::Bounce { contact } = tail {
                 // The other one, out of reach, moves as the body does: its rate in the frozen geometry misses that.
                 let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);

@@ -145,15 +145,15 @@ impl Tumble {
         self.spin.omega -= omega * moment / self.body.rho2;
     }
 
-    /// Takes from the body the velocity with which it would still move these contacts, after a tail that was
-    /// summed in the geometry of its start: the arms have turned a little since.
-    pub(crate) fn stop_at(&mut self, closed: [bool; 2]) {
+    /// Gives the body the velocity that its gap rates say of these contacts: after a tail that was summed in the geometry of its
+    /// start, whose arms have turned a little since, or after so many impacts that their jumps cancel.
+    pub(crate) fn follow(&mut self, closed: [bool; 2]) {
         if closed == [true, true] {
             self.forget_rounding();
         }
         let left = |i: usize| {
             let n = self.body.contacts[i].normal;
-            -(n.dot(&self.center.v) + self.b[i] * self.spin.omega)
+            self.gaps.u[i] - (n.dot(&self.center.v) + self.b[i] * self.spin.omega)
         };
         let jump = match closed {
             [true, true] => share(self.couplings().0, [left(0), left(1)]),
