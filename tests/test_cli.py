@@ -211,7 +211,7 @@ def test_empty_file(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.touch()
     assert refusal(capsys, "run", path) == (
-        f"standfast: {path}: line 1, column 1: missing field `gravity`\n"
+        f"standfast: {path}: is empty\n"
     )
 
 

@@ -61,6 +61,16 @@ pub enum Error {
     },
 }
 
+impl Error {
+    /// The same with another name of its field, if it has one.
+    pub(crate) fn renamed(mut self, name: impl FnOnce(&str) -> String) -> Self {
+        if let Self::OutOfRange { field, .. } | Self::Unusable { field, .. } = &mut self {
+            *field = name(field);
+        }
+        self
+    }
+}
+
 /// Longest value that is quoted in full, in characters.
 const QUOTED: usize = 60;
 

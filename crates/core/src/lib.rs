@@ -52,6 +52,7 @@ mod simulate;
 mod stability;
 mod sweep;
 mod terrain;
+mod text;
 mod tolerance;
 mod trajectory;
 mod trig;

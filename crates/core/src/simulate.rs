@@ -114,12 +114,16 @@ pub enum Stop {
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Which equations are solved.
+    #[serde(deserialize_with = "crate::text::word")]
     pub model: Model,
     /// The law of impact.
+    #[serde(deserialize_with = "crate::text::word")]
     pub impact: Impact,
     /// What happens when several contacts arrive together.
+    #[serde(deserialize_with = "crate::text::word")]
     pub simultaneous: Simultaneous,
     /// Where the run ends.
+    #[serde(deserialize_with = "crate::text::word")]
     pub stop: Stop,
     /// Time on the clock at the start, in s.
     pub time: f64,
