@@ -106,31 +106,6 @@ def test_outputs_are_written(tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
 
 
-@pytest.mark.parametrize(
-    "error",
-    [
-        lambda path: OSError(28, "No space left on device", path),
-        lambda path: ValueError(f"{path}: No space left on device"),
-    ],
-)
-def test_an_output_is_replaced_whole_or_not_at_all(
-    tmp_path, monkeypatch, capsys, error
-):
-    out = tmp_path / "run.json"
-    out.write_text("old", encoding="utf-8")
-
-    def fail(self, path):
-        Path(path).write_text("half", encoding="utf-8")
-        raise error(str(path))
-
-    monkeypatch.setattr(sf.Run, "to_json", fail)
-    assert main(["run", str(ROD), "--json", str(out)]) == 2
-    told = capsys.readouterr().err
-    assert told == f"standfast: {out}: No space left on device\n"
-    assert out.read_text(encoding="utf-8") == "old"
-    assert list(tmp_path.iterdir()) == [out]
-
-
 def test_a_device_that_fails_is_named():
     done = command("run", ROD, "--json", "/dev/full")
     assert done.returncode == 2
@@ -210,9 +185,7 @@ def test_huge_file(tmp_path, capsys):
 def test_empty_file(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.touch()
-    assert refusal(capsys, "run", path) == (
-        f"standfast: {path}: is empty\n"
-    )
+    assert refusal(capsys, "run", path) == (f"standfast: {path}: is empty\n")
 
 
 def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):

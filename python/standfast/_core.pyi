@@ -84,6 +84,7 @@ __all__ = [
     "simulate_many",
     "stability",
     "static_forces",
+    "write_whole",
 ]
 
 __version__: Final[str]
@@ -614,3 +615,4 @@ def simulate(
     tolerance: float = 1e-12,
     record: bool = True,
 ) -> Run: ...
+def write_whole(path: _Path, data: bytes) -> None: ...

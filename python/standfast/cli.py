@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from decimal import ROUND_UP, Decimal
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
@@ -80,12 +79,10 @@ def run(
         result = loaded.simulate(**({} if plot is None else {"record": True}))
     _say(story(result, scene.name))
     if json is not None:
-        with _replacing(json) as path:
-            result.to_json(path)
+        result.to_json(json)
         _say(f"wrote {json}")
     if plot is not None:
-        with _replacing(plot) as path:
-            result.plot(path)
+        result.plot(plot)
         _say(f"wrote {plot}")
 
 
@@ -134,8 +131,7 @@ def stability(
         verdict = sf.stability(posture, trials=trials, seed=seed)
     _say(f"{scene.name}\n{verdict}")
     if json is not None:
-        with _replacing(json) as path:
-            verdict.to_json(path)
+        verdict.to_json(json)
         _say(f"wrote {json}")
 
 
@@ -185,8 +181,7 @@ def sweep(
         raise ValueError(str(error)) from error
     _say("\n".join([scene.name, *map_table(grid)]))
     if plot is not None:
-        with _replacing(plot) as picture:
-            map_plot.draw(grid, picture, posture=loaded.posture)
+        map_plot.draw(grid, plot, posture=loaded.posture)
         _say(f"wrote {plot}")
 
 
@@ -307,38 +302,6 @@ def _drawable(path: Path | None, scene: Path) -> None:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise ValueError("--plot needs matplotlib: pip install matplotlib") from error
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path`, renamed to it once it is complete."""
-    if path.exists() and not path.is_file():
-        # A device or a pipe: written to, never replaced.
-        with TemporaryDirectory() as folder:
-            temporary = Path(folder, path.name)
-            yield temporary
-            with _instead_of(temporary, path):
-                path.write_bytes(temporary.read_bytes())
-        return
-    whole = path.resolve()
-    temporary = whole.with_name(f".{whole.stem}.{os.getpid()}{whole.suffix}")
-    try:
-        with _instead_of(temporary, path):
-            yield temporary
-            os.replace(temporary, whole)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def _instead_of(temporary: Path, path: Path) -> Iterator[None]:
-    """In an error, the path that was asked for instead of the temporary one."""
-    try:
-        yield
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    except ValueError as error:
-        raise ValueError(str(error).replace(str(temporary), str(path))) from error
 
 
 # The story of a run.

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import LogLocator, NullLocator
 
-from standfast._core import Posture, Run, ZenoPoint
+from standfast._core import Posture, Run, ZenoPoint, write_whole
 
 _Floats = npt.NDArray[np.float64]
 
@@ -82,7 +83,7 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
 
 
 def save(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure to exactly this path; its suffix says the format.
+    """Write a figure to exactly this path, whole or not at all; its suffix says the format.
 
     Raises ValueError for a suffix that is none, and OSError where it cannot be written.
     """
@@ -93,8 +94,9 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
         raise ValueError(
             f"path = {str(path)!r} cannot be used: a file name that ends in one of {', '.join(known)} is allowed"
         )
-    with target.open("wb") as file:
-        figure.savefig(file, format=kind)
+    picture = BytesIO()
+    figure.savefig(picture, format=kind)
+    write_whole(target, picture.getvalue())
 
 
 def accumulation(run: Run) -> ZenoPoint | None:

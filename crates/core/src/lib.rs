@@ -33,6 +33,7 @@ mod contact;
 mod contact_motion;
 mod contact_phase;
 mod error;
+mod files;
 mod flight;
 mod frame;
 mod general;
@@ -62,6 +63,8 @@ mod zeno;
 pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
 pub use contact::Contact;
 pub use error::Error;
+#[doc(hidden)]
+pub use files::write_whole;
 pub use flight::Arc;
 pub use impact::Simultaneous;
 pub use local::LocalModel;

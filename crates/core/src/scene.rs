@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::Contact;
-use crate::error::Error;
+use crate::error::{Error, quoted};
+use crate::files::write_whole;
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate};
 use crate::text::{self, Format};
@@ -122,14 +123,14 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 1 MiB, is no text or does not
-    /// hold a scene.
+    /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is no regular file, is empty or larger than 1 MiB, is no text
+    /// or does not hold a scene.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
         let name = quoted(path);
         let problem = |problem: String| Error::File { path: name.clone(), problem };
-        let io = |e: std::io::Error| problem(e.to_string());
+        let io = |e: std::io::Error| Error::io(path, &e);
         let found = std::fs::metadata(path).map_err(io)?;
         // A file of /proc, which may keep its reader waiting, has no length.
         if found.is_file() && found.len() == 0 {
@@ -180,11 +181,11 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         let text = if is_json(path) { self.to_json() } else { self.to_toml() };
-        write_whole(path, &text)
+        write_whole(path, text.as_bytes())
     }
 
     /// JSON Schema of scene files.
@@ -255,30 +256,6 @@ fn of_posture(field: &str) -> String {
 
 fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
-}
-
-/// A path as messages name it.
-fn quoted(path: &Path) -> String {
-    if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
-}
-
-/// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
-/// What is no regular file (a device, a pipe) is written to as it is; a link keeps pointing where it does.
-pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let file = |e: std::io::Error| Error::File { path: quoted(path), problem: e.to_string() };
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    if std::fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
-        return std::fs::write(&target, text).map_err(file);
-    }
-    let mut name = target.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let unfinished = target.with_file_name(name);
-    std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, &target)).map_err(
-        |e| {
-            let _ = std::fs::remove_file(&unfinished);
-            file(e)
-        },
-    )
 }
 
 /// A number that may be infinite: JSON has no infinities, so they are the strings "inf" and "-inf".

@@ -839,9 +839,9 @@ impl Trajectory {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
-        crate::scene::write_whole(path.as_ref(), &self.to_json())
+        crate::files::write_whole(path.as_ref(), self.to_json().as_bytes())
     }
 
     fn count(&self) -> usize {

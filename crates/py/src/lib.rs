@@ -34,7 +34,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]
-    use crate::scene::{PyScene, load, schema};
+    use crate::scene::{PyScene, load, schema, write_whole};
     #[pymodule_export]
     use crate::stability::{
         PyVerdict, equilibrium_region, friction_margin, stability, static_forces,

@@ -117,10 +117,16 @@ impl PyScene {
 
 /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
 ///
-/// Raises ValueError naming the file, the place and what is wrong.
+/// Raises OSError where it cannot be read, and ValueError naming the file, the place and what is wrong there.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
+}
+
+/// Writes a file under another name and renames it: complete or not at all.
+#[pyfunction]
+pub(crate) fn write_whole(path: PathBuf, data: &[u8]) -> PyResult<()> {
+    standfast::write_whole(&path, data).map_err(|e| to_py(&e))
 }
 
 /// JSON Schema of scene files, as text.
