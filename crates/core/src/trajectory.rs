@@ -8,6 +8,7 @@ use crate::clatter::advance;
 use crate::clock::Clock;
 use crate::contact_motion::Stance;
 use crate::error::Error;
+use crate::flight::LOST_PHASE;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::{General, GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
@@ -458,11 +459,18 @@ impl Record {
 
 impl Trajectory {
     pub(crate) fn new(
-        record: Box<Record>,
+        mut record: Box<Record>,
         model: Model,
         model_reason: &'static str,
         options: Options,
     ) -> Self {
+        let most = options.events(record.base.count);
+        let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
+        if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
+            record.warnings.push(format!(
+                "the record is full after {most} events: record = false goes on to event_limit"
+            ));
+        }
         Self { record, options, model, model_reason, expanded: OnceLock::new() }
     }
 
