@@ -22,7 +22,26 @@ use crate::posture::{PyLocalModel, PyPosture};
 /// contact that it is about, or None.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyPhase(Phase);
+pub(crate) struct PyPhase(PhaseFields);
+
+/// As a dictionary it is pickled.
+#[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
+#[pyo3(from_item_all)]
+struct PhaseFields {
+    mode: String,
+    start: f64,
+    end: f64,
+    cause: String,
+    contact: Option<usize>,
+}
+
+impl From<Phase> for PyPhase {
+    fn from(phase: Phase) -> Self {
+        let Phase { mode, start, end, cause } = phase;
+        let contact = cause.contact().map(ContactNumber::number);
+        Self(PhaseFields { mode, start, end, cause: cause.as_str().into(), contact })
+    }
+}
 
 #[pymethods]
 impl PyPhase {
@@ -43,18 +62,26 @@ impl PyPhase {
 
     #[getter]
     fn cause(&self) -> &str {
-        self.0.cause.as_str()
+        &self.0.cause
     }
 
     #[getter]
     fn contact(&self) -> Option<usize> {
-        self.0.cause.contact().map(ContactNumber::number)
+        self.0.contact
+    }
+
+    #[staticmethod]
+    fn _of(fields: PhaseFields) -> Self {
+        Self(fields)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PhaseFields,))> {
+        Ok((py.get_type::<Self>().getattr("_of")?, (self.0.clone(),)))
     }
 
     fn __repr__(&self) -> String {
-        let Phase { mode, start, end, cause } = &self.0;
-        let contact = cause.contact().map_or(String::new(), |i| format!(", contact={i}"));
-        let cause = cause.as_str();
+        let PhaseFields { mode, start, end, cause, contact } = &self.0;
+        let contact = contact.map_or(String::new(), |i| format!(", contact={i}"));
         format!("Phase(mode='{mode}', start={start:?}, end={end:?}, cause='{cause}'{contact})")
     }
 }
@@ -69,7 +96,46 @@ impl PyPhase {
 /// collision that was summed instead of simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyZenoPoint(ZenoPoint);
+pub(crate) struct PyZenoPoint(ZenoFields);
+
+/// As a dictionary it is pickled.
+#[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
+#[pyo3(from_item_all)]
+struct ZenoFields {
+    kind: String,
+    contacts: Vec<usize>,
+    time: f64,
+    elapsed: f64,
+    time_error: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    rotation: [f64; 2],
+    gaps: Vec<f64>,
+    gap_rates: Vec<f64>,
+    certified: bool,
+    method: String,
+    first_summed: usize,
+}
+
+impl From<ZenoPoint> for PyZenoPoint {
+    fn from(z: ZenoPoint) -> Self {
+        Self(ZenoFields {
+            kind: z.kind,
+            contacts: z.contacts.iter().map(|contact| contact.number()).collect(),
+            time: z.time,
+            elapsed: z.elapsed,
+            time_error: z.time_error,
+            q: z.q,
+            qdot: z.qdot,
+            rotation: z.rotation,
+            gaps: z.gaps,
+            gap_rates: z.gap_rates,
+            certified: z.certified,
+            method: z.method.into(),
+            first_summed: z.first_summed,
+        })
+    }
+}
 
 #[pymethods]
 impl PyZenoPoint {
@@ -80,13 +146,13 @@ impl PyZenoPoint {
 
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.0.contacts.iter().map(|contact| contact.number()))
+        PyTuple::new(py, &self.0.contacts)
     }
 
     #[getter]
     fn contact(&self) -> Option<usize> {
         match self.0.contacts.as_slice() {
-            [only] => Some(only.number()),
+            [only] => Some(*only),
             _ => None,
         }
     }
@@ -143,12 +209,21 @@ impl PyZenoPoint {
 
     #[getter]
     fn method(&self) -> &str {
-        self.0.method
+        &self.0.method
     }
 
     #[getter]
     fn first_summed(&self) -> usize {
         self.0.first_summed
+    }
+
+    #[staticmethod]
+    fn _of(fields: ZenoFields) -> Self {
+        Self(fields)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (ZenoFields,))> {
+        Ok((py.get_type::<Self>().getattr("_of")?, (self.0.clone(),)))
     }
 
     fn __repr__(&self) -> String {
@@ -330,13 +405,13 @@ impl PyRun {
     /// The Zeno points in order.
     #[getter]
     fn zeno_points(&self) -> Vec<PyZenoPoint> {
-        self.0.zeno_points().into_iter().map(PyZenoPoint).collect()
+        self.0.zeno_points().into_iter().map(Into::into).collect()
     }
 
     /// The contact modes in order; empty unless recorded.
     #[getter]
     fn phases(&self) -> Vec<PyPhase> {
-        self.0.phases().into_iter().map(PyPhase).collect()
+        self.0.phases().into_iter().map(Into::into).collect()
     }
 
     /// Things to know: ties, a start taken as touching.

@@ -190,6 +190,14 @@ impl PyVerdict {
         Ok((again, (self.posture(),)))
     }
 
+    /// Whether it is of the same posture and the same kicks: the rest follows from them.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| {
+            let other = other.get();
+            self.posture == other.posture && self.verdict.trials == other.verdict.trials
+        })
+    }
+
     fn __repr__(&self) -> String {
         let by = self.by().map_or(String::new(), |by| format!(" by {by}"));
         format!("<Verdict: {}{by}>", self.frictional_stability())
