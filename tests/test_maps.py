@@ -476,7 +476,9 @@ def test_wrong_questions():
         sf.sweep(VEE, over, "by", q=(0, 0, 0), qdot=(0, 0, 0))
     with pytest.raises(ValueError, match="q, qdot"):
         sf.sweep(VEE, over, "by", model="local")
-    with pytest.raises(TypeError, match="colour is no keyword of sweep"):
+    with pytest.raises(
+        TypeError, match=r"colour = 1 cannot be used: no keyword of sweep"
+    ):
         sf.sweep(VEE, over, "fate", q=(0, 0, 0), qdot=(0, 0, 0), colour=1)
     for threads in (0, -1, 10**9):
         with pytest.raises(ValueError, match="threads"):

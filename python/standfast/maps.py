@@ -117,7 +117,7 @@ def sweep(
     ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
     """
     _xarray()
-    if not isinstance(over, Mapping):
+    if not (isinstance(over, Mapping) and all(isinstance(path, str) for path in over)):
         raise TypeError(
             f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
         )
@@ -128,11 +128,24 @@ def sweep(
     unknown = sorted(set(options) - OPTIONS)
     if unknown:
         raise TypeError(
-            f"{unknown[0]} is no keyword of sweep, nor one of simulate: {', '.join(sorted(OPTIONS))}"
+            f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep, nor one of simulate:"
+            f" {', '.join(sorted(OPTIONS))}"
         )
-    if cache is not None and not os.fspath(cache):
-        raise ValueError("cache = '' cannot be used: None or a folder is allowed")
-    names = [quantity] if isinstance(quantity, str) else list(quantity)
+    if not (
+        cache is None or (isinstance(cache, str | os.PathLike) and os.fspath(cache))
+    ):
+        kind = ValueError if cache == "" else TypeError
+        raise kind(f"cache = {cache!r} cannot be used: None or a folder is allowed")
+    if not (progress is None or isinstance(progress, bool)):
+        raise TypeError(
+            f"progress = {progress!r} cannot be used: None, True or False is allowed"
+        )
+    one = isinstance(quantity, str) or not isinstance(quantity, Iterable)
+    names: list[Any] = [quantity] if one else list(quantity)
+    if not all(isinstance(name, str) for name in names):
+        raise TypeError(
+            f"quantity = {quantity!r} cannot be used: a name, or a sequence of names, is allowed"
+        )
     if len(set(names)) < len(names):
         raise ValueError(
             f"quantity = {names!r} cannot be used: each one once is allowed"
