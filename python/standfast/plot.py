@@ -38,6 +38,8 @@ MARKS = 500
 APART = 0.015
 #: How far the approach is followed beyond the last simulated impact: share of the time then left.
 BEYOND = 1e-3
+#: Entries of a legend: more of them would not fit beside the axes.
+LEGEND = 14
 #: Distances from an impact, relative to the time left, at which the curve into its cusp is sampled.
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
 #: Poses of the body that are drawn.
@@ -219,7 +221,10 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
     if len(run.gaps) > 2:  # many lines leave no room among the curves
         place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    axes.legend(frameon=True, fontsize=9, **place)
+    handles, labels = axes.get_legend_handles_labels()
+    if len(labels) > LEGEND:
+        place["title"] = f"the first {LEGEND} of {len(labels)}"
+    axes.legend(handles[:LEGEND], labels[:LEGEND], frameon=True, fontsize=9, **place)
     _bare(axes)
 
 
