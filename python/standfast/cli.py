@@ -10,11 +10,18 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from decimal import ROUND_UP, Decimal
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import App, CycloptsError, Parameter, Token
+from cyclopts import (
+    App,
+    CycloptsError,
+    Parameter,
+    Token,
+    UnusedCliTokensError,
+)
 
 import standfast as sf
 from standfast.table import ROWS, aligned, map_table
@@ -46,9 +53,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
     """An integer as it is written: nothing is rounded to one."""
     text = tokens[0].value
     if not (text.isascii() and text.isdigit()):
-        raise ValueError(
-            f"--{tokens[0].keyword or 'number'} {text}: an integer >= 0 is needed"
-        )
+        raise ValueError(f"{text!r} is no integer >= 0")
     return int(text)
 
 
@@ -179,10 +184,23 @@ def sweep(
         grid = sf.sweep(loaded.posture, axes, names, cache=cache, **start)
     except ImportError as error:
         raise ValueError(str(error)) from error
+    except ValueError as error:
+        raise ValueError(f"{_culprit(str(error), over, scene)}: {error}") from error
     _say("\n".join([scene.name, *map_table(grid)]))
     if plot is not None:
         map_plot.draw(grid, plot, posture=loaded.posture)
         _say(f"wrote {plot}")
+
+
+def _culprit(problem: str, over: Sequence[str], scene: Path) -> str:
+    """What a map was refused for: one of its options, or else its scene."""
+    if problem.startswith("quantity = "):
+        return "--quantity"
+    for text in over:
+        path = text.partition("=")[0]
+        if problem.startswith((f"{path} = ", f'over = "{path}" ')):
+            return f"--over {text}"
+    return "--over" if problem.startswith("over = ") else str(scene)
 
 
 def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
@@ -199,7 +217,7 @@ def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
     except ValueError:
         points = 0
         ends = (math.nan, math.nan)
-    if not (points >= 1 and all(map(math.isfinite, ends))):
+    if not (points >= 1 and all(map(math.isfinite, (*ends, ends[1] - ends[0])))):
         raise ValueError(
             f"--over {text}: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"
         )
@@ -218,6 +236,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
         with _printing():
+            if isinstance(sys.stdout, TextIOWrapper):
+                # A name or a unit that its encoding lacks is no reason to lose an answer.
+                sys.stdout.reconfigure(errors="replace")
             app(
                 arguments,
                 exit_on_error=False,
@@ -234,6 +255,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _complain(f"{where}{error.strerror or error}", 2)
+    except UnusedCliTokensError as error:
+        return _complain(
+            f"too many arguments: {' '.join(error.unused_tokens or [])}", 2
+        )
     except (CycloptsError, ValueError) as error:
         return _complain(str(error), 2)
     return 0

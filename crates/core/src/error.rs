@@ -21,7 +21,7 @@ pub enum Error {
         allowed: &'static str,
     },
     /// A field cannot be used as it is given, for a reason that is not a range of numbers.
-    #[error("{field} = {} cannot be used: {allowed}", shortened(value))]
+    #[error("{} = {} cannot be used: {allowed}", shortened(field), shortened(value))]
     Unusable {
         /// Path of the field.
         field: String,

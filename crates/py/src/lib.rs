@@ -73,7 +73,7 @@ mod _core {
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,
-        posture: PyRef<'_, PyPosture>,
+        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         #[pyo3(from_py_with = input::model)] model: &str,

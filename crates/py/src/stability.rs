@@ -226,7 +226,7 @@ impl PyVerdict {
 #[pyo3(signature = (posture, *, trials=0, seed=0))]
 pub(crate) fn stability(
     py: Python<'_>,
-    posture: PyRef<'_, PyPosture>,
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
 ) -> PyResult<PyVerdict> {
@@ -255,7 +255,7 @@ type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 #[pyfunction]
 pub(crate) fn static_forces<'py>(
     py: Python<'py>,
-    posture: PyRef<'_, PyPosture>,
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
 ) -> PyResult<Option<Extremes<'py>>> {
     let Some(StaticForces { low, high }) = standfast::static_forces(&posture.0) else {
         return Ok(None);
@@ -278,7 +278,7 @@ pub(crate) fn static_forces<'py>(
 /// >>> round(sf.friction_margin(point), 12)           # on a slope of 0.2, with friction 0.5
 /// 0.6
 #[pyfunction]
-pub(crate) fn friction_margin(posture: PyRef<'_, PyPosture>) -> f64 {
+pub(crate) fn friction_margin(#[pyo3(from_py_with = input::posture)] posture: PyPosture) -> f64 {
     standfast::friction_margin(&posture.0)
 }
 
@@ -289,6 +289,8 @@ pub(crate) fn friction_margin(posture: PyRef<'_, PyPosture>) -> f64 {
 /// >>> sf.equilibrium_region(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
 /// (-0.5, 0.5)
 #[pyfunction]
-pub(crate) fn equilibrium_region(posture: PyRef<'_, PyPosture>) -> Option<(f64, f64)> {
+pub(crate) fn equilibrium_region(
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+) -> Option<(f64, f64)> {
     standfast::equilibrium_region(&posture.0).map(Into::into)
 }
