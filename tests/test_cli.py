@@ -335,6 +335,22 @@ def command(*arguments, **options):
     )
 
 
+@pytest.mark.parametrize("option", ["--json", "--plot"])
+def test_a_pipe_without_a_reader_is_interrupted(tmp_path, option):
+    pipe = tmp_path / "pipe.png"
+    os.mkfifo(pipe)
+    program = [sys.executable, "-m", "standfast.cli", "run", ROD, option, pipe]
+    with subprocess.Popen(
+        program, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        # The story has been told: what is left is to write.
+        while not running.stdout.readline().startswith(b"  gap rates"):
+            pass
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    assert (running.returncode, said) == (130, b"standfast: interrupted\n")
+
+
 def test_the_installed_command(tmp_path):
     done = command("run", ROD, cwd=tmp_path)
     assert done.returncode == 0

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 mod batch;
 mod error;
+mod files;
 mod input;
 mod modes;
 mod options;
@@ -23,6 +24,8 @@ mod _core {
     #[pymodule_export]
     use crate::error::SolverError;
     #[pymodule_export]
+    use crate::files::write_whole;
+    #[pymodule_export]
     use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]
     use crate::posture::{PyContact, PyLocalModel, PyPosture};
@@ -34,7 +37,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]
-    use crate::scene::{PyScene, load, schema, write_whole};
+    use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
     use crate::stability::{
         PyVerdict, equilibrium_region, friction_margin, stability, static_forces,

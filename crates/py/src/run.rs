@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
+use crate::files::write_whole;
 use crate::input::{MOST_SAMPLES, doubles, whole};
 use crate::modes::PyContactProblem;
 use crate::options::{self, word};
@@ -471,8 +472,8 @@ impl PyRun {
     }
 
     /// Writes the run as JSON.
-    fn to_json(&self, path: PathBuf) -> PyResult<()> {
-        self.0.save(path).map_err(|e| to_py(&e))
+    fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        write_whole(py, path, self.0.to_json().into_bytes())
     }
 
     fn __repr__(&self) -> String {

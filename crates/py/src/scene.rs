@@ -123,12 +123,6 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
 }
 
-/// Writes a file under another name and renames it: complete or not at all.
-#[pyfunction]
-pub(crate) fn write_whole(path: PathBuf, data: &[u8]) -> PyResult<()> {
-    standfast::write_whole(&path, data).map_err(|e| to_py(&e))
-}
-
 /// JSON Schema of scene files, as text.
 #[pyfunction]
 pub(crate) fn schema() -> String {

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 use standfast::{Posture, State, StaticForces, Verdict};
 
 use crate::error::to_py;
+use crate::files::write_whole;
 use crate::input;
 use crate::modes::PyModes;
 use crate::options::interruptible;
@@ -175,8 +176,8 @@ impl PyVerdict {
     }
 
     /// Writes the verdict and its evidence as JSON.
-    fn to_json(&self, path: PathBuf) -> PyResult<()> {
-        self.verdict.save(path).map_err(|e| to_py(&e))
+    fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        write_whole(py, path, self.verdict.to_json().into_bytes())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
