@@ -86,6 +86,7 @@ IN_JSON = [
     (JSON, "[9.81, 0.1]", "line 1, column 1: invalid type: array, expected a table"),
     ('"mass": 1.0', '"mass": 1.0, "mass": 1.0', "line 2, column 9, body: duplicate field `mass`"),
     ('"start"', "start", "line 7, column 1: key must be a string"),
+    ('{"model": "full"}', '{"model": "full" ψ}', "line 8, column 25, run: expected `,` or `}`"),
 ]  # fmt: skip
 
 

@@ -89,7 +89,9 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
 
 /// Line and column, from 1, of a byte of a text.
 fn place(text: &str, byte: usize) -> (usize, usize) {
-    let before = text.get(..byte).unwrap_or(text).trim_start_matches('\u{feff}');
+    // A parser may stop within a character.
+    let before = String::from_utf8_lossy(&text.as_bytes()[..byte.min(text.len())]);
+    let before = before.trim_start_matches('\u{feff}');
     let line = before.rfind('\n').map_or(before, |end| &before[end + 1..]);
     (before.matches('\n').count() + 1, line.chars().count() + 1)
 }
