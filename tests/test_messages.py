@@ -111,7 +111,7 @@ RUN = SCENE.simulate()
 RUNS = sf.simulate_many(ROD, **START)
 OPTIONS = (
     "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit,"
-    " neighbourhood, tolerance, record"
+    " neighbourhood, tolerance, record, certify"
 )
 #: A body that is all but a point mass.
 NEEDLE = sf.Posture.rod(half_length=0.5, gyration_radius=1e-9, restitution=0.1)

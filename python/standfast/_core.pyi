@@ -53,6 +53,7 @@ __all__ = [
     "Contact",
     "ContactMode",
     "ContactProblem",
+    "Enclosure",
     "Exponents",
     "Fate",
     "LocalModel",
@@ -193,6 +194,7 @@ class LocalModel:
         time_limit: float | None = None,
         event_limit: int = 1_000_000,
         record: bool = True,
+        certify: bool = False,
     ) -> Run: ...
     def orbit(self, gaps: _Pair, rates: _Pair, n: int) -> Orbit: ...
     def exponents(
@@ -317,6 +319,17 @@ class Phase:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class Enclosure:
+    @property
+    def impacts(self) -> npt.NDArray[np.void]: ...
+    @property
+    def zeno(self) -> tuple[float, float] | None: ...
+    @property
+    def contacts(self) -> tuple[int, ...]: ...
+    @property
+    def reason(self) -> str | None: ...
+
+@final
 class ZenoPoint:
     @property
     def kind(self) -> _Kind: ...
@@ -385,6 +398,8 @@ class Run:
     def impacts(self) -> npt.NDArray[np.void]: ...
     @property
     def zeno_points(self) -> list[ZenoPoint]: ...
+    @property
+    def enclosure(self) -> Enclosure | None: ...
     @property
     def phases(self) -> list[Phase]: ...
     @property
@@ -609,6 +624,7 @@ def simulate_many(
     neighbourhood: float = ...,
     tolerance: float = 1e-12,
     record: bool = False,
+    certify: bool = False,
     threads: int | None = None,
 ) -> Runs: ...
 def simulate(
@@ -626,5 +642,6 @@ def simulate(
     neighbourhood: float = ...,
     tolerance: float = 1e-12,
     record: bool = True,
+    certify: bool = False,
 ) -> Run: ...
 def write_whole(path: _Path, data: bytes) -> None: ...

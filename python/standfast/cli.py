@@ -417,6 +417,8 @@ def story(run: sf.Run, title: str) -> str:
         )
     else:
         lines.append("  no Zeno point")
+    if run.enclosure is not None:
+        lines += ["", *_enclosure(run.enclosure)]
 
     lines.append("")
     if run.phases:
@@ -473,6 +475,19 @@ METHODS = {
     "mixed": "impacts without a pattern, followed until rounding ends them",
     "nested": "Zeno points that themselves accumulate, summed as a geometric series",
 }
+
+
+def _enclosure(enclosure: sf.Enclosure) -> list[str]:
+    """What is proved of the times."""
+    proved = f"  proved, after the start: {len(enclosure.impacts)} impacts within the bounds that --json gives"
+    if enclosure.zeno is None:
+        return [f"{proved}; then {enclosure.reason}"]
+    low, high = map(decimal, enclosure.zeno)
+    contacts = " and ".join(map(str, enclosure.contacts))
+    return [
+        proved,
+        f"    first Zeno point, of contact {contacts}: from {low} to {high} s",
+    ]
 
 
 def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:

@@ -74,6 +74,7 @@ OPTIONS = {
     "neighbourhood",
     "tolerance",
     "record",
+    "certify",
 }
 
 _Columns: TypeAlias = list[npt.NDArray[Any]]

@@ -117,7 +117,7 @@ pub fn simulate_many_until(
             allowed: format!("one posture, or one for each of the {} states", states.len()),
         });
     }
-    let options = Options { record: false, ..*options };
+    let options = Options { record: false, certify: false, ..*options };
     let level = level(resources.lanes);
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
         // A posture of their own: all threads would count the runs that share one.

@@ -143,6 +143,20 @@ impl Stance {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
+    /// A closed contact that leaves another one as soon as the body turns. With the same row (n, b) their gaps agree to the
+    /// first order, and differ by (c_i − c_j)(1 − cos Δθ): the one with the smaller c rises.
+    pub(crate) fn outreached(&self, modes: &[Mode]) -> Option<usize> {
+        let rho = self.rho2.sqrt();
+        let closed = |i: &usize| modes[*i] != Mode::Separate;
+        let above = |i: usize, j: usize| {
+            let (p, q) = (&self.points[i], &self.points[j]);
+            let apart = (p.normal - q.normal).norm() + (p.b - q.b).abs() / rho;
+            apart <= DEPENDENT && q.c - p.c > DEPENDENT * (rho + p.c.abs())
+        };
+        let all = || (0..self.points.len()).filter(closed);
+        all().find(|&i| all().any(|j| above(i, j)))
+    }
+
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
     /// velocity into the rates of the contacts.
     fn has_rows(&self) -> bool {
@@ -579,6 +593,14 @@ impl Step {
         let track = &mut self.tracks[i];
         track.h[..3].fill(0.0);
         track.u[..2].fill(0.0);
+    }
+
+    /// A contact that the body takes off another one by turning. From rest its gap is of fourth order in time: what pulls it
+    /// down before is rounding.
+    pub(crate) fn rises(&mut self, i: usize) {
+        let track = &mut self.tracks[i];
+        track.h[..4].iter_mut().for_each(|c| *c = c.max(0.0));
+        track.u[..3].iter_mut().for_each(|c| *c = c.max(0.0));
     }
 
     /// A contact that begins to slide from rest: what it slides the other way is rounding.

@@ -251,6 +251,7 @@ impl<'a> ContactPhase<'a> {
                 Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
             self.word = word;
+            let rising = self.part(acceleration[2]);
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
             let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
@@ -269,7 +270,7 @@ impl<'a> ContactPhase<'a> {
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(acceleration, last, &starting, log, note);
+            let next = self.hold(acceleration, last, &starting, &rising, log, note);
             match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
@@ -326,13 +327,25 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
+    /// Takes from the word those contacts that a body about to turn takes off others, and tells which ones.
+    fn part(&mut self, turn: f64) -> PerContact<bool> {
+        let mut rising: PerContact<bool> = self.word.iter().map(|_| false).collect();
+        let turns = self.size * turn.abs() > STILL * self.stance.gravity;
+        while turns && let Some(i) = self.stance.outreached(&self.word) {
+            self.word[i] = Mode::Separate;
+            rising[i] = true;
+        }
+        rising
+    }
+
     /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
-    /// contacts that begin to slide from rest.
+    /// contacts that begin to slide from rest, `rising`: that the body takes off others by turning.
     fn hold(
         &mut self,
         mut acceleration: [f64; 3],
         mut last: Option<Next>,
         starting: &[bool],
+        rising: &[bool],
         log: &mut Log<'_>,
         note: &mut Note<'_>,
     ) -> Next {
@@ -374,6 +387,7 @@ impl<'a> ContactPhase<'a> {
                 };
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
+                    (0..rising.len()).filter(|&i| rising[i]).for_each(|i| step.rises(i));
                 }
                 match last {
                     Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {

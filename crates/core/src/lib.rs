@@ -32,6 +32,7 @@ mod clock;
 mod contact;
 mod contact_motion;
 mod contact_phase;
+mod enclosure;
 mod error;
 mod files;
 mod flight;
@@ -62,6 +63,7 @@ mod zeno;
 
 pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
 pub use contact::Contact;
+pub use enclosure::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
 pub use error::Error;
 #[doc(hidden)]
 pub use files::write_whole;

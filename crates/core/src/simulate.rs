@@ -8,6 +8,7 @@ use crate::auto;
 use crate::clock::Clock;
 use crate::contact::PerContact;
 use crate::contact_motion::{Point, Rounding, Stance};
+use crate::enclosure::{self, Enclosure};
 use crate::error::{Error, LARGEST, finite, in_range, positive};
 use crate::flight::PHASE_LOST;
 use crate::frame::{Base, Frame, Snapshot};
@@ -145,6 +146,9 @@ pub struct Options {
     pub tolerance: f64,
     /// Whether the trajectory is kept.
     pub record: bool,
+    /// Whether the run comes with intervals that are proved to contain the times of its collisions and of its first Zeno point:
+    /// [`Trajectory::enclosure`]. With `model = "local"` only.
+    pub certify: bool,
 }
 
 impl Default for Options {
@@ -160,6 +164,7 @@ impl Default for Options {
             neighbourhood: f64::INFINITY,
             tolerance: 1e-12,
             record: true,
+            certify: false,
         }
     }
 }
@@ -256,6 +261,7 @@ pub fn simulate_until(
     solvable(posture, options)?;
     state.validate()?;
     let mut start = Start::new(posture, state, options.model)?;
+    let enclosure = options.certify.then(|| start.enclose(posture, options)).transpose()?;
     let reason = match options.model {
         Model::Local | Model::Full => "asked for",
         Model::Auto => match try_local(posture, state, &start, options, cancel) {
@@ -266,7 +272,8 @@ pub fn simulate_until(
             }
         },
     };
-    Ok(start.run(posture, state, options, cancel).map(|run| run.into_trajectory(reason, *options)))
+    let run = start.run(posture, state, options, cancel);
+    Ok(run.map(|run| run.into_trajectory(reason, *options).with(enclosure)))
 }
 
 /// What came of the local model.
@@ -391,6 +398,26 @@ impl Start {
         Ok(Self { model, heights, rates, warnings })
     }
 
+    /// Intervals that contain the times of the collisions, of the frozen model.
+    fn enclose(&self, posture: &Posture, options: &Options) -> Result<Enclosure, Error> {
+        if self.model != Model::Local || !Self::is_pair(posture, options) {
+            return Err(Error::Unusable {
+                field: "certify".into(),
+                value: "true".into(),
+                allowed: "with model = \"local\", one or two contacts, impact = \"newton\" and terrain without ends".into(),
+            });
+        }
+        let count = self.heights.len();
+        let model = if count == 2 {
+            posture.local(0.0)?
+        } else {
+            let k = &posture.geometry()[0];
+            LocalModel::frozen([k.gravity, 0.0], [0.0; 2], [0.0; 2], [k.restitution, 0.0])
+        };
+        let pair = |of: &PerContact<f64>| [0, 1].map(|i| of.get(i).copied().unwrap_or(0.0));
+        Ok(enclosure::enclose(&model, count, pair(&self.heights), pair(&self.rates), options))
+    }
+
     /// Runs to the outcome; `None` if cancelled.
     fn run(
         self,
@@ -503,6 +530,27 @@ impl LocalModel {
         options: &Options,
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Trajectory>, Error> {
+        finite("theta", theta)?;
+        finite("omega", omega)?;
+        let (h, warnings) = self.checked(gaps, rates, options)?;
+        let base = Base::of_parameters(self, gaps, rates, [theta, omega]);
+        let gaps = Gaps { h, u: rates };
+        let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
+        let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
+        let enclosure = options.certify.then(|| enclosure::enclose(self, 2, h, rates, options));
+        Ok(run.map(|record| {
+            Trajectory::new(record, Model::Local, "given by its parameters", *options)
+                .with(enclosure)
+        }))
+    }
+
+    /// The gaps that a run with these options may start from, and what there is to say of them.
+    pub(crate) fn checked(
+        &self,
+        mut gaps: [f64; 2],
+        rates: [f64; 2],
+        options: &Options,
+    ) -> Result<([f64; 2], Vec<String>), Error> {
         options.validate()?;
         let gain = self.psi().iter().fold(1.0_f64, |most, psi| most.max(psi.abs()));
         for i in 0..2 {
@@ -510,20 +558,12 @@ impl LocalModel {
             finite(format_args!("rates.{}", i + 1), rates[i])?;
             finite(format_args!("rates.{} times the larger psi", i + 1), gain * rates[i])?;
         }
-        finite("theta", theta)?;
-        finite("omega", omega)?;
         let most = |values: [f64; 2]| values.iter().fold(0.0_f64, |most, v| v.abs().max(most));
         reachable(gain * most(self.gravity()), options)?;
         let least = self.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
         returns("largest of rates times the larger psi", gain * most(rates), least)?;
-        let base = Base::of_parameters(self, gaps, rates, [theta, omega]);
-        let mut gaps = Gaps { h: gaps, u: rates };
-        let warnings = touch(&mut gaps.h, 0.0)?;
-        let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
-        let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
-        Ok(run.map(|record| {
-            Trajectory::new(record, Model::Local, "given by its parameters", *options)
-        }))
+        let warnings = touch(&mut gaps, 0.0)?;
+        Ok((gaps, warnings))
     }
 }
 
@@ -560,6 +600,9 @@ const MOST_RECORDED: usize = 20_000_000;
 /// Events after which a look into a sum is given up.
 const GLANCE: usize = 100_000;
 
+/// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
+const LONGEST: f64 = 1e75;
+
 /// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
 /// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
 const LONGEST_LEVER: f64 = 1e16;
@@ -594,9 +637,17 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         reach == 0.0 || fields.gyration_radius <= HEAVIEST * reach,
         "at most 1e6, or contacts at center_of_mass",
     )?;
-    let (most, allowed) = match options.stop {
-        Stop::Zeno if options.impact == Impact::Newton => (LONGEST_LEVER, "at most 1e16"),
-        _ => (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts"),
+    let flies = options.stop == Stop::Zeno && options.impact == Impact::Newton;
+    in_range(
+        "distance of the farthest contact from center_of_mass, or gyration_radius",
+        posture.size(),
+        flies || posture.size() <= LONGEST,
+        "at most 1e75 m beyond the first Zeno point, or with friction in impacts",
+    )?;
+    let (most, allowed) = if flies {
+        (LONGEST_LEVER, "at most 1e16")
+    } else {
+        (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts")
     };
     if posture.size() > most * posture.fields().gyration_radius {
         for (i, k) in posture.geometry().iter().enumerate() {

@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 use crate::clatter::advance;
 use crate::clock::Clock;
 use crate::contact_motion::Stance;
+use crate::enclosure::Enclosure;
 use crate::error::Error;
 use crate::flight::LOST_PHASE;
 use crate::frame::{Base, Frame, Snapshot};
@@ -347,6 +348,7 @@ pub struct Trajectory {
     options: Options,
     model: Model,
     model_reason: &'static str,
+    enclosure: Option<Box<Enclosure>>,
     expanded: OnceLock<Expanded>,
 }
 
@@ -368,6 +370,8 @@ struct Summary<'a> {
     impacts: Vec<ImpactRecord>,
     zeno_points: Vec<ZenoPoint>,
     phases: Vec<Phase>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    enclosure: Option<&'a Enclosure>,
     warnings: &'a [String],
     options: &'a Options,
     posture: Option<&'a Posture>,
@@ -471,7 +475,11 @@ impl Trajectory {
                 "the record is full after {most} events: record = false goes on to event_limit"
             ));
         }
-        Self { record, options, model, model_reason, expanded: OnceLock::new() }
+        Self { record, options, model, model_reason, enclosure: None, expanded: OnceLock::new() }
+    }
+
+    pub(crate) fn with(self, enclosure: Option<Enclosure>) -> Self {
+        Self { enclosure: enclosure.map(Box::new), ..self }
     }
 
     #[cfg(test)]
@@ -835,12 +843,20 @@ impl Trajectory {
             impacts: self.impacts(),
             zeno_points: self.zeno_points(),
             phases: self.phases(),
+            enclosure: self.enclosure(),
             warnings: self.warnings(),
             options: &self.options,
             posture: self.posture(),
         };
         serde_json::to_string_pretty(&summary)
             .unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+    }
+
+    /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; `None` unless
+    /// [`Options::certify`] asks for them.
+    #[must_use]
+    pub fn enclosure(&self) -> Option<&Enclosure> {
+        self.enclosure.as_deref()
     }
 
     /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.

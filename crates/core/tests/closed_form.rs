@@ -1063,6 +1063,36 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
     }
 }
 
+/// Two feet one exactly above the other have one row (n, b), but only the upper one can hold the body as it turns: the run is
+/// that of the upper foot alone, until something lands.
+#[test]
+fn of_two_feet_one_above_the_other_the_upper_one_holds() {
+    let (upper, lower) = (Contact::at(-2.0, 0.1737), Contact::at(-2.0, 0.0));
+    let of = |contacts: Vec<Contact>, until: f64| {
+        let body = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.513,
+            center_of_mass: [1.526, 0.651],
+            contacts,
+            restitution: 0.3,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        let options = Options { time_limit: Some(until), ..Options::default() };
+        simulate(&body, &State::at_rest([0.0; 3]), &options).unwrap()
+    };
+    for both in [[upper, lower], [lower, upper]] {
+        for until in [1e-3, 0.05, 0.1, 0.2] {
+            let (run, alone) = (of(both.into(), until), of(vec![upper], until));
+            assert_eq!(run.state(), alone.state(), "{until} s");
+        }
+    }
+    // Where both rub their forces are not unique, and turn the body differently: it is said, not chosen.
+    let rough = [upper, lower].map(|contact| Contact { friction: 0.8, ..contact });
+    assert_eq!(of(rough.into(), 0.2).outcome(), Outcome::Ambiguous);
+}
+
 #[test]
 fn nothing_slides_beyond_all_bounds() {
     // So heavy to turn that its next turn takes it far; heavier ones are refused.

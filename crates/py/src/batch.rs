@@ -224,12 +224,13 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// The motions of many postures, or of one from many states: Runs.
 ///
 /// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
-/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded, whatever `record` says: runs[i] makes run i once more, with all its events. Each run is the
+/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded, whatever `record` says, or
+/// certified: runs[i] makes run i once more, with all its events. Each run is the
 /// same, to the last bit, as `simulate` makes it, whatever the number of threads.
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
 #[pyfunction]
-#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, certify=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
@@ -246,8 +247,16 @@ pub(crate) fn simulate_many(
     #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
     #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
     #[pyo3(from_py_with = input::record)] record: bool,
+    #[pyo3(from_py_with = input::certify)] certify: bool,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
 ) -> PyResult<PyRuns> {
+    if certify {
+        return Err(to_py(&Error::Unusable {
+            field: "certify".into(),
+            value: "True".into(),
+            allowed: "False: runs[i] makes run i once more, with all its events".into(),
+        }));
+    }
     let options = Options {
         model: call("model", model)?,
         impact: call("impact", impact)?,
@@ -259,6 +268,7 @@ pub(crate) fn simulate_many(
         neighbourhood,
         tolerance,
         record,
+        certify,
     };
     let one = posture.cast::<PyPosture>().is_ok();
     let postures = postures(posture)?;

@@ -187,7 +187,7 @@ arguments! {
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: event_limit, trials, seed;
     word -> &'a str: model, impact, simultaneous, stop, method, level;
-    flag -> bool: record;
+    flag -> bool: record, certify;
 }
 
 /// The restitution of a contact, or None for the posture's.
@@ -252,7 +252,7 @@ pub(crate) fn no_option(name: &str, value: &Bound<'_, PyAny>) -> PyErr {
         name,
         value,
         "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit, neighbourhood, \
-         tolerance, record",
+         tolerance, record, certify",
     )
 }
 

@@ -35,7 +35,7 @@ mod _core {
         clattering_bound, clattering_restitution, neimark_sacker, self_similar,
     };
     #[pymodule_export]
-    use crate::run::{PyPhase, PyRun, PyZenoPoint};
+    use crate::run::{PyEnclosure, PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
@@ -62,7 +62,8 @@ mod _core {
     /// of the motion; impacts in turn in one instant count for one); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
     /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
     /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
-    /// gyration_radius. record : whether the trajectory is kept.
+    /// gyration_radius. record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
+    /// of the collisions and of the first Zeno point are computed as well (run.enclosure); model="local" only.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///
@@ -72,7 +73,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True)")]
+    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true, certify=false), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,
@@ -89,6 +90,7 @@ mod _core {
         #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
         #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
         #[pyo3(from_py_with = input::record)] record: bool,
+        #[pyo3(from_py_with = input::certify)] certify: bool,
     ) -> PyResult<PyRun> {
         let options = Options {
             model: call("model", model)?,
@@ -101,6 +103,7 @@ mod _core {
             neighbourhood,
             tolerance,
             record,
+            certify,
         };
         let state = State::new(q, qdot);
         let body = posture.0.clone();

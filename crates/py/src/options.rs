@@ -72,6 +72,7 @@ pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResu
             "neighbourhood" => options.neighbourhood = input::neighbourhood(&value)?,
             "tolerance" => options.tolerance = input::tolerance(&value)?,
             "record" => options.record = input::record(&value)?,
+            "certify" => options.certify = input::certify(&value)?,
             _ => return Err(input::no_option(&field, &value)),
         }
     }
@@ -91,6 +92,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("neighbourhood", options.neighbourhood)?;
     dict.set_item("tolerance", options.tolerance)?;
     dict.set_item("record", options.record)?;
+    dict.set_item("certify", options.certify)?;
     Ok(dict)
 }
 

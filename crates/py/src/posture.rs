@@ -378,7 +378,7 @@ impl PyLocalModel {
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
-    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true))]
+    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true, certify=false))]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         &self,
@@ -393,6 +393,7 @@ impl PyLocalModel {
         #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
         #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
         #[pyo3(from_py_with = input::record)] record: bool,
+        #[pyo3(from_py_with = input::certify)] certify: bool,
     ) -> PyResult<PyRun> {
         if let Some(i) = gaps.iter().position(|&gap| gap < 0.0) {
             return Err(to_py(&Error::OutOfRange {
@@ -408,6 +409,7 @@ impl PyLocalModel {
             time_limit,
             event_limit,
             record,
+            certify,
             ..Default::default()
         };
         stopped(py, |cancel| self.0.simulate_until(gaps, rates, theta, omega, &options, cancel))

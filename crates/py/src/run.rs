@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
+use standfast::{Bounds, ContactNumber, Enclosure, Instant, Phase, Trajectory, ZenoPoint};
 
 use crate::error::to_py;
 use crate::files::write_whole;
@@ -242,6 +242,76 @@ impl PyZenoPoint {
     }
 }
 
+/// Intervals that are proved to contain the times of the collisions of a local model, up to its first Zeno point: for the
+/// model whose parameters, and the start whose gaps and rates, are exactly these doubles.
+///
+/// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start); that these
+/// collisions happen, in this order, is proved as well. zeno : (low, high), s after the start, of the first Zeno point, or None;
+/// contacts : those that come to rest there. reason : why nothing is certain after the last of the impacts, or None.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0), model="local", stop="zeno", certify=True)
+/// >>> low, high = run.enclosure.zeno
+/// >>> low < run.elapsed < high, high - low < 1e-15 * run.elapsed, run.enclosure.contacts
+/// (True, True, (1, 2))
+#[pyclass(frozen, eq, name = "Enclosure", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyEnclosure(Enclosure);
+
+#[pymethods]
+impl PyEnclosure {
+    /// The collisions and the bounds of their times.
+    #[getter]
+    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let impacts = &self.0.impacts;
+        let dtype = [("contact", "i8"), ("index", "i8"), ("low", "f8"), ("high", "f8")];
+        let table = py.import("numpy")?.call_method1("empty", (impacts.len(), dtype.to_vec()))?;
+        let whole = |of: fn(ContactNumber) -> usize| -> Vec<i64> {
+            impacts.iter().map(|i| of(i.contact) as i64).collect()
+        };
+        let times =
+            |of: fn(Bounds) -> f64| -> Vec<f64> { impacts.iter().map(|i| of(i.elapsed)).collect() };
+        table.set_item("contact", whole(ContactNumber::number).into_pyarray(py))?;
+        table.set_item("index", whole(ContactNumber::index).into_pyarray(py))?;
+        table.set_item("low", times(|t| t.low).into_pyarray(py))?;
+        table.set_item("high", times(|t| t.high).into_pyarray(py))?;
+        Ok(table)
+    }
+
+    /// Bounds of the time of the first Zeno point, s after the start, or None.
+    #[getter]
+    fn zeno(&self) -> Option<(f64, f64)> {
+        self.0.zeno.as_ref().map(|zeno| (zeno.elapsed.low, zeno.elapsed.high))
+    }
+
+    /// The contacts that come to rest at the Zeno point.
+    #[getter]
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let contacts = self.0.zeno.iter().flat_map(|zeno| &zeno.contacts);
+        PyTuple::new(py, contacts.map(|i| i.number()).collect::<Vec<_>>())
+    }
+
+    /// Why nothing is certain after the last of the impacts; None where there is a Zeno point.
+    #[getter]
+    fn reason(&self) -> Option<&str> {
+        self.0.reason.map(standfast::Uncertain::as_str)
+    }
+
+    fn __repr__(&self) -> String {
+        let impacts = self.0.impacts.len();
+        match (self.zeno(), self.0.reason) {
+            (Some((low, high)), _) => {
+                format!("<Enclosure: {impacts} impacts, Zeno point within [{low}, {high}] s>")
+            }
+            (None, reason) => {
+                let reason = reason.map_or("", standfast::Uncertain::as_str);
+                format!("<Enclosure: {impacts} impacts, then {reason}>")
+            }
+        }
+    }
+}
+
 /// A run: its outcome, its events, and the motion at any time of it.
 ///
 /// >>> import standfast as sf
@@ -407,6 +477,13 @@ impl PyRun {
     #[getter]
     fn zeno_points(&self) -> Vec<PyZenoPoint> {
         self.0.zeno_points().into_iter().map(Into::into).collect()
+    }
+
+    /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; None unless asked for by
+    /// `certify`.
+    #[getter]
+    fn enclosure(&self) -> Option<PyEnclosure> {
+        self.0.enclosure().cloned().map(PyEnclosure)
     }
 
     /// The contact modes in order; empty unless recorded.

@@ -1,0 +1,482 @@
+//! Verified enclosures of a motion of the local model: for each collision, and for the Zeno point they accumulate at, an
+//! interval that contains its time.
+//!
+//! Flights and impacts are those of `clatter.rs`, in balls of 106 bits: the order in which contacts land is decided where the
+//! balls are apart, and where they are not, the enclosure ends and says so. The infinite rest is enclosed by two
+//! theorems, for parameters that are what the doubles say.
+//!
+//! **Bouncing** at a, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap of b stays
+//! positive.
+//!
+//! **Clattering.** After an impact at a, let b be next, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the smaller
+//! solution c of these two equations, r_i = e_i c_1c_2 < 1, and
+//!
+//! ```text
+//! d = −u_b − c_b u_a,   T0 = h_b/d,   w = c_b u_a/|u_b|,   ν = h_b/(2u_a|u_b|),   G = g_b + c_b g_a.
+//! ```
+//!
+//! A flight of τ and the impact of b, with s = −u_b + g_bτ, give *exactly* d' = (d + Gτ)/c_b, and
+//!
+//! ```text
+//! w' ≤ r_b/(1 + r_b − w),   ν' ≤ ν w²w'/(c_b²c_a e_b²),   0 ≤ T0 − τ − T0' ≤ G T0²/(2d),   T0' ≤ w T0.
+//! ```
+//!
+//! Once d is known, u_b = −(d + c_b u_a): then nothing cancels from impact to impact but what gravity does, and relative errors
+//! add up instead of multiplying.
+//!
+//! So if d > 0 and w < 1, then with W = max(w, r_1, r_2) < 1 all later w ≤ W: contacts alternate as long as g_aν < 1
+//! (b lands before a is back), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2 < 1, f_b = W³/(c_b²c_a e_b²). The time that
+//! is left is then between T0 − L and T0,
+//!
+//! ```text
+//! L = T0²/(2d) · (G_b + c_b W² G_a)/(1 − c_1c_2 W⁴).
+//! ```
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::local::LocalModel;
+use crate::simulate::Options;
+use crate::trajectory::ContactNumber;
+
+mod ball;
+
+use ball::Ball;
+
+/// An interval of time, in s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bounds {
+    /// The lower end.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+}
+
+impl Bounds {
+    /// Its width, in s.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        self.high - self.low
+    }
+
+    /// What two intervals that contain the same number have in common.
+    fn and(self, other: Self) -> Self {
+        Self { low: self.low.max(other.low), high: self.high.min(other.high) }
+    }
+}
+
+/// A collision, and when it happens after the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnclosedImpact {
+    /// The contact that is hit.
+    pub contact: ContactNumber,
+    /// Contains the time elapsed, in s.
+    pub elapsed: Bounds,
+}
+
+/// A Zeno point, and when it is reached after the start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnclosedZeno {
+    /// The contacts at which infinitely many impacts accumulate, or that are at rest from the start.
+    pub contacts: Vec<ContactNumber>,
+    /// Contains the time elapsed, in s.
+    pub elapsed: Bounds,
+}
+
+/// Why an enclosure ends before a Zeno point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(into = "&'static str")]
+pub enum Uncertain {
+    /// Which contact lands next, and whether one does, is beyond what the intervals can tell: a tie, a graze, or roundings.
+    Order,
+    /// The time limit, or the event limit.
+    Limit,
+    /// It is certain that no contact lands again.
+    Never,
+}
+
+impl Uncertain {
+    /// In words.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Order => "which contact lands next is not certain",
+            Self::Limit => "a limit of the run is reached",
+            Self::Never => "no contact lands again",
+        }
+    }
+}
+
+impl From<Uncertain> for &'static str {
+    fn from(uncertain: Uncertain) -> Self {
+        uncertain.as_str()
+    }
+}
+
+/// Collisions up to the first Zeno point, each with an interval that is proved to contain its time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Enclosure {
+    /// Collisions one by one, in order: that they happen, and at these contacts, is proved as well.
+    pub impacts: Vec<EnclosedImpact>,
+    /// Where all that follow accumulate.
+    pub zeno: Option<EnclosedZeno>,
+    /// Without such a point: why nothing is certain after the last of the collisions.
+    pub reason: Option<Uncertain>,
+}
+
+/// One contact in the air, or touching.
+#[derive(Debug, Clone, Copy)]
+struct Gap {
+    h: Ball,
+    u: Ball,
+}
+
+/// A landing.
+enum Landing {
+    /// After this time, with this speed.
+    In(Ball, Ball),
+    Never,
+    Unknown,
+}
+
+/// A local model in balls.
+struct Model {
+    g: [Ball; 2],
+    e: [Ball; 2],
+    /// k_i = (1 + e_i)ψ_i
+    kick: [Ball; 2],
+    psi: [Ball; 2],
+    /// What is not there never lands.
+    count: usize,
+    clatter: Option<Clatter>,
+}
+
+/// Constants of a clattering tail; index: the contact that is hit next.
+struct Clatter {
+    c: [Ball; 2],
+    /// The larger r_i.
+    limit: Ball,
+    /// G_b
+    gravity: [Ball; 2],
+}
+
+fn ball(x: f64) -> Ball {
+    Ball::from(x)
+}
+
+impl Clatter {
+    /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, what repels two impacts without gravity.
+    fn new(g: [Ball; 2], kick: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
+        let product = kick[0] * kick[1];
+        let c = |a: usize| {
+            let b = 1 - a;
+            let sum = product + e[a] - e[b];
+            let root = (sum.square() - (e[a] * product).scaled(4.0)).sqrt()?;
+            kick[a].scaled(2.0).over(sum + root)
+        };
+        let c = [c(1)?, c(0)?];
+        let both = c[0] * c[1];
+        let limit = (e[0] * both).max(e[1] * both);
+        let usable = (kick[0].is_positive() && c[0].is_positive() && c[1].is_positive())
+            && (ball(1.0) - limit).is_positive();
+        usable.then(|| Self { c, limit, gravity: [0, 1].map(|b| g[b] + c[b] * g[1 - b]) })
+    }
+
+    /// d after an impact at `a`, if it is positive.
+    fn inside(&self, a: usize, u_a: Ball, next: Gap) -> Option<Ball> {
+        let d = -next.u - self.c[1 - a] * u_a;
+        d.is_positive().then_some(d)
+    }
+
+    /// d' after an impact at `b` that ends a flight of `dt`.
+    fn after(&self, b: usize, d: Ball, dt: Ball) -> Option<Ball> {
+        (d + self.gravity[b] * dt).over(self.c[b])
+    }
+
+    /// The time that is left after an impact at `a`, from T0 − L to T0, if impacts alternate for ever.
+    fn rest(&self, m: &Model, a: usize, u_a: Ball, next: Gap, d: Ball) -> Option<[Ball; 2]> {
+        let b = 1 - a;
+        let speed = -next.u;
+        let most = next.h.over(d)?;
+        let w = (self.c[b] * u_a).over(speed)?.max(self.limit);
+        let square = w.square();
+        let one = ball(1.0);
+        let share = one - self.c[0] * self.c[1] * square.square();
+        if !((one - w).is_positive() && share.is_positive()) {
+            return None;
+        }
+        if !next.h.is_zero() {
+            let nu = next.h.over((u_a * speed).scaled(2.0))?;
+            let cube = square * w;
+            let factor = |b: usize| cube.over(self.c[b].square() * self.c[1 - b] * m.e[b].square());
+            let (one_more, two_more) = (factor(b)?, factor(a)?);
+            let lands = |bound: Ball| (one - bound).is_positive();
+            let alternates =
+                lands(m.g[a] * nu) && lands(m.g[b] * nu * one_more) && lands(one_more * two_more);
+            if !alternates {
+                return None;
+            }
+        }
+        let pull = self.gravity[b] + self.c[b] * square * self.gravity[a];
+        let loss = (most.square() * pull).over((d * share).scaled(2.0))?;
+        Some([most - loss, most])
+    }
+}
+
+impl Model {
+    fn new(model: &LocalModel, count: usize) -> Self {
+        let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
+        let kick = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
+        let clatter = if count == 2 { Clatter::new(g, kick, e) } else { None };
+        Self { g, e, kick, psi, count, clatter }
+    }
+
+    /// Whether gravity presses both contacts down, and either one presses the other down when it is hit.
+    fn presses(&self) -> bool {
+        self.g.iter().all(|g| g.is_positive()) && !self.psi[0].is_negative()
+    }
+
+    /// The next landing of contact i: s² = u² + 2gh, and 2h/(s − u) or (u + s)/g.
+    fn landing(&self, i: usize, Gap { h, u }: Gap) -> Landing {
+        let g = self.g[i];
+        if i >= self.count {
+            return Landing::Never;
+        }
+        if h.is_zero() && u.is_negative() {
+            return Landing::In(Ball::ZERO, -u);
+        }
+        let falls = u.is_negative();
+        if g.is_zero() && !falls {
+            let away = u.is_zero() || u.is_positive();
+            return if away { Landing::Never } else { Landing::Unknown };
+        }
+        let square = u.square() + (g * h).scaled(2.0);
+        let Some(s) = square.sqrt() else { return Landing::Unknown };
+        let t = if falls { h.scaled(2.0).over(s - u) } else { (u + s).over(g) };
+        t.map_or(Landing::Unknown, |t| Landing::In(t, s))
+    }
+
+    /// Duration of the bouncing at a, if the gap of b is certain to be positive all along: at the impacts at a, where b is
+    /// kicked, it is h + py − qy² with y = 1 − eʲ, and between them it is concave.
+    fn bounces(&self, a: usize, u_a: Ball, other: Gap) -> Option<Ball> {
+        let (one, e) = (ball(1.0), self.e[a]);
+        if !self.g[a].is_positive() {
+            return None;
+        }
+        let left = one - e;
+        let t = u_a.scaled(2.0).over(self.g[a] * left)?;
+        if self.count == 1 {
+            return Some(t);
+        }
+        let b = 1 - a;
+        let fall = (self.g[b] + e * self.psi[a] * self.g[a]).scaled(0.5);
+        let end = other.h + t * (other.u - t * fall);
+        // Kicks that press b down leave its gap concave: its ends decide.
+        let pressed = !self.psi[a].is_negative();
+        let clear = || {
+            let lift = (self.kick[a] * u_a * t).over(left)?;
+            let p = other.u * t + (lift * left).over(one + e)?;
+            let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
+            let turns = p.square() + (q * other.h).scaled(4.0);
+            (q.is_positive() || p.is_positive() || turns.is_negative()).then_some(())
+        };
+        (end.is_positive() && (pressed || clear().is_some())).then_some(t)
+    }
+}
+
+/// A motion under way.
+struct Course {
+    model: Model,
+    /// Time elapsed.
+    clock: Ball,
+    gaps: [Gap; 2],
+    /// d after the last impact, where it is positive.
+    inside: Option<Ball>,
+    impacts: Vec<EnclosedImpact>,
+    event_limit: usize,
+    /// Longest time, in s.
+    time: f64,
+}
+
+/// Part of the time elapsed below which it does not pay to narrow the enclosure of a Zeno point: less than a rounding of its
+/// ends.
+const NARROW: f64 = f64::EPSILON / 8.0;
+
+impl Course {
+    /// All contacts fly for `dt`.
+    fn fly(&mut self, dt: Ball) {
+        for (gap, g) in self.gaps.iter_mut().zip(self.model.g).take(self.model.count) {
+            let u = gap.u - g * dt;
+            gap.h = gap.h + (dt * (gap.u + u)).scaled(0.5);
+            gap.u = u;
+        }
+        self.clock = self.clock + dt;
+    }
+
+    /// The time elapsed after a further `dt`.
+    fn after(&self, dt: Ball) -> Bounds {
+        (self.clock + dt).bounds()
+    }
+
+    /// Flies to the landing of contact i, after `dt` and with the speed s, and collides.
+    fn land(&mut self, i: usize, dt: Ball, s: Ball) -> Result<(), Uncertain> {
+        let at = self.after(dt);
+        if self.impacts.len() >= self.event_limit || at.high > self.time {
+            return Err(Uncertain::Limit);
+        }
+        if !(at.low.is_finite() && at.high.is_finite()) {
+            return Err(Uncertain::Order);
+        }
+        self.fly(dt);
+        self.gaps[i] = Gap { h: Ball::ZERO, u: self.model.e[i] * s };
+        let other = &mut self.gaps[1 - i];
+        other.u = other.u - self.model.kick[i] * s;
+        self.inside = None;
+        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed: at });
+        Ok(())
+    }
+
+    /// The first contact to land, from a start at which none has just been hit.
+    fn begin(&mut self) -> Result<usize, Uncertain> {
+        let landings = [0, 1].map(|i| self.model.landing(i, self.gaps[i]));
+        let (i, dt, s) = match landings {
+            [Landing::Unknown, _] | [_, Landing::Unknown] => return Err(Uncertain::Order),
+            [Landing::Never, Landing::Never] => return Err(Uncertain::Never),
+            [Landing::In(t, s), Landing::Never] => (0, t, s),
+            [Landing::Never, Landing::In(t, s)] => (1, t, s),
+            [Landing::In(t, s), Landing::In(other, _)] if (other - t).is_positive() => (0, t, s),
+            [Landing::In(other, _), Landing::In(t, s)] if (other - t).is_positive() => (1, t, s),
+            _ => return Err(Uncertain::Order),
+        };
+        self.land(i, dt, s)?;
+        Ok(i)
+    }
+
+    /// The next collision after one at `a`.
+    fn next(&mut self, a: usize) -> Result<usize, Uncertain> {
+        let b = 1 - a;
+        let (u_a, g_a) = (self.gaps[a].u, self.model.g[a]);
+        let back = if g_a.is_zero() { None } else { u_a.scaled(2.0).over(g_a) };
+        match self.model.landing(b, self.gaps[b]) {
+            Landing::Unknown => return Err(Uncertain::Order),
+            Landing::In(dt, s) => {
+                // (u_a + u_a − g_aτ) > 0: a is still in the air. One at rest is hit by nothing.
+                let rests = u_a.is_zero() && dt.is_zero() && self.gaps[b].u.is_negative();
+                if rests || (u_a.scaled(2.0) - g_a * dt).is_positive() {
+                    let inside = self.inside;
+                    self.land(b, dt, s)?;
+                    if let (Some(clatter), Some(d)) = (&self.model.clatter, inside)
+                        && let Some(d) = clatter.after(b, d, dt)
+                    {
+                        self.gaps[a].u = -(d + clatter.c[a] * self.gaps[b].u);
+                        self.inside = Some(d);
+                    }
+                    return Ok(b);
+                }
+                if !back.is_some_and(|back| (dt - back).is_positive()) {
+                    return Err(Uncertain::Order);
+                }
+            }
+            Landing::Never => {}
+        }
+        let Some(back) = back else { return Err(Uncertain::Never) };
+        self.land(a, back, u_a)?;
+        Ok(a)
+    }
+
+    fn zeno(&self, contacts: &[usize], rest: [Ball; 2]) -> EnclosedZeno {
+        let [least, most] = rest.map(|t| self.after(t));
+        let contacts = contacts.iter().map(|&i| ContactNumber::of(i)).collect();
+        EnclosedZeno { contacts, elapsed: Bounds { low: least.low, high: most.high } }
+    }
+
+    /// Collision after collision until all that follow are enclosed, as narrowly as it pays.
+    fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
+        let rests = |gap: &Gap| gap.h.is_zero() && gap.u.is_zero();
+        if self.model.count == 2 && self.gaps.iter().all(rests) && self.model.presses() {
+            return Ok(self.zeno(&[0, 1], [Ball::ZERO; 2]));
+        }
+        let resting = self.gaps[..self.model.count].iter().position(rests);
+        let mut a = match resting.filter(|&i| self.model.g[i].is_positive()) {
+            Some(i) => i,
+            None => self.begin()?,
+        };
+        let mut found: Option<EnclosedZeno> = None;
+        loop {
+            let (u_a, other) = (self.gaps[a].u, self.gaps[1 - a]);
+            if let Some(t) = self.model.bounces(a, u_a, other) {
+                return Ok(self.zeno(&[a], [t, t]));
+            }
+            let tail = self.model.clatter.as_ref();
+            self.inside = self.inside.or_else(|| tail?.inside(a, u_a, other));
+            let rest = self.inside.and_then(|d| tail?.rest(&self.model, a, u_a, other, d));
+            if let Some(rest) = rest {
+                let zeno = self.zeno(&[0, 1], rest);
+                let before = found.as_ref().map_or(f64::INFINITY, |found| found.elapsed.width());
+                let elapsed =
+                    found.as_ref().map_or(zeno.elapsed, |found| found.elapsed.and(zeno.elapsed));
+                let tight = (rest[1] - rest[0]).bounds().high <= NARROW * elapsed.high;
+                let narrower = elapsed.width() < before;
+                found = Some(EnclosedZeno { elapsed, ..zeno });
+                if tight || !narrower {
+                    break;
+                }
+            }
+            match self.next(a) {
+                Ok(hit) => a = hit,
+                Err(_) if found.is_some() => break,
+                Err(uncertain) => return Err(uncertain),
+            }
+        }
+        found.ok_or(Uncertain::Order)
+    }
+}
+
+/// Encloses the motion from these gaps and rates on. `count`: contacts that there are.
+pub(crate) fn enclose(
+    model: &LocalModel,
+    count: usize,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    options: &Options,
+) -> Enclosure {
+    let gaps = [0, 1].map(|i| {
+        let there = i < count;
+        Gap {
+            h: ball(if there { gaps[i] } else { 0.0 }),
+            u: ball(if there { rates[i] } else { 0.0 }),
+        }
+    });
+    let model = Model::new(model, count);
+    let mut course = Course {
+        model,
+        clock: Ball::ZERO,
+        gaps,
+        inside: None,
+        impacts: Vec::new(),
+        event_limit: options.event_limit,
+        time: options.time_limit.map_or(f64::INFINITY, |end| end - options.time),
+    };
+    let end = course.run().and_then(|zeno| {
+        if zeno.elapsed.high <= course.time { Ok(zeno) } else { Err(Uncertain::Limit) }
+    });
+    Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
+}
+
+impl LocalModel {
+    /// Collisions and the first Zeno point, each with an interval that is proved to contain its time, for the model whose
+    /// parameters are exactly these doubles. Of the options those of [`crate::Stop::Zeno`] count: limits of time and events.
+    ///
+    /// # Errors
+    ///
+    /// As [`LocalModel::simulate`].
+    pub fn enclose(
+        &self,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        options: &Options,
+    ) -> Result<Enclosure, Error> {
+        let (gaps, _) = self.checked(gaps, rates, options)?;
+        Ok(enclose(self, 2, gaps, rates, options))
+    }
+}
