@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
-.PHONY: demo test rust python long bench caps instructions maps chart growth atlas accuracy calls weigh fuzz wheel clean
+.PHONY: demo test rust python long bench caps instructions maps chart growth atlas accuracy calls weigh fuzz audit wheel clean
 .NOTPARALLEL:
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
@@ -34,6 +34,7 @@ long: EXTRA := test
 long: wheel
 	cargo test -p standfast -- --ignored
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/test_oracle.py
+	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=4000 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/test_symmetry.py tests/test_order.py
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/test_energy.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/test_fuzz_scenes.py tests/test_terrain.py
@@ -97,6 +98,10 @@ fuzz:
 		cargo +nightly fuzz run -O $$target target/fuzz/$$target fuzz/corpus/$$target -- \
 			-runs=10000000 -max_total_time=900 -timeout=10 || exit 1; \
 	done
+
+# Licences and origins of all packages that are built in. Needs cargo-deny.
+audit:
+	cargo deny --workspace --all-features check licenses bans sources
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin

@@ -85,7 +85,7 @@ def test_one_run_again_with_its_events():
     runs = sf.simulate_many(ROD, starts(7), (0, 0, 0))
     assert runs[-1].elapsed == runs.elapsed[6]
     assert len(runs[2].impacts) == runs.collisions[2] > 0
-    with pytest.raises(IndexError, match="run 7 of 7"):
+    with pytest.raises(IndexError, match="there are 7 runs"):
         runs[7]
 
 
@@ -129,7 +129,6 @@ def test_shapes(threads):
             TypeError,
             "q = .* without masked entries",
         ),
-        ({"record": True}, ValueError, r"runs\[i\] makes run i once more"),
         ({"threads": 0}, ValueError, "threads = 0"),
         ({"model": "fast"}, ValueError, "model"),
         ({"qdot": [(0, 0, 0), (0, math.inf, 0)]}, ValueError, r"qdot.y = inf.*run 1"),
@@ -139,3 +138,30 @@ def test_wrong_input_is_named(change, error, message):
     told = {"posture": ROD, "q": [(0, 1, 0), (0, 2, 0)], "qdot": (0, 0, 0)} | change
     with pytest.raises(error, match=message):
         sf.simulate_many(**told)
+
+
+def test_the_options_of_a_scene_are_taken():
+    scene = sf.Scene(ROD, (0, 0.01, 0), (0, 0, 0), {"stop": "zeno"})
+    assert scene.options["record"] is True
+    runs = sf.simulate_many(scene.posture, [scene.q], scene.qdot, **scene.options)
+    assert list(runs.outcome) == ["zeno"]
+    assert runs[0].phases
+
+
+@pytest.mark.parametrize(
+    ("index", "error"),
+    [
+        (1, IndexError),
+        (-2, IndexError),
+        (10**30, IndexError),
+        (True, TypeError),
+        (0.0, TypeError),
+        ("a", TypeError),
+        (slice(1), TypeError),
+    ],
+)
+def test_a_wrong_index_is_named(index, error):
+    runs = sf.simulate_many(ROD, [(0, 0.01, 0)], (0, 0, 0))
+    with pytest.raises(error, match=r"index = .* cannot be used"):
+        runs[index]
+    assert runs[np.int64(-1)].time == runs.time[0]

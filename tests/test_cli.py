@@ -106,31 +106,6 @@ def test_outputs_are_written(tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
 
 
-@pytest.mark.parametrize(
-    "error",
-    [
-        lambda path: OSError(28, "No space left on device", path),
-        lambda path: ValueError(f"{path}: No space left on device"),
-    ],
-)
-def test_an_output_is_replaced_whole_or_not_at_all(
-    tmp_path, monkeypatch, capsys, error
-):
-    out = tmp_path / "run.json"
-    out.write_text("old", encoding="utf-8")
-
-    def fail(self, path):
-        Path(path).write_text("half", encoding="utf-8")
-        raise error(str(path))
-
-    monkeypatch.setattr(sf.Run, "to_json", fail)
-    assert main(["run", str(ROD), "--json", str(out)]) == 2
-    told = capsys.readouterr().err
-    assert told == f"standfast: {out}: No space left on device\n"
-    assert out.read_text(encoding="utf-8") == "old"
-    assert list(tmp_path.iterdir()) == [out]
-
-
 def test_a_device_that_fails_is_named():
     done = command("run", ROD, "--json", "/dev/full")
     assert done.returncode == 2
@@ -164,6 +139,20 @@ def test_a_run_without_record_counts_its_impacts(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "impacts simulated one by one: 9, none of them recorded" in told
     assert "no impact" not in told
+
+
+def test_what_is_proved_is_told(tmp_path, capsys):
+    path = scene(tmp_path, old='model = "full"', new='model = "local"\ncertify = true')
+    assert main(["run", str(path), "--json", str(tmp_path / "run.json")]) == 0
+    told = capsys.readouterr().out
+    enclosure = sf.load(path).simulate().enclosure
+    low, high = enclosure.zeno
+    assert f"{len(enclosure.impacts)} impacts within the bounds" in told
+    assert f"of contact 1 and 2: from {decimal(low)} to {decimal(high)} s" in told
+    written = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert written["enclosure"]["zeno"]["elapsed"] == {"low": low, "high": high}
+    bounds = [impact["elapsed"]["low"] for impact in written["enclosure"]["impacts"]]
+    assert bounds == list(enclosure.impacts["low"])
 
 
 def test_an_output_may_be_a_pipe(capsys):
@@ -210,9 +199,7 @@ def test_huge_file(tmp_path, capsys):
 def test_empty_file(tmp_path, capsys):
     path = tmp_path / "scene.toml"
     path.touch()
-    assert refusal(capsys, "run", path) == (
-        f"standfast: {path}: line 1, column 1: missing field `gravity`\n"
-    )
+    assert refusal(capsys, "run", path) == (f"standfast: {path}: is empty\n")
 
 
 def test_pipes_and_devices_are_no_scene_files(tmp_path, capsys):
@@ -360,6 +347,22 @@ def command(*arguments, **options):
     return subprocess.run(
         [program, *arguments], timeout=60, check=False, **(streams | options)
     )
+
+
+@pytest.mark.parametrize("option", ["--json", "--plot"])
+def test_a_pipe_without_a_reader_is_interrupted(tmp_path, option):
+    pipe = tmp_path / "pipe.png"
+    os.mkfifo(pipe)
+    program = [sys.executable, "-m", "standfast.cli", "run", ROD, option, pipe]
+    with subprocess.Popen(
+        program, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as running:
+        # The story has been told: what is left is to write.
+        while not running.stdout.readline().startswith(b"  gap rates"):
+            pass
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    assert (running.returncode, said) == (130, b"standfast: interrupted\n")
 
 
 def test_the_installed_command(tmp_path):

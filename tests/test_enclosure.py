@@ -238,6 +238,7 @@ def test_a_body_is_enclosed_like_its_local_model():
     low, high = run.enclosure.zeno
     assert low <= run.zeno_points[0].elapsed <= high
     assert pickle.loads(pickle.dumps(run)).enclosure == run.enclosure
+    assert pickle.loads(pickle.dumps(run.enclosure)) == run.enclosure
 
 
 def test_only_where_it_can():

@@ -188,3 +188,15 @@ def test_no_text_overlaps(name):
         assert box.x1 <= inside.x1, text
     for (one, box), (other, second) in combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
+
+
+def test_a_legend_of_many_contacts_is_cut(tmp_path):
+    feet = [sf.Contact((x / 10, 0.0)) for x in range(-24, 24)]
+    posture = sf.Posture(
+        mass=1, gyration_radius=2, center_of_mass=(0, 1), contacts=feet, restitution=0
+    )
+    run = sf.simulate(posture, (0, 0.1, 0.01), (0, 0, 0), event_limit=100)
+    figure = run.plot(tmp_path / "run.png")  # without a warning of matplotlib
+    legend = figure.axes[0].get_legend()
+    assert len(legend.get_texts()) == 14
+    assert legend.get_title().get_text().startswith("the first 14 of ")

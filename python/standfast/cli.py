@@ -10,12 +10,18 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from decimal import ROUND_UP, Decimal
+from io import TextIOWrapper
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import App, CycloptsError, Parameter, Token
+from cyclopts import (
+    App,
+    CycloptsError,
+    Parameter,
+    Token,
+    UnusedCliTokensError,
+)
 
 import standfast as sf
 from standfast.table import ROWS, aligned, map_table
@@ -47,9 +53,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
     """An integer as it is written: nothing is rounded to one."""
     text = tokens[0].value
     if not (text.isascii() and text.isdigit()):
-        raise ValueError(
-            f"--{tokens[0].keyword or 'number'} {text}: an integer >= 0 is needed"
-        )
+        raise ValueError(f"{text!r} is no integer >= 0")
     return int(text)
 
 
@@ -80,12 +84,10 @@ def run(
         result = loaded.simulate(**({} if plot is None else {"record": True}))
     _say(story(result, scene.name))
     if json is not None:
-        with _replacing(json) as path:
-            result.to_json(path)
+        result.to_json(json)
         _say(f"wrote {json}")
     if plot is not None:
-        with _replacing(plot) as path:
-            result.plot(path)
+        result.plot(plot)
         _say(f"wrote {plot}")
 
 
@@ -134,8 +136,7 @@ def stability(
         verdict = sf.stability(posture, trials=trials, seed=seed)
     _say(f"{scene.name}\n{verdict}")
     if json is not None:
-        with _replacing(json) as path:
-            verdict.to_json(path)
+        verdict.to_json(json)
         _say(f"wrote {json}")
 
 
@@ -183,11 +184,23 @@ def sweep(
         grid = sf.sweep(loaded.posture, axes, names, cache=cache, **start)
     except ImportError as error:
         raise ValueError(str(error)) from error
+    except ValueError as error:
+        raise ValueError(f"{_culprit(str(error), over, scene)}: {error}") from error
     _say("\n".join([scene.name, *map_table(grid)]))
     if plot is not None:
-        with _replacing(plot) as picture:
-            map_plot.draw(grid, picture, posture=loaded.posture)
+        map_plot.draw(grid, plot, posture=loaded.posture)
         _say(f"wrote {plot}")
+
+
+def _culprit(problem: str, over: Sequence[str], scene: Path) -> str:
+    """What a map was refused for: one of its options, or else its scene."""
+    if problem.startswith("quantity = "):
+        return "--quantity"
+    for text in over:
+        path = text.partition("=")[0]
+        if problem.startswith((f"{path} = ", f'over = "{path}" ')):
+            return f"--over {text}"
+    return "--over" if problem.startswith("over = ") else str(scene)
 
 
 def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
@@ -204,7 +217,7 @@ def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
     except ValueError:
         points = 0
         ends = (math.nan, math.nan)
-    if not (points >= 1 and all(map(math.isfinite, ends))):
+    if not (points >= 1 and all(map(math.isfinite, (*ends, ends[1] - ends[0])))):
         raise ValueError(
             f"--over {text}: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"
         )
@@ -223,6 +236,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     try:
         with _printing():
+            if isinstance(sys.stdout, TextIOWrapper):
+                # A name or a unit that its encoding lacks is no reason to lose an answer.
+                sys.stdout.reconfigure(errors="replace")
             app(
                 arguments,
                 exit_on_error=False,
@@ -239,6 +255,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _complain(f"{where}{error.strerror or error}", 2)
+    except UnusedCliTokensError as error:
+        return _complain(
+            f"too many arguments: {' '.join(error.unused_tokens or [])}", 2
+        )
     except (CycloptsError, ValueError) as error:
         return _complain(str(error), 2)
     return 0
@@ -307,38 +327,6 @@ def _drawable(path: Path | None, scene: Path) -> None:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise ValueError("--plot needs matplotlib: pip install matplotlib") from error
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path`, renamed to it once it is complete."""
-    if path.exists() and not path.is_file():
-        # A device or a pipe: written to, never replaced.
-        with TemporaryDirectory() as folder:
-            temporary = Path(folder, path.name)
-            yield temporary
-            with _instead_of(temporary, path):
-                path.write_bytes(temporary.read_bytes())
-        return
-    whole = path.resolve()
-    temporary = whole.with_name(f".{whole.stem}.{os.getpid()}{whole.suffix}")
-    try:
-        with _instead_of(temporary, path):
-            yield temporary
-            os.replace(temporary, whole)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def _instead_of(temporary: Path, path: Path) -> Iterator[None]:
-    """In an error, the path that was asked for instead of the temporary one."""
-    try:
-        yield
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    except ValueError as error:
-        raise ValueError(str(error).replace(str(temporary), str(path))) from error
 
 
 # The story of a run.

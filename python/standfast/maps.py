@@ -12,19 +12,21 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 
 from standfast import _core
-from standfast._core import Posture, Sweep
+from standfast._core import Posture, Sweep, write_whole
 
 if TYPE_CHECKING:
     import xarray
 
 #: Chunks that a grid is divided into unless they would be smaller than `SMALLEST` points.
 CHUNKS, SMALLEST = 128, 256
+
+#: Bytes of a hash.
+HASH = hashlib.sha256().digest_size
 
 #: What the parameters and the quantities are, and their units.
 UNITS = {
@@ -118,7 +120,7 @@ def sweep(
     ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
     """
     _xarray()
-    if not isinstance(over, Mapping):
+    if not (isinstance(over, Mapping) and all(isinstance(path, str) for path in over)):
         raise TypeError(
             f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
         )
@@ -129,11 +131,24 @@ def sweep(
     unknown = sorted(set(options) - OPTIONS)
     if unknown:
         raise TypeError(
-            f"{unknown[0]} is no keyword of sweep, nor one of simulate: {', '.join(sorted(OPTIONS))}"
+            f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep, nor one of simulate:"
+            f" {', '.join(sorted(OPTIONS))}"
         )
-    if cache is not None and not os.fspath(cache):
-        raise ValueError("cache = '' cannot be used: None or a folder is allowed")
-    names = [quantity] if isinstance(quantity, str) else list(quantity)
+    if not (
+        cache is None or (isinstance(cache, str | os.PathLike) and os.fspath(cache))
+    ):
+        kind = ValueError if cache == "" else TypeError
+        raise kind(f"cache = {cache!r} cannot be used: None or a folder is allowed")
+    if not (progress is None or isinstance(progress, bool)):
+        raise TypeError(
+            f"progress = {progress!r} cannot be used: None, True or False is allowed"
+        )
+    one = isinstance(quantity, str) or not isinstance(quantity, Iterable)
+    names: list[Any] = [quantity] if one else list(quantity)
+    if not all(isinstance(name, str) for name in names):
+        raise TypeError(
+            f"quantity = {quantity!r} cannot be used: a name, or a sequence of names, is allowed"
+        )
     if len(set(names)) < len(names):
         raise ValueError(
             f"quantity = {names!r} cannot be used: each one once is allowed"
@@ -242,7 +257,11 @@ def _submitted(
 
 
 class Kept:
-    """Finished chunks on disk, in a folder of their question: each is there whole or not at all."""
+    """Finished chunks on disk, in a folder of their question: each is there whole or not at all.
+
+    A chunk is a file of its columns, one after the other, behind a hash of them: whatever else is in its place counts as
+    missing.
+    """
 
     def __init__(self, cache: Path, question: Sweep) -> None:
         posture, over, names, q, qdot, options = question.__reduce__()[1]
@@ -261,48 +280,41 @@ class Kept:
         text = json.dumps(asked, indent=1, allow_nan=False)
         self.folder = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.words = question.words
+        self.dtypes = [column.dtype for column in question.run(0, 0, 1)]
         if not (self.folder / "question.json").exists():
-            self._replace("question.json", lambda path: path.write_text(text, "utf-8"))
+            write_whole(self.folder / "question.json", text.encode())
 
     def read(self, part: tuple[int, int]) -> _Columns | None:
         """The answer of a part; None if it is not there, or not whole."""
-        try:
-            with (
-                # Opened here: numpy leaves a file that is no archive open.
-                (self.folder / self._name(part)).open("rb") as raw,
-                np.load(raw, allow_pickle=False) as file,
-            ):
-                columns = [file[f"arr_{k}"] for k in range(len(self.words))]
-        except (FileNotFoundError, BadZipFile, EOFError, KeyError, ValueError):
+        path, count = self._path(part), part[1] - part[0]
+        size = HASH + count * sum(dtype.itemsize for dtype in self.dtypes)
+        # A pipe would keep its reader waiting, and a file of another size is none of ours.
+        if not (path.is_file() and path.stat().st_size == size):
             return None
-        for column, words in zip(columns, self.words, strict=True):
-            if column.shape != (part[1] - part[0],):
-                return None
-            if words is not None and not np.isin(column, range(len(words))).all():
-                return None
+        data = path.read_bytes()
+        if data[:HASH] != _hash(path, data[HASH:]):
+            return None
+        columns, start = [], HASH
+        for dtype in self.dtypes:
+            columns.append(np.frombuffer(data, dtype, count, start))
+            start += count * dtype.itemsize
         return columns
 
     def write(self, part: tuple[int, int], columns: _Columns) -> None:
         """Keep the answer of a part."""
+        data = b"".join(column.tobytes() for column in columns)
+        path = self._path(part)
+        if path.exists() and not path.is_file():
+            path.unlink()
+        write_whole(path, _hash(path, data) + data)
 
-        def save(path: Path) -> None:
-            with path.open("wb") as file:
-                np.savez(file, *columns)
+    def _path(self, part: tuple[int, int]) -> Path:
+        return self.folder / f"{part[0]:09d}-{part[1]:09d}.part"
 
-        self._replace(self._name(part), save)
 
-    @staticmethod
-    def _name(part: tuple[int, int]) -> str:
-        return f"{part[0]:09d}-{part[1]:09d}.npz"
-
-    def _replace(self, name: str, save: Callable[[Path], object]) -> None:
-        temporary = self.folder / f".{name}.{os.getpid()}.tmp"
-        try:
-            save(temporary)
-            os.replace(temporary, self.folder / name)
-        finally:
-            temporary.unlink(missing_ok=True)
+def _hash(path: Path, data: bytes) -> bytes:
+    """Of a chunk and of what it answers."""
+    return hashlib.sha256(f"{path.parent.name}/{path.name}\n".encode() + data).digest()
 
 
 def _build() -> str:

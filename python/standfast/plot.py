@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import LogLocator, NullLocator
 
-from standfast._core import Posture, Run, ZenoPoint
+from standfast._core import Posture, Run, ZenoPoint, write_whole
 
 _Floats = npt.NDArray[np.float64]
 
@@ -37,6 +38,8 @@ MARKS = 500
 APART = 0.015
 #: How far the approach is followed beyond the last simulated impact: share of the time then left.
 BEYOND = 1e-3
+#: Entries of a legend: more of them would not fit beside the axes.
+LEGEND = 14
 #: Distances from an impact, relative to the time left, at which the curve into its cusp is sampled.
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
 #: Poses of the body that are drawn.
@@ -82,7 +85,7 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
 
 
 def save(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure to exactly this path; its suffix says the format.
+    """Write a figure to exactly this path, whole or not at all; its suffix says the format.
 
     Raises ValueError for a suffix that is none, and OSError where it cannot be written.
     """
@@ -93,8 +96,9 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
         raise ValueError(
             f"path = {str(path)!r} cannot be used: a file name that ends in one of {', '.join(known)} is allowed"
         )
-    with target.open("wb") as file:
-        figure.savefig(file, format=kind)
+    picture = BytesIO()
+    figure.savefig(picture, format=kind)
+    write_whole(target, picture.getvalue())
 
 
 def accumulation(run: Run) -> ZenoPoint | None:
@@ -217,7 +221,10 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
     if len(run.gaps) > 2:  # many lines leave no room among the curves
         place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    axes.legend(frameon=True, fontsize=9, **place)
+    handles, labels = axes.get_legend_handles_labels()
+    if len(labels) > LEGEND:
+        place["title"] = f"the first {LEGEND} of {len(labels)}"
+    axes.legend(handles[:LEGEND], labels[:LEGEND], frameon=True, fontsize=9, **place)
     _bare(axes)
 
 

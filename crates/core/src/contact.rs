@@ -24,7 +24,7 @@ pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// Where the point touches in the nominal posture, world axes, in m.
-    #[serde(deserialize_with = "crate::scene::exactly")]
+    #[serde(deserialize_with = "crate::text::exactly")]
     pub point: [f64; 2],
     /// Slope angle of the terrain, |slope| < π/2, in rad.
     #[serde(default)]
@@ -109,7 +109,12 @@ impl Contact {
         if let Some(value) = self.restitution {
             restitution(format_args!("{at}restitution"), value)?;
         }
-        restitution(format_args!("{at}tangential_restitution"), self.tangential_restitution)?;
+        in_range(
+            format_args!("{at}tangential_restitution"),
+            self.tangential_restitution,
+            (0.0..1.0).contains(&self.tangential_restitution),
+            "0 <= tangential_restitution < 1",
+        )?;
         let [low, high] = self.segment;
         if !(low <= 0.0 && high >= 0.0 && low < high) {
             return Err(Error::Unusable {

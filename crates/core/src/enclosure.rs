@@ -463,7 +463,7 @@ pub(crate) fn enclose(
         gaps,
         inside: None,
         impacts: Vec::new(),
-        event_limit: options.event_limit,
+        event_limit: Options { record: true, ..*options }.events(count),
         time: options.time_limit.map_or(f64::INFINITY, |end| end - options.time),
     };
     let end = course.run().and_then(|zeno| {

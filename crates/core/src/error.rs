@@ -1,6 +1,8 @@
 //! What the caller got wrong. What physics answers, however unwelcome, is an [`Outcome`](crate::Outcome).
 
 use std::fmt::Display;
+use std::io::ErrorKind;
+use std::path::Path;
 
 use thiserror::Error;
 
@@ -19,7 +21,7 @@ pub enum Error {
         allowed: &'static str,
     },
     /// A field cannot be used as it is given, for a reason that is not a range of numbers.
-    #[error("{field} = {} cannot be used: {allowed}", shortened(value))]
+    #[error("{} = {} cannot be used: {allowed}", shortened(field), shortened(value))]
     Unusable {
         /// Path of the field.
         field: String,
@@ -51,7 +53,17 @@ pub enum Error {
         /// What is wrong there.
         error: Box<Error>,
     },
-    /// A scene file cannot be read.
+    /// A file cannot be read or written.
+    #[error("{}: {problem}", quoted(Path::new(path)))]
+    Io {
+        /// The file.
+        path: String,
+        /// What kind of obstacle there is.
+        kind: ErrorKind,
+        /// What the system says.
+        problem: String,
+    },
+    /// A file holds no scene.
     #[error("{path}: {problem}")]
     File {
         /// The file.
@@ -59,6 +71,28 @@ pub enum Error {
         /// What is wrong, with line and column where there is one.
         problem: String,
     },
+}
+
+impl Error {
+    /// What keeps a file from being read or written.
+    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
+        let said = error.to_string();
+        let problem = said.split_once(" (os error").map_or(said.as_str(), |(said, _)| said);
+        Self::Io { path: path.display().to_string(), kind: error.kind(), problem: problem.into() }
+    }
+
+    /// The same with another name of its field, if it has one.
+    pub(crate) fn renamed(mut self, name: impl FnOnce(&str) -> String) -> Self {
+        if let Self::OutOfRange { field, .. } | Self::Unusable { field, .. } = &mut self {
+            *field = name(field);
+        }
+        self
+    }
+}
+
+/// A path as messages name it.
+pub(crate) fn quoted(path: &Path) -> String {
+    if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
 }
 
 /// Longest value that is quoted in full, in characters.

@@ -119,7 +119,7 @@ impl<'a> General<'a> {
             resting: vec![false; state.points.len()],
             posture: posture.clone(),
             options: *options,
-            log: Log::new(options.record, options.end(), options.event_limit, cancel),
+            log: Log::new(options, state.points.len(), cancel),
             state,
             cause: Some(Cause::Start),
             fastest: 0.0,

@@ -102,6 +102,7 @@ impl<'a> Driver<'a> {
             }
             _ => None,
         };
+        let log = Log::new(options, base.count, cancel);
         Self {
             gaps: first.start.gaps,
             sum: first.start.impulses,
@@ -115,7 +116,7 @@ impl<'a> Driver<'a> {
             spans: Vec::new(),
             zeno: Vec::new(),
             warnings,
-            log: Log::new(options.record, options.end(), options.event_limit, cancel),
+            log,
             options: *options,
             tumble,
             landings: [None; 2],

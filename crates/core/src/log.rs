@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::clock::Clock;
+use crate::simulate::Options;
 
 /// One collision, as it was simulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,22 +78,18 @@ pub(crate) struct Log<'a> {
 }
 
 impl<'a> Log<'a> {
-    pub(crate) fn new(
-        record: bool,
-        end: f64,
-        event_limit: usize,
-        cancel: &'a dyn Fn() -> bool,
-    ) -> Self {
+    /// Of a body with `count` contacts.
+    pub(crate) fn new(options: &Options, count: usize, cancel: &'a dyn Fn() -> bool) -> Self {
         Self {
             clock: Clock::default(),
             collisions: Vec::new(),
             bodies: Vec::new(),
-            record,
-            end,
+            record: options.record,
+            end: options.end(),
             hits: 0,
             steps: 0,
             asked: 0,
-            event_limit,
+            event_limit: options.events(count),
             cancelled: false,
             phase_lost: false,
             cancel,

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::Contact;
-use crate::error::{Error, shortened};
+use crate::error::{Error, quoted};
+use crate::files::write_whole;
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate};
+use crate::text::{self, Format};
 use crate::trajectory::Trajectory;
 
 /// Largest scene file that is read, in bytes. A scene with 64 contacts takes a few thousand.
@@ -57,18 +59,20 @@ struct File {
     /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact has its own straight terrain.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     terrain: Vec<Vertex>,
+    #[serde(deserialize_with = "text::table")]
     body: BodyTable,
     /// The contacts, numbered from 1.
+    #[serde(deserialize_with = "text::contacts")]
     contact: Vec<Contact>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "text::table")]
     start: StartTable,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "text::table")]
     run: Options,
 }
 
 /// A vertex of the terrain.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
-struct Vertex(#[serde(deserialize_with = "exactly")] [f64; 2]);
+struct Vertex(#[serde(deserialize_with = "text::exactly")] [f64; 2]);
 
 /// The rigid body.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -79,7 +83,7 @@ struct BodyTable {
     /// Radius of gyration ρ > 0, in m.
     gyration_radius: f64,
     /// Nominal centre of mass, in m.
-    #[serde(deserialize_with = "exactly")]
+    #[serde(deserialize_with = "text::exactly")]
     center_of_mass: [f64; 2],
 }
 
@@ -88,10 +92,10 @@ struct BodyTable {
 #[serde(deny_unknown_fields, default)]
 struct StartTable {
     /// Displacement of the centre of mass (m, m) and rotation (rad).
-    #[serde(deserialize_with = "exactly")]
+    #[serde(deserialize_with = "text::exactly")]
     q: [f64; 3],
     /// Velocity, in m/s, m/s, rad/s.
-    #[serde(deserialize_with = "exactly")]
+    #[serde(deserialize_with = "text::exactly")]
     qdot: [f64; 3],
 }
 
@@ -102,7 +106,7 @@ impl Scene {
     ///
     /// [`Error::File`] with line and column, or what the values lack.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        Self::of_file(toml::from_str(text).map_err(|e| of_toml(text, e))?)
+        Self::read(Format::Toml, text)
     }
 
     /// Reads a scene from JSON.
@@ -111,22 +115,27 @@ impl Scene {
     ///
     /// [`Error::File`] with line and column, or what the values lack.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        Self::of_file(serde_json::from_str(text).map_err(|e| of_json(text, &e))?)
+        // Some editors begin a text with a byte-order mark; TOML has rules for it.
+        Self::read(Format::Json, text.strip_prefix('\u{feff}').unwrap_or(text))
     }
 
     /// Reads a scene file; a name that ends in `.json` is JSON, any other TOML.
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be read, is no regular file, is larger than 1 MiB, is no text or does not
-    /// hold a scene.
+    /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is no regular file, is empty or larger than 1 MiB, is no text
+    /// or does not hold a scene.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
         let name = quoted(path);
         let problem = |problem: String| Error::File { path: name.clone(), problem };
-        let io = |e: std::io::Error| problem(e.to_string());
+        let io = |e: std::io::Error| Error::io(path, &e);
         let found = std::fs::metadata(path).map_err(io)?;
+        // A file of /proc, which may keep its reader waiting, has no length.
+        if found.is_file() && found.len() == 0 {
+            return Err(problem("is empty".into()));
+        }
         if found.is_dir() {
             return Err(problem("is a directory, not a scene file".into()));
         }
@@ -134,7 +143,7 @@ impl Scene {
         if !found.is_file() {
             return Err(problem("is a pipe or a device; a scene file is a regular file".into()));
         }
-        // One byte more than allowed: the length of a file may change, and some have none.
+        // One byte more than allowed: the length of a file may change.
         let mut bytes = Vec::new();
         let file = std::fs::File::open(path).map_err(io)?;
         file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
@@ -143,11 +152,13 @@ impl Scene {
         }
         let text = String::from_utf8(bytes)
             .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
-        // Some editors begin a UTF-8 text with a byte-order mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let scene = if is_json(path) { Self::from_json(text) } else { Self::from_toml(text) };
+        let (scene, read_as) = match path.extension() {
+            _ if is_json(path) => (Self::from_json(&text), ""),
+            Some(name) if name.eq_ignore_ascii_case("toml") => (Self::from_toml(&text), ""),
+            _ => (Self::from_toml(&text), "read as TOML, "),
+        };
         scene.map_err(|e| match e {
-            Error::File { problem: text, .. } => problem(text),
+            Error::File { problem: text, .. } => problem(format!("{read_as}{text}")),
             other => problem(other.to_string()),
         })
     }
@@ -170,11 +181,11 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         let text = if is_json(path) { self.to_json() } else { self.to_toml() };
-        write_whole(path, &text)
+        write_whole(path, text.as_bytes())
     }
 
     /// JSON Schema of scene files.
@@ -193,6 +204,11 @@ impl Scene {
         simulate(&self.posture, &self.start, &self.options)
     }
 
+    fn read(format: Format, text: &str) -> Result<Self, Error> {
+        Self::of_file(format.read(text)?).map_err(|error| format.placed(text, error))
+    }
+
+    /// Errors name the fields as the file does.
     fn of_file(file: File) -> Result<Self, Error> {
         let BodyTable { mass, gyration_radius, center_of_mass } = file.body;
         let posture = Posture::new(Fields {
@@ -203,10 +219,11 @@ impl Scene {
             restitution: file.restitution,
             gravity: file.gravity,
             terrain: file.terrain.into_iter().map(|vertex| vertex.0).collect(),
-        })?;
-        file.run.validate()?;
+        })
+        .map_err(|e| e.renamed(of_posture))?;
+        file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
         let start = State::new(file.start.q, file.start.qdot);
-        start.validate()?;
+        start.validate().map_err(|e| e.renamed(|field| format!("start.{field}")))?;
         Ok(Self { posture, start, options: file.run })
     }
 
@@ -228,100 +245,17 @@ impl Scene {
     }
 }
 
+/// A field of a posture as the file names it.
+fn of_posture(field: &str) -> String {
+    match field.split_once('.').unwrap_or((field, "")) {
+        ("contacts", of_one) => format!("contact.{of_one}").trim_end_matches('.').into(),
+        ("mass" | "gyration_radius" | "center_of_mass", _) => format!("body.{field}"),
+        _ => field.into(),
+    }
+}
+
 fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
-}
-
-/// A path as messages name it.
-fn quoted(path: &Path) -> String {
-    if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
-}
-
-/// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
-/// What is no regular file (a device, a pipe) is written to as it is; a link keeps pointing where it does.
-pub(crate) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let file = |e: std::io::Error| Error::File { path: quoted(path), problem: e.to_string() };
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    if std::fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
-        return std::fs::write(&target, text).map_err(file);
-    }
-    let mut name = target.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let unfinished = target.with_file_name(name);
-    std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, &target)).map_err(
-        |e| {
-            let _ = std::fs::remove_file(&unfinished);
-            file(e)
-        },
-    )
-}
-
-/// Serde for an array of N values; a TOML array with more of them would lose the others.
-pub(crate) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    <Vec<T>>::deserialize(deserializer)?.try_into().map_err(|values: Vec<T>| {
-        let expected = format!("an array of length {N}");
-        serde::de::Error::invalid_length(values.len(), &expected.as_str())
-    })
-}
-
-/// What the parser says of a TOML text, on one line.
-fn of_toml(text: &str, mut error: toml::de::Error) -> Error {
-    let before = &text[..error.span().map_or(0, |span| span.start)];
-    let line = before.rfind('\n').map_or(before, |end| &before[end + 1..]);
-    let place = (before.matches('\n').count() + 1, line.chars().count() + 1);
-    error.set_input(None);
-    // Without its input an error says in which field it is.
-    let said = error.to_string();
-    let field =
-        said.rsplit_once("\nin `").and_then(|(_, field)| field.trim_end().strip_suffix('`'));
-    malformed(place, field, error.message())
-}
-
-/// What the parser says of a JSON text, on one line.
-fn of_json(text: &str, error: &serde_json::Error) -> Error {
-    let place = (error.line(), error.column());
-    let said = error.to_string();
-    let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
-    let field = said.starts_with("invalid ").then(|| key_before(text, place)).flatten();
-    malformed(place, field, said)
-}
-
-/// The key whose value ends at a place of a JSON text, if that is plain to see.
-fn key_before(text: &str, (line, column): (usize, usize)) -> Option<&str> {
-    let start: usize = text.split_inclusive('\n').take(line.checked_sub(1)?).map(str::len).sum();
-    let (before, value) = text.get(..start + column)?.rsplit_once(':')?;
-    let key = before.trim_end().strip_suffix('"')?.rsplit('"').next();
-    key.filter(|_| !value.contains('}'))
-}
-
-/// A parser's message, with the names of types as a reader of the file calls them.
-fn malformed((line, column): (usize, usize), field: Option<&str>, said: &str) -> Error {
-    let (found, expected) = match said.rsplit_once(", expected ") {
-        Some((found, expected)) => (found, format!(", expected {}", in_words(expected))),
-        None => (said, String::new()),
-    };
-    let found = shortened(found.trim_end_matches(" as i128").trim_end_matches(" as u128"));
-    let found = if found == "wanted string or table" { "a string is needed" } else { &found };
-    let field = field.map_or(String::new(), |field| format!(", {}", shortened(field)));
-    Error::File {
-        path: "scene".into(),
-        problem: format!("line {line}, column {column}{field}: {found}{expected}"),
-    }
-}
-
-/// What a parser expected, without the names of Rust.
-fn in_words(expected: &str) -> &str {
-    match expected {
-        "f64" => "a number",
-        "usize" => "an integer >= 0",
-        "a boolean" => "true or false",
-        _ if expected.starts_with("struct ") => "a table",
-        other => other,
-    }
 }
 
 /// A number that may be infinite: JSON has no infinities, so they are the strings "inf" and "-inf".
@@ -331,7 +265,7 @@ pub(crate) enum Extended {
     /// A finite number.
     Number(f64),
     /// "inf" or "-inf".
-    Infinite(Infinity),
+    Infinite(#[serde(deserialize_with = "text::word")] Infinity),
 }
 
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
@@ -414,6 +348,77 @@ pub(crate) mod extended_pair {
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<[f64; 2], D::Error> {
-        super::exactly(deserializer).map(|pair: [Extended; 2]| pair.map(f64::from))
+        crate::text::exactly(deserializer).map(|pair: [Extended; 2]| pair.map(f64::from))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOML: &str = "gravity = 9.81
+restitution = 0.1
+[body]
+mass = 1.0
+gyration_radius = 0.2
+center_of_mass = [0.0, 0.0]
+[[contact]]
+point = [-0.5, 0.0]
+[start]
+q = [0.0, 0.011, 0.002]
+[run]
+model = \"full\"
+";
+
+    const JSON: &str = r#"{"gravity": 9.81, "restitution": 0.1,
+"body": {"mass": 1.0, "gyration_radius": 0.2, "center_of_mass": [0.0, 0.0]},
+"contact": [{"point": [-0.5, 0.0]}],
+"run": {"model": "full"}}"#;
+
+    /// What is said of a text with one part replaced. All of such messages: `tests/test_messages.py`.
+    fn said(read: fn(&str) -> Result<Scene, Error>, text: &str, old: &str, new: &str) -> String {
+        assert!(text.contains(old), "{old}");
+        read(&text.replacen(old, new, 1)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_number_out_of_range_has_its_line_and_column() {
+        for (old, new, message) in [
+            ("mass = 1.0", "mass = 0.0", "scene: line 4, column 8: body.mass = 0.0 is"),
+            ("-0.5, 0.0", "-0.5, nan", "scene: line 8, column 16: contact.1.point.y = NaN is"),
+            ("0.011", "inf", "scene: line 10, column 11: start.q.y = inf is"),
+            ("model = \"full\"", "time_limit = -1", "scene: line 12, column 14: run.time_limit ="),
+        ] {
+            let said = said(Scene::from_toml, TOML, old, new);
+            assert!(said.starts_with(message), "{said}");
+        }
+        let said = said(Scene::from_json, JSON, "-0.5, 0.0", "-0.5, 1e200");
+        assert!(
+            said.starts_with("scene: line 3, column 30: contact.1.point.y = 1e200 is"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_table_is_no_array_and_a_word_no_table() {
+        let body = "[body]\nmass = 1.0\ngyration_radius = 0.2\ncenter_of_mass = [0.0, 0.0]";
+        for (old, new) in [
+            (body, "body = [1.0, 0.2, [0.0, 0.0]]"),
+            ("[run]", "[[run]]"),
+            ("model = \"full\"", "model = { full = 1 }"),
+            ("[[contact]]", "[contact]"),
+        ] {
+            let said = said(Scene::from_toml, TOML, old, new);
+            assert!(said.contains(": invalid type: "), "{said}");
+        }
+        for (old, new) in [
+            (JSON, "[9.81, 0.1]"),
+            ("{\"model\": \"full\"}", "[\"full\"]"),
+            ("{\"point\": [-0.5, 0.0]}", "[[-0.5, 0.0]]"),
+            ("\"full\"", "{\"full\": null}"),
+        ] {
+            let said = said(Scene::from_json, JSON, old, new);
+            assert!(said.contains(": invalid type: "), "{said}");
+        }
     }
 }

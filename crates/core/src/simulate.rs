@@ -115,12 +115,16 @@ pub enum Stop {
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Which equations are solved.
+    #[serde(deserialize_with = "crate::text::word")]
     pub model: Model,
     /// The law of impact.
+    #[serde(deserialize_with = "crate::text::word")]
     pub impact: Impact,
     /// What happens when several contacts arrive together.
+    #[serde(deserialize_with = "crate::text::word")]
     pub simultaneous: Simultaneous,
     /// Where the run ends.
+    #[serde(deserialize_with = "crate::text::word")]
     pub stop: Stop,
     /// Time on the clock at the start, in s.
     pub time: f64,
@@ -129,7 +133,8 @@ pub struct Options {
     #[schemars(with = "Option<crate::scene::Extended>")]
     pub time_limit: Option<f64>,
     /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20, impacts one
-    /// after the other in the same instant for one.
+    /// after the other in the same instant for one. A run that is recorded has at most 20 000 000 of them over the number of
+    /// contacts, and a warning says where that ended it.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.
@@ -206,6 +211,15 @@ impl Options {
             event_limit: GLANCE,
             record: false,
             ..*self
+        }
+    }
+
+    /// Events until a run of a body with `count` contacts ends: those asked for, or as many as can be recorded.
+    pub(crate) fn events(&self, count: usize) -> usize {
+        if self.record {
+            self.event_limit.min(MOST_RECORDED / count.max(1))
+        } else {
+            self.event_limit
         }
     }
 
@@ -580,6 +594,9 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
+/// Recorded events times contacts: 3 GB at most.
+const MOST_RECORDED: usize = 20_000_000;
+
 /// Events after which a look into a sum is given up.
 const GLANCE: usize = 100_000;
 
@@ -667,4 +684,44 @@ fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> {
         }
     }
     Ok(warnings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball that bounces 10¹⁶ times.
+    fn endless(record: bool, event_limit: usize) -> Trajectory {
+        let fields = crate::posture::Fields {
+            mass: 1.0,
+            gyration_radius: 1.0,
+            center_of_mass: [0.0, 0.0],
+            contacts: vec![crate::contact::Contact::at(0.0, 0.0)],
+            restitution: 1.0 - f64::EPSILON,
+            gravity: 10.0,
+            terrain: Vec::new(),
+        };
+        let options = Options { model: Model::Full, record, event_limit, ..Options::default() };
+        let posture = Posture::new(fields).unwrap();
+        simulate(&posture, &State::at_rest([0.0, 1.0, 0.1]), &options).unwrap()
+    }
+
+    #[test]
+    fn a_record_has_an_end() {
+        let recorded = Options { event_limit: usize::MAX, ..Options::default() };
+        let events = |record: bool, count: usize| Options { record, ..recorded }.events(count);
+        assert_eq!((events(true, 2), events(true, 64)), (10_000_000, 312_500));
+        assert_eq!(events(false, 2), usize::MAX);
+        assert_eq!(Options::default().events(2), 1_000_000);
+        assert_eq!(endless(true, 1000).warnings(), [""; 0]);
+    }
+
+    #[test]
+    #[ignore = "long: two gigabytes are recorded"]
+    fn a_full_record_says_so() {
+        let run = endless(true, usize::MAX);
+        assert_eq!(run.outcome(), crate::trajectory::Outcome::EventLimit);
+        assert!(run.collisions() <= MOST_RECORDED);
+        assert!(run.warnings()[0].starts_with("the record is full after 20000000 events"));
+    }
 }

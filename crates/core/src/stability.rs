@@ -232,9 +232,9 @@ impl Verdict {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
-        crate::scene::write_whole(path.as_ref(), &self.to_json())
+        crate::files::write_whole(path.as_ref(), self.to_json().as_bytes())
     }
 
     /// The evidence as JSON.

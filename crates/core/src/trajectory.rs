@@ -9,6 +9,7 @@ use crate::clock::Clock;
 use crate::contact_motion::Stance;
 use crate::enclosure::Enclosure;
 use crate::error::Error;
+use crate::flight::LOST_PHASE;
 use crate::frame::{Base, Frame, Snapshot};
 use crate::general::{General, GeneralRecord, Settled, Stretch, Struck};
 use crate::hybrid::Driver;
@@ -462,11 +463,18 @@ impl Record {
 
 impl Trajectory {
     pub(crate) fn new(
-        record: Box<Record>,
+        mut record: Box<Record>,
         model: Model,
         model_reason: &'static str,
         options: Options,
     ) -> Self {
+        let most = options.events(record.base.count);
+        let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
+        if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
+            record.warnings.push(format!(
+                "the record is full after {most} events: record = false goes on to event_limit"
+            ));
+        }
         Self { record, options, model, model_reason, enclosure: None, expanded: OnceLock::new() }
     }
 
@@ -855,9 +863,9 @@ impl Trajectory {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if it cannot be written.
+    /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
-        crate::scene::write_whole(path.as_ref(), &self.to_json())
+        crate::files::write_whole(path.as_ref(), self.to_json().as_bytes())
     }
 
     fn count(&self) -> usize {

@@ -1,7 +1,6 @@
 //! Many runs: arrays in, arrays out.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
-use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use standfast::{
     End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
@@ -90,12 +89,8 @@ impl PyRuns {
     }
 
     /// Run i once more, recorded: the same to the last bit.
-    fn __getitem__(&self, py: Python<'_>, index: isize) -> PyResult<PyRun> {
-        let count = self.ends.len();
-        let i = if index < 0 { index + count as isize } else { index };
-        let Some(i) = usize::try_from(i).ok().filter(|&i| i < count) else {
-            return Err(PyIndexError::new_err(format!("run {index} of {count} runs")));
-        };
+    fn __getitem__(&self, py: Python<'_>, index: &Bound<'_, PyAny>) -> PyResult<PyRun> {
+        let i = input::run_index(index, self.ends.len())?;
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
         let options = Options { record: true, ..self.options };
         stopped(py, |cancel| simulate_until(posture, &self.states[i], &options, cancel))
@@ -229,7 +224,8 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// The motions of many postures, or of one from many states: Runs.
 ///
 /// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
-/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded or certified. Each run is the
+/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded, whatever `record` says, or
+/// certified: runs[i] makes run i once more, with all its events. Each run is the
 /// same, to the last bit, as `simulate` makes it, whatever the number of threads.
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
@@ -254,14 +250,12 @@ pub(crate) fn simulate_many(
     #[pyo3(from_py_with = input::certify)] certify: bool,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
 ) -> PyResult<PyRuns> {
-    for (field, asked) in [("record", record), ("certify", certify)] {
-        if asked {
-            return Err(to_py(&Error::Unusable {
-                field: field.into(),
-                value: "True".into(),
-                allowed: "False: runs[i] makes run i once more, with all its events".into(),
-            }));
-        }
+    if certify {
+        return Err(to_py(&Error::Unusable {
+            field: "certify".into(),
+            value: "True".into(),
+            allowed: "False: runs[i] makes run i once more, with all its events".into(),
+        }));
     }
     let options = Options {
         model: call("model", model)?,

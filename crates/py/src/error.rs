@@ -1,19 +1,36 @@
 //! Errors of the core as Python exceptions.
 
+use std::io::ErrorKind;
+
 use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::exceptions::{PyException, PyOSError, PyValueError};
 use pyo3::prelude::*;
+use standfast::Error;
 
 create_exception!(standfast, SolverError, PyException, "A solver failed to find an answer.");
 
-pub(crate) fn to_py(error: &standfast::Error) -> PyErr {
+pub(crate) fn to_py(error: &Error) -> PyErr {
     match error {
-        standfast::Error::Solver(_) => SolverError::new_err(error.to_string()),
-        standfast::Error::At { error: inner, .. }
-            if matches!(**inner, standfast::Error::Solver(_)) =>
-        {
+        Error::Solver(_) => SolverError::new_err(error.to_string()),
+        Error::At { error: inner, .. } if matches!(**inner, Error::Solver(_)) => {
             SolverError::new_err(error.to_string())
         }
+        // Python chooses FileNotFoundError or another subclass by the number.
+        Error::Io { path, kind, problem } => {
+            PyOSError::new_err((number(*kind), problem.clone(), path.clone()))
+        }
         _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// The number of an obstacle, alike on all systems of Python (its module `errno`).
+fn number(kind: ErrorKind) -> i32 {
+    match kind {
+        ErrorKind::NotFound => 2,
+        ErrorKind::PermissionDenied => 13,
+        ErrorKind::NotADirectory => 20,
+        ErrorKind::IsADirectory => 21,
+        ErrorKind::StorageFull => 28,
+        _ => 5, // input or output
     }
 }

@@ -3,13 +3,13 @@
 use std::ops::RangeInclusive;
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PySequence, PyString};
+use pyo3::types::{PyBool, PyBytes, PyDict, PySequence, PyString};
 use standfast::{Contact, Error, MAX_CONTACTS, MAX_VERTICES};
 
 use crate::error::to_py;
-use crate::posture::PyContact;
+use crate::posture::{PyContact, PyPosture};
 use crate::run::array;
 
 /// Most times that `Run.sample` returns: 560 MB.
@@ -225,6 +225,52 @@ pub(crate) fn letters<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
 pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
     let value = format!("{given:?}");
     to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
+}
+
+/// A posture.
+pub(crate) fn posture(value: &Bound<'_, PyAny>) -> PyResult<PyPosture> {
+    let posture = value.cast::<PyPosture>();
+    posture
+        .map(|found| found.get().clone())
+        .map_err(|_| wrong_type("posture", value, "a Posture is needed"))
+}
+
+/// The options of a scene.
+pub(crate) fn options<'a, 'py>(
+    value: &'a Bound<'py, PyAny>,
+) -> PyResult<Option<&'a Bound<'py, PyDict>>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    let dict = value.cast::<PyDict>();
+    dict.map(Some).map_err(|_| wrong_type("options", value, "None or a dict is needed"))
+}
+
+/// No option of that name.
+pub(crate) fn no_option(name: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    wrong_type(
+        name,
+        value,
+        "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit, neighbourhood, \
+         tolerance, record, certify",
+    )
+}
+
+/// The number of one of `count` runs; a negative one counts from the end.
+pub(crate) fn run_index(value: &Bound<'_, PyAny>, count: usize) -> PyResult<usize> {
+    let wrong = || wrong_type("index", value, "an integer is needed");
+    if value.is_instance_of::<PyBool>() {
+        return Err(wrong());
+    }
+    let index = match value.extract::<isize>() {
+        Err(e) if !e.is_instance_of::<PyOverflowError>(value.py()) => return Err(wrong()),
+        index => index.ok(),
+    };
+    let found = index.map(|i| if i < 0 { i + count as isize } else { i });
+    found.and_then(|i| usize::try_from(i).ok()).filter(|&i| i < count).ok_or_else(|| {
+        let allowed = format!("there are {count} runs, from 0");
+        PyIndexError::new_err(unusable("index", value, allowed).to_string())
+    })
 }
 
 /// No posture, nor several.

@@ -3,7 +3,9 @@
 use pyo3::prelude::*;
 
 mod batch;
+mod enclosure;
 mod error;
+mod files;
 mod input;
 mod modes;
 mod options;
@@ -21,7 +23,11 @@ mod _core {
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]
+    use crate::enclosure::PyEnclosure;
+    #[pymodule_export]
     use crate::error::SolverError;
+    #[pymodule_export]
+    use crate::files::write_whole;
     #[pymodule_export]
     use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]
@@ -32,7 +38,7 @@ mod _core {
         clattering_bound, clattering_restitution, neimark_sacker, self_similar,
     };
     #[pymodule_export]
-    use crate::run::{PyEnclosure, PyPhase, PyRun, PyZenoPoint};
+    use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
@@ -56,7 +62,7 @@ mod _core {
     /// once; frictionless law only), "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
     /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
     /// run ends at the latest, s. event_limit : largest number of events (collisions, changes
-    /// of the motion; impacts in turn in one instant count for one). neighbourhood : displacement of the
+    /// of the motion; impacts in turn in one instant count for one); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
     /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
     /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
     /// gyration_radius. record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
@@ -74,7 +80,7 @@ mod _core {
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,
-        posture: PyRef<'_, PyPosture>,
+        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         #[pyo3(from_py_with = input::model)] model: &str,

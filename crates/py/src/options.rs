@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
@@ -73,17 +73,7 @@ pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResu
             "tolerance" => options.tolerance = input::tolerance(&value)?,
             "record" => options.record = input::record(&value)?,
             "certify" => options.certify = input::certify(&value)?,
-            _ => {
-                let unknown = Error::Unusable {
-                    field: "option".into(),
-                    value: field,
-                    allowed:
-                        "the options of simulate are model, impact, simultaneous, stop, time, \
-                              time_limit, event_limit, neighbourhood, tolerance, record, certify"
-                            .into(),
-                };
-                return Err(PyTypeError::new_err(unknown.to_string()));
-            }
+            _ => return Err(input::no_option(&field, &value)),
         }
     }
     options.validate().map_err(|e| to_py(&e))

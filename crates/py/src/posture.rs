@@ -7,7 +7,7 @@ use standfast::{Contact, Error, Fields, LocalModel, Posture, ReducedMap, State};
 use crate::error::to_py;
 use crate::input;
 use crate::options::{call, float, interruptible, pair_text, stopped};
-use crate::reduced::{PyExponents, PyFate, PyOrbit, fate_table};
+use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::PyRun;
 
 /// Most impacts of an orbit that is not kept: far more than a lifetime of computing.
@@ -440,7 +440,8 @@ impl PyLocalModel {
         let n = input::whole("n", n, 1..=input::MOST_SAMPLES)?;
         let map = ReducedMap::new(&self.0).map_err(|e| to_py(&e))?;
         let orbit = py.detach(|| self.0.orbit(gaps, rates, n)).map_err(|e| to_py(&e))?;
-        Ok(PyOrbit { map, orbit })
+        let asked = Asked { model: self.0, method: "orbit", gaps, rates, counts: vec![n] };
+        Ok(PyOrbit { map, orbit, asked })
     }
 
     /// Mean growth per impact of speeds and of differences in shape: Exponents.
@@ -464,8 +465,10 @@ impl PyLocalModel {
         let n = n.map_or(Ok(100_000), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
         let transient =
             transient.map_or(Ok(1000), |n| input::whole("transient", n, 0..=MOST_IMPACTS))?;
+        let counts = vec![n, transient];
+        let asked = Asked { model: self.0, method: "exponents", gaps, rates, counts };
         interruptible(py, |cancel| self.0.exponents_until(gaps, rates, n, transient, cancel))
-            .map(PyExponents)
+            .map(|exponents| PyExponents { exponents, asked })
     }
 
     /// What becomes of a motion: Fate. Looked at for n impacts at most.
@@ -487,7 +490,9 @@ impl PyLocalModel {
         n: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyFate> {
         let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
-        interruptible(py, |cancel| self.0.fate_until(gaps, rates, n, cancel)).map(PyFate)
+        let asked = Asked { model: self.0, method: "fate", gaps, rates, counts: vec![n] };
+        interruptible(py, |cancel| self.0.fate_until(gaps, rates, n, cancel))
+            .map(|fate| PyFate { fate, asked })
     }
 
     /// The fates of many motions: gaps, rates of shape (..., 2). A structured array of shape (...) with the fields of Fate:

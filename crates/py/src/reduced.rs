@@ -2,12 +2,13 @@
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyList;
-use standfast::{Error, Exponents, Fate, Orbit, OrbitEnd, ReducedMap, SelfSimilar};
+use pyo3::types::{PyList, PyTuple};
+use standfast::{Error, Exponents, Fate, LocalModel, Orbit, OrbitEnd, ReducedMap, SelfSimilar};
 
 use crate::error::to_py;
 use crate::input;
 use crate::options::float;
+use crate::posture::PyLocalModel;
 use crate::run::array;
 
 /// The impacts of a motion, one by one, up to scale.
@@ -27,6 +28,26 @@ use crate::run::array;
 pub(crate) struct PyOrbit {
     pub(crate) map: ReducedMap,
     pub(crate) orbit: Orbit,
+    pub(crate) asked: Asked,
+}
+
+/// The call of a method of a model that an answer is pickled as.
+pub(crate) struct Asked {
+    pub(crate) model: LocalModel,
+    pub(crate) method: &'static str,
+    pub(crate) gaps: [f64; 2],
+    pub(crate) rates: [f64; 2],
+    /// The numbers of impacts.
+    pub(crate) counts: Vec<usize>,
+}
+
+impl Asked {
+    fn again<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let model = PyLocalModel(self.model).into_pyobject(py)?;
+        let start = (self.gaps, self.rates).into_pyobject(py)?;
+        let counts = PyTuple::new(py, &self.counts)?;
+        Ok((model.getattr(self.method)?, start.add(counts)?.cast_into()?))
+    }
 }
 
 fn end(end: Option<OrbitEnd>) -> Option<&'static str> {
@@ -107,6 +128,13 @@ impl PyOrbit {
         self.orbit.shapes.len()
     }
 
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        self.asked.again(py)
+    }
+
     fn __repr__(&self) -> String {
         format!("<Orbit: {} impacts{}>", self.__len__(), ended(self.end()))
     }
@@ -122,43 +150,58 @@ impl PyOrbit {
 /// A chaotic orbit in doubles soon is not the one of its start (an error grows by exp(Λ_1) per impact); its means are
 /// those of the attractor.
 #[pyclass(frozen, eq, name = "Exponents", module = "standfast")]
-#[derive(PartialEq)]
-pub(crate) struct PyExponents(pub(crate) Exponents);
+pub(crate) struct PyExponents {
+    pub(crate) exponents: Exponents,
+    pub(crate) asked: Asked,
+}
+
+impl PartialEq for PyExponents {
+    fn eq(&self, other: &Self) -> bool {
+        self.exponents == other.exponents
+    }
+}
 
 #[pymethods]
 impl PyExponents {
     #[getter]
     fn sigma(&self) -> f64 {
-        self.0.sigma
+        self.exponents.sigma
     }
 
     #[getter]
     fn lyapunov(&self) -> (f64, f64) {
-        self.0.lyapunov.into()
+        self.exponents.lyapunov.into()
     }
 
     #[getter]
     fn sigma_error(&self) -> f64 {
-        self.0.sigma_error
+        self.exponents.sigma_error
     }
 
     #[getter]
     fn lyapunov_error(&self) -> (f64, f64) {
-        self.0.lyapunov_error.into()
+        self.exponents.lyapunov_error.into()
     }
 
     #[getter]
     fn hits(&self) -> usize {
-        self.0.hits
+        self.exponents.hits
     }
 
     #[getter]
     fn end(&self) -> Option<&'static str> {
-        end(self.0.end)
+        end(self.exponents.end)
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        self.asked.again(py)
     }
 
     fn __repr__(&self) -> String {
-        let x = &self.0;
+        let x = &self.exponents;
         let ([one, two], [d_one, d_two]) = (x.lyapunov, x.lyapunov_error);
         format!(
             "<Exponents: sigma {:.3e} +- {:.0e}, lyapunov {one:.4} +- {d_one:.0e} and {two:.4} +- {d_two:.0e}, {} impacts{}>",
@@ -179,45 +222,64 @@ impl PyExponents {
 /// the impacts before have not made more of its rounding than 1e-6 of the shape. hits : impacts after the first until it is known. period : impacts after which shape and contact repeat, or None. sigma : mean logarithm of the factor of all speeds
 /// per impact from then on; nan if not known.
 #[pyclass(frozen, eq, name = "Fate", module = "standfast")]
-#[derive(PartialEq)]
-pub(crate) struct PyFate(pub(crate) Fate);
+pub(crate) struct PyFate {
+    pub(crate) fate: Fate,
+    pub(crate) asked: Asked,
+}
+
+impl PartialEq for PyFate {
+    fn eq(&self, other: &Self) -> bool {
+        self.fate == other.fate
+    }
+}
 
 #[pymethods]
 impl PyFate {
     #[getter]
     fn kind(&self) -> &'static str {
-        self.0.kind.as_str()
+        self.fate.kind.as_str()
     }
 
     #[getter]
     fn contact(&self) -> Option<usize> {
-        self.0.contact.map(standfast::ContactNumber::number)
+        self.fate.contact.map(standfast::ContactNumber::number)
     }
 
     #[getter]
     fn certified(&self) -> bool {
-        self.0.certified
+        self.fate.certified
     }
 
     #[getter]
     fn hits(&self) -> usize {
-        self.0.hits
+        self.fate.hits
     }
 
     #[getter]
     fn period(&self) -> Option<usize> {
-        self.0.period
+        self.fate.period
     }
 
     #[getter]
     fn sigma(&self) -> f64 {
-        self.0.sigma
+        self.fate.sigma
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        self.asked.again(py)
     }
 
     fn __repr__(&self) -> String {
         let contact = self.contact().map_or(String::new(), |i| format!(" of contact {i}"));
-        let certified = if self.0.certified { ", certified" } else { "" };
-        format!("<Fate: {}{contact}{certified}, known after {} impacts>", self.kind(), self.0.hits)
+        let certified = if self.fate.certified { ", certified" } else { "" };
+        format!(
+            "<Fate: {}{contact}{certified}, known after {} impacts>",
+            self.kind(),
+            self.fate.hits
+        )
     }
 }
 
@@ -259,33 +321,50 @@ pub(crate) fn fate_table<'py>(
 /// square. factor : c. stable : whether orbits nearby come to it. rate, gap : of the other contact right after an
 /// impact that leaves with rate 1, at gravity 1.
 #[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast")]
-#[derive(PartialEq)]
-pub(crate) struct PySelfSimilar(SelfSimilar);
+pub(crate) struct PySelfSimilar {
+    orbit: SelfSimilar,
+    restitution: f64,
+    psi: f64,
+}
+
+impl PartialEq for PySelfSimilar {
+    fn eq(&self, other: &Self) -> bool {
+        self.orbit == other.orbit
+    }
+}
 
 #[pymethods]
 impl PySelfSimilar {
     #[getter]
     fn factor(&self) -> f64 {
-        self.0.factor
+        self.orbit.factor
     }
 
     #[getter]
     fn stable(&self) -> bool {
-        self.0.stable
+        self.orbit.stable
     }
 
     #[getter]
     fn rate(&self) -> f64 {
-        self.0.rate
+        self.orbit.rate
     }
 
     #[getter]
     fn gap(&self) -> f64 {
-        self.0.gap
+        self.orbit.gap
+    }
+
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let asked = (self.restitution, self.psi).into_pyobject(py)?;
+        Ok((py.import("standfast")?.getattr("self_similar")?, asked))
     }
 
     fn __repr__(&self) -> String {
-        let SelfSimilar { factor, stable, rate, gap } = self.0;
+        let SelfSimilar { factor, stable, rate, gap } = self.orbit;
         let stable = if stable { "stable" } else { "unstable" };
         format!(
             "<SelfSimilar: {stable}, factor {}, rate {}, gap {}>",
@@ -387,7 +466,8 @@ pub(crate) fn self_similar(
     #[pyo3(from_py_with = input::coupling)] psi: f64,
 ) -> PyResult<Option<PySelfSimilar>> {
     let [e, _] = restitutions([restitution; 2])?;
-    Ok(standfast::self_similar(e, coupling(psi)?).map(PySelfSimilar))
+    let found = standfast::self_similar(e, coupling(psi)?);
+    Ok(found.map(|orbit| PySelfSimilar { orbit, restitution, psi }))
 }
 
 /// The coupling at which the self-similar orbit changes its stability (a Neimark–Sacker bifurcation): below it orbits nearby

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::{Bounds, ContactNumber, Enclosure, Instant, Phase, Trajectory, ZenoPoint};
+use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
 
+use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
+use crate::files::write_whole;
 use crate::input::{MOST_SAMPLES, doubles, whole};
 use crate::modes::PyContactProblem;
 use crate::options::{self, word};
@@ -22,7 +24,26 @@ use crate::posture::{PyLocalModel, PyPosture};
 /// contact that it is about, or None.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyPhase(Phase);
+pub(crate) struct PyPhase(PhaseFields);
+
+/// As a dictionary it is pickled.
+#[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
+#[pyo3(from_item_all)]
+struct PhaseFields {
+    mode: String,
+    start: f64,
+    end: f64,
+    cause: String,
+    contact: Option<usize>,
+}
+
+impl From<Phase> for PyPhase {
+    fn from(phase: Phase) -> Self {
+        let Phase { mode, start, end, cause } = phase;
+        let contact = cause.contact().map(ContactNumber::number);
+        Self(PhaseFields { mode, start, end, cause: cause.as_str().into(), contact })
+    }
+}
 
 #[pymethods]
 impl PyPhase {
@@ -43,18 +64,26 @@ impl PyPhase {
 
     #[getter]
     fn cause(&self) -> &str {
-        self.0.cause.as_str()
+        &self.0.cause
     }
 
     #[getter]
     fn contact(&self) -> Option<usize> {
-        self.0.cause.contact().map(ContactNumber::number)
+        self.0.contact
+    }
+
+    #[staticmethod]
+    fn _of(fields: PhaseFields) -> Self {
+        Self(fields)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PhaseFields,))> {
+        Ok((py.get_type::<Self>().getattr("_of")?, (self.0.clone(),)))
     }
 
     fn __repr__(&self) -> String {
-        let Phase { mode, start, end, cause } = &self.0;
-        let contact = cause.contact().map_or(String::new(), |i| format!(", contact={i}"));
-        let cause = cause.as_str();
+        let PhaseFields { mode, start, end, cause, contact } = &self.0;
+        let contact = contact.map_or(String::new(), |i| format!(", contact={i}"));
         format!("Phase(mode='{mode}', start={start:?}, end={end:?}, cause='{cause}'{contact})")
     }
 }
@@ -69,7 +98,46 @@ impl PyPhase {
 /// collision that was summed instead of simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyZenoPoint(ZenoPoint);
+pub(crate) struct PyZenoPoint(ZenoFields);
+
+/// As a dictionary it is pickled.
+#[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
+#[pyo3(from_item_all)]
+struct ZenoFields {
+    kind: String,
+    contacts: Vec<usize>,
+    time: f64,
+    elapsed: f64,
+    time_error: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    rotation: [f64; 2],
+    gaps: Vec<f64>,
+    gap_rates: Vec<f64>,
+    certified: bool,
+    method: String,
+    first_summed: usize,
+}
+
+impl From<ZenoPoint> for PyZenoPoint {
+    fn from(z: ZenoPoint) -> Self {
+        Self(ZenoFields {
+            kind: z.kind,
+            contacts: z.contacts.iter().map(|contact| contact.number()).collect(),
+            time: z.time,
+            elapsed: z.elapsed,
+            time_error: z.time_error,
+            q: z.q,
+            qdot: z.qdot,
+            rotation: z.rotation,
+            gaps: z.gaps,
+            gap_rates: z.gap_rates,
+            certified: z.certified,
+            method: z.method.into(),
+            first_summed: z.first_summed,
+        })
+    }
+}
 
 #[pymethods]
 impl PyZenoPoint {
@@ -80,13 +148,13 @@ impl PyZenoPoint {
 
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.0.contacts.iter().map(|contact| contact.number()))
+        PyTuple::new(py, &self.0.contacts)
     }
 
     #[getter]
     fn contact(&self) -> Option<usize> {
         match self.0.contacts.as_slice() {
-            [only] => Some(only.number()),
+            [only] => Some(*only),
             _ => None,
         }
     }
@@ -143,12 +211,21 @@ impl PyZenoPoint {
 
     #[getter]
     fn method(&self) -> &str {
-        self.0.method
+        &self.0.method
     }
 
     #[getter]
     fn first_summed(&self) -> usize {
         self.0.first_summed
+    }
+
+    #[staticmethod]
+    fn _of(fields: ZenoFields) -> Self {
+        Self(fields)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (ZenoFields,))> {
+        Ok((py.get_type::<Self>().getattr("_of")?, (self.0.clone(),)))
     }
 
     fn __repr__(&self) -> String {
@@ -163,76 +240,6 @@ impl PyZenoPoint {
             z.method,
             if z.certified { ", certified" } else { "" }
         )
-    }
-}
-
-/// Intervals that are proved to contain the times of the collisions of a local model, up to its first Zeno point: for the
-/// model whose parameters, and the start whose gaps and rates, are exactly these doubles.
-///
-/// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start); that these
-/// collisions happen, in this order, is proved as well. zeno : (low, high), s after the start, of the first Zeno point, or None;
-/// contacts : those that come to rest there. reason : why nothing is certain after the last of the impacts, or None.
-///
-/// >>> import standfast as sf
-/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
-/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0), model="local", stop="zeno", certify=True)
-/// >>> low, high = run.enclosure.zeno
-/// >>> low < run.elapsed < high, high - low < 1e-15 * run.elapsed, run.enclosure.contacts
-/// (True, True, (1, 2))
-#[pyclass(frozen, eq, name = "Enclosure", module = "standfast")]
-#[derive(Clone, PartialEq)]
-pub(crate) struct PyEnclosure(Enclosure);
-
-#[pymethods]
-impl PyEnclosure {
-    /// The collisions and the bounds of their times.
-    #[getter]
-    fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let impacts = &self.0.impacts;
-        let dtype = [("contact", "i8"), ("index", "i8"), ("low", "f8"), ("high", "f8")];
-        let table = py.import("numpy")?.call_method1("empty", (impacts.len(), dtype.to_vec()))?;
-        let whole = |of: fn(ContactNumber) -> usize| -> Vec<i64> {
-            impacts.iter().map(|i| of(i.contact) as i64).collect()
-        };
-        let times =
-            |of: fn(Bounds) -> f64| -> Vec<f64> { impacts.iter().map(|i| of(i.elapsed)).collect() };
-        table.set_item("contact", whole(ContactNumber::number).into_pyarray(py))?;
-        table.set_item("index", whole(ContactNumber::index).into_pyarray(py))?;
-        table.set_item("low", times(|t| t.low).into_pyarray(py))?;
-        table.set_item("high", times(|t| t.high).into_pyarray(py))?;
-        Ok(table)
-    }
-
-    /// Bounds of the time of the first Zeno point, s after the start, or None.
-    #[getter]
-    fn zeno(&self) -> Option<(f64, f64)> {
-        self.0.zeno.as_ref().map(|zeno| (zeno.elapsed.low, zeno.elapsed.high))
-    }
-
-    /// The contacts that come to rest at the Zeno point.
-    #[getter]
-    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let contacts = self.0.zeno.iter().flat_map(|zeno| &zeno.contacts);
-        PyTuple::new(py, contacts.map(|i| i.number()).collect::<Vec<_>>())
-    }
-
-    /// Why nothing is certain after the last of the impacts; None where there is a Zeno point.
-    #[getter]
-    fn reason(&self) -> Option<&str> {
-        self.0.reason.map(standfast::Uncertain::as_str)
-    }
-
-    fn __repr__(&self) -> String {
-        let impacts = self.0.impacts.len();
-        match (self.zeno(), self.0.reason) {
-            (Some((low, high)), _) => {
-                format!("<Enclosure: {impacts} impacts, Zeno point within [{low:?}, {high:?}] s>")
-            }
-            (None, reason) => {
-                let reason = reason.map_or("", standfast::Uncertain::as_str);
-                format!("<Enclosure: {impacts} impacts, then {reason}>")
-            }
-        }
     }
 }
 
@@ -400,20 +407,20 @@ impl PyRun {
     /// The Zeno points in order.
     #[getter]
     fn zeno_points(&self) -> Vec<PyZenoPoint> {
-        self.0.zeno_points().into_iter().map(PyZenoPoint).collect()
+        self.0.zeno_points().into_iter().map(Into::into).collect()
     }
 
     /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; None unless asked for by
     /// `certify`.
     #[getter]
     fn enclosure(&self) -> Option<PyEnclosure> {
-        self.0.enclosure().cloned().map(PyEnclosure)
+        self.0.enclosure().map(PyEnclosure::from)
     }
 
     /// The contact modes in order; empty unless recorded.
     #[getter]
     fn phases(&self) -> Vec<PyPhase> {
-        self.0.phases().into_iter().map(PyPhase).collect()
+        self.0.phases().into_iter().map(Into::into).collect()
     }
 
     /// Things to know: ties, a start taken as touching.
@@ -473,8 +480,8 @@ impl PyRun {
     }
 
     /// Writes the run as JSON.
-    fn to_json(&self, path: PathBuf) -> PyResult<()> {
-        self.0.save(path).map_err(|e| to_py(&e))
+    fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        write_whole(py, path, self.0.to_json().into_bytes())
     }
 
     fn __repr__(&self) -> String {

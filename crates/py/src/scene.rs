@@ -30,13 +30,13 @@ impl PyScene {
     #[new]
     #[pyo3(signature = (posture, q, qdot, options=None))]
     fn new(
-        posture: PyRef<'_, PyPosture>,
+        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
-        options: Option<&Bound<'_, PyDict>>,
+        options: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mut chosen = Options::default();
-        if let Some(keywords) = options {
+        if let Some(keywords) = options.map(input::options).transpose()?.flatten() {
             set(&mut chosen, keywords)?;
         }
         let start = State::new(q, qdot);
@@ -117,7 +117,7 @@ impl PyScene {
 
 /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
 ///
-/// Raises ValueError naming the file, the place and what is wrong.
+/// Raises OSError where it cannot be read, and ValueError naming the file, the place and what is wrong there.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))

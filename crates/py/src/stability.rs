@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 use standfast::{Posture, State, StaticForces, Verdict};
 
 use crate::error::to_py;
+use crate::files::write_whole;
 use crate::input;
 use crate::modes::PyModes;
 use crate::options::interruptible;
@@ -175,8 +176,8 @@ impl PyVerdict {
     }
 
     /// Writes the verdict and its evidence as JSON.
-    fn to_json(&self, path: PathBuf) -> PyResult<()> {
-        self.verdict.save(path).map_err(|e| to_py(&e))
+    fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        write_whole(py, path, self.verdict.to_json().into_bytes())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
@@ -188,6 +189,14 @@ impl PyVerdict {
             again = py.import("functools")?.getattr("partial")?.call((again,), Some(&keywords))?;
         }
         Ok((again, (self.posture(),)))
+    }
+
+    /// Whether it is of the same posture and the same kicks: the rest follows from them.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| {
+            let other = other.get();
+            self.posture == other.posture && self.verdict.trials == other.verdict.trials
+        })
     }
 
     fn __repr__(&self) -> String {
@@ -218,7 +227,7 @@ impl PyVerdict {
 #[pyo3(signature = (posture, *, trials=0, seed=0))]
 pub(crate) fn stability(
     py: Python<'_>,
-    posture: PyRef<'_, PyPosture>,
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
 ) -> PyResult<PyVerdict> {
@@ -247,7 +256,7 @@ type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 #[pyfunction]
 pub(crate) fn static_forces<'py>(
     py: Python<'py>,
-    posture: PyRef<'_, PyPosture>,
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
 ) -> PyResult<Option<Extremes<'py>>> {
     let Some(StaticForces { low, high }) = standfast::static_forces(&posture.0) else {
         return Ok(None);
@@ -270,7 +279,7 @@ pub(crate) fn static_forces<'py>(
 /// >>> round(sf.friction_margin(point), 12)           # on a slope of 0.2, with friction 0.5
 /// 0.6
 #[pyfunction]
-pub(crate) fn friction_margin(posture: PyRef<'_, PyPosture>) -> f64 {
+pub(crate) fn friction_margin(#[pyo3(from_py_with = input::posture)] posture: PyPosture) -> f64 {
     standfast::friction_margin(&posture.0)
 }
 
@@ -281,6 +290,8 @@ pub(crate) fn friction_margin(posture: PyRef<'_, PyPosture>) -> f64 {
 /// >>> sf.equilibrium_region(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
 /// (-0.5, 0.5)
 #[pyfunction]
-pub(crate) fn equilibrium_region(posture: PyRef<'_, PyPosture>) -> Option<(f64, f64)> {
+pub(crate) fn equilibrium_region(
+    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+) -> Option<(f64, f64)> {
     standfast::equilibrium_region(&posture.0).map(Into::into)
 }

@@ -37,7 +37,7 @@ impl PySweep {
     #[new]
     #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None))]
     fn new(
-        posture: PyRef<'_, PyPosture>,
+        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
         over: Vec<(String, Bound<'_, PyAny>)>,
         quantities: Vec<String>,
         q: Option<&Bound<'_, PyAny>>,

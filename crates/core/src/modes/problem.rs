@@ -367,6 +367,13 @@ impl Posture {
             problem.sliding.push((closed && rate <= still).then_some(sign));
             problem.bias.push([-b * omega * omega, -c * omega * omega]);
         }
-        ContactProblem::new(problem)
+        ContactProblem::new(problem).map_err(|e| {
+            e.renamed(|field| match field.strip_prefix("arms.") {
+                Some(number) => format!(
+                    "distance of contacts.{number}.point from center_of_mass over gyration_radius"
+                ),
+                None => field.into(),
+            })
+        })
     }
 }

@@ -1,0 +1,28 @@
+//! Files, written so that Ctrl-C ends a wait.
+
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+use crate::error::to_py;
+
+/// Time between two looks for Ctrl-C.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Writes a file under another name and renames it: complete or not at all. What is no regular file is written to as it is.
+#[pyfunction]
+pub(crate) fn write_whole(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
+    if !std::fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+        return standfast::write_whole(&path, &data).map_err(|e| to_py(&e));
+    }
+    // A pipe keeps its writer waiting for a reader.
+    let writing = thread::spawn(move || standfast::write_whole(&path, &data));
+    while !writing.is_finished() {
+        py.check_signals()?;
+        py.detach(|| thread::sleep(LOOK));
+    }
+    let written = writing.join().unwrap_or_else(|_| unreachable!("writing does not panic"));
+    written.map_err(|e| to_py(&e))
+}

@@ -1,0 +1,242 @@
+"""Wrong inputs, and what is said of each: as a user reads it, whole, for a person to review."""
+
+import math
+import os
+import shlex
+import subprocess
+import sys
+
+import pytest
+import standfast as sf
+from standfast.cli import main
+
+TOML = """\
+gravity = 9.81
+restitution = 0.1
+[body]
+mass = 1.0
+gyration_radius = 0.2
+center_of_mass = [0.0, 0.0]
+[[contact]]
+point = [-0.5, 0.0]
+[[contact]]
+point = [0.5, 0.0]
+slope = 0.0
+[start]
+q = [0.0, 0.011, 0.002]
+[run]
+model = "full"
+"""
+JSON = """\
+{"gravity": 9.81, "restitution": 0.1,
+"body": {"mass": 1.0, "gyration_radius": 0.2, "center_of_mass": [0.0, 0.0]},
+"contact": [
+{"point": [-0.5, 0.0]},
+{"point": [0.5, 0.0], "slope": 0.0}
+],
+"start": {"q": [0.0, 0.011, 0.002]},
+"run": {"model": "full"}}
+"""
+BODY = "[body]\nmass = 1.0\ngyration_radius = 0.2\ncenter_of_mass = [0.0, 0.0]"
+BOTH = "[[contact]]\npoint = [-0.5, 0.0]\n[[contact]]"
+BOM = "\ufeff"
+
+#: A text replaced in TOML, by what, and the message behind the name of the file.
+IN_TOML = [
+    # Numbers out of range.
+    ("mass = 1.0", "mass = 0.0", "line 4, column 8: body.mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    ("gravity = 9.81", "gravity = -9.81", "line 1, column 11: gravity = -9.81 is outside its range: finite and >= 0: 0, or from 1e-150 to 1e150"),
+    ("gravity = 9.81", BOM + "gravity = -9.81", "line 1, column 11: gravity = -9.81 is outside its range: finite and >= 0: 0, or from 1e-150 to 1e150"),
+    ("slope = 0.0", "slope = 2.0", "line 11, column 9: contact.2.slope = 2.0 is outside its range: |slope| < pi/2, so that the normal points up"),
+    ("[0.5, 0.0]", "[0.5, nan]", "line 10, column 15: contact.2.point.y = NaN is outside its range: finite, at most 1e150 in size"),
+    ("slope = 0.0", "tangential_restitution = 1.0", "line 11, column 26: contact.2.tangential_restitution = 1.0 is outside its range: 0 <= tangential_restitution < 1"),
+    ("slope = 0.0", "segment = [1.0, 2.0]", "line 11, column 11: contact.2.segment = (1.0, 2.0) cannot be used: low <= 0 <= high with low < high"),
+    ("0.011", "inf", "line 13, column 11: start.q.y = inf is outside its range: finite, at most 1e150 in size"),
+    ('model = "full"', "tolerance = 0.0", "line 15, column 13: run.tolerance = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    ("mass = 1.0", "mass = 1e999", "line 4, column 8, body.mass: floating-point number overflowed"),
+    ('model = "full"', "event_limit = 99999999999999999999999", "line 15, column 15, run.event_limit: invalid type: integer `99999999999999999999999`, expected an integer >= 0"),
+    # Wrong kinds of values.
+    ("mass = 1.0", "mass = '1'", 'line 4, column 8, body.mass: invalid type: string "1", expected a number'),
+    ('model = "full"', 'model = "ful"', "line 15, column 9, run.model: unknown variant `ful`, expected one of `auto`, `local`, `full`"),
+    ('model = "full"', "model = { full = 1 }", "line 15, column 9, run.model: invalid type: table, expected a string"),
+    ('model = "full"', "time_limit = { inf = 1 }", 'line 15, column 14, run.time_limit: a number, "inf" or "-inf" is needed'),
+    (BODY, "body = [1.0, 0.2, [0.0, 0.0]]", "line 3, column 8, body: invalid type: array, expected a table"),
+    ("[run]", "[[run]]", "line 14, column 1, run: invalid type: array, expected a table"),
+    (BOTH, "[contact]", "line 7, column 1, contact: invalid type: table, expected an array of tables, each under [[contact]] in TOML"),
+    # Fields that are missing, unknown or there twice.
+    ("mass = 1.0\n", "", "line 3, column 1, body: missing field `mass`"),
+    ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`"),
+    ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
+    (TOML, "", "is empty"),
+    ("gravity", BOM + BOM + "gravity", "line 1, column 1: invalid unquoted key, expected letters, numbers, `-`, `_`"),
+]  # fmt: skip
+
+#: As `IN_TOML`.
+IN_JSON = [
+    ('"mass": 1.0', '"mass": 0.0', "line 2, column 18: body.mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    ("0.011", "1e200", "line 7, column 22: start.q.y = 1e200 is outside its range: finite, at most 1e150 in size"),
+    ("0.011", "1e999", "line 7, column 26, start.q.2: a number within the range of doubles is needed"),
+    ("0.011", "NaN", "line 7, column 22, start.q.2: a value of JSON is needed; it has no NaN and no Infinity"),
+    ('"mass": 1.0', '"mass": null', "line 2, column 18, body.mass: invalid type: null, expected a number"),
+    ('"full"', "null", "line 8, column 18, run.model: invalid type: null, expected a string"),
+    ('"full"', '{"full": null}', "line 8, column 18, run.model: invalid type: table, expected a string"),
+    ('"model": "full"', '"event_limit": -1', "line 8, column 24, run.event_limit: invalid value: integer `-1`, expected an integer >= 0"),
+    ('{"model": "full"}', '["full"]', "line 8, column 8, run: invalid type: array, expected a table"),
+    ('{"point": [0.5, 0.0], "slope": 0.0}', "[[0.5, 0.0]]", "line 5, column 1, contact.2: invalid type: array, expected a table"),
+    (JSON, "[9.81, 0.1]", "line 1, column 1: invalid type: array, expected a table"),
+    ('"mass": 1.0', '"mass": 1.0, "mass": 1.0', "line 2, column 9, body: duplicate field `mass`"),
+    ('"start"', "start", "line 7, column 1: key must be a string"),
+    ('{"model": "full"}', '{"model": "full" ψ}', "line 8, column 25, run: expected `,` or `}`"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "old", "new", "message"),
+    [("scene.toml", TOML, *row) for row in IN_TOML]
+    + [("scene.json", JSON, *row) for row in IN_JSON],
+)
+def test_a_wrong_scene_file(tmp_path, name, text, old, new, message):
+    assert old in text
+    path = tmp_path / name
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ValueError) as error:  # noqa: PT011
+        sf.load(path)
+    assert str(error.value) == f"{path}: {message}"
+
+
+ROD = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+START = {"q": (0.0, 0.011, 0.002), "qdot": (0.0, 0.0, 0.0)}
+SCENE = sf.Scene(ROD, **START)
+RUN = SCENE.simulate()
+RUNS = sf.simulate_many(ROD, **START)
+OPTIONS = (
+    "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit,"
+    " neighbourhood, tolerance, record, certify"
+)
+#: A body that is all but a point mass.
+NEEDLE = sf.Posture.rod(half_length=0.5, gyration_radius=1e-9, restitution=0.1)
+
+
+def body(**change):
+    fields = {
+        "mass": 1.0,
+        "gyration_radius": 0.2,
+        "center_of_mass": (0.0, 0.3),
+        "contacts": [sf.Contact((-0.5, 0.0)), sf.Contact((0.5, 0.0))],
+        "restitution": 0.1,
+    }
+    return sf.Posture(**(fields | change))
+
+
+#: What is asked for in Python, the error, and its message.
+IN_PYTHON = [
+    # Bodies.
+    (lambda: body(mass=0), ValueError, "mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    (lambda: body(mass="1"), TypeError, "mass = '1' cannot be used: a number is needed"),
+    (lambda: body(restitution=1), ValueError, "restitution = 1.0 is outside its range: 0 <= restitution < 1"),
+    (lambda: body(contacts=None), TypeError, "contacts = None cannot be used: a sequence with an entry for each contact is needed"),
+    (lambda: body(contacts=[1]), TypeError, "contacts.1 = 1 cannot be used: a Contact is needed"),
+    (lambda: body(terrain=[]), ValueError, "terrain = [] cannot be used: None, or a sequence of 2 to 1024 vertices (x, y)"),
+    (lambda: sf.Contact((0, 0), tangential_restitution=1), ValueError, "tangential_restitution = 1.0 is outside its range: 0 <= tangential_restitution < 1"),
+    (lambda: sf.Contact((0, 0), slope=2), ValueError, "slope = 2.0 is outside its range: |slope| < pi/2, so that the normal points up"),
+    (lambda: sf.Contact((0, 0, 0)), ValueError, "point = (0, 0, 0) cannot be used: 2 numbers are needed, not 3"),
+    (lambda: body().local(q=None), TypeError, "q = None cannot be used: 3 numbers are needed"),
+    # Runs.
+    (lambda: sf.simulate(None, **START), TypeError, "posture = None cannot be used: a Posture is needed"),
+    (lambda: sf.simulate(ROD, (0, -1, 0), (0, 0, 0)), ValueError, "q puts contact 1 into the terrain: its gap -1.0 m is below -5e-13 m; allowed are gaps >= 0"),
+    (lambda: sf.simulate(ROD, **START, model="ful"), ValueError, 'model = "ful" cannot be used: one of `auto`, `local`, `full`'),
+    (lambda: sf.simulate(ROD, **START, event_limit=1e6), TypeError, "event_limit = 1000000.0 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
+    (lambda: sf.simulate(ROD, **START, stop="time"), ValueError, 'time_limit = none cannot be used: a finite time_limit, because stop = "time"'),
+    (lambda: SCENE.simulate(modle="full"), TypeError, f"modle = 'full' cannot be used: {OPTIONS}"),
+    (lambda: sf.Scene(ROD, **START, options=["full"]), TypeError, "options = ['full'] cannot be used: None or a dict is needed"),
+    (lambda: RUN.at(math.nan), ValueError, f"t = NaN cannot be used: from 0.0 to {RUN.time!r}, the time of the run"),
+    (lambda: RUN.sample(1.5), TypeError, "n = 1.5 cannot be used: an integer from 2 to 10000000 is needed"),
+    (lambda: RUNS[1], IndexError, "index = 1 cannot be used: there are 1 runs, from 0"),
+    (lambda: RUNS[True], TypeError, "index = True cannot be used: an integer is needed"),
+    # Questions about postures.
+    (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture is needed"),
+    (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
+    (lambda: sf.stability(NEEDLE), ValueError, "distance of contacts.1.point from center_of_mass over gyration_radius = 499999999.99999994 is outside its range: length over gyration_radius at most 1e4: forces of longer ones have few digits left"),
+    (lambda: sf.contact_modes(ROD, method="fast"), ValueError, 'method = "fast" cannot be used: one of `auto`, `enumerate`, `qp`'),
+    (lambda: sf.clattering_bound(1.5), ValueError, "restitution = 1.5 is outside its range: 0 <= restitution < 1"),
+    # Maps.
+    (lambda: sf.sweep(ROD, {1: [1]}), TypeError, "over = {1: [1]} cannot be used: values by the path of their parameter are allowed"),
+    (lambda: sf.sweep(ROD, {"mass": [1, -1]}), ValueError, "mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    (lambda: sf.sweep(ROD, {"mass": []}), ValueError, "mass = [] cannot be used: at least one value"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, None), TypeError, "quantity = None cannot be used: a name, or a sequence of names, is allowed"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, cache=3), TypeError, "cache = 3 cannot be used: None or a folder is allowed"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, progress="x"), TypeError, "progress = 'x' cannot be used: None, True or False is allowed"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, chunk=0), ValueError, "chunk = 0 cannot be used: None or an integer >= 1 is allowed"),
+    # Files.
+    (lambda: sf.load("nowhere.toml"), FileNotFoundError, "[Errno 2] No such file or directory: 'nowhere.toml'"),
+    (lambda: SCENE.save("nowhere/scene.toml"), FileNotFoundError, "[Errno 2] No such file or directory: 'nowhere/scene.toml'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("ask", "kind", "message"), IN_PYTHON, ids=[row[2] for row in IN_PYTHON]
+)
+def test_a_wrong_argument(tmp_path, monkeypatch, ask, kind, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(kind) as error:
+        ask()
+    assert type(error.value) is kind
+    assert str(error.value) == message
+
+
+#: Arguments of the command, and what it says behind its name. There is `rod.toml` and a folder `folder.json`.
+ON_THE_LINE = [
+    ("walk", 'Unknown command "walk". Available commands: run, modes, stability, map, schema.'),
+    ("run", 'Command "run" parameter --scene requires an argument.'),
+    ("run rod.toml --colour", "Unknown option: --colour."),
+    ("run rod.toml rod.toml", "too many arguments: rod.toml"),
+    ("run nowhere.toml", "nowhere.toml: No such file or directory"),
+    ("run rod.toml --json", 'Command "run" parameter --json requires an argument.'),
+    ("run rod.toml --json ''", "Invalid value for --json: the path is empty"),
+    ("run rod.toml --json folder.json", "--json folder.json: is a directory"),
+    ("run rod.toml --json rod.toml", "--json rod.toml: is the scene file"),
+    ("run rod.toml --plot rod.jpg", "--plot rod.jpg: the name must end in .png, .pdf, .svg"),
+    ("stability rod.toml --trials many", "Invalid value for --trials: 'many' is no integer >= 0"),
+    ("map rod.toml", 'Command "map" parameter --over requires an argument.'),
+    ("map rod.toml --over mass=1:2", "--over mass=1:2: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
+    ("map rod.toml --over mass=1e308:-1e308:3", "--over mass=1e308:-1e308:3: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
+    ("map rod.toml --over mass=-1:1:3", "--over mass=-1:1:3: mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    ("map rod.toml --over mass=1:2:3 --over mass=1:2:3", "--over mass=1:2:3: mass is there already"),
+    ("map rod.toml --over mass=1:2:99999999", "--over mass=1:2:99999999: at most 10000000 values"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "message"), ON_THE_LINE)
+def test_a_wrong_command_line(tmp_path, monkeypatch, capsys, line, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.toml").write_text(TOML, encoding="utf-8")
+    (tmp_path / "folder.json").mkdir()
+    assert main(shlex.split(line)) == 2
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", f"standfast: {message}\n")
+
+
+def test_a_name_of_another_kind_of_file_is_read_as_toml(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(TOML.replace("mass = 1.0", "mass = 0.0"), encoding="utf-8")
+    with pytest.raises(
+        ValueError, match=r"scene\.yaml: read as TOML, line 4, column 8:"
+    ):
+        sf.load(path)
+    path.write_text(TOML, encoding="utf-8")
+    assert sf.load(path).posture == ROD
+
+
+def test_what_an_encoding_lacks_is_no_reason_to_lose_an_answer(tmp_path):
+    path = tmp_path / "stäbe_ψ.toml"
+    path.write_text(TOML, encoding="utf-8")
+    for arguments in (["run", path], ["map", path, "--over", "gravity=1:2:3"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "standfast.cli", *arguments],
+            env={**os.environ, "PYTHONIOENCODING": "cp1252"},
+            capture_output=True,
+            timeout=60,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert done.stdout.decode("cp1252").startswith("stäbe_?.toml")
