@@ -21,7 +21,7 @@ def simulate_local(v):
     )
 
 
-def simulate_full(v):
+def simulate_full(v, **options):
     """Run the full model up to its first Zeno point."""
     contacts = [
         sf.Contact(point=(v[f"x{i}_x"], v[f"x{i}_y"]), slope=v[f"alpha{i}"])
@@ -42,4 +42,5 @@ def simulate_full(v):
         model="full",
         stop="zeno",
         simultaneous="first-contact-first",
+        **options,
     )

@@ -1,7 +1,7 @@
-//! Verified enclosures of a motion of the local model: for each collision, and for the Zeno point they accumulate at, an
+//! Verified enclosures of a motion: for each collision, and in the local model for the Zeno point they accumulate at, an
 //! interval that contains its time.
 //!
-//! Flights and impacts are those of `clatter.rs`, in balls of 106 bits: the order in which contacts land is decided where the
+//! Of the local model (`full.rs` has the other) flights and impacts are those of `clatter.rs`, in balls of 106 bits: the order in which contacts land is decided where the
 //! balls are apart, and where they are not, the enclosure ends and says so. The infinite rest is enclosed by two
 //! theorems, for parameters that are what the doubles say.
 //!
@@ -41,8 +41,10 @@ use crate::simulate::Options;
 use crate::trajectory::ContactNumber;
 
 mod ball;
+mod full;
 
 use ball::Ball;
+pub(crate) use full::enclose_full;
 
 /// An interval of time, in s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -94,6 +96,8 @@ pub enum Uncertain {
     Limit,
     /// It is certain that no contact lands again.
     Never,
+    /// What follows is shorter than a rounding of the time. Where it ends is known to be certain in the local model only.
+    Rest,
 }
 
 impl Uncertain {
@@ -104,6 +108,9 @@ impl Uncertain {
             Self::Order => "which contact lands next is not certain",
             Self::Limit => "a limit of the run is reached",
             Self::Never => "no contact lands again",
+            Self::Rest => {
+                "what follows is shorter than a rounding of the time: only the local model encloses its end"
+            }
         }
     }
 }

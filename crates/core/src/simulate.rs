@@ -146,8 +146,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Whether the trajectory is kept.
     pub record: bool,
-    /// Whether the run comes with intervals that are proved to contain the times of its collisions and of its first Zeno point:
-    /// [`Trajectory::enclosure`]. With `model = "local"` only.
+    /// Whether the run comes with intervals that are proved to contain the times of its collisions and, in the local model, of
+    /// its first Zeno point: [`Trajectory::enclosure`].
     pub certify: bool,
 }
 
@@ -261,11 +261,11 @@ pub fn simulate_until(
     solvable(posture, options)?;
     state.validate()?;
     let mut start = Start::new(posture, state, options.model)?;
-    let enclosure = options.certify.then(|| start.enclose(posture, options)).transpose()?;
     let reason = match options.model {
         Model::Local | Model::Full => "asked for",
         Model::Auto => match try_local(posture, state, &start, options, cancel) {
-            Tried::Run(run) => return Ok(run.map(|run| *run)),
+            Tried::Run(None) => return Ok(None),
+            Tried::Run(Some(run)) => return enclosed(*run, posture, state, options).map(Some),
             Tried::No(reason) => {
                 start.model = Model::Full;
                 reason
@@ -273,7 +273,23 @@ pub fn simulate_until(
         },
     };
     let run = start.run(posture, state, options, cancel);
-    Ok(run.map(|run| run.into_trajectory(reason, *options).with(enclosure)))
+    run.map(|run| enclosed(run.into_trajectory(reason, *options), posture, state, options))
+        .transpose()
+}
+
+/// The run with bounds of its times, if they are asked for.
+fn enclosed(
+    run: Trajectory,
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+) -> Result<Trajectory, Error> {
+    if !options.certify {
+        return Ok(run);
+    }
+    let start = Start::new(posture, state, run.model())?;
+    let enclosure = start.enclose(posture, state, options)?;
+    Ok(run.with(Some(enclosure)))
 }
 
 /// What came of the local model.
@@ -398,16 +414,18 @@ impl Start {
         Ok(Self { model, heights, rates, warnings })
     }
 
-    /// Intervals that contain the times of the collisions, of the frozen model.
-    fn enclose(&self, posture: &Posture, options: &Options) -> Result<Enclosure, Error> {
-        if self.model != Model::Local || !Self::is_pair(posture, options) {
-            return Err(Error::Unusable {
-                field: "certify".into(),
-                value: "true".into(),
-                allowed: "with model = \"local\", one or two contacts, impact = \"newton\" and terrain without ends".into(),
-            });
-        }
+    /// Intervals that contain the times of the collisions.
+    fn enclose(
+        &self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+    ) -> Result<Enclosure, Error> {
         let count = self.heights.len();
+        if self.model == Model::Full {
+            let touching: PerContact<bool> = self.heights.iter().map(|h| *h == 0.0).collect();
+            return Ok(enclosure::enclose_full(posture, state, &touching, options));
+        }
         let model = if count == 2 {
             posture.local(0.0)?
         } else {
@@ -618,6 +636,14 @@ const HEAVIEST: f64 = 1e6;
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
+    if options.certify && !Start::is_pair(posture, options) {
+        return Err(Error::Unusable {
+            field: "certify".into(),
+            value: "true".into(),
+            allowed: "with one or two contacts, impact = \"newton\" and terrain without ends"
+                .into(),
+        });
+    }
     let contacts = posture.contacts();
     let together = options.simultaneous == Simultaneous::Newton;
     if contacts.len() > 1 && options.impact != Impact::Newton && together {

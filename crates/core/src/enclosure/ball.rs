@@ -47,13 +47,28 @@ impl Ball {
         Self { hi, lo, radius: (radius + ROUNDING * hi.abs()) * SLACK }
     }
 
+    /// The double nearest its centre.
+    pub(super) fn middle(self) -> f64 {
+        self.hi
+    }
+
+    /// Its centre alone.
+    pub(super) fn center(self) -> Self {
+        Self { radius: 0.0, ..self }
+    }
+
+    /// With all that is at most this far from it.
+    pub(super) fn widened(self, by: f64) -> Self {
+        Self { radius: (self.radius + by) * SLACK, ..self }
+    }
+
     /// At least the distance of its farthest number from zero.
-    fn size(self) -> f64 {
+    pub(super) fn size(self) -> f64 {
         (self.hi.abs() + self.radius) * SLACK
     }
 
     /// At most the distance of its nearest number from zero; 0 if that is not certain to be positive.
-    fn clearance(self) -> f64 {
+    pub(super) fn clearance(self) -> f64 {
         ((self.hi.abs() / SLACK - self.radius) / SLACK).max(0.0)
     }
 

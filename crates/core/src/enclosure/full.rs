@@ -1,0 +1,327 @@
+//! Collisions of the full model.
+//!
+//! Flights are those of `flight.rs`, h(t) = h + ut − gt²/2 − (1 − cos ωt) c − (ωt − sin ωt) b, and impacts those of
+//! `tumble.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it comes down to zero once, at a root that an interval
+//! Newton step proves, and another gap that is positive then has been positive all the while. Where a gap is not concave, nothing
+//! is certain any more.
+
+use super::ball::Ball;
+use super::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain, ball};
+use crate::flight::Arc;
+use crate::posture::Posture;
+use crate::simulate::{Options, State};
+use crate::trajectory::ContactNumber;
+use crate::trig::Turn;
+
+/// Terms of the series of sine and cosine: those that follow are below 1e-35 up to an angle of one.
+const TERMS: usize = 15;
+const LEFT_OUT: f64 = 1e-35;
+/// Angle of which nothing is told, in rad: each doubling of an angle costs a bit or two.
+const FARTHEST: f64 = 1e12;
+
+/// sin x, 1 − cos x and x − sin x by their series.
+struct Sine {
+    /// (−1)ⁿ/(2n + 3)! and (−1)ⁿ/(2n + 2)!
+    lag: [Ball; TERMS],
+    versed: [Ball; TERMS],
+}
+
+impl Sine {
+    fn new() -> Option<Self> {
+        let (mut lag, mut versed) = ([Ball::ZERO; TERMS], [Ball::ZERO; TERMS]);
+        let mut last = ball(1.0);
+        for n in 0..TERMS {
+            let k = 2.0 * n as f64;
+            versed[n] = last.over(ball(k + 2.0))?;
+            lag[n] = versed[n].over(ball(k + 3.0))?;
+            last = -lag[n];
+        }
+        Some(Self { lag, versed })
+    }
+
+    fn of(&self, x: Ball) -> Turn<Ball> {
+        if x.is_zero() {
+            return Turn { sin: Ball::ZERO, versed: Ball::ZERO, lag: Ball::ZERO };
+        }
+        if x.size() > FARTHEST {
+            let any = |middle: f64| ball(middle).widened(1.0);
+            return Turn { sin: any(0.0), versed: any(1.0), lag: x.widened(1.0) };
+        }
+        if x.size() > 1.0 {
+            // sin 2x = 2 sin x cos x, 1 − cos 2x = 2 sin²x
+            let half = self.of(x.scaled(0.5));
+            let sin = (half.sin * (ball(1.0) - half.versed)).scaled(2.0);
+            return Turn { sin, versed: half.sin.square().scaled(2.0), lag: x - sin };
+        }
+        let y = x.square();
+        let sum = |terms: &[Ball; TERMS]| {
+            let whole = terms.iter().rev().fold(Ball::ZERO, |sum, term| sum * y + *term);
+            whole.widened(LEFT_OUT)
+        };
+        let lag = x * y * sum(&self.lag);
+        Turn { sin: x - lag, versed: y * sum(&self.versed), lag }
+    }
+}
+
+/// One contact.
+#[derive(Clone, Copy)]
+struct Foot {
+    h: Ball,
+    u: Ball,
+    b: Ball,
+    c: Ball,
+    g: Ball,
+    e: Ball,
+}
+
+impl Foot {
+    fn gap(&self, t: Ball, turn: &Turn<Ball>) -> Ball {
+        self.h + t * (self.u - (self.g * t).scaled(0.5))
+            - (turn.versed * self.c + turn.lag * self.b)
+    }
+
+    fn rate(&self, t: Ball, turn: &Turn<Ball>, omega: Ball) -> Ball {
+        self.u - self.g * t - omega * (turn.sin * self.c + turn.versed * self.b)
+    }
+
+    /// What the rotation may take from gravity: ω²√(b² + c²).
+    fn lift(&self, omega: Ball) -> Option<Ball> {
+        Some(omega.square() * (self.b.square() + self.c.square()).sqrt()?)
+    }
+
+    /// Whether it certainly does not go down into the terrain at once.
+    fn starts(&self) -> bool {
+        self.h.is_positive() || self.h.is_zero() && (self.u.is_zero() || self.u.is_positive())
+    }
+
+    /// In doubles.
+    fn guess(&self, omega: Ball) -> f64 {
+        let [h, u, b, c, g, omega] =
+            [self.h, self.u, self.b, self.c, self.g, omega].map(Ball::middle);
+        let arc = Arc { h: h.max(0.0), u: if h > 0.0 { u } else { u.max(0.0) }, g, b, c, omega };
+        if h == 0.0 && u < 0.0 { 0.0 } else { arc.touchdown().unwrap_or(f64::INFINITY) }
+    }
+}
+
+/// The end of a flight.
+struct Landing {
+    contact: usize,
+    dt: Ball,
+    turn: Turn<Ball>,
+    /// Speed of the landing.
+    s: Ball,
+}
+
+/// A motion under way.
+struct Course {
+    sine: Sine,
+    feet: Vec<Foot>,
+    omega: Ball,
+    rho2: Ball,
+    n12: Ball,
+    clock: Ball,
+    impacts: Vec<EnclosedImpact>,
+    event_limit: usize,
+    /// Longest time, in s.
+    time: f64,
+}
+
+/// Part of the time elapsed below which a flight is shorter than its rounding, and flights of such length after which the motion is
+/// left.
+const SHORT: f64 = f64::EPSILON / 8.0;
+const SHORT_ONES: usize = 8;
+
+impl Course {
+    fn new(posture: &Posture, state: &State, touching: &[bool], options: &Options) -> Option<Self> {
+        let sine = Sine::new()?;
+        let of = |x: f64| sine.of(ball(x));
+        let fields = posture.fields();
+        let [x, y, theta] = [state.q.x, state.q.y, state.q.z];
+        let [vx, vy, omega] = [state.qdot.x, state.qdot.y, state.qdot.z].map(ball);
+        let spin = of(theta);
+        let mut normals = Vec::new();
+        let mut feet = Vec::new();
+        for ((contact, geometry), &touches) in
+            posture.contacts().iter().zip(posture.geometry()).zip(touching)
+        {
+            let slope = of(contact.slope);
+            let (cos, sin) = (ball(1.0) - slope.versed, slope.sin);
+            let d = [0, 1].map(|k| ball(contact.point[k]) - ball(fields.center_of_mass[k]));
+            // R(θ)d − d
+            let moved =
+                [-(spin.versed * d[0] + spin.sin * d[1]), spin.sin * d[0] - spin.versed * d[1]];
+            let arm = [d[0] + moved[0], d[1] + moved[1]];
+            let (tangent, normal) = ([cos, sin], [-sin, cos]);
+            let dot = |a: [Ball; 2], b: [Ball; 2]| a[0] * b[0] + a[1] * b[1];
+            let (b, c) = (dot(tangent, arm), dot(normal, arm));
+            let h = dot(normal, [ball(x) + moved[0], ball(y) + moved[1]]);
+            feet.push(Foot {
+                h: if touches { Ball::ZERO } else { h },
+                u: dot(normal, [vx, vy]) + b * omega,
+                b,
+                c,
+                g: ball(fields.gravity) * cos,
+                e: ball(geometry.restitution),
+            });
+            normals.push(normal);
+        }
+        let n12 = match normals[..] {
+            [one, two] => one[0] * two[0] + one[1] * two[1],
+            _ => Ball::ZERO,
+        };
+        let rho2 = ball(fields.gyration_radius).square();
+        Some(Self {
+            sine,
+            omega,
+            rho2,
+            n12,
+            clock: Ball::ZERO,
+            impacts: Vec::new(),
+            event_limit: Options { record: true, ..*options }.events(feet.len()),
+            time: options.end(),
+            feet,
+        })
+    }
+
+    /// The landing of contact i, about `guess` from now, were it alone.
+    fn landing(&self, i: usize, guess: f64) -> Option<Landing> {
+        let (foot, omega) = (&self.feet[i], self.omega);
+        if foot.h.is_zero() && foot.u.is_negative() {
+            let turn = self.sine.of(Ball::ZERO);
+            return Some(Landing { contact: i, dt: Ball::ZERO, turn, s: -foot.u });
+        }
+        let lift = foot.lift(omega)?;
+        if !(foot.g - lift).is_positive() || !foot.starts() || !guess.is_finite() {
+            return None;
+        }
+        // One Newton step more than doubles allow; then one that proves.
+        let mut t = ball(guess);
+        for _ in 0..2 {
+            let turn = self.sine.of(omega * t);
+            let step = foot.gap(t, &turn).over(foot.rate(t, &turn, omega))?;
+            t = (t - step).center();
+        }
+        let turn = self.sine.of(omega * t);
+        let rest = foot.gap(t, &turn).size();
+        let slope = foot.rate(t, &turn, omega);
+        if !slope.is_negative() {
+            return None;
+        }
+        let reach = 4.0 * rest / slope.clearance();
+        let least = slope.clearance() - 2.0 * (foot.g + lift).size() * reach;
+        // All of the step lies within half of what the slope was taken over.
+        if !(least > 0.0 && 2.0 * rest <= least * reach || rest == 0.0) || !(t.clearance() > reach)
+        {
+            return None;
+        }
+        let dt = t.widened(reach);
+        let turned = omega.size() * reach * 2.0;
+        let wide = |x: Ball| x.widened(2.0 * turned);
+        let turn = Turn { sin: wide(turn.sin), versed: wide(turn.versed), lag: wide(turn.lag) };
+        Some(Landing { contact: i, s: -foot.rate(dt, &turn, omega), dt, turn })
+    }
+
+    /// The first landing of all.
+    fn first(&self) -> Result<Landing, Uncertain> {
+        let guesses: Vec<f64> = self.feet.iter().map(|foot| foot.guess(self.omega)).collect();
+        let order: &[usize] = if guesses.len() == 1 {
+            &[0]
+        } else if guesses[1] < guesses[0] {
+            &[1, 0]
+        } else {
+            &[0, 1]
+        };
+        // A gap that is concave and positive then was so before.
+        let clear = |i: usize, landing: &Landing| {
+            let foot = &self.feet[i];
+            let concave = foot.lift(self.omega).is_some_and(|lift| (foot.g - lift).is_positive());
+            let later = || concave && foot.gap(landing.dt, &landing.turn).is_positive();
+            foot.starts() && (landing.dt.is_zero() || later())
+        };
+        for &i in order {
+            if let Some(landing) = self.landing(i, guesses[i])
+                && order.iter().all(|&j| j == i || clear(j, &landing))
+            {
+                return Ok(landing);
+            }
+        }
+        Err(Uncertain::Order)
+    }
+
+    fn collide(&mut self) -> Result<Ball, Uncertain> {
+        let Landing { contact: i, dt, turn, s } = self.first()?;
+        let Bounds { low, high } = (self.clock + dt).bounds();
+        if self.impacts.len() >= self.event_limit || high > self.time {
+            return Err(Uncertain::Limit);
+        }
+        if !(low.is_finite() && high.is_finite() && s.is_positive()) {
+            return Err(Uncertain::Order);
+        }
+        for (j, foot) in self.feet.iter_mut().enumerate() {
+            let (h, u) = (foot.gap(dt, &turn), foot.rate(dt, &turn, self.omega));
+            let (b, c) = (foot.b, foot.c);
+            foot.b = b - (b * turn.versed + c * turn.sin);
+            foot.c = c - (c * turn.versed - b * turn.sin);
+            (foot.h, foot.u) = if j == i { (Ball::ZERO, -s) } else { (h, u) };
+        }
+        self.clock = self.clock + dt;
+        let Foot { b, e, .. } = self.feet[i];
+        let blow = ((ball(1.0) + e) * s).over(b.square() + self.rho2).ok_or(Uncertain::Order)?;
+        self.feet[i].u = e * s;
+        if let Some(other) = self.feet.get_mut(1 - i) {
+            other.u = other.u + (b * other.b + self.rho2 * self.n12) * blow;
+        }
+        self.omega = self.omega + b * blow;
+        let elapsed = Bounds { low: low.max(0.0), high };
+        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed });
+        Ok(dt)
+    }
+
+    /// Contacts that rest from the start, pressed down.
+    fn resting(&self) -> Vec<usize> {
+        let rests = |foot: &Foot| foot.h.is_zero() && foot.u.is_zero() && foot.g.is_positive();
+        let all: Vec<usize> = (0..self.feet.len()).filter(|&i| rests(&self.feet[i])).collect();
+        let apart =
+            |i: usize| self.feet.iter().enumerate().all(|(j, f)| j == i || f.h.is_positive());
+        match all[..] {
+            _ if !self.omega.is_zero() => Vec::new(),
+            [i] if apart(i) => all,
+            [_, _] => {
+                let cross = self.feet[0].b * self.feet[1].b + self.rho2 * self.n12;
+                if cross.is_negative() || cross.is_zero() { all } else { Vec::new() }
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
+        let resting = self.resting();
+        if !resting.is_empty() {
+            let contacts = resting.into_iter().map(ContactNumber::of).collect();
+            return Ok(EnclosedZeno { contacts, elapsed: Bounds { low: 0.0, high: 0.0 } });
+        }
+        let mut short = 0;
+        loop {
+            let dt = self.collide()?;
+            let brief = dt.size() <= SHORT * self.clock.middle();
+            short = if brief { short + 1 } else { 0 };
+            if short == SHORT_ONES {
+                return Err(Uncertain::Rest);
+            }
+        }
+    }
+}
+
+/// Encloses the collisions of the full model. `touching`: contacts that touch at the start, or are taken as touching.
+pub(crate) fn enclose_full(
+    posture: &Posture,
+    state: &State,
+    touching: &[bool],
+    options: &Options,
+) -> Enclosure {
+    let Some(mut course) = Course::new(posture, state, touching, options) else {
+        return Enclosure { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
+    };
+    let end = course.run();
+    Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
+}
