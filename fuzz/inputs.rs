@@ -226,6 +226,30 @@ pub fn motion(data: &[u8]) {
     let bits = |state: &State| [state.q, state.qdot].map(|v| [v.x, v.y, v.z].map(f64::to_bits));
     assert_eq!(bits(&ends[0].state), bits(run.state()));
     holds_together(&run, &state, &options);
+    match simulate(
+        run.posture().unwrap_or_else(|| unreachable!()),
+        &state,
+        &Options { certify: true, ..options },
+    ) {
+        Ok(proved) => agrees(&run, &proved),
+        Err(error) => complains(&error),
+    }
+}
+
+/// Impacts that are proved are those of the run, and their bounds follow each other.
+fn agrees(run: &Trajectory, proved: &Trajectory) {
+    let enclosure = proved.enclosure().unwrap_or_else(|| panic!("asked for"));
+    assert!(enclosure.zeno.is_some() != enclosure.reason.is_some(), "{enclosure:?}");
+    let mut last = 0.0;
+    for impact in &enclosure.impacts {
+        let bounds = impact.elapsed;
+        assert!(
+            0.0 <= bounds.low && bounds.low <= bounds.high && last <= bounds.high,
+            "{enclosure:?}"
+        );
+        last = bounds.low;
+    }
+    assert_eq!(run.elapsed().to_bits(), proved.elapsed().to_bits());
 }
 
 /// What is true of every run.

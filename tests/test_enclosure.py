@@ -235,11 +235,68 @@ def test_a_body_is_enclosed_like_its_local_model():
     run = sf.simulate(rod, q, qdot, model="local", certify=True)
     start = run.gaps_at(0.0)
     other = of(rod.local(), *start)
-    assert run.enclosure == other
     low, high = run.enclosure.zeno
+    # Parameters, gaps and rates of the other are rounded.
+    assert abs(low - other.zeno[0]) <= 1e-14 * low
     assert low <= run.zeno_points[0].elapsed <= high
     assert pickle.loads(pickle.dumps(run)).enclosure == run.enclosure
     assert pickle.loads(pickle.dumps(run.enclosure)) == run.enclosure
+
+
+def test_two_slopes_reached_at_once():
+    """A body that falls straight down lands on both at the same instant, whatever the roundings of its gaps."""
+    contacts = [sf.Contact((-1.0, 0.0)), sf.Contact((1.0, 0.2), slope=1.5)]
+    body = sf.Posture(1.0, 0.3, (0.0, 0.5), contacts, 0.2, 9.81)
+    for model in ("local", "full"):
+        enclosure = sf.simulate(body, (0, 0.3, 0), (0, 0, 0), model=model, certify=True).enclosure  # fmt: skip
+        assert (len(enclosure.impacts), enclosure.zeno) == (0, None)
+        assert enclosure.reason == "which contact lands next is not certain"
+
+
+@pytest.mark.parametrize(
+    ("gravity", "psi", "e", "gaps", "rates", "contacts", "time"),
+    [
+        # At rest while the other flies, or leaves: no impact at all.
+        ((1, 1), (-0.5, -0.5), 0.1, (0, 1), (0, 0), (1,), 0.0),
+        ((1, 1), (0.5, 0.5), 0.1, (0, 0), (0, 1), (1,), 0.0),
+        # One impact without rebound, and contact 1 rests.
+        ((1, 1), (0.5, 0.5), 0.0, (0, 1), (-1, 0), (1,), 0.0),
+        ((1, 1), (-0.5, -0.5), 0.0, (0.125, 1), (0, 0), (1,), 0.5),
+        # Contact 2 is kicked away by each bounce, and its gap falls to the end of them all the same.
+        ((226273.18493724658, 80.73842815310807), (-0.004177961679880355, -23.2427098131835), (0.2284888864105247, 3.609030856423116e-09), (7.695428375451866e-06, 4.409564607818612e-06), (2.079329730803277, -0.14651071998290763), (1,), None),
+        # Outside the cone a corner ends after an impact, and contact 2 bounces alone.
+        ((1, 1), (0.9, 0.9), 0.1, (0, 0), (1, -0.1), (2,), 2 * 0.01 / 0.9),
+    ],
+)  # fmt: skip
+def test_few_impacts(gravity, psi, e, gaps, rates, contacts, time):
+    local = model(gravity=gravity, psi=psi, restitution=e)
+    run = local.simulate(gaps=gaps, rates=rates, stop="zeno", certify=True)
+    low, high = run.enclosure.zeno
+    assert run.enclosure.contacts == contacts == run.zeno_points[0].contacts
+    assert len(run.enclosure.impacts) < 10
+    time = run.zeno_points[0].elapsed if time is None else time
+    assert abs(low - time) <= 1e-14 * time
+    assert high - low <= 1e-14 * time
+
+
+@pytest.mark.parametrize(
+    ("gravity", "psi", "e", "gaps", "rates", "time"),
+    [
+        # u = −1e60 over 1e-250 m; −7e75: below any double. Denormal times of rest; products that overflow.
+        ((1, 1), (0.5, 0.5), (0.1, 0.1), (1e-250, 1), (-1e60, 0), "1.0000000000000001046e-310"),
+        ((1, 1), (0.5, 0.5), (0.1, 0.1), (1e-250, 1), (-7e75, 0), "1.43e-326"),
+        ((1e150, 0.5e150), (4.2e8, 0.98 / 4.2e8), (0.1, 1e-20), (1e150, 1e150), (0, 0), None),
+    ],
+)  # fmt: skip
+def test_the_ends_of_the_range(gravity, psi, e, gaps, rates, time):
+    local = model(gravity=gravity, psi=psi, restitution=e)
+    enclosure = of(local, gaps, rates)
+    if time is not None:
+        first = enclosure.impacts[0]
+        assert first["low"] <= float(time) <= first["high"]
+        assert first["low"] < first["high"]
+    else:
+        assert enclosure.contacts != (1, 2)
 
 
 @pytest.mark.parametrize(("draw", "least"), [(draw_full, 10), (draw_spinning, 4)])

@@ -1,9 +1,9 @@
 //! Verified enclosures of a motion: for each collision, and in the local model for the Zeno point they accumulate at, an
 //! interval that contains its time.
 //!
-//! Of the local model (`full.rs` has the other) flights and impacts are those of `clatter.rs`, in balls of 106 bits: the order in which contacts land is decided where the
-//! balls are apart, and where they are not, the enclosure ends and says so. The infinite rest is enclosed by two
-//! theorems, for parameters that are what the doubles say.
+//! Of the local model (`full.rs` has the other) flights and impacts are those of `clatter.rs`, in balls of 106 bits: the order in
+//! which contacts land is decided where the balls are apart, and where they are not, the enclosure ends and says so. The infinite
+//! rest is enclosed by two theorems, for parameters that are what the doubles say.
 //!
 //! **Bouncing** at a, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap of b stays
 //! positive.
@@ -37,7 +37,8 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::local::LocalModel;
-use crate::simulate::Options;
+use crate::posture::Posture;
+use crate::simulate::{Options, State};
 use crate::trajectory::ContactNumber;
 
 mod ball;
@@ -130,6 +131,10 @@ pub struct Enclosure {
     pub zeno: Option<EnclosedZeno>,
     /// Without such a point: why nothing is certain after the last of the collisions.
     pub reason: Option<Uncertain>,
+}
+
+impl Enclosure {
+    const NOTHING: Self = Self { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
 }
 
 /// One contact in the air, or touching.
@@ -239,8 +244,7 @@ impl Clatter {
 }
 
 impl Model {
-    fn new(model: &LocalModel, count: usize) -> Self {
-        let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
+    fn of(g: [Ball; 2], psi: [Ball; 2], e: [Ball; 2], count: usize) -> Self {
         let kick = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
         let clatter = if count == 2 { Clatter::new(g, kick, e) } else { None };
         Self { g, e, kick, psi, count, clatter }
@@ -248,7 +252,7 @@ impl Model {
 
     /// Whether gravity presses both contacts down, and either one presses the other down when it is hit.
     fn presses(&self) -> bool {
-        self.g.iter().all(|g| g.is_positive()) && !self.psi[0].is_negative()
+        self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
     }
 
     /// The next landing of contact i: s² = u² + 2gh, and 2h/(s − u) or (u + s)/g.
@@ -280,6 +284,9 @@ impl Model {
         }
         let left = one - e;
         let t = u_a.scaled(2.0).over(self.g[a] * left)?;
+        if t.is_zero() && (other.h.is_positive() || other.u.is_positive()) {
+            return Some(t); // it rests already
+        }
         if self.count == 1 {
             return Some(t);
         }
@@ -287,13 +294,15 @@ impl Model {
         let fall = (self.g[b] + e * self.psi[a] * self.g[a]).scaled(0.5);
         let end = other.h + t * (other.u - t * fall);
         // Kicks that press b down leave its gap concave: its ends decide.
-        let pressed = !self.psi[a].is_negative();
+        let pressed = self.psi[a].is_not_negative();
         let clear = || {
             let lift = (self.kick[a] * u_a * t).over(left)?;
             let p = other.u * t + (lift * left).over(one + e)?;
             let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
             let turns = p.square() + (q * other.h).scaled(4.0);
-            (q.is_positive() || p.is_positive() || turns.is_negative()).then_some(())
+            let falls = (p - q.scaled(2.0)).is_negative(); // to the end
+            let clear = q.is_positive() || p.is_positive() || falls || turns.is_negative();
+            clear.then_some(())
         };
         (end.is_positive() && (pressed || clear().is_some())).then_some(t)
     }
@@ -364,6 +373,9 @@ impl Course {
             [Landing::In(other, _), Landing::In(t, s)] if (other - t).is_positive() => (1, t, s),
             _ => return Err(Uncertain::Order),
         };
+        if s.is_zero() {
+            return Err(Uncertain::Order); // nothing hits a contact at rest
+        }
         self.land(i, dt, s)?;
         Ok(i)
     }
@@ -395,6 +407,9 @@ impl Course {
             }
             Landing::Never => {}
         }
+        if u_a.is_zero() {
+            return Err(Uncertain::Order); // nothing hits a contact at rest
+        }
         let Some(back) = back else { return Err(Uncertain::Never) };
         self.land(a, back, u_a)?;
         Ok(a)
@@ -408,12 +423,13 @@ impl Course {
 
     /// Collision after collision until all that follow are enclosed, as narrowly as it pays.
     fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
-        let rests = |gap: &Gap| gap.h.is_zero() && gap.u.is_zero();
-        if self.model.count == 2 && self.gaps.iter().all(rests) && self.model.presses() {
+        let (gaps, g) = (self.gaps, self.model.g);
+        let rests = |i: &usize| gaps[*i].h.is_zero() && gaps[*i].u.is_zero() && g[*i].is_positive();
+        let all = 0..self.model.count;
+        if self.model.count == 2 && all.clone().all(|i| rests(&i)) && self.model.presses() {
             return Ok(self.zeno(&[0, 1], [Ball::ZERO; 2]));
         }
-        let resting = self.gaps[..self.model.count].iter().position(rests);
-        let mut a = match resting.filter(|&i| self.model.g[i].is_positive()) {
+        let mut a = match all.clone().find(rests) {
             Some(i) => i,
             None => self.begin()?,
         };
@@ -448,35 +464,44 @@ impl Course {
     }
 }
 
-/// Encloses the motion from these gaps and rates on. `count`: contacts that there are.
-pub(crate) fn enclose(
-    model: &LocalModel,
-    count: usize,
-    gaps: [f64; 2],
-    rates: [f64; 2],
-    options: &Options,
-) -> Enclosure {
-    let gaps = [0, 1].map(|i| {
-        let there = i < count;
-        Gap {
-            h: ball(if there { gaps[i] } else { 0.0 }),
-            u: ball(if there { rates[i] } else { 0.0 }),
-        }
-    });
-    let model = Model::new(model, count);
+/// Encloses the motion of a model in balls.
+fn enclose(model: Model, gaps: [Gap; 2], options: &Options) -> Enclosure {
     let mut course = Course {
+        event_limit: Options { record: true, ..*options }.events(model.count),
         model,
         clock: Ball::ZERO,
         gaps,
         inside: None,
         impacts: Vec::new(),
-        event_limit: Options { record: true, ..*options }.events(count),
-        time: options.time_limit.map_or(f64::INFINITY, |end| end - options.time),
+        time: options.end(),
     };
     let end = course.run().and_then(|zeno| {
         if zeno.elapsed.high <= course.time { Ok(zeno) } else { Err(Uncertain::Limit) }
     });
     Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
+}
+
+/// Encloses the motion of a body in its local model. `touching`: contacts that touch at the start, or are taken as touching.
+pub(crate) fn enclose_local(
+    posture: &Posture,
+    state: &State,
+    touching: &[bool],
+    options: &Options,
+) -> Enclosure {
+    let body = full::local_of(posture, state, touching);
+    body.map_or(Enclosure::NOTHING, |(model, gaps)| enclose(model, gaps, options))
+}
+
+/// Encloses the motion of a model that is given by its parameters.
+pub(crate) fn enclose_given(
+    model: &LocalModel,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    options: &Options,
+) -> Enclosure {
+    let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
+    let gaps = [0, 1].map(|i| Gap { h: ball(gaps[i]), u: ball(rates[i]) });
+    enclose(Model::of(g, psi, e, 2), gaps, options)
 }
 
 impl LocalModel {
@@ -493,6 +518,6 @@ impl LocalModel {
         options: &Options,
     ) -> Result<Enclosure, Error> {
         let (gaps, _) = self.checked(gaps, rates, options)?;
-        Ok(enclose(self, 2, gaps, rates, options))
+        Ok(enclose_given(self, gaps, rates, options))
     }
 }

@@ -327,6 +327,11 @@ impl<'a> Driver<'a> {
         if fresh {
             self.resting = rests; // they have been: nothing brought them there
         }
+        // One impact without rebound is all the accumulation there is.
+        let stopped = [0, 1].map(|i| held[i] && !self.resting[i]);
+        if stopped != [false, false] && self.zeno_here(stopped, Method::Bounce) {
+            return Next::End(Outcome::Zeno);
+        }
         match held {
             _ if self.base.body.is_some() && rests != [false, false] => self.contact_phase(rests),
             [false, false] => Next::Flight,

@@ -74,7 +74,7 @@ const LONGEST: usize = 10_000_000;
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.
 ///
 /// From then on the contacts alternate. The impact speeds obey x_{k+1} = p x_k − e x_{k−1}, p = (1+e)ψ of
-/// the contact hit, so that the sequence is endless iff [`Frozen::chatters`]. Speeds are renormalised on
+/// the contact hit, so that the sequence is endless iff [`Frozen::chatters_from`]. Speeds are renormalised on
 /// the way: thousands of impacts underflow nothing but the result. `report` sees every impact.
 pub(crate) fn in_zero_time(
     model: &Frozen,
@@ -92,7 +92,7 @@ pub(crate) fn in_zero_time(
                 return Sequence::Finite;
             }
         }
-        if model.chatters() {
+        if model.chatters_from(contact, u) {
             *rates = [0.0, 0.0];
             return Sequence::Infinite;
         }
@@ -160,6 +160,19 @@ mod tests {
             assert!((u[last] / leaving - 1.0).abs() < rounding, "{} {leaving}", u[last]);
             assert!((u[1 - last] / other - 1.0).abs() < rounding, "{} {other}", u[1 - last]);
         }
+    }
+
+    /// Both ends touch, one of them leaves fast: P ≥ 2√e, but outside the cone one impact is all.
+    #[test]
+    fn a_contact_that_leaves_ends_the_sequence() {
+        let m = model(0.1, 0.9);
+        let (mut u, mut hits) = ([1.0, -0.1], 0);
+        assert_eq!(in_zero_time(&m, 1, &mut u, |_| hits += 1), Sequence::Finite);
+        assert_eq!(hits, 1);
+        assert!((u[0] - (1.0 - 1.1 * 0.9 * 0.1)).abs() < 1e-15 && (u[1] - 0.01).abs() < 1e-17);
+        assert_eq!(in_zero_time(&m, 1, &mut [0.09, -0.1], |_| ()), Sequence::Finite);
+        assert_eq!(in_zero_time(&m, 1, &mut [0.08, -0.1], |_| ()), Sequence::Infinite);
+        assert_eq!(in_zero_time(&m, 1, &mut [-1.0, -0.1], |_| ()), Sequence::Infinite);
     }
 
     #[test]

@@ -288,8 +288,7 @@ fn enclosed(
         return Ok(run);
     }
     let start = Start::new(posture, state, run.model())?;
-    let enclosure = start.enclose(posture, state, options)?;
-    Ok(run.with(Some(enclosure)))
+    Ok(run.with(Some(start.enclose(posture, state, options))))
 }
 
 /// What came of the local model.
@@ -415,25 +414,12 @@ impl Start {
     }
 
     /// Intervals that contain the times of the collisions.
-    fn enclose(
-        &self,
-        posture: &Posture,
-        state: &State,
-        options: &Options,
-    ) -> Result<Enclosure, Error> {
-        let count = self.heights.len();
-        if self.model == Model::Full {
-            let touching: PerContact<bool> = self.heights.iter().map(|h| *h == 0.0).collect();
-            return Ok(enclosure::enclose_full(posture, state, &touching, options));
+    fn enclose(&self, posture: &Posture, state: &State, options: &Options) -> Enclosure {
+        let touching: PerContact<bool> = self.heights.iter().map(|h| *h == 0.0).collect();
+        match self.model {
+            Model::Local => enclosure::enclose_local(posture, state, &touching, options),
+            _ => enclosure::enclose_full(posture, state, &touching, options),
         }
-        let model = if count == 2 {
-            posture.local(0.0)?
-        } else {
-            let k = &posture.geometry()[0];
-            LocalModel::frozen([k.gravity, 0.0], [0.0; 2], [0.0; 2], [k.restitution, 0.0])
-        };
-        let pair = |of: &PerContact<f64>| [0, 1].map(|i| of.get(i).copied().unwrap_or(0.0));
-        Ok(enclosure::enclose(&model, count, pair(&self.heights), pair(&self.rates), options))
     }
 
     /// Runs to the outcome; `None` if cancelled.
@@ -555,7 +541,7 @@ impl LocalModel {
         let gaps = Gaps { h, u: rates };
         let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
         let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
-        let enclosure = options.certify.then(|| enclosure::enclose(self, 2, h, rates, options));
+        let enclosure = options.certify.then(|| enclosure::enclose_given(self, h, rates, options));
         Ok(run.map(|record| {
             Trajectory::new(record, Model::Local, "given by its parameters", *options)
                 .with(enclosure)

@@ -268,6 +268,13 @@ impl Frozen {
         self.clatter.as_ref().map_or(1.0, |k| (1.0 + k.r) / (1.0 - k.r).max(f64::EPSILON))
     }
 
+    /// Whether, with both gaps zero and contact b approaching, impacts alternate for ever: the other contact must not leave faster
+    /// than the cone of endless clatter allows.
+    pub(crate) fn chatters_from(&self, b: usize, u: [f64; 2]) -> bool {
+        let inside = |k: &Clatter| k.c[b] * u[1 - b] <= -u[b];
+        self.chatters() && self.clatter.as_ref().is_none_or(inside)
+    }
+
     /// Whether contact impacts without gravity alternate for ever: ψ > 0 and
     /// p_1p_2 ≥ (√e_1 + √e_2)², p_i = (1+e_i)ψ_i (Goyal's bound, for unequal restitutions).
     pub(crate) fn chatters(&self) -> bool {

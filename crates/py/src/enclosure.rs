@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use standfast::{Enclosure, Uncertain};
 
-/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point. Of the full model: for
-/// the body and the start that are exactly these doubles, as long as gaps are concave; where the impacts accumulate is not enclosed.
-/// Of the local model: for that whose parameters, and the start whose gaps and rates, are exactly these doubles.
+/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point, for the body (or the
+/// LocalModel) and the start that are exactly these doubles. In the full model as long as gaps are concave; where the impacts
+/// accumulate is enclosed in the local model only.
 ///
 /// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start); that these
 /// collisions happen, in this order, is proved as well. zeno : (low, high), s after the start, of the first Zeno point, or None;

@@ -80,6 +80,11 @@ impl Ball {
         (-self).is_positive()
     }
 
+    /// Exactly zero, or certainly positive.
+    pub(super) fn is_not_negative(self) -> bool {
+        self.is_zero() || self.is_positive()
+    }
+
     /// Exactly zero.
     pub(super) fn is_zero(self) -> bool {
         self == Self::ZERO
@@ -100,8 +105,9 @@ impl Ball {
         if self.is_zero() {
             return self;
         }
-        let radius = self.radius * power + TINY;
-        Self { hi: self.hi * power, lo: self.lo * power, radius: radius * SLACK }
+        let hi = self.hi * power;
+        let radius = if hi.is_finite() { self.radius * power + TINY } else { f64::INFINITY };
+        Self { hi, lo: self.lo * power, radius: radius * SLACK }
     }
 
     pub(super) fn square(self) -> Self {
@@ -124,14 +130,17 @@ impl Ball {
     /// q ± |x − q y|/min |y| around any q; `None` if y may be zero.
     pub(super) fn over(self, y: Self) -> Option<Self> {
         let least = y.clearance();
-        if least == 0.0 {
+        if least == 0.0 || least.is_infinite() {
             return None;
+        }
+        if self.is_zero() {
+            return Some(self);
         }
         let first = self.hi / y.hi;
         let rest = self - Self::from(first) * y;
         let (hi, lo) = fast_two_sum(first, rest.hi / y.hi);
         let quotient = Self { hi, lo, radius: 0.0 };
-        let radius = (self - quotient * y).size() / least * SLACK;
+        let radius = (self - quotient * y).size() / least * SLACK + TINY;
         radius.is_finite().then_some(Self { radius, ..quotient })
     }
 
@@ -227,6 +236,10 @@ mod tests {
         let third = Ball::from(1.0).over(Ball::from(3.0)).unwrap().bounds();
         assert!(third.low < 1.0 / 3.0 && 1.0 / 3.0 < third.high && third.high - third.low < 1e-15);
         assert!(x.over(x - Ball::from(0.1)).is_none());
+        let vast = Ball::from(1e308).scaled(2.0);
+        assert!(x.over(vast).is_none() && !vast.is_positive());
+        let tiny = Ball::from(1e-250).over(Ball::from(1e60)).unwrap();
+        assert!(tiny.bounds().low < 1e-310 && tiny.bounds().high > 1e-310);
         let wide = Ball { radius: 0.2, ..x };
         assert!(wide.over(wide).is_none() && wide.sqrt().is_none());
         assert!(!wide.is_positive() && !wide.is_negative());

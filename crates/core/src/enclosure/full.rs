@@ -6,7 +6,7 @@
 //! is certain any more.
 
 use super::ball::Ball;
-use super::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain, ball};
+use super::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Gap, Model, Uncertain, ball};
 use crate::flight::Arc;
 use crate::posture::Posture;
 use crate::simulate::{Options, State};
@@ -91,7 +91,7 @@ impl Foot {
 
     /// Whether it certainly does not go down into the terrain at once.
     fn starts(&self) -> bool {
-        self.h.is_positive() || self.h.is_zero() && (self.u.is_zero() || self.u.is_positive())
+        self.h.is_positive() || self.h.is_zero() && self.u.is_not_negative()
     }
 
     /// In doubles.
@@ -131,49 +131,82 @@ struct Course {
 const SHORT: f64 = f64::EPSILON / 8.0;
 const SHORT_ONES: usize = 8;
 
-impl Course {
-    fn new(posture: &Posture, state: &State, touching: &[bool], options: &Options) -> Option<Self> {
-        let sine = Sine::new()?;
-        let of = |x: f64| sine.of(ball(x));
-        let fields = posture.fields();
-        let [x, y, theta] = [state.q.x, state.q.y, state.q.z];
-        let [vx, vy, omega] = [state.qdot.x, state.qdot.y, state.qdot.z].map(ball);
-        let spin = of(theta);
-        let mut normals = Vec::new();
-        let mut feet = Vec::new();
-        for ((contact, geometry), &touches) in
-            posture.contacts().iter().zip(posture.geometry()).zip(touching)
-        {
-            let slope = of(contact.slope);
+/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. `touching`: those that
+/// touch, or are taken as touching.
+fn feet_of(
+    sine: &Sine,
+    posture: &Posture,
+    state: &State,
+    touching: &[bool],
+    local: bool,
+) -> (Vec<Foot>, Ball) {
+    let fields = posture.fields();
+    let [x, y, theta] = [state.q.x, state.q.y, state.q.z].map(ball);
+    let [vx, vy, omega] = [state.qdot.x, state.qdot.y, state.qdot.z].map(ball);
+    let spin = sine.of(if local { Ball::ZERO } else { theta });
+    let dot = |a: [Ball; 2], b: [Ball; 2]| a[0] * b[0] + a[1] * b[1];
+    let contacts = posture.contacts().iter().zip(posture.geometry()).zip(touching);
+    let (feet, normals): (Vec<Foot>, Vec<[Ball; 2]>) = contacts
+        .map(|((contact, geometry), &touches)| {
+            let slope = sine.of(ball(contact.slope));
             let (cos, sin) = (ball(1.0) - slope.versed, slope.sin);
+            let (tangent, normal) = ([cos, sin], [-sin, cos]);
             let d = [0, 1].map(|k| ball(contact.point[k]) - ball(fields.center_of_mass[k]));
             // R(θ)d − d
             let moved =
                 [-(spin.versed * d[0] + spin.sin * d[1]), spin.sin * d[0] - spin.versed * d[1]];
             let arm = [d[0] + moved[0], d[1] + moved[1]];
-            let (tangent, normal) = ([cos, sin], [-sin, cos]);
-            let dot = |a: [Ball; 2], b: [Ball; 2]| a[0] * b[0] + a[1] * b[1];
             let (b, c) = (dot(tangent, arm), dot(normal, arm));
-            let h = dot(normal, [ball(x) + moved[0], ball(y) + moved[1]]);
-            feet.push(Foot {
+            let turned = if local { b * theta } else { Ball::ZERO };
+            let h = dot(normal, [x + moved[0], y + moved[1]]) + turned;
+            let foot = Foot {
                 h: if touches { Ball::ZERO } else { h },
                 u: dot(normal, [vx, vy]) + b * omega,
                 b,
                 c,
                 g: ball(fields.gravity) * cos,
                 e: ball(geometry.restitution),
-            });
-            normals.push(normal);
+            };
+            (foot, normal)
+        })
+        .unzip();
+    let n12 = match normals[..] {
+        [one, two] => dot(one, two),
+        _ => Ball::ZERO,
+    };
+    (feet, n12)
+}
+
+/// The local model of a body, and its start.
+pub(super) fn local_of(
+    posture: &Posture,
+    state: &State,
+    touching: &[bool],
+) -> Option<(Model, [Gap; 2])> {
+    let (feet, n12) = feet_of(&Sine::new()?, posture, state, touching, true);
+    let rho2 = ball(posture.fields().gyration_radius).square();
+    let none = Gap { h: Ball::ZERO, u: Ball::ZERO };
+    let gap = |i: usize| feet.get(i).map_or(none, |foot| Gap { h: foot.h, u: foot.u });
+    let each = |of: fn(&Foot) -> Ball| [0, 1].map(|i| feet.get(i).map_or(Ball::ZERO, of));
+    let psi = match feet[..] {
+        [one, two] => {
+            let cross = one.b * two.b + rho2 * n12;
+            [(-cross).over(one.b.square() + rho2)?, (-cross).over(two.b.square() + rho2)?]
         }
-        let n12 = match normals[..] {
-            [one, two] => one[0] * two[0] + one[1] * two[1],
-            _ => Ball::ZERO,
-        };
-        let rho2 = ball(fields.gyration_radius).square();
+        _ => [Ball::ZERO; 2],
+    };
+    let model = Model::of(each(|foot| foot.g), psi, each(|foot| foot.e), feet.len());
+    Some((model, [gap(0), gap(1)]))
+}
+
+impl Course {
+    fn new(posture: &Posture, state: &State, touching: &[bool], options: &Options) -> Option<Self> {
+        let sine = Sine::new()?;
+        let (feet, n12) = feet_of(&sine, posture, state, touching, false);
         Some(Self {
             sine,
-            omega,
-            rho2,
+            omega: ball(state.qdot.z),
+            rho2: ball(posture.fields().gyration_radius).square(),
             n12,
             clock: Ball::ZERO,
             impacts: Vec::new(),
@@ -320,7 +353,7 @@ pub(crate) fn enclose_full(
     options: &Options,
 ) -> Enclosure {
     let Some(mut course) = Course::new(posture, state, touching, options) else {
-        return Enclosure { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
+        return Enclosure::NOTHING;
     };
     let end = course.run();
     Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
