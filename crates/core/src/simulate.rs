@@ -410,6 +410,11 @@ impl Start {
                 })
                 .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        if heights.len() > 1 {
+            let gravity = posture.geometry().iter().map(|k| k.gravity);
+            let starts = heights.iter().zip(&rates).zip(gravity);
+            clatters(starts.map(|((h, u), g)| (*h, *u, g)))?;
+        }
         Ok(Self { model, heights, rates, warnings })
     }
 
@@ -567,8 +572,25 @@ impl LocalModel {
         let least = self.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
         returns("largest of rates times the larger psi", gain * most(rates), least)?;
         let warnings = touch(&mut gaps, 0.0)?;
+        clatters([0, 1].map(|i| (gaps[i], rates[i], self.gravity()[i])))?;
         Ok((gaps, warnings))
     }
+}
+
+/// Contacts that are hit in turn hand on products of three speeds: those that they land with, |u| + √(2gh), must keep them within
+/// the range of doubles until the speeds have shrunk by all digits of the time.
+fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
+    let speed = |(h, u, g): (f64, f64, f64)| {
+        u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
+    };
+    let fastest = starts.into_iter().map(speed).fold(0.0, f64::max);
+    in_range(
+        "largest speed of a first landing, |u| + sqrt(2 g h),",
+        fastest,
+        fastest == 0.0 || (1.0 / FASTEST_LANDING..=FASTEST_LANDING).contains(&fastest),
+        "0, or from 1e-80 to 1e80 m/s where there are several contacts",
+    )?;
+    Ok(())
 }
 
 /// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
@@ -600,6 +622,9 @@ fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
 
 /// Recorded events times contacts: 3 GB at most.
 const MOST_RECORDED: usize = 20_000_000;
+
+/// Speed of a landing, in m/s, beyond which products of three of them leave the range of doubles.
+const FASTEST_LANDING: f64 = 1e80;
 
 /// Events after which a look into a sum is given up.
 const GLANCE: usize = 100_000;
