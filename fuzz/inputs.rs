@@ -220,17 +220,14 @@ pub fn motion(data: &[u8]) {
         Ok(run) => run,
         Err(error) => return complains(&error),
     };
-    let ends = simulate_many(&[posture], &[state], &options).unwrap_or_else(|e| panic!("{e}"));
+    let many = simulate_many(std::slice::from_ref(&posture), &[state], &options);
+    let ends = many.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(ends[0].outcome, run.outcome());
     assert_eq!(ends[0].elapsed.to_bits(), run.elapsed().to_bits());
     let bits = |state: &State| [state.q, state.qdot].map(|v| [v.x, v.y, v.z].map(f64::to_bits));
     assert_eq!(bits(&ends[0].state), bits(run.state()));
     holds_together(&run, &state, &options);
-    match simulate(
-        run.posture().unwrap_or_else(|| unreachable!()),
-        &state,
-        &Options { certify: true, ..options },
-    ) {
+    match simulate(&posture, &state, &Options { certify: true, ..options }) {
         Ok(proved) => agrees(&run, &proved),
         Err(error) => complains(&error),
     }
