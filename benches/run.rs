@@ -93,7 +93,7 @@ fn tails(c: &mut Criterion) {
 fn enclosures(c: &mut Criterion) {
     let mut group = c.benchmark_group("certify");
     for (name, gyration_radius, restitution) in
-        [("rod", 0.2, 0.1), ("near_the_bound", 0.2, 0.16), ("bouncy", 0.05, 0.7)]
+        [("rod", 0.2, 0.1), ("near_the_bound", 0.2, 0.16), ("bouncy", 0.05, 0.6)]
     {
         let rod = rod(gyration_radius, restitution, 0.0);
         for (certify, of) in [(false, "plain"), (true, "proved")] {
