@@ -35,7 +35,6 @@
 
 use serde::Serialize;
 
-use crate::error::Error;
 use crate::local::LocalModel;
 use crate::posture::Posture;
 use crate::simulate::{Options, State};
@@ -97,7 +96,7 @@ pub enum Uncertain {
     Limit,
     /// It is certain that no contact lands again.
     Never,
-    /// What follows is shorter than a rounding of the time. Where it ends is known to be certain in the local model only.
+    /// What follows is shorter than a rounding of the time, and its end is not enclosed: in the full model.
     Rest,
 }
 
@@ -266,8 +265,7 @@ impl Model {
         }
         let falls = u.is_negative();
         if g.is_zero() && !falls {
-            let away = u.is_zero() || u.is_positive();
-            return if away { Landing::Never } else { Landing::Unknown };
+            return if u.is_not_negative() { Landing::Never } else { Landing::Unknown };
         }
         let square = u.square() + (g * h).scaled(2.0);
         let Some(s) = square.sqrt() else { return Landing::Unknown };
@@ -502,22 +500,4 @@ pub(crate) fn enclose_given(
     let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
     let gaps = [0, 1].map(|i| Gap { h: ball(gaps[i]), u: ball(rates[i]) });
     enclose(Model::of(g, psi, e, 2), gaps, options)
-}
-
-impl LocalModel {
-    /// Collisions and the first Zeno point, each with an interval that is proved to contain its time, for the model whose
-    /// parameters are exactly these doubles. Of the options those of [`crate::Stop::Zeno`] count: limits of time and events.
-    ///
-    /// # Errors
-    ///
-    /// As [`LocalModel::simulate`].
-    pub fn enclose(
-        &self,
-        gaps: [f64; 2],
-        rates: [f64; 2],
-        options: &Options,
-    ) -> Result<Enclosure, Error> {
-        let (gaps, _) = self.checked(gaps, rates, options)?;
-        Ok(enclose_given(self, gaps, rates, options))
-    }
 }
