@@ -132,6 +132,54 @@ pub struct Enclosure {
     pub reason: Option<Uncertain>,
 }
 
+/// What is claimed so far of a motion under way.
+struct Claims {
+    /// Time elapsed.
+    clock: Ball,
+    impacts: Vec<EnclosedImpact>,
+    event_limit: usize,
+    /// Longest time, in s.
+    time: f64,
+}
+
+impl Claims {
+    /// Of a body with `count` contacts. They are kept: there are no more of them than of recorded events.
+    fn new(count: usize, options: &Options) -> Self {
+        let event_limit = Options { record: true, ..*options }.events(count);
+        Self { clock: Ball::ZERO, impacts: Vec::new(), event_limit, time: options.end() }
+    }
+
+    /// The time elapsed after a further `dt`, which is not negative.
+    fn after(&self, dt: Ball) -> Bounds {
+        let Bounds { low, high } = (self.clock + dt).bounds();
+        Bounds { low: low.max(0.0), high }
+    }
+
+    /// A collision of contact i after a further `dt`.
+    fn collide(&mut self, i: usize, dt: Ball) -> Result<(), Uncertain> {
+        let elapsed = self.after(dt);
+        if self.impacts.len() >= self.event_limit || elapsed.high > self.time {
+            return Err(Uncertain::Limit);
+        }
+        if !(elapsed.low.is_finite() && elapsed.high.is_finite()) {
+            return Err(Uncertain::Order);
+        }
+        self.clock = self.clock + dt;
+        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed });
+        Ok(())
+    }
+
+    /// All of them, and how they end.
+    fn end(self, end: Result<EnclosedZeno, Uncertain>) -> Enclosure {
+        let (zeno, reason) = match end {
+            Ok(zeno) if zeno.elapsed.high <= self.time => (Some(zeno), None),
+            Ok(_) => (None, Some(Uncertain::Limit)),
+            Err(reason) => (None, Some(reason)),
+        };
+        Enclosure { impacts: self.impacts, zeno, reason }
+    }
+}
+
 impl Enclosure {
     const NOTHING: Self = Self { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
 }
@@ -309,15 +357,10 @@ impl Model {
 /// A motion under way.
 struct Course {
     model: Model,
-    /// Time elapsed.
-    clock: Ball,
     gaps: [Gap; 2],
     /// d after the last impact, where it is positive.
     inside: Option<Ball>,
-    impacts: Vec<EnclosedImpact>,
-    event_limit: usize,
-    /// Longest time, in s.
-    time: f64,
+    claims: Claims,
 }
 
 /// Part of the time elapsed below which it does not pay to narrow the enclosure of a Zeno point: less than a rounding of its
@@ -332,30 +375,16 @@ impl Course {
             gap.h = gap.h + (dt * (gap.u + u)).scaled(0.5);
             gap.u = u;
         }
-        self.clock = self.clock + dt;
-    }
-
-    /// The time elapsed after a further `dt`, which is not negative.
-    fn after(&self, dt: Ball) -> Bounds {
-        let Bounds { low, high } = (self.clock + dt).bounds();
-        Bounds { low: low.max(0.0), high }
     }
 
     /// Flies to the landing of contact i, after `dt` and with the speed s, and collides.
     fn land(&mut self, i: usize, dt: Ball, s: Ball) -> Result<(), Uncertain> {
-        let at = self.after(dt);
-        if self.impacts.len() >= self.event_limit || at.high > self.time {
-            return Err(Uncertain::Limit);
-        }
-        if !(at.low.is_finite() && at.high.is_finite()) {
-            return Err(Uncertain::Order);
-        }
+        self.claims.collide(i, dt)?;
         self.fly(dt);
         self.gaps[i] = Gap { h: Ball::ZERO, u: self.model.e[i] * s };
         let other = &mut self.gaps[1 - i];
         other.u = other.u - self.model.kick[i] * s;
         self.inside = None;
-        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed: at });
         Ok(())
     }
 
@@ -414,7 +443,7 @@ impl Course {
     }
 
     fn zeno(&self, contacts: &[usize], rest: [Ball; 2]) -> EnclosedZeno {
-        let [least, most] = rest.map(|t| self.after(t));
+        let [least, most] = rest.map(|t| self.claims.after(t));
         let contacts = contacts.iter().map(|&i| ContactNumber::of(i)).collect();
         EnclosedZeno { contacts, elapsed: Bounds { low: least.low, high: most.high } }
     }
@@ -464,19 +493,10 @@ impl Course {
 
 /// Encloses the motion of a model in balls.
 fn enclose(model: Model, gaps: [Gap; 2], options: &Options) -> Enclosure {
-    let mut course = Course {
-        event_limit: Options { record: true, ..*options }.events(model.count),
-        model,
-        clock: Ball::ZERO,
-        gaps,
-        inside: None,
-        impacts: Vec::new(),
-        time: options.end(),
-    };
-    let end = course.run().and_then(|zeno| {
-        if zeno.elapsed.high <= course.time { Ok(zeno) } else { Err(Uncertain::Limit) }
-    });
-    Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
+    let claims = Claims::new(model.count, options);
+    let mut course = Course { model, gaps, inside: None, claims };
+    let end = course.run();
+    course.claims.end(end)
 }
 
 /// Encloses the motion of a body in its local model. `touching`: contacts that touch at the start, or are taken as touching.

@@ -6,7 +6,7 @@
 //! is certain any more.
 
 use super::ball::Ball;
-use super::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Gap, Model, Uncertain, ball};
+use super::{Bounds, Claims, EnclosedZeno, Enclosure, Gap, Model, Uncertain, ball};
 use crate::flight::Arc;
 use crate::posture::Posture;
 use crate::simulate::{Options, State};
@@ -119,11 +119,7 @@ struct Course {
     omega: Ball,
     rho2: Ball,
     n12: Ball,
-    clock: Ball,
-    impacts: Vec<EnclosedImpact>,
-    event_limit: usize,
-    /// Longest time, in s.
-    time: f64,
+    claims: Claims,
 }
 
 /// Part of the time elapsed below which a flight is shorter than its rounding, and flights of such length after which the motion is
@@ -208,10 +204,7 @@ impl Course {
             omega: ball(state.qdot.z),
             rho2: ball(posture.fields().gyration_radius).square(),
             n12,
-            clock: Ball::ZERO,
-            impacts: Vec::new(),
-            event_limit: Options { record: true, ..*options }.events(feet.len()),
-            time: options.end(),
+            claims: Claims::new(feet.len(), options),
             feet,
         })
     }
@@ -283,13 +276,10 @@ impl Course {
 
     fn collide(&mut self) -> Result<Ball, Uncertain> {
         let Landing { contact: i, dt, turn, s } = self.first()?;
-        let Bounds { low, high } = (self.clock + dt).bounds();
-        if self.impacts.len() >= self.event_limit || high > self.time {
-            return Err(Uncertain::Limit);
-        }
-        if !(low.is_finite() && high.is_finite() && s.is_positive()) {
+        if !s.is_positive() {
             return Err(Uncertain::Order);
         }
+        self.claims.collide(i, dt)?;
         for (j, foot) in self.feet.iter_mut().enumerate() {
             let (h, u) = (foot.gap(dt, &turn), foot.rate(dt, &turn, self.omega));
             let (b, c) = (foot.b, foot.c);
@@ -297,7 +287,6 @@ impl Course {
             foot.c = c - (c * turn.versed - b * turn.sin);
             (foot.h, foot.u) = if j == i { (Ball::ZERO, -s) } else { (h, u) };
         }
-        self.clock = self.clock + dt;
         let Foot { b, e, .. } = self.feet[i];
         let blow = ((ball(1.0) + e) * s).over(b.square() + self.rho2).ok_or(Uncertain::Order)?;
         self.feet[i].u = e * s;
@@ -305,8 +294,6 @@ impl Course {
             other.u = other.u + (b * other.b + self.rho2 * self.n12) * blow;
         }
         self.omega = self.omega + b * blow;
-        let elapsed = Bounds { low: low.max(0.0), high };
-        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed });
         Ok(dt)
     }
 
@@ -336,7 +323,7 @@ impl Course {
         let mut short = 0;
         loop {
             let dt = self.collide()?;
-            let brief = dt.size() <= SHORT * self.clock.middle();
+            let brief = dt.size() <= SHORT * self.claims.clock.middle();
             short = if brief { short + 1 } else { 0 };
             if short == SHORT_ONES {
                 return Err(Uncertain::Rest);
@@ -356,5 +343,5 @@ pub(crate) fn enclose_full(
         return Enclosure::NOTHING;
     };
     let end = course.run();
-    Enclosure { impacts: course.impacts, reason: end.as_ref().err().copied(), zeno: end.ok() }
+    course.claims.end(end)
 }
