@@ -380,3 +380,11 @@ def sequential_impulses(psi, rates, sweeps):
             u[i] += kick
             u[1 - i] -= psi * kick
     return u
+
+
+def turn_by_forces(normals, arms, rho2, gravity):
+    """Angular acceleration at rest of a body on contacts without friction, by the forces that keep them from accelerating."""
+    rows = np.array([[*n, b] for n, b in zip(normals, arms, strict=True)])
+    inverse = np.diag([1.0, 1.0, 1.0 / rho2])
+    forces = np.linalg.solve(rows @ inverse @ rows.T, rows @ [0.0, gravity, 0.0])
+    return float((inverse @ rows.T @ forces)[2])

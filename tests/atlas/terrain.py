@@ -88,6 +88,91 @@ def never_settles(scene):
     )
 
 
+def levers(scene):
+    """Of two contacts: their normals, and their arms from the centre of mass."""
+    at = [exact(x) for x in scene.posture.center_of_mass]
+    for k in scene.posture.contacts:
+        slope = exact(k.slope)
+        arm = [exact(x) - y for x, y in zip(k.point, at, strict=True)]
+        yield (-mp.sin(slope), mp.cos(slope)), arm
+
+
+def rounded_turn(scene):
+    (one, p), (two, d) = (
+        [[float(x) for x in pair] for pair in contact] for contact in levers(scene)
+    )
+    arms = [n[1] * a[0] - n[0] * a[1] for n, a in ((one, p), (two, d))]
+    turn = naive.turn_by_forces(
+        [one, two], arms, scene.posture.gyration_radius**2, scene.posture.gravity
+    )
+    theta, t = nearly_parallel(scene)["theta"], exact(scene.options["time_limit"])
+    mean = float(2 * theta / t**2)
+    return (
+        f"{turn:.1e} rad/s²; the body turns by {float(theta):.2f} rad in {float(t):.0e} s, {mean:.1e} rad/s² in the mean",
+        abs(turn - mean) > 100 * abs(mean),
+    )
+
+
+@entry(
+    name="nearly_parallel_ground",
+    title="A body on two pieces of ground that are parallel to 1e-9 rad",
+    breaks="Two forces turn the body by the little that they do not cancel: less than their rounding.",
+    method="ω̇ from the forces with a_n = 0 at both contacts",
+    fails=rounded_turn,
+    source="places by two linear equations for each θ, speed by energy, time by quadrature",
+    answer=lambda scene: {
+        "outcome": scene.simulate().outcome,
+        "x": scene.simulate().q[0],
+        "y": scene.simulate().q[1],
+        "theta": scene.simulate().q[2],
+        "xdot": scene.simulate().qdot[0],
+        "ydot": scene.simulate().qdot[1],
+        "omega": scene.simulate().qdot[2],
+    },
+)
+def nearly_parallel(scene):
+    ((one, p), (two, d)) = levers(scene)
+    rho2, gravity = (
+        exact(scene.posture.gyration_radius) ** 2,
+        exact(scene.posture.gravity),
+    )
+    det = one[0] * two[1] - one[1] * two[0]
+
+    def solve(f, g):
+        return (f * two[1] - one[1] * g) / det, (one[0] * g - f * two[0]) / det
+
+    def place(theta):
+        # n·(r + R(θ)d − d) = 0 at both, and its derivative by θ
+        c, s = mp.cos(theta), mp.sin(theta)
+        sides, rates = [], []
+        for n, (x, y) in ((one, p), (two, d)):
+            sides.append(-n[0] * ((c - 1) * x - s * y) - n[1] * (s * x + (c - 1) * y))
+            rates.append(n[0] * (s * x + c * y) - n[1] * (c * x - s * y))
+        return solve(*sides), solve(*rates)
+
+    def speed(theta):
+        (_, y), (dx, dy) = place(theta)
+        return mp.sqrt(-2 * gravity * y / (dx * dx + dy * dy + rho2))
+
+    def time(theta):
+        # θ = θ_end s² takes the root at rest out of the integrand
+        return mp.quad(lambda s: 2 * theta * s / speed(theta * s * s), [0, 0.5, 1])
+
+    end = exact(scene.options["time_limit"])
+    way = -1 if place(mpf("-1e-3"))[0][1] < 0 else 1
+    theta = mp.findroot(
+        lambda x: abs(time(x)) - end,
+        (way * mpf("0.05"), way * mpf("0.1")),
+        tol=mpf(10) ** -25,
+    )
+    (x, y), (dx, dy) = place(theta)
+    omega = way * speed(theta)
+    return {
+        "outcome": "time-limit", "x": x, "y": y, "theta": theta,
+        "xdot": dx * omega, "ydot": dy * omega, "omega": omega,
+    }  # fmt: skip
+
+
 def cut_off(_scene):
     """A foot is called at rest in the valley below 1e-14 of its largest speed (docs/theory.md)."""
     return {"elapsed": 2e-14}

@@ -125,12 +125,33 @@ impl Stance {
         modes.iter().enumerate().map(event).fold(f64::INFINITY, f64::min) / self.unit_of_time()
     }
 
-    /// Whether two closed contacts on parallel ground keep the body from turning.
-    fn is_level(&self, modes: &[Mode]) -> bool {
-        let mut closed = self.points.iter().zip(modes).filter(|(_, mode)| **mode != Mode::Separate);
-        closed.next().is_some_and(|(one, _)| {
-            closed.any(|(other, _)| other.normal == one.normal && other.b != one.b)
-        })
+    /// The two closed contacts farthest apart on parallel ground, or nearly so. Off it the body does not move, and turns only
+    /// as it moves along it, (b_i − b_j) ω = −(n_i − n_j)·v: by so little that anything but this difference is rounding.
+    fn parallel(&self, modes: &[Mode]) -> Option<[usize; 2]> {
+        let (points, rho) = (&self.points, self.rho2.sqrt());
+        let closed = |i: &usize| modes[*i] != Mode::Separate;
+        let mut found = (0.0, None);
+        for i in (0..points.len()).filter(closed) {
+            for j in (0..i).filter(closed) {
+                let apart = (points[i].b - points[j].b).abs();
+                let bent = rho * (points[i].normal - points[j].normal).norm();
+                if apart > found.0 && bent <= PARALLEL * apart {
+                    found = (apart, Some([j, i]));
+                }
+            }
+        }
+        found.1
+    }
+
+    /// Whether nothing at all turns a body on two such contacts.
+    fn is_level(&self, [i, j]: [usize; 2]) -> bool {
+        self.points[i].normal == self.points[j].normal
+    }
+
+    /// −(n_i − n_j)·x/(b_i − b_j): how far it turns as it moves by x, or how fast.
+    fn turned_by(&self, [i, j]: [usize; 2], x: Vector2<f64>) -> f64 {
+        let (one, two) = (&self.points[i], &self.points[j]);
+        0.0 - (one.normal - two.normal).dot(&x) / (one.b - two.b)
     }
 
     /// Whether the gap of contact `i` follows from those of these others: their normal rows span its own.
@@ -182,8 +203,8 @@ impl Stance {
             velocity -= row.direction * row.direction.dot(&velocity);
         }
         (self.center.v, self.spin.omega) = (velocity.xy(), velocity.z / rho);
-        if self.is_level(modes) {
-            self.spin.omega = 0.0;
+        if let Some(pair) = self.parallel(modes) {
+            self.spin.omega = self.turned_by(pair, self.center.v);
         }
     }
 
@@ -293,6 +314,10 @@ impl Stance {
         chosen
     }
 }
+
+/// Angle between pieces of ground, in units of the distance of the contacts over the radius of gyration, up to which the
+/// rotation is taken from the difference of their rows: it then is smaller by that than the terms that cancel without it.
+const PARALLEL: f64 = 1e-3;
 
 /// Part of a row that others leave over, below which it depends on them: rows have a length of at least one, and
 /// roundings of 1e-16 times their lengths.
@@ -458,12 +483,10 @@ impl Step {
                 }
             })
             .collect();
-        // On parallel ground what is left of the rotation and of the motion off it is rounding.
-        let level = state.is_level(modes).then(|| modes.iter().position(|m| *m != Mode::Separate));
-        let level = level.flatten().map(|i| state.points[i].normal);
-        let turns = f64::from(u8::from(level.is_none()));
-        let (mut theta, mut omega) =
-            (constant(state.spin.theta), constant(state.spin.omega * unit * turns));
+        let parallel = state.parallel(modes);
+        let level = parallel.is_some_and(|pair| state.is_level(pair));
+        let spin = if level { 0.0 } else { state.spin.omega };
+        let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
         let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
         let mut square = ZERO; // ω², as far as it bends the paths of the contact points
@@ -551,16 +574,29 @@ impl Step {
                 break;
             }
             let next = 1.0 / (k + 1) as f64;
-            let turn: f64 = (0..n).map(|l| product(&arm[l], &force[l], k)).sum();
-            theta[k + 1] = omega[k] * next;
-            omega[k + 1] = turns * turn / state.rho2 * next;
+            let mut turn: f64 = (0..n).map(|l| product(&arm[l], &force[l], k)).sum();
+            turn /= state.rho2;
             let mut push = if k == 0 { pull } else { Vector2::zeros() };
             for (l, &u) in unknowns.iter().enumerate() {
                 push += along(u) * force[l][k];
             }
-            if let Some(normal) = level {
-                push -= normal * normal.dot(&push);
+            if let Some([i, j]) = parallel {
+                // (b_i − b_j) ω̇ = (c_i − c_j) ω² − (n_i − n_j)·v̇, and n_i·v̇ = c_i ω² − b_i ω̇
+                let (one, two) = (&tracks[i], &tracks[j]);
+                let normal = state.points[i].normal;
+                let bends = |bend: Series| if level { 0.0 } else { product(&bend, &square, k) };
+                let spun = |lever: &Series| -> f64 {
+                    (1..=k).map(|l| lever[l] * omega[k - l + 1] * (k - l + 1) as f64).sum()
+                };
+                let apart: Series = std::array::from_fn(|k| one.b[k] - two.b[k]);
+                let bend = std::array::from_fn(|k| one.c[k] - two.c[k]);
+                turn = (bends(bend) - (normal - state.points[j].normal).dot(&push) - spun(&apart))
+                    / apart[0];
+                let off = bends(one.c) - one.b[0] * turn - spun(&one.b);
+                push += normal * (off - normal.dot(&push));
             }
+            theta[k + 1] = omega[k] * next;
+            omega[k + 1] = turn * next;
             for axis in 0..2 {
                 r[axis][k + 1] = v[axis][k] * next;
                 v[axis][k + 1] = push[axis] * next;
@@ -736,6 +772,11 @@ impl Step {
         (first.0 * self.unit, first.1)
     }
 
+    /// Time for which the series serve to the last digit, in s.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach * self.unit
+    }
+
     /// q̈ at the start, in m/s² and rad/s².
     pub(crate) fn acceleration(&self) -> [f64; 3] {
         let square = self.unit * self.unit;
@@ -779,21 +820,26 @@ impl Step {
             // Points that are held stay where they are, n·r + c and t·r + b: what they have moved is rounding, and is
             // taken back along the shortest way.
             let turned = change(&self.theta);
+            let lever = |contact: usize, tangential: bool| {
+                let (p, track) = (&after.points[contact], &self.tracks[contact]);
+                match (tangential, state.frozen.is_some()) {
+                    (false, false) => change(&track.c),
+                    (true, false) => change(&track.b),
+                    (false, true) => p.b * turned,
+                    (true, true) => -p.c * turned,
+                }
+            };
             let mut back = Vector3::<f64>::zeros();
             for row in after.independent(&modes) {
-                let (p, track) =
-                    (&after.points[row.unknown.contact], &self.tracks[row.unknown.contact]);
-                let (axis, lever) = match (row.unknown.tangential, state.frozen.is_some()) {
-                    (false, false) => (p.normal, change(&track.c)),
-                    (true, false) => (p.tangent, change(&track.b)),
-                    (false, true) => (p.normal, p.b * turned),
-                    (true, true) => (p.tangent, -p.c * turned),
-                };
+                let Unknown { contact, tangential } = row.unknown;
+                let p = &after.points[contact];
+                let axis = if tangential { p.tangent } else { p.normal };
+                let lever = lever(contact, tangential);
                 let mut off = axis.dot(&moved) + lever;
                 if let (Some(place), None) = (p.held, state.frozen) {
                     // Step by step roundings add up: beyond a few the place itself is the measure.
                     let r = state.center.r + moved;
-                    let (at, arm) = if row.unknown.tangential { (0, p.b) } else { (1, p.c) };
+                    let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
                     let drift = axis.dot(&r) + arm - place[at];
                     let size = r.norm() + libm::hypot(p.b, p.c);
                     let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
@@ -805,7 +851,13 @@ impl Step {
                 back -= row.direction * (off / row.whole.dot(&row.direction));
             }
             moved += back.xy();
-            let turn = if state.is_level(&modes) { 0.0 } else { back.z / state.rho2.sqrt() };
+            let turn = match after.parallel(&modes) {
+                Some([i, j]) => {
+                    let apart = after.points[i].b - after.points[j].b;
+                    after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart
+                }
+                None => back.z / state.rho2.sqrt(),
+            };
             after.spin.theta += turn;
             if state.frozen.is_none() {
                 for p in &mut after.points {

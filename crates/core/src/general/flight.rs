@@ -131,12 +131,31 @@ impl Stance {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
         }
-        let step = if self.is_fixed(word) { None } else { Step::new(self, word, ORDER) };
-        let Some(step) = step else { return self.clone() };
+        let step = |from: &Self| {
+            if from.is_fixed(word) { None } else { Step::new(from, word, ORDER) }
+        };
+        let Some(mut next) = step(self) else { return self.clone() };
         // A body at rest stays so where nothing but rounding accelerates it.
         let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
-        let [ax, ay, turn] = step.acceleration();
+        let [ax, ay, turn] = next.acceleration();
         let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
-        if still && most <= STILL * self.gravity { self.clone() } else { step.at(self, dt) }
+        if still && most <= STILL * self.gravity {
+            return self.clone();
+        }
+        // As far as one series serves: where the motion has been as regular as its own, to the end.
+        let (mut from, mut left) = (self.clone(), dt);
+        for _ in 0..SERIES {
+            if left <= next.reach() {
+                break;
+            }
+            let after = next.at(&from, next.reach());
+            let Some(another) = step(&after) else { break };
+            left -= next.reach();
+            (from, next) = (after, another);
+        }
+        next.at(&from, left)
     }
 }
+
+/// Number of series after which the last one is followed to the end: a stretch is a step of the motion, and needs one or two.
+const SERIES: usize = 1000;
