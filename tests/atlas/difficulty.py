@@ -1,7 +1,7 @@
 """What difficulty does to the answers: `python -m atlas.difficulty` in `tests` draws docs/difficulty.png.
 
 Families of scenes with a parameter that goes to its limit. Of each: error of the time found, what a rounding of the scene's
-numbers makes of it, the impacts simulated one by one, the same of a usual method, and from where on the package refuses, or
+numbers makes of it (the ratio of the two is the backward error, in roundings), the impacts simulated one by one, the same of a usual method, and from where on the package refuses, or
 says that it has not proved what it tells."""
 
 import math
@@ -18,6 +18,7 @@ from mpmath import mp, mpf
 
 from . import naive
 from .entry import DIGITS, bisect, dropped_rod, exact, time_to_rest
+from .wedge import Wedge
 
 PICTURE = Path(__file__).parents[2] / "docs" / "difficulty.png"
 GRAVITY, HALF = 9.81, 0.5
@@ -289,6 +290,51 @@ def chaotic():
             yield rod_point(e, 0.22, e, 0.011, 0.01)
 
 
+def slid(slope, rho, height, one, two, end, gravity):
+    """When a body that slides down from rest on a slope and on level ground comes to the end of the slope."""
+    slide = Wedge((slope, mpf(0)), ((one, -height), (two, -height)), rho, gravity)
+    # Far away by then: the way is close to linear in θ.
+    first = slide.downhill() * end * slope
+    theta = mp.findroot(
+        lambda theta: (abs(slide.way(theta, 0)) - end) / end,
+        (first / 4, first / 2),
+        tol=mpf(10) ** -30,
+    )
+    return slide, theta
+
+
+def wedges():
+    rho, height, one, two = 0.25, 0.5, 0.75, -2.25
+    for slope in decades(-1, -15):
+        end = 0.5 / slope
+        body = sf.Posture(
+            1.0, rho, (0.0, height),
+            [
+                sf.Contact((one, 0.0), slope=slope, segment=(-end, end)),
+                sf.Contact((two, 0.0)),
+            ],
+            0.0, GRAVITY,
+        )  # fmt: skip
+        run = sf.simulate(body, (0, 0, 0), (0, 0, 0), model="full", event_limit=100_000)
+
+        def truth(**numbers):
+            slide, theta = slid(**numbers)
+            return slide.time(theta)
+
+        numbers = {
+            "slope": slope, "rho": rho, "height": height, "one": one, "two": two,
+            "end": end, "gravity": GRAVITY,
+        }  # fmt: skip
+        right, limit = conditioned(truth, **numbers)
+        slide, _ = slid(**{name: mpf(x) for name, x in numbers.items()})
+        stepped = naive.steps_along_a_wedge(slide, 0, end, float(right) / 500, 1000)
+        ours = None if run.outcome == "rest" else off(run.phases[0].end, right)
+        yield Point(
+            slope, ours, limit, None,
+            naive_error=MOST if stepped is None else min(off(stepped, right), MOST),
+        )  # fmt: skip
+
+
 FAMILIES = (
     Family("A ball as e → 1", "1 − e", "bounce by bounce to 1e-10 m/s", elastic),
     Family("Clattering near bound (10), e = 0.2", "ψ / bound − 1", "impacts until gravity is negligible", clattering),
@@ -299,6 +345,8 @@ FAMILIES = (
     Family("A ball dropped late in the day", "time of the start / s", "flights added to the time", clocks, grows=True),
     Family("A ball thrown up at any speed", "speed / (m/s)", "textbook root", speeds, grows=True, cannot="refused"),
     Family("A gap closed at 1 m/s", "gap / m", "textbook root", gaps),
+    Family("Ground parallel but for an angle", "angle / rad", "Runge–Kutta steps by the forces", wedges,
+           cannot="counted as level"),
     Family("Clattering and chaos, ψ = 0.22", "e", "", chaotic, grows=True, logarithmic=False),
 )  # fmt: skip
 
@@ -354,10 +402,21 @@ def draw(family, points, above, below):
         )
     above.set_ylim(LEAST / 3, 3e4)
     above.set_yticks([1e-18, 1e-12, 1e-6, 1])
-    above.set_title(family.title, fontsize=10)
+    backward = max(p.error / p.limit for p in told)
+    above.set_title(family.title, fontsize=10, pad=18)
+    above.text(
+        0.5,
+        1.02,
+        f"backward error at most {backward:.1f} roundings",
+        transform=above.transAxes,
+        fontsize=8,
+        color="0.35",
+        ha="center",
+    )
     above.tick_params(labelbottom=False)
     below.set_ylim(0.5, 3e7)
     below.set_xlabel(family.x, fontsize=9)
+    below.set_xlim(above.get_xlim())
     if family.method:
         above.plot([], [], **USUALLY, label=family.method)
         above.legend(loc="upper left", fontsize=8, frameon=False, handlelength=1.5)
@@ -382,8 +441,8 @@ def silent(points):
 
 
 def picture(measured):
-    figure = plt.figure(figsize=(11, 12.5), layout="constrained")
-    outer = figure.add_gridspec(3, 3)
+    figure = plt.figure(figsize=(11, 14), layout="constrained")
+    outer = figure.add_gridspec(4, 3, height_ratios=(1, 1, 1, 0.28))
     for k, (family, points) in enumerate(measured):
         inner = outer[k // 3, k % 3].subgridspec(
             2, 1, height_ratios=(2.2, 1), hspace=0.04
@@ -394,7 +453,7 @@ def picture(measured):
         if k % 3 == 0:
             above.set_ylabel("relative error of the time", fontsize=9)
             below.set_ylabel("impacts", fontsize=9)
-    key = figure.add_subplot(outer[2, 2])
+    key = figure.add_subplot(outer[3, :])
     key.axis("off")
     key.plot([], [], **DOTS, label="standfast, proved")
     key.plot(
@@ -412,10 +471,14 @@ def picture(measured):
         label="conditioning limit: what roundings\nof the scene's numbers do to the truth",
     )
     key.axvspan(
-        0, 0, color=OURS, alpha=0.15, label="standfast gives no answer, and says so"
+        0, 0, color=OURS, alpha=0.15, label="what standfast tells instead of an answer"
     )
     key.legend(
-        loc="center", fontsize=9, frameon=False, title="Difficulty grows to the right"
+        loc="center",
+        fontsize=9,
+        frameon=False,
+        ncols=2,
+        title="Difficulty grows to the right",
     )
     figure.savefig(PICTURE, dpi=100)
 

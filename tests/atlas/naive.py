@@ -382,9 +382,30 @@ def sequential_impulses(psi, rates, sweeps):
     return u
 
 
-def turn_by_forces(normals, arms, rho2, gravity):
-    """Angular acceleration at rest of a body on contacts without friction, by the forces that keep them from accelerating."""
-    rows = np.array([[*n, b] for n, b in zip(normals, arms, strict=True)])
-    inverse = np.diag([1.0, 1.0, 1.0 / rho2])
-    forces = np.linalg.solve(rows @ inverse @ rows.T, rows @ [0.0, gravity, 0.0])
-    return float((inverse @ rows.T @ forces)[2])
+def steps_along_a_wedge(slide, contact, end, step, most):
+    """Classical Runge–Kutta steps by the forces at two contacts, from rest: when this contact has moved as far as `end` along its
+    ground, quadratic in time within the last step; None if it does not."""
+
+    def rate(y):
+        with np.errstate(all="ignore"):
+            forced = slide.acceleration_by_forces(y[2], y[5])
+        return np.concatenate([y[3:], forced])
+
+    slope, (p, q) = float(slide.slopes[contact]), map(float, slide.arms[contact])
+    y, t, way = np.zeros(6), 0.0, 0.0
+    for _ in range(most):
+        one = rate(y)
+        two = rate(y + step / 2 * one)
+        three = rate(y + step / 2 * two)
+        four = rate(y + step * three)
+        y = y + step / 6 * (one + 2 * two + 2 * three + four)
+        (x, h, theta), before = y[:3], way
+        x += (math.cos(theta) - 1) * p - math.sin(theta) * q
+        h += math.sin(theta) * p + (math.cos(theta) - 1) * q
+        way = abs(math.cos(slope) * x + math.sin(slope) * h)
+        if not way < end:
+            return t + step * (math.sqrt(end) - math.sqrt(before)) / (
+                math.sqrt(way) - math.sqrt(before)
+            )
+        t += step
+    return None

@@ -6,6 +6,7 @@ from mpmath import mp, mpf
 
 from . import naive
 from .entry import Family, exact, first_impact, rest
+from .wedge import Wedge
 
 FAMILY = Family("Terrain")
 entry = FAMILY.entry
@@ -88,23 +89,22 @@ def never_settles(scene):
     )
 
 
-def levers(scene):
-    """Of two contacts: their normals, and their arms from the centre of mass."""
+def wedge(scene):
     at = [exact(x) for x in scene.posture.center_of_mass]
-    for k in scene.posture.contacts:
-        slope = exact(k.slope)
-        arm = [exact(x) - y for x, y in zip(k.point, at, strict=True)]
-        yield (-mp.sin(slope), mp.cos(slope)), arm
+    contacts = scene.posture.contacts
+    return Wedge(
+        slopes=tuple(exact(k.slope) for k in contacts),
+        arms=tuple(
+            tuple(exact(x) - y for x, y in zip(k.point, at, strict=True))
+            for k in contacts
+        ),
+        rho=exact(scene.posture.gyration_radius),
+        gravity=exact(scene.posture.gravity),
+    )
 
 
 def rounded_turn(scene):
-    (one, p), (two, d) = (
-        [[float(x) for x in pair] for pair in contact] for contact in levers(scene)
-    )
-    arms = [n[1] * a[0] - n[0] * a[1] for n, a in ((one, p), (two, d))]
-    turn = naive.turn_by_forces(
-        [one, two], arms, scene.posture.gyration_radius**2, scene.posture.gravity
-    )
+    turn = wedge(scene).acceleration_by_forces()[2]
     theta, t = nearly_parallel(scene)["theta"], exact(scene.options["time_limit"])
     mean = float(2 * theta / t**2)
     return (
@@ -131,42 +131,13 @@ def rounded_turn(scene):
     },
 )
 def nearly_parallel(scene):
-    ((one, p), (two, d)) = levers(scene)
-    rho2, gravity = (
-        exact(scene.posture.gyration_radius) ** 2,
-        exact(scene.posture.gravity),
-    )
-    det = one[0] * two[1] - one[1] * two[0]
-
-    def solve(f, g):
-        return (f * two[1] - one[1] * g) / det, (one[0] * g - f * two[0]) / det
-
-    def place(theta):
-        # n·(r + R(θ)d − d) = 0 at both, and its derivative by θ
-        c, s = mp.cos(theta), mp.sin(theta)
-        sides, rates = [], []
-        for n, (x, y) in ((one, p), (two, d)):
-            sides.append(-n[0] * ((c - 1) * x - s * y) - n[1] * (s * x + (c - 1) * y))
-            rates.append(n[0] * (s * x + c * y) - n[1] * (c * x - s * y))
-        return solve(*sides), solve(*rates)
-
-    def speed(theta):
-        (_, y), (dx, dy) = place(theta)
-        return mp.sqrt(-2 * gravity * y / (dx * dx + dy * dy + rho2))
-
-    def time(theta):
-        # θ = θ_end s² takes the root at rest out of the integrand
-        return mp.quad(lambda s: 2 * theta * s / speed(theta * s * s), [0, 0.5, 1])
-
-    end = exact(scene.options["time_limit"])
-    way = -1 if place(mpf("-1e-3"))[0][1] < 0 else 1
+    slide, end = wedge(scene), exact(scene.options["time_limit"])
     theta = mp.findroot(
-        lambda x: abs(time(x)) - end,
-        (way * mpf("0.05"), way * mpf("0.1")),
-        tol=mpf(10) ** -25,
+        lambda x: slide.time(x) - end, (mpf("0.05"), mpf("0.1")), tol=mpf(10) ** -25
     )
-    (x, y), (dx, dy) = place(theta)
-    omega = way * speed(theta)
+    theta *= slide.downhill()
+    (x, y), (dx, dy) = slide.place(theta)
+    omega = slide.downhill() * slide.spin(theta)
     return {
         "outcome": "time-limit", "x": x, "y": y, "theta": theta,
         "xdot": dx * omega, "ydot": dy * omega, "omega": omega,

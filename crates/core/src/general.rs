@@ -312,12 +312,15 @@ impl<'a> General<'a> {
         );
         phase.close(&mut rests);
         self.state = phase.stance.clone();
-        // At the start only what gravity presses down has come to rest.
+        // What the rotation takes off the ground has not come to rest, nor at the start what gravity does not press down.
         let held =
             |i: usize| self.resting[i] || self.state.twin(i).is_some_and(|j| self.resting[j]);
         let new: Vec<usize> = (0..n)
             .filter(|&i| rests[i] && !held(i))
-            .filter(|&i| !fresh || self.state.arc(i).effective_gravity() > 0.0)
+            .filter(|&i| match self.state.arc(i).effective_gravity() {
+                0.0 => !fresh,
+                pull => pull > 0.0,
+            })
             .collect();
         if !new.is_empty()
             && let Some(outcome) = self.settle(&new, fresh, 0.0)

@@ -472,11 +472,15 @@ impl Start {
         Some(Run { model, record })
     }
 
-    /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends.
+    /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends. Two contacts at
+    /// one point (ψ = 1) are not such a pair: no impact parts them.
     pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
-        posture.contacts().len() <= 2
-            && options.impact == Impact::Newton
-            && posture.ground(0).is_none()
+        let row = |k: &Geometry| (k.normal, k.b, k.c);
+        let apart = match posture.geometry() {
+            [one, two] => row(one) != row(two),
+            few => few.len() <= 1,
+        };
+        apart && options.impact == Impact::Newton && posture.ground(0).is_none()
     }
 
     /// The driver of such a motion.
@@ -651,7 +655,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "with one or two contacts, impact = \"newton\" and terrain without ends"
+            allowed: "with one contact or two at different points, impact = \"newton\" and terrain without ends"
                 .into(),
         });
     }

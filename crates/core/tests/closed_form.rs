@@ -381,36 +381,40 @@ fn plastic_impacts_stop_at_once() {
     }
 }
 
+/// Also in a full turn, and after the accumulation.
 #[test]
 fn coincident_contacts_act_as_one() {
-    for e in [0.0, 0.5, 0.9] {
-        let two = Posture::new(Fields {
+    let body = |contacts: usize, e: f64, x: f64| {
+        Posture::new(Fields {
             mass: 1.0,
             gyration_radius: 0.3,
-            center_of_mass: [0.1, 0.5],
-            contacts: vec![Contact::at(0.0, 0.0), Contact::at(0.0, 0.0)],
+            center_of_mass: [x, 0.5],
+            contacts: vec![Contact::at(0.0, 0.0); contacts],
             restitution: e,
             gravity: 9.81,
             terrain: Vec::new(),
         })
-        .unwrap();
-        let one =
-            Posture::new(Fields { contacts: vec![Contact::at(0.0, 0.0)], ..two.fields().clone() })
-                .unwrap();
-        let start = State::new([0.0, 0.2, 0.3], [0.3, -0.1, 1.0]);
-        let (a, b) = (
-            simulate(&one, &start, &until(Stop::Zeno)).unwrap(),
-            simulate(&two, &start, &until(Stop::Zeno)).unwrap(),
-        );
-        assert!(
-            roundings(b.elapsed(), a.elapsed()) <= 64.0,
-            "e {e}: {} {}",
-            a.elapsed(),
-            b.elapsed()
-        );
-        let off = (a.state().q - b.state().q).norm();
-        assert!(off <= 1e-13, "e {e}: {off}");
-        assert!((a.state().qdot - b.state().qdot).norm() <= 1e-12);
+        .unwrap()
+    };
+    let starts = [([0.0, 0.2, 0.3], [0.3, -0.1, 1.0]), ([0.5; 3], [0.0; 3]), ([0.5; 3], [0.5; 3])];
+    for e in [0.0, 0.3, 0.5, 0.7, 0.9_f64] {
+        // Roundings of a body that turns grow with the number of its bounces, and they with each other.
+        let bounces = 1.0 / (1.0 - e).powi(2);
+        for (x, (q, v)) in [0.1, 0.0].into_iter().flat_map(|x| starts.map(|start| (x, start))) {
+            let start = State::new(q, v);
+            let late = Options { time_limit: Some(2.0), ..until(Stop::Time) };
+            for options in [until(Stop::Zeno), late] {
+                let [a, b] = [1, 2].map(|n| simulate(&body(n, e, x), &start, &options).unwrap());
+                let told = || format!("e {e} x {x} {q:?} {:?}", b.outcome());
+                assert_eq!(a.outcome(), b.outcome(), "{}", told());
+                let off = roundings(b.elapsed(), a.elapsed());
+                assert!(off <= 32.0 * bounces, "{}: {off}", told());
+                let off = (a.state().q - b.state().q).norm();
+                assert!(off <= 1e-13 * bounces, "{}: {off}", told());
+                let off = (a.state().qdot - b.state().qdot).norm();
+                assert!(off <= 1e-12 * bounces, "{}: {off}", told());
+            }
+        }
     }
 }
 

@@ -170,7 +170,8 @@ impl General<'_> {
             let loss = 1.0 - self.material(i).restitution;
             let p = &mut self.state.points[i];
             (p.h, p.u) = (0.0, 0.0);
-            if !self.resting[i] {
+            // What the rotation takes off the ground does not come to rest.
+            if !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
                     error = error.max(2.0 * speed / (pulls[i] * loss));
                 }
