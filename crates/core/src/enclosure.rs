@@ -36,6 +36,7 @@
 use serde::Serialize;
 
 use crate::local::LocalModel;
+use crate::log::CHUNK;
 use crate::posture::Posture;
 use crate::simulate::{Options, State};
 use crate::trajectory::ContactNumber;
@@ -133,20 +134,28 @@ pub struct Enclosure {
 }
 
 /// What is claimed so far of a motion under way.
-struct Claims {
+struct Claims<'a> {
     /// Time elapsed.
     clock: Ball,
     impacts: Vec<EnclosedImpact>,
     event_limit: usize,
     /// Longest time, in s.
     time: f64,
+    cancel: &'a dyn Fn() -> bool,
+    cancelled: bool,
 }
 
-impl Claims {
+impl<'a> Claims<'a> {
     /// Of a body with `count` contacts. They are kept: there are no more of them than of recorded events.
-    fn new(count: usize, options: &Options) -> Self {
-        let event_limit = Options { record: true, ..*options }.events(count);
-        Self { clock: Ball::ZERO, impacts: Vec::new(), event_limit, time: options.end() }
+    fn new(count: usize, options: &Options, cancel: &'a dyn Fn() -> bool) -> Self {
+        Self {
+            clock: Ball::ZERO,
+            impacts: Vec::new(),
+            event_limit: Options { record: true, ..*options }.events(count),
+            time: options.end(),
+            cancel,
+            cancelled: false,
+        }
     }
 
     /// The time elapsed after a further `dt`, which is not negative.
@@ -158,7 +167,8 @@ impl Claims {
     /// A collision of contact i after a further `dt`.
     fn collide(&mut self, i: usize, dt: Ball) -> Result<(), Uncertain> {
         let elapsed = self.after(dt);
-        if self.impacts.len() >= self.event_limit || elapsed.high > self.time {
+        self.cancelled = self.impacts.len().is_multiple_of(CHUNK) && (self.cancel)();
+        if self.cancelled || self.impacts.len() >= self.event_limit || elapsed.high > self.time {
             return Err(Uncertain::Limit);
         }
         if !(elapsed.low.is_finite() && elapsed.high.is_finite()) {
@@ -169,14 +179,17 @@ impl Claims {
         Ok(())
     }
 
-    /// All of them, and how they end.
-    fn end(self, end: Result<EnclosedZeno, Uncertain>) -> Enclosure {
+    /// All of them, and how they end; `None` if cancelled.
+    fn end(self, end: Result<EnclosedZeno, Uncertain>) -> Option<Enclosure> {
+        if self.cancelled {
+            return None;
+        }
         let (zeno, reason) = match end {
             Ok(zeno) if zeno.elapsed.high <= self.time => (Some(zeno), None),
             Ok(_) => (None, Some(Uncertain::Limit)),
             Err(reason) => (None, Some(reason)),
         };
-        Enclosure { impacts: self.impacts, zeno, reason }
+        Some(Enclosure { impacts: self.impacts, zeno, reason })
     }
 }
 
@@ -355,19 +368,19 @@ impl Model {
 }
 
 /// A motion under way.
-struct Course {
+struct Course<'a> {
     model: Model,
     gaps: [Gap; 2],
     /// d after the last impact, where it is positive.
     inside: Option<Ball>,
-    claims: Claims,
+    claims: Claims<'a>,
 }
 
 /// Part of the time elapsed below which it does not pay to narrow the enclosure of a Zeno point: less than a rounding of its
 /// ends.
 const NARROW: f64 = f64::EPSILON / 8.0;
 
-impl Course {
+impl Course<'_> {
     /// All contacts fly for `dt`.
     fn fly(&mut self, dt: Ball) {
         for (gap, g) in self.gaps.iter_mut().zip(self.model.g).take(self.model.count) {
@@ -491,9 +504,14 @@ impl Course {
     }
 }
 
-/// Encloses the motion of a model in balls.
-fn enclose(model: Model, gaps: [Gap; 2], options: &Options) -> Enclosure {
-    let claims = Claims::new(model.count, options);
+/// Encloses the motion of a model in balls; `None` if cancelled.
+fn enclose(
+    model: Model,
+    gaps: [Gap; 2],
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let claims = Claims::new(model.count, options, cancel);
     let mut course = Course { model, gaps, inside: None, claims };
     let end = course.run();
     course.claims.end(end)
@@ -505,9 +523,12 @@ pub(crate) fn enclose_local(
     state: &State,
     touching: &[bool],
     options: &Options,
-) -> Enclosure {
-    let body = full::local_of(posture, state, touching);
-    body.map_or(Enclosure::NOTHING, |(model, gaps)| enclose(model, gaps, options))
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let Some((model, gaps)) = full::local_of(posture, state, touching) else {
+        return Some(Enclosure::NOTHING);
+    };
+    enclose(model, gaps, options, cancel)
 }
 
 /// Encloses the motion of a model that is given by its parameters.
@@ -516,8 +537,9 @@ pub(crate) fn enclose_given(
     gaps: [f64; 2],
     rates: [f64; 2],
     options: &Options,
-) -> Enclosure {
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
     let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
     let gaps = [0, 1].map(|i| Gap { h: ball(gaps[i]), u: ball(rates[i]) });
-    enclose(Model::of(g, psi, e, 2), gaps, options)
+    enclose(Model::of(g, psi, e, 2), gaps, options, cancel)
 }

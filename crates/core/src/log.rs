@@ -49,7 +49,7 @@ impl Center {
 }
 
 /// Collisions between two looks at the limits and at the cancel flag.
-const CHUNK: usize = 1024;
+pub(crate) const CHUNK: usize = 1024;
 
 /// Events that one step of a held contact counts for: it takes about as long as so many collisions.
 const STEP: usize = 20;

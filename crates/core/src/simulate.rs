@@ -265,30 +265,31 @@ pub fn simulate_until(
         Model::Local | Model::Full => "asked for",
         Model::Auto => match try_local(posture, state, &start, options, cancel) {
             Tried::Run(None) => return Ok(None),
-            Tried::Run(Some(run)) => return enclosed(*run, posture, state, options).map(Some),
+            Tried::Run(Some(run)) => return enclosed(*run, posture, state, options, cancel),
             Tried::No(reason) => {
                 start.model = Model::Full;
                 reason
             }
         },
     };
-    let run = start.run(posture, state, options, cancel);
-    run.map(|run| enclosed(run.into_trajectory(reason, *options), posture, state, options))
-        .transpose()
+    let Some(run) = start.run(posture, state, options, cancel) else { return Ok(None) };
+    enclosed(run.into_trajectory(reason, *options), posture, state, options, cancel)
 }
 
-/// The run with bounds of its times, if they are asked for.
+/// The run with bounds of its times, if they are asked for; `None`: cancelled.
 fn enclosed(
     run: Trajectory,
     posture: &Posture,
     state: &State,
     options: &Options,
-) -> Result<Trajectory, Error> {
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trajectory>, Error> {
     if !options.certify {
-        return Ok(run);
+        return Ok(Some(run));
     }
     let start = Start::new(posture, state, run.model())?;
-    Ok(run.with(Some(start.enclose(posture, state, options))))
+    let enclosure = start.enclose(posture, state, options, cancel);
+    Ok(enclosure.map(|enclosure| run.with(enclosure)))
 }
 
 /// What came of the local model.
@@ -418,12 +419,18 @@ impl Start {
         Ok(Self { model, heights, rates, warnings })
     }
 
-    /// Intervals that contain the times of the collisions.
-    fn enclose(&self, posture: &Posture, state: &State, options: &Options) -> Enclosure {
+    /// Intervals that contain the times of the collisions; `None`: cancelled.
+    fn enclose(
+        &self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Option<Enclosure> {
         let touching: PerContact<bool> = self.heights.iter().map(|h| *h == 0.0).collect();
         match self.model {
-            Model::Local => enclosure::enclose_local(posture, state, &touching, options),
-            _ => enclosure::enclose_full(posture, state, &touching, options),
+            Model::Local => enclosure::enclose_local(posture, state, &touching, options, cancel),
+            _ => enclosure::enclose_full(posture, state, &touching, options, cancel),
         }
     }
 
@@ -550,11 +557,13 @@ impl LocalModel {
         let gaps = Gaps { h, u: rates };
         let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
         let run = Driver::new(Frame::reduced(start, self), base, options, warnings, cancel).run();
-        let enclosure = options.certify.then(|| enclosure::enclose_given(self, h, rates, options));
-        Ok(run.map(|record| {
-            Trajectory::new(record, Model::Local, "given by its parameters", *options)
-                .with(enclosure)
-        }))
+        let Some(run) = run else { return Ok(None) };
+        let run = Trajectory::new(run, Model::Local, "given by its parameters", *options);
+        if !options.certify {
+            return Ok(Some(run));
+        }
+        let enclosure = enclosure::enclose_given(self, h, rates, options, cancel);
+        Ok(enclosure.map(|enclosure| run.with(enclosure)))
     }
 
     /// The gaps that a run with these options may start from, and what there is to say of them.

@@ -478,8 +478,8 @@ impl Trajectory {
         Self { record, options, model, model_reason, enclosure: None, expanded: OnceLock::new() }
     }
 
-    pub(crate) fn with(self, enclosure: Option<Enclosure>) -> Self {
-        Self { enclosure: enclosure.map(Box::new), ..self }
+    pub(crate) fn with(self, enclosure: Enclosure) -> Self {
+        Self { enclosure: Some(Box::new(enclosure)), ..self }
     }
 
     #[cfg(test)]

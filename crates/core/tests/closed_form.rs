@@ -2,7 +2,7 @@
 
 use standfast::{
     Contact, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State, Stop,
-    Trajectory, simulate,
+    Trajectory, simulate, simulate_until,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -1192,5 +1192,35 @@ fn one_point_twice_is_one_contact() {
             assert_eq!(starts(&once).len(), starts(&twice).len(), "{friction} {x}");
             assert!(far < 1e-13, "{friction} {x}: {far} m");
         }
+    }
+}
+
+/// A run stops when it is asked to, also while it proves its times.
+#[test]
+fn bounds_are_cancelled() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.3,
+        center_of_mass: [0.0, 0.5],
+        contacts: vec![Contact::at(-0.5, 0.0), Contact::at(0.5, 0.0)],
+        restitution: 0.999,
+        gravity: 9.81,
+        terrain: Vec::new(),
+    })
+    .unwrap();
+    for model in [Model::Local, Model::Full] {
+        let asked = std::cell::Cell::new(0);
+        let limited = Options { model, event_limit: 5000, ..Options::default() };
+        let run = |certify: bool, most: usize| {
+            asked.set(0);
+            let cancel = || asked.replace(asked.get() + 1) >= most;
+            let start = State::at_rest([0.0, 0.2, 0.001]);
+            simulate_until(&body, &start, &Options { certify, ..limited }, &cancel).unwrap()
+        };
+        assert!(run(false, usize::MAX).is_some());
+        let plain = asked.get();
+        assert!(run(true, usize::MAX).unwrap().enclosure().is_some());
+        assert!(asked.get() > plain, "{model:?}");
+        assert!(run(true, plain).is_none(), "{model:?}");
     }
 }

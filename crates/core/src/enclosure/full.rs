@@ -113,13 +113,13 @@ struct Landing {
 }
 
 /// A motion under way.
-struct Course {
+struct Course<'a> {
     sine: Sine,
     feet: Vec<Foot>,
     omega: Ball,
     rho2: Ball,
     n12: Ball,
-    claims: Claims,
+    claims: Claims<'a>,
 }
 
 /// Part of the time elapsed below which a flight is shorter than its rounding, and flights of such length after which the motion is
@@ -195,8 +195,14 @@ pub(super) fn local_of(
     Some((model, [gap(0), gap(1)]))
 }
 
-impl Course {
-    fn new(posture: &Posture, state: &State, touching: &[bool], options: &Options) -> Option<Self> {
+impl<'a> Course<'a> {
+    fn new(
+        posture: &Posture,
+        state: &State,
+        touching: &[bool],
+        options: &Options,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Option<Self> {
         let sine = Sine::new()?;
         let (feet, n12) = feet_of(&sine, posture, state, touching, false);
         Some(Self {
@@ -204,7 +210,7 @@ impl Course {
             omega: ball(state.qdot.z),
             rho2: ball(posture.fields().gyration_radius).square(),
             n12,
-            claims: Claims::new(feet.len(), options),
+            claims: Claims::new(feet.len(), options, cancel),
             feet,
         })
     }
@@ -338,9 +344,10 @@ pub(crate) fn enclose_full(
     state: &State,
     touching: &[bool],
     options: &Options,
-) -> Enclosure {
-    let Some(mut course) = Course::new(posture, state, touching, options) else {
-        return Enclosure::NOTHING;
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let Some(mut course) = Course::new(posture, state, touching, options, cancel) else {
+        return Some(Enclosure::NOTHING);
     };
     let end = course.run();
     course.claims.end(end)
