@@ -153,6 +153,10 @@ pub(crate) fn friction(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, (0.0..=ROUGHEST).contains(&value), "finite and >= 0, at most 1e12")
 }
 
+/// The smallest coefficient of restitution but none: of a speed it leaves one whose square is a number.
+const DEADEST: f64 = 1e-60;
+
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
-    in_range(field, value, (0.0..1.0).contains(&value), "0 <= restitution < 1")
+    let holds = value == 0.0 || (DEADEST..1.0).contains(&value);
+    in_range(field, value, holds, "0 <= restitution < 1: 0, or from 1e-60 on")
 }
