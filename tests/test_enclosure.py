@@ -347,6 +347,28 @@ def test_a_foot_that_goes_round():
     assert first["high"] - first["low"] <= 4 * math.ulp(first["low"])
 
 
+@pytest.mark.parametrize("model", ["local", "full"])
+def test_a_start_that_touches_but_for_a_rounding(model):
+    """A foot that has been moved along its slope: the gap that the doubles leave counts, if it is not below the ground."""
+    rng = np.random.default_rng(SEED)
+    above = 0
+    for _ in range(200):
+        slope, way = rng.uniform(-1, 1), 2.0 ** rng.integers(0, 10)
+        rate = rng.choice([-0.1, 1.0])
+        body = sf.Posture(1.0, 0.3, (0.0, 0.5), [sf.Contact((0.0, 0.0), slope=slope)], 0.5, 9.81)  # fmt: skip
+        x, y = way * math.cos(slope), way * math.sin(slope)
+        run = sf.simulate(body, (x, y, 0), (0, rate, 0), model=model, certify=True, stop="zeno")  # fmt: skip
+        sin, cos = MP.sin(slope), MP.cos(slope)
+        h = max(cos * MP.mpf(y) - sin * MP.mpf(x), MP.mpf(0))
+        u, g = cos * MP.mpf(rate), cos * MP.mpf(9.81)
+        time = (u + MP.sqrt(u * u + 2 * g * h)) / g
+        first = run.enclosure.impacts[0]
+        assert first["low"] <= first["high"], slope
+        assert holds(first["low"], first["high"], time), slope
+        above += h > 0
+    assert 50 < above < 150
+
+
 def test_a_body_at_rest_is_a_zeno_point_in_the_full_model_too():
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     enclosure = sf.simulate(rod, (0, 0, 0), (0, 0, 0), model="full", certify=True).enclosure  # fmt: skip

@@ -171,7 +171,7 @@ impl<'a> Claims<'a> {
         if self.cancelled || self.impacts.len() >= self.event_limit || elapsed.high > self.time {
             return Err(Uncertain::Limit);
         }
-        if !(elapsed.low.is_finite() && elapsed.high.is_finite()) {
+        if !(elapsed.low <= elapsed.high && elapsed.high.is_finite()) {
             return Err(Uncertain::Order);
         }
         self.clock = self.clock + dt;
@@ -464,6 +464,9 @@ impl Course<'_> {
     /// Collision after collision until all that follow are enclosed, as narrowly as it pays.
     fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
         let (gaps, g) = (self.gaps, self.model.g);
+        if !gaps.iter().all(|gap| gap.h.is_not_negative()) {
+            return Err(Uncertain::Order);
+        }
         let rests = |i: &usize| gaps[*i].h.is_zero() && gaps[*i].u.is_zero() && g[*i].is_positive();
         let all = 0..self.model.count;
         if self.model.count == 2 && all.clone().all(|i| rests(&i)) && self.model.presses() {
@@ -517,15 +520,14 @@ fn enclose(
     course.claims.end(end)
 }
 
-/// Encloses the motion of a body in its local model. `touching`: contacts that touch at the start, or are taken as touching.
+/// Encloses the motion of a body in its local model; `None` if cancelled.
 pub(crate) fn enclose_local(
     posture: &Posture,
     state: &State,
-    touching: &[bool],
     options: &Options,
     cancel: &dyn Fn() -> bool,
 ) -> Option<Enclosure> {
-    let Some((model, gaps)) = full::local_of(posture, state, touching) else {
+    let Some((model, gaps)) = full::local_of(posture, state) else {
         return Some(Enclosure::NOTHING);
     };
     enclose(model, gaps, options, cancel)

@@ -8,7 +8,7 @@ use crate::auto;
 use crate::clock::Clock;
 use crate::contact::PerContact;
 use crate::contact_motion::{Point, Rounding, Stance};
-use crate::enclosure::{self, Enclosure};
+use crate::enclosure;
 use crate::error::{Error, LARGEST, finite, in_range, positive};
 use crate::flight::PHASE_LOST;
 use crate::frame::{Base, Frame, Snapshot};
@@ -265,7 +265,7 @@ pub fn simulate_until(
         Model::Local | Model::Full => "asked for",
         Model::Auto => match try_local(posture, state, &start, options, cancel) {
             Tried::Run(None) => return Ok(None),
-            Tried::Run(Some(run)) => return enclosed(*run, posture, state, options, cancel),
+            Tried::Run(Some(run)) => return Ok(enclosed(*run, posture, state, options, cancel)),
             Tried::No(reason) => {
                 start.model = Model::Full;
                 reason
@@ -273,7 +273,7 @@ pub fn simulate_until(
         },
     };
     let Some(run) = start.run(posture, state, options, cancel) else { return Ok(None) };
-    enclosed(run.into_trajectory(reason, *options), posture, state, options, cancel)
+    Ok(enclosed(run.into_trajectory(reason, *options), posture, state, options, cancel))
 }
 
 /// The run with bounds of its times, if they are asked for; `None`: cancelled.
@@ -283,13 +283,15 @@ fn enclosed(
     state: &State,
     options: &Options,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
+) -> Option<Trajectory> {
     if !options.certify {
-        return Ok(Some(run));
+        return Some(run);
     }
-    let start = Start::new(posture, state, run.model())?;
-    let enclosure = start.enclose(posture, state, options, cancel);
-    Ok(enclosure.map(|enclosure| run.with(enclosure)))
+    let enclosure = match run.model() {
+        Model::Local => enclosure::enclose_local(posture, state, options, cancel),
+        _ => enclosure::enclose_full(posture, state, options, cancel),
+    };
+    enclosure.map(|enclosure| run.with(enclosure))
 }
 
 /// What came of the local model.
@@ -417,21 +419,6 @@ impl Start {
             clatters(starts.map(|((h, u), g)| (*h, *u, g)))?;
         }
         Ok(Self { model, heights, rates, warnings })
-    }
-
-    /// Intervals that contain the times of the collisions; `None`: cancelled.
-    fn enclose(
-        &self,
-        posture: &Posture,
-        state: &State,
-        options: &Options,
-        cancel: &dyn Fn() -> bool,
-    ) -> Option<Enclosure> {
-        let touching: PerContact<bool> = self.heights.iter().map(|h| *h == 0.0).collect();
-        match self.model {
-            Model::Local => enclosure::enclose_local(posture, state, &touching, options, cancel),
-            _ => enclosure::enclose_full(posture, state, &touching, options, cancel),
-        }
     }
 
     /// Runs to the outcome; `None` if cancelled.

@@ -6,8 +6,9 @@ use pyo3::types::PyTuple;
 use standfast::{Enclosure, Uncertain};
 
 /// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point, for the body (or the
-/// LocalModel) and the start that are exactly these doubles. In the full model as long as gaps are concave; where the impacts
-/// accumulate is enclosed in the local model only.
+/// LocalModel) and the start that are exactly these doubles; but a contact that starts in the terrain, by a rounding, is taken
+/// as touching. In the full model as long as gaps are concave, and for some dozens of collisions: each widens the next by a
+/// factor of three or so. Where the impacts accumulate is enclosed in the local model only.
 ///
 /// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start); that these
 /// collisions happen, in this order, is proved as well. zeno : (low, high), s after the start, of the first Zeno point, or None;

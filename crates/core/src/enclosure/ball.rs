@@ -2,7 +2,7 @@
 //!
 //! The centre is an unevaluated sum of two doubles, |lo| ≤ ½ ulp(hi). Its sums and products are off by at most 3u² and 5u² of
 //! themselves, u = 2⁻⁵³ [Joldes, Muller & Popescu, ACM TOMS 44 (2017) 15, algorithms 6 and 11]; quotients and roots are judged
-//! by what they leave over.
+//! by what they leave over. Sums rely on gradual underflow, as the standard has it and every compiler by default.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -126,24 +126,20 @@ struct Course<'a> {
 /// left.
 const SHORT: f64 = f64::EPSILON / 8.0;
 const SHORT_ONES: usize = 8;
+/// More than the roundings of a few products.
+const ROUNDED: f64 = 1.0 + 64.0 * f64::EPSILON;
 
-/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. `touching`: those that
-/// touch, or are taken as touching.
-fn feet_of(
-    sine: &Sine,
-    posture: &Posture,
-    state: &State,
-    touching: &[bool],
-    local: bool,
-) -> (Vec<Foot>, Ball) {
+/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. One in the terrain, by
+/// no more than a start may be, is taken as touching.
+fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<Foot>, Ball) {
     let fields = posture.fields();
     let [x, y, theta] = [state.q.x, state.q.y, state.q.z].map(ball);
     let [vx, vy, omega] = [state.qdot.x, state.qdot.y, state.qdot.z].map(ball);
     let spin = sine.of(if local { Ball::ZERO } else { theta });
     let dot = |a: [Ball; 2], b: [Ball; 2]| a[0] * b[0] + a[1] * b[1];
-    let contacts = posture.contacts().iter().zip(posture.geometry()).zip(touching);
+    let contacts = posture.contacts().iter().zip(posture.geometry());
     let (feet, normals): (Vec<Foot>, Vec<[Ball; 2]>) = contacts
-        .map(|((contact, geometry), &touches)| {
+        .map(|(contact, geometry)| {
             let slope = sine.of(ball(contact.slope));
             let (cos, sin) = (ball(1.0) - slope.versed, slope.sin);
             let (tangent, normal) = ([cos, sin], [-sin, cos]);
@@ -156,7 +152,7 @@ fn feet_of(
             let turned = if local { b * theta } else { Ball::ZERO };
             let h = dot(normal, [x + moved[0], y + moved[1]]) + turned;
             let foot = Foot {
-                h: if touches { Ball::ZERO } else { h },
+                h: if h.is_negative() { Ball::ZERO } else { h },
                 u: dot(normal, [vx, vy]) + b * omega,
                 b,
                 c,
@@ -174,12 +170,8 @@ fn feet_of(
 }
 
 /// The local model of a body, and its start.
-pub(super) fn local_of(
-    posture: &Posture,
-    state: &State,
-    touching: &[bool],
-) -> Option<(Model, [Gap; 2])> {
-    let (feet, n12) = feet_of(&Sine::new()?, posture, state, touching, true);
+pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model, [Gap; 2])> {
+    let (feet, n12) = feet_of(&Sine::new()?, posture, state, true);
     let rho2 = ball(posture.fields().gyration_radius).square();
     let none = Gap { h: Ball::ZERO, u: Ball::ZERO };
     let gap = |i: usize| feet.get(i).map_or(none, |foot| Gap { h: foot.h, u: foot.u });
@@ -199,12 +191,11 @@ impl<'a> Course<'a> {
     fn new(
         posture: &Posture,
         state: &State,
-        touching: &[bool],
         options: &Options,
         cancel: &'a dyn Fn() -> bool,
     ) -> Option<Self> {
         let sine = Sine::new()?;
-        let (feet, n12) = feet_of(&sine, posture, state, touching, false);
+        let (feet, n12) = feet_of(&sine, posture, state, false);
         Some(Self {
             sine,
             omega: ball(state.qdot.z),
@@ -242,13 +233,13 @@ impl<'a> Course<'a> {
         let reach = 4.0 * rest / slope.clearance();
         let least = slope.clearance() - 2.0 * (foot.g + lift).size() * reach;
         // All of the step lies within half of what the slope was taken over.
-        if !(least > 0.0 && 2.0 * rest <= least * reach || rest == 0.0) || !(t.clearance() > reach)
-        {
+        if !(least > 0.0 && 2.0 * rest <= least * reach && t.widened(reach).is_positive()) {
             return None;
         }
-        let dt = t.widened(reach);
-        let turned = omega.size() * reach * 2.0;
-        let wide = |x: Ball| x.widened(2.0 * turned);
+        let off = rest / least * ROUNDED;
+        let dt = t.widened(off);
+        let turned = 2.0 * omega.size() * off * ROUNDED;
+        let wide = |x: Ball| x.widened(turned);
         let turn = Turn { sin: wide(turn.sin), versed: wide(turn.versed), lag: wide(turn.lag) };
         Some(Landing { contact: i, s: -foot.rate(dt, &turn, omega), dt, turn })
     }
@@ -338,15 +329,14 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Encloses the collisions of the full model. `touching`: contacts that touch at the start, or are taken as touching.
+/// Encloses the collisions of the full model; `None` if cancelled.
 pub(crate) fn enclose_full(
     posture: &Posture,
     state: &State,
-    touching: &[bool],
     options: &Options,
     cancel: &dyn Fn() -> bool,
 ) -> Option<Enclosure> {
-    let Some(mut course) = Course::new(posture, state, touching, options, cancel) else {
+    let Some(mut course) = Course::new(posture, state, options, cancel) else {
         return Some(Enclosure::NOTHING);
     };
     let end = course.run();
