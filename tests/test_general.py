@@ -367,3 +367,28 @@ def test_one_that_never_lands_lands_with_nobody(never):
     )
     (at_impact,), _ = run.gaps_at([first["time"]])
     assert at_impact[[lands, never]] == pytest.approx([0.0, 0.3], abs=1e-15)
+
+
+@pytest.mark.parametrize("law", ["poisson", "stronge", "chatterjee-ruina"])
+def test_a_sum_of_rounds_leaves_both_feet_on_the_ground(law):
+    """Between two slopes the body turns a little in the rounds that are summed: it slides on from where it then is."""
+    feet = [
+        sf.Contact((-0.8, 0), slope=-0.84, friction=0.2),
+        sf.Contact((0.6, 0), slope=0.87, friction=0.2),
+    ]
+    posture = sf.Posture(1.0, 1.22, (0.15, 0.31), feet, 0.0)
+    run = sf.simulate(
+        posture,
+        (0, 0.11, 0),
+        (-1, 1.4, -0.5),
+        impact=law,
+        simultaneous=IN_TURN,
+        model="full",
+        time_limit=5,
+    )
+    (zeno,) = [point for point in run.zeno_points if point.method == "nested"]
+    q, qdot = run.at(zeno.time)
+    assert np.abs(qdot - zeno.qdot).max() <= 1e-15
+    assert np.abs(posture.gap_rates(q, qdot)).max() <= 1e-15
+    places = run.at(np.linspace(zeno.time, run.time, 100))[0]
+    assert np.abs(posture.gaps(places)).max() <= 1e-14

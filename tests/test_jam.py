@@ -79,3 +79,24 @@ def test_jams_lose_energy_and_runs_go_on():
         energy = run.energy(times[times <= run.time])
         assert np.max(np.diff(energy)) <= 1e-13 * (energy[0] + 9.81 * arm[1] + 1.0)
     assert jams > 20
+
+
+@pytest.mark.parametrize("power", [20, 40, 60, 240])
+def test_a_jam_of_any_size(power):
+    """Lengths times a power of two, gravity with them: the same motion to the last bit."""
+
+    def slide(size):
+        body = sf.Posture(
+            1.0,
+            0.0743 * size,
+            (0.308 * size, 1.026 * size),
+            [sf.Contact((-0.62 * size, 0), friction=0.5)],
+            0.3,
+            9.81 * size,
+        )
+        run = sf.simulate(body, (0, 0, 0), (0, 0, 0), event_limit=10_000)
+        return run.outcome, run.time, *(run.q / (size, size, 1))
+
+    one = slide(1.0)
+    assert one[0] == "inconsistent"
+    assert slide(2.0**power) == one

@@ -22,6 +22,7 @@ use crate::modes::Mode;
 use crate::roots::{ORDER, first_root};
 use crate::terrain::Place;
 use crate::tolerance::TOUCH;
+use crate::trig::Turn;
 
 type Series = [f64; ORDER];
 const ZERO: Series = [0.0; ORDER];
@@ -55,6 +56,12 @@ impl Point {
     /// Arm from the centre of mass, world axes, in m.
     pub(crate) fn arm(&self) -> Vector2<f64> {
         self.tangent * self.b + self.normal * self.c
+    }
+
+    /// b and c after a turn.
+    pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
+        let (b, c) = (self.b, self.c);
+        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
     }
 }
 
@@ -393,6 +400,10 @@ pub(crate) struct Step {
 /// and few coefficients reach to their end. The last one goes on step by step.
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
+/// Factor of the unit of time where coefficients are beyond all numbers, and the unit that is not made shorter.
+const SHORTER: f64 = 1.0 / 4_294_967_296.0;
+const SHORTEST: f64 = 1e-100;
+
 /// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
 const FROZEN: usize = 5;
 
@@ -462,7 +473,24 @@ impl Step {
     /// geometry is frozen there are no more than three.
     pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
-        let unit = state.unit_of_time();
+        let mut unit = state.unit_of_time();
+        loop {
+            let step = Self::in_units(state, modes, order, unit)?;
+            if step.is_finite() || unit < SHORTEST {
+                return Some(step);
+            }
+            unit *= SHORTER;
+        }
+    }
+
+    /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.
+    fn is_finite(&self) -> bool {
+        let last = |series: &Series| series[self.order - 1].is_finite();
+        let forces = |track: &Track| last(&track.normal) && last(&track.tangential);
+        last(&self.omega) && self.v.iter().all(last) && self.tracks.iter().all(forces)
+    }
+
+    fn in_units(state: &Stance, modes: &[Mode], order: usize, unit: f64) -> Option<Self> {
         let pull = Vector2::new(0.0, -state.gravity * unit * unit);
         let mut tracks: Vec<Track> = (0..state.points.len())
             .map(|i| {

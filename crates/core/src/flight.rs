@@ -70,6 +70,9 @@ const CONVEX_STEPS: usize = 128;
 /// Turns aloft from which on angles are counted anew: the sum of so many keeps ten digits of a turn.
 const MANY_TURNS: f64 = 1e6;
 
+/// Lowest gap of a turn, relative to its terms, that is rounding.
+const GRAZE: f64 = 8.0 * f64::EPSILON;
+
 /// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad.
 pub(crate) const PHASE_LOST: f64 = 1e12;
 
@@ -269,9 +272,17 @@ impl Arc {
     /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0: nothing lands in there.
     fn aloft(&self, arm: f64) -> (f64, f64) {
         let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
+        // A graze within rounding is none, turn after turn, until the mean has come down by more.
+        let graze = GRAZE * (self.h + self.c.abs() + arm);
+        let height = if height.abs() <= graze { graze } else { height };
+        let never = (f64::INFINITY, 0.0);
+        if self.g == 0.0 {
+            let falls = height > 0.0 && drift < 0.0;
+            return if falls { (0.0, height / -drift * (1.0 - 1e-9)) } else { never };
+        }
         let square = drift * drift + 2.0 * self.g * height;
-        if square <= 0.0 || (height <= 0.0 && drift <= 0.0) || (self.g == 0.0 && drift >= 0.0) {
-            return (f64::INFINITY, 0.0);
+        if square <= 0.0 || (height <= 0.0 && drift <= 0.0) {
+            return never;
         }
         let root = square.sqrt();
         let rise = if height >= 0.0 { 0.0 } else { -2.0 * height / (drift + root) };

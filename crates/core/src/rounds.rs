@@ -9,6 +9,7 @@ use crate::frame::{Base, Snapshot};
 use crate::log::Spin;
 use crate::modes::Mode;
 use crate::tolerance::{REACHED, STILL};
+use crate::trig::Turn;
 
 /// Roundings in the ratio of two landing speeds.
 pub(crate) const ROUNDINGS: f64 = 64.0;
@@ -153,8 +154,10 @@ impl Rounds {
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
         }
+        let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { theta - now.spin.theta });
         for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
+            (p.b, p.c) = p.turned(&onward);
         }
         self.forget();
         let missing = self.missing(stance.gravity);

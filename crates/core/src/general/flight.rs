@@ -115,10 +115,7 @@ impl Stance {
             } else {
                 p.h = arc.gap_turned(dt, &turn).max(0.0);
                 p.u = arc.rate_turned(dt, &turn);
-                (p.b, p.c) = (
-                    arc.b - (arc.b * turn.versed + arc.c * turn.sin),
-                    arc.c - (arc.c * turn.versed - arc.b * turn.sin),
-                );
+                (p.b, p.c) = was.turned(&turn);
             }
         }
         after.spin.theta += self.spin.omega * dt;
