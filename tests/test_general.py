@@ -392,3 +392,24 @@ def test_a_sum_of_rounds_leaves_both_feet_on_the_ground(law):
     assert np.abs(posture.gap_rates(q, qdot)).max() <= 1e-15
     places = run.at(np.linspace(zeno.time, run.time, 100))[0]
     assert np.abs(posture.gaps(places)).max() <= 1e-14
+
+
+def test_a_sum_of_rounds_can_be_looked_into():
+    """By impacts that are Moreau's, of a body whose geometry is frozen: what counts as no speed is what did in the run."""
+    feet = [sf.Contact((x, 0), friction=1) for x in (-0.4, 0.4)]
+    posture = sf.Posture(1.0, 0.15, (-0.12, 0.5), feet, 0.0)
+    run = sf.simulate(
+        posture,
+        (0, 0.02, -0.024),
+        (0, 0, 0),
+        impact="moreau",
+        simultaneous=IN_TURN,
+        model="local",
+    )
+    assert (run.outcome, run.zeno_points[-1].method) == ("rest", "nested")
+    times = run.sample(300)[0]
+    since = times[times >= run.zeno_points[-2].time]
+    assert len(since) > 10
+    gaps, _ = run.gaps_at(since)
+    assert gaps.min() >= 0
+    assert gaps.min(axis=1).max() <= 1e-15

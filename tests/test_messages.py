@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 import standfast as sf
 from standfast.cli import main
@@ -134,9 +135,12 @@ IN_PYTHON = [
     (lambda: body(mass=0), ValueError, "mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
     (lambda: body(mass="1"), TypeError, "mass = '1' cannot be used: a number is needed"),
     (lambda: body(restitution=1), ValueError, "restitution = 1.0 is outside its range: 0 <= restitution < 1: 0, or from 1e-60 on"),
+    (lambda: body(restitution=1e-61), ValueError, "restitution = 1e-61 is outside its range: 0 <= restitution < 1: 0, or from 1e-60 on"),
     (lambda: body(contacts=None), TypeError, "contacts = None cannot be used: a sequence with an entry for each contact is needed"),
     (lambda: body(contacts=[1]), TypeError, "contacts.1 = 1 cannot be used: a Contact is needed"),
     (lambda: body(terrain=[]), ValueError, "terrain = [] cannot be used: None, or a sequence of 2 to 1024 vertices (x, y)"),
+    (lambda: body(terrain=[(-1, 0), (1, 0), (0, 0)]), ValueError, "terrain.3.x = 0.0 after 1.0 cannot be used: x increasing from vertex to vertex: no walls, no overhangs"),
+    (lambda: body(terrain=[(-1, 0), (1, 0), (2, 1e20)]), ValueError, "terrain.3.y = 1e20 after 0.0 cannot be used: terrain that is not as steep as a wall, to the last bit"),
     (lambda: sf.Contact((0, 0), tangential_restitution=1), ValueError, "tangential_restitution = 1.0 is outside its range: 0 <= tangential_restitution < 1"),
     (lambda: sf.Contact((0, 0), slope=2), ValueError, "slope = 2.0 is outside its range: |slope| < pi/2, so that the normal points up"),
     (lambda: sf.Contact((0, 0, 0)), ValueError, "point = (0, 0, 0) cannot be used: 2 numbers are needed, not 3"),
@@ -153,6 +157,7 @@ IN_PYTHON = [
     (lambda: RUN.sample(1.5), TypeError, "n = 1.5 cannot be used: an integer from 2 to 10000000 is needed"),
     (lambda: RUNS[1], IndexError, "index = 1 cannot be used: there are 1 runs, from 0"),
     (lambda: RUNS[True], TypeError, "index = True cannot be used: an integer is needed"),
+    (lambda: sf.simulate_many(ROD, np.broadcast_to(0.0, (10**12, 3)), (0, 0, 0)), MemoryError, "1000000000000 runs take 512 bytes each"),
     # Questions about postures.
     (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture is needed"),
     (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
@@ -162,6 +167,8 @@ IN_PYTHON = [
     # Maps.
     (lambda: sf.sweep(ROD, {1: [1]}), TypeError, "over = {1: [1]} cannot be used: values by the path of their parameter are allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1, -1]}), ValueError, "mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
+    (lambda: sf.sweep(ROD, {"mass": np.broadcast_to(1.0, 10**9)}), ValueError, "over = a grid of shape [1000000000] cannot be used: at most 100000000 points"),
+    (lambda: sf.sweep(ROD, {"mass": np.ma.array([1.0], mask=True)}), TypeError, "mass = masked_array(data=[--], mask=[ True], fill_value=1e+20, dtyp… cannot be used: an array without masked entries is needed"),
     (lambda: sf.sweep(ROD, {"mass": []}), ValueError, "mass = [] cannot be used: at least one value"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, None), TypeError, "quantity = None cannot be used: a name, or a sequence of names, is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, cache=3), TypeError, "cache = 3 cannot be used: None or a folder is allowed"),

@@ -153,7 +153,7 @@ def sweep(
         raise ValueError(
             f"quantity = {names!r} cannot be used: each one once is allowed"
         )
-    axes = [(path, np.array(values)) for path, values in over.items()]
+    axes = [(path, np.asanyarray(values)) for path, values in over.items()]
     question = Sweep(posture, axes, names, q, qdot, options or None)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)

@@ -378,17 +378,21 @@ impl<'a> General<'a> {
         outcome
     }
 
-    /// The state `dt` into a sum of rounds that begins at `start`, round by round; `None` if too many events come before.
-    /// `options`: of the run.
+    /// The state `dt` into a sum of rounds, round by round; `None` if too many events come before. `options`: of the run.
     pub(crate) fn glance(
         posture: &Posture,
-        start: &Stance,
+        sum: &Stretch,
         options: &Options,
         dt: f64,
     ) -> Option<Stance> {
         let options = options.of_glance(dt);
         let never = || false;
-        let run = General::new(posture, start.clone(), &options, Vec::new(), &never).run()?;
+        let start = sum.stance.clone();
+        let resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        // What counts as no speed is what did in the run.
+        let fastest = start.gravity * sum.clock.hi;
+        let run = General::new(posture, start, &options, Vec::new(), &never);
+        let run = General { resting, fastest, ..run }.run()?;
         (run.outcome == Outcome::TimeLimit).then_some(run.end)
     }
 }

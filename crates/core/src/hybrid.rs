@@ -378,7 +378,7 @@ impl<'a> Driver<'a> {
         let mut hits: Vec<Hit> = Vec::new();
         let both_touch = gaps.h == [0.0, 0.0];
         let mut end = Sequence::Finite;
-        let mut together = false;
+        let (mut together, mut in_step) = (false, false);
         if coming == [true, true] {
             self.warn_of_tie();
             together = self.options.simultaneous == Simultaneous::Newton;
@@ -389,9 +389,9 @@ impl<'a> Driver<'a> {
         };
         let (mut jump, mut count) = ([0.0; 2], 0);
         if together {
-            jump = impact::newton_together(&model, rates);
+            (jump, in_step) = impact::newton_together(&model, rates);
             let mut after = impact::kicked(&model, rates, jump);
-            if jump[0] > 0.0 && jump[1] > 0.0 {
+            if in_step {
                 after = [0, 1].map(|i| -model.e[i] * rates[i]); // the law itself, not its rounding
             }
             for contact in (0..2).filter(|&i| jump[i] > 0.0) {
@@ -457,7 +457,7 @@ impl<'a> Driver<'a> {
         }
         self.align_bodies();
         self.note(Kind::Flight);
-        if together && jump[0] > 0.0 && jump[1] > 0.0 {
+        if in_step {
             return self.bounce_together(rates);
         }
         self.freeze_if_brief();

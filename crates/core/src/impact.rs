@@ -43,15 +43,21 @@ pub(crate) fn newton(model: &Frozen, i: usize, before: [f64; 2]) -> [f64; 2] {
 /// Both contacts at once: the impulses P ≥ 0 (as own-rate jumps) with u⁺ + e u⁻ ≥ 0 ⊥ P.
 ///
 /// Of the candidates {1, 2}, {1}, {2} the first that fits is taken; for a positive definite impact
-/// matrix only one does.
-pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> [f64; 2] {
+/// matrix only one does. And whether it is the first: then u⁺ = −e u⁻ at both.
+pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.share(need);
-    if jump[0] >= 0.0 && jump[1] >= 0.0 {
-        return jump;
+    let rounding = UNLOADED * need[0].max(need[1]);
+    if jump[0] >= -rounding && jump[1] >= -rounding {
+        return (jump.map(|jump| jump.max(0.0)), true);
     }
-    if need[1] + model.psi[0] * need[0] <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] }
+    let one = if need[1] + model.psi[0] * need[0] <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] };
+    (one, false)
 }
+
+/// Impulse, relative to the largest, that is none within rounding: that of a contact that the impact of the other one, beside
+/// the centre of mass, stops or turns round with the body.
+const UNLOADED: f64 = 4.0 * f64::EPSILON;
 
 /// Rates after impulses given as own-rate jumps.
 pub(crate) fn kicked(model: &Frozen, before: [f64; 2], jump: [f64; 2]) -> [f64; 2] {
@@ -133,7 +139,7 @@ mod tests {
         let mut mirrored = [-1.0, -1.0];
         in_zero_time(&m, 1, &mut mirrored, |_| ());
         assert_eq!([u[1], u[0]], mirrored);
-        let together = kicked(&m, [-1.0, -1.0], newton_together(&m, [-1.0, -1.0]));
+        let together = kicked(&m, [-1.0, -1.0], newton_together(&m, [-1.0, -1.0]).0);
         assert!((together[0] - 0.3).abs() < 1e-15 && (together[1] - 0.3).abs() < 1e-15);
     }
 

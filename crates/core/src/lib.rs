@@ -86,7 +86,9 @@ pub use stability::{
     conditions, coupling, equilibrium_region, friction_margin, neimark_sacker, self_similar,
     stability, static_forces, trials,
 };
-pub use sweep::{Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep};
+pub use sweep::{
+    Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep, grid_size,
+};
 pub use terrain::MAX_VERTICES;
 pub use tolerance::TOUCH;
 pub use trajectory::{

@@ -17,6 +17,19 @@ use crate::trajectory::Outcome;
 /// Most points of a grid: an answer of 0.8 GB for each number asked for.
 pub const MOST_POINTS: usize = 100_000_000;
 
+/// Points of a grid of this shape.
+///
+/// # Errors
+///
+/// More than [`MOST_POINTS`].
+pub fn grid_size(lengths: &[usize]) -> Result<usize, Error> {
+    let size = lengths.iter().copied().try_fold(1_usize, usize::checked_mul);
+    size.filter(|size| *size <= MOST_POINTS).ok_or_else(|| {
+        let shape = format!("a grid of shape {lengths:?}");
+        unusable("over", &shape, &format!("at most {MOST_POINTS} points"))
+    })
+}
+
 /// A parameter of a posture and the values that it takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -406,12 +419,8 @@ impl Sweep {
                 ));
             }
         }
-        let lengths = axes.iter().map(|axis| axis.values.len());
-        let size = lengths.clone().try_fold(1_usize, usize::checked_mul);
-        let Some(size) = size.filter(|size| *size <= MOST_POINTS) else {
-            let shape = format!("a grid of shape {:?}", lengths.collect::<Vec<_>>());
-            return Err(unusable("over", &shape, &format!("at most {MOST_POINTS} points")));
-        };
+        let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
+        let size = grid_size(&lengths)?;
         let mut fields = posture.fields().clone();
         if !fields.terrain.is_empty() {
             // Slopes and segments follow from the terrain again, wherever a contact is put.

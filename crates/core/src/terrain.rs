@@ -101,10 +101,14 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Vec<Piece>, Error> {
         .enumerate()
         .map(|(k, pair)| {
             let piece = Piece::between(pair[0], pair[1]);
-            if !(pair[1][0] > pair[0][0] && piece.slope.abs() < std::f64::consts::FRAC_PI_2) {
-                let value = format!("{:?} after {:?}", pair[1][0], pair[0][0]);
+            let beyond = |axis: usize| format!("{:?} after {:?}", pair[1][axis], pair[0][axis]);
+            if !(pair[1][0] > pair[0][0]) {
                 let allowed = "x increasing from vertex to vertex: no walls, no overhangs";
-                return Err(unusable(format!("terrain.{}.x", k + 2), value, allowed));
+                return Err(unusable(format!("terrain.{}.x", k + 2), beyond(0), allowed));
+            }
+            if !(piece.slope.abs() < std::f64::consts::FRAC_PI_2) {
+                let allowed = "terrain that is not as steep as a wall, to the last bit";
+                return Err(unusable(format!("terrain.{}.y", k + 2), beyond(1), allowed));
             }
             Ok(piece)
         })

@@ -755,7 +755,7 @@ impl Trajectory {
             if stretch.summed
                 && let Some(posture) = self.posture()
             {
-                let stance = General::glance(posture, &stretch.stance, &self.options, dt);
+                let stance = General::glance(posture, stretch, &self.options, dt);
                 return stance.map(|stance| stance.instant()).ok_or_else(|| too_deep(t));
             }
             return Ok(stretch.stance.moved(&stretch.word, dt).instant());

@@ -1224,3 +1224,28 @@ fn bounds_are_cancelled() {
         assert!(run(true, plain).is_none(), "{model:?}");
     }
 }
+
+/// A body that lands flat with a foot right below its centre of mass: the other one, which no impulse hits, bounces in step.
+#[test]
+fn a_foot_that_bounces_without_an_impulse() {
+    let (e, g, v) = (0.36, 9.81, 0.875);
+    for height in [-2.0, 0.5] {
+        let body = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.78,
+            center_of_mass: [1.625, height],
+            contacts: vec![Contact::at(0.7, 0.0), Contact::at(1.625, 0.0)],
+            restitution: e,
+            gravity: g,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        for model in [Model::Local, Model::Full] {
+            let start = State::new([0.0; 3], [0.1, v, 0.0]);
+            let run = simulate(&body, &start, &Options { model, ..until(Stop::Zeno) }).unwrap();
+            let point = &run.zeno_points()[0];
+            assert_eq!((point.contacts.len(), point.method), (2, "bounce"), "{model:?} {height}");
+            assert!(roundings(point.elapsed, 2.0 * v / (g * (1.0 - e))) <= 4.0);
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Many runs: arrays in, arrays out.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use standfast::{
     End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
@@ -174,6 +175,9 @@ impl PyRuns {
     }
 }
 
+/// Bytes that a run takes: its start, as it was given and as it is used, its end, and what is told of it.
+const RUN: usize = 512;
+
 /// One state a row, or one for all: `count` of them.
 fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     let array = input::triples(field, value)?;
@@ -184,6 +188,11 @@ fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
             value: format!("array of shape {:?}", array.shape()),
             allowed: "an array of shape (N, 3), or (3,) for the same in each run".into(),
         }));
+    }
+    // An allocation that fails later ends the process.
+    let runs = array.len() / 3;
+    if Vec::<[u8; RUN]>::new().try_reserve_exact(runs).is_err() {
+        return Err(PyMemoryError::new_err(format!("{runs} runs take {RUN} bytes each")));
     }
     let row = |row: &[f64]| [row[0], row[1], row[2]];
     Ok(match array.as_slice() {

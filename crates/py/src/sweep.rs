@@ -3,7 +3,7 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::{Axis, Column, Kind, Options, Quantity, State, Sweep};
+use standfast::{Axis, Column, Kind, Options, Quantity, State, Sweep, grid_size};
 
 use crate::error::to_py;
 use crate::input;
@@ -45,6 +45,10 @@ impl PySweep {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let posture = posture.clone();
+        // Before any is copied.
+        let lengths: Vec<usize> =
+            over.iter().map(|(_, values)| values.len().unwrap_or(1)).collect();
+        grid_size(&lengths).map_err(|e| to_py(&e))?;
         let axes = over.iter().map(|(path, values)| {
             let values = input::series(path, values)?;
             Axis::new(path, values, &posture.0).map_err(|e| to_py(&e))
