@@ -96,6 +96,14 @@ pub(crate) struct Geometry {
     pub(crate) friction: f64,
 }
 
+impl Geometry {
+    /// How far apart two contacts are along either axis, in units of `size`, or their normals if that is more; 0: they are one.
+    pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
+        let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
+        off.max((self.normal - other.normal).amax())
+    }
+}
+
 impl TryFrom<Fields> for Posture {
     type Error = Error;
 

@@ -469,9 +469,8 @@ impl Start {
     /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends. Two contacts at
     /// one point (ψ = 1) are not such a pair: no impact parts them.
     pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
-        let row = |k: &Geometry| (k.normal, k.b, k.c);
         let apart = match posture.geometry() {
-            [one, two] => row(one) != row(two),
+            [one, two] => one.apart(two, 1.0) > 0.0,
             few => few.len() <= 1,
         };
         apart && options.impact == Impact::Newton && posture.ground(0).is_none()
@@ -644,6 +643,10 @@ const FASTEST_SPIN: f64 = 1e70;
 /// and beyond that would be ones that a contact has.
 const HEAVIEST: f64 = 1e6;
 
+/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two: nearer ones, whose rows depend
+/// on each other within roundings, would be taken off each other by roundings.
+const NEAREST: f64 = 1e-9;
+
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
@@ -686,6 +689,21 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     } else {
         (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts")
     };
+    for (j, other) in posture.geometry().iter().enumerate() {
+        for (i, one) in posture.geometry()[..j].iter().enumerate() {
+            let apart = one.apart(other, posture.size());
+            in_range(
+                format_args!(
+                    "distance of contacts.{}.point from contacts.{}.point over the size of the body, or of their normals",
+                    j + 1,
+                    i + 1
+                ),
+                apart,
+                apart == 0.0 || apart >= NEAREST,
+                "0, or at least 1e-9",
+            )?;
+        }
+    }
     if posture.size() > most * posture.fields().gyration_radius {
         for (i, k) in posture.geometry().iter().enumerate() {
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;

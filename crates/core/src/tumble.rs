@@ -55,6 +55,10 @@ const LONG: f64 = 1e-3;
 /// Safety factor on the change of the frozen geometry within a tail.
 const MARGIN: f64 = 4.0;
 
+/// Distance of two contacts, relative to √(b² + ρ²), from which on equal rates say that nothing turns: of what is nearer they
+/// would, by their rounding, even where it does.
+const APART: f64 = 1e-3;
+
 impl Tumble {
     pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
         let mut state = Self { body, gaps, center, spin, b: [0.0; 2], c: [0.0; 2] };
@@ -172,7 +176,8 @@ impl Tumble {
     pub(crate) fn forget_rounding(&mut self) {
         let [one, two] = self.body.contacts;
         let same = self.gaps.u[0] == self.gaps.u[1];
-        if same && one.normal == two.normal && self.b[0] != self.b[1] {
+        let apart = (self.b[0] - self.b[1]).abs() > APART * self.own(0).max(self.own(1)).sqrt();
+        if same && one.normal == two.normal && apart {
             self.spin.omega = 0.0;
         }
     }
