@@ -347,6 +347,24 @@ def test_a_foot_that_goes_round():
     assert first["high"] - first["low"] <= 4 * math.ulp(first["low"])
 
 
+def test_a_run_that_leaves_its_bounds_says_so():
+    """Where impacts amplify roundings, the doubles of a run leave what 106 bits prove."""
+    rng = np.random.default_rng(SEED)
+    strayed = 0
+    for _ in range(400):
+        psi, e = rng.uniform(0.15, 0.4), rng.uniform(0.5, 0.9)
+        model = sf.LocalModel((9.81, 9.81), (psi, psi), (0, 0), e)
+        run = model.simulate(rng.uniform(0, 0.02, 2), rng.normal(size=2), certify=True, stop="zeno")  # fmt: skip
+        if not (run.enclosure.zeno and run.zeno_points):
+            continue
+        low, high = run.enclosure.zeno
+        off = max(low - run.elapsed, run.elapsed - high)
+        said = any("outside its proved bounds" in text for text in run.warnings)
+        assert said == (off > 1e-13 * run.elapsed)
+        strayed += said
+    assert 10 < strayed < 200
+
+
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_a_start_that_touches_but_for_a_rounding(model):
     """A foot that has been moved along its slope: the gap that the doubles leave counts, if it is not below the ground."""

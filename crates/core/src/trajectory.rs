@@ -377,6 +377,9 @@ struct Summary<'a> {
     posture: Option<&'a Posture>,
 }
 
+/// Distance of a Zeno point from its proved bounds, relative to the time elapsed, that is no more than some roundings.
+const STRAYED: f64 = 1e-13;
+
 /// Roundings in the clock of a run, counted into the error of a Zeno time.
 const CLOCK_ROUNDINGS: f64 = 4.0;
 
@@ -478,7 +481,17 @@ impl Trajectory {
         Self { record, options, model, model_reason, enclosure: None, expanded: OnceLock::new() }
     }
 
-    pub(crate) fn with(self, enclosure: Enclosure) -> Self {
+    /// With bounds of its times. A run whose roundings have grown so far that it leaves them says so.
+    pub(crate) fn with(mut self, enclosure: Enclosure) -> Self {
+        if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
+            let (t, bounds) = (own.at.clock.hi, zeno.elapsed);
+            let off = (bounds.low - t).max(t - bounds.high);
+            if off > STRAYED * t {
+                self.record.warnings.push(format!(
+                    "the first Zeno point is {off:.1e} s outside its proved bounds: roundings on the way to it have grown"
+                ));
+            }
+        }
         Self { enclosure: Some(Box::new(enclosure)), ..self }
     }
 
