@@ -437,10 +437,13 @@ impl Sweep {
     ///
     /// # Errors
     ///
-    /// A state that is not finite, options that contradict each other.
+    /// A state that is not finite, options that contradict each other, [`Options::certify`].
     pub fn from_start(mut self, state: State, options: Options) -> Result<Self, Error> {
         state.validate()?;
         options.validate()?;
+        if options.certify {
+            return Err(unusable("certify", "true", "false: a map has no bounds"));
+        }
         self.run = Some((state, Options { record: false, ..options }));
         Ok(self)
     }

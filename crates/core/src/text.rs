@@ -79,7 +79,7 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
         let said = error.to_string();
         let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
         let said = match said {
-            "expected value" => "a value of JSON is needed; it has no NaN and no Infinity",
+            "expected value" => "a value of JSON is needed: no NaN, no Infinity, no comment",
             "number out of range" => "a number within the range of doubles is needed",
             said => said,
         };

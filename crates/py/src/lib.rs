@@ -66,8 +66,8 @@ mod _core {
     /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
     /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
     /// gyration_radius. record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
-    /// of the collisions and, in the local model, of the first Zeno point are computed as well (run.enclosure); one or two
-    /// contacts, impact="newton".
+    /// of the collisions and, in the local model, of the first Zeno point are computed as well (run.enclosure); one contact or
+    /// two, impact="newton", terrain without ends.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///

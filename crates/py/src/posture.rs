@@ -19,7 +19,7 @@ const STATES: usize = 256;
 
 /// A point of the body on a straight piece of terrain.
 ///
-/// point : (2,) m, where it touches in the nominal posture. slope : rad, |slope| < π/2; the terrain has
+/// point : (2,) m, where it touches in the nominal posture (over a terrain of several pieces: where it is then). slope : rad, |slope| < π/2; the terrain has
 /// tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12. restitution : in [0, 1), or None for
 /// the posture's. tangential_restitution : in [0, 1). segment : extent of the terrain along t, m.
 ///

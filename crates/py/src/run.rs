@@ -90,7 +90,7 @@ impl PyPhase {
 
 /// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
 ///
-/// kind : "1-zeno" or "2-zeno". contacts : their numbers; contact : the only one, or None. time, elapsed : s.
+/// kind : "1-zeno", "2-zeno", … (how many contacts come to rest). contacts : their numbers; contact : the only one, or None. time, elapsed : s.
 /// time_error : estimated error of the sum and of the clock, s; what the motion before makes of the
 /// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it. q, qdot : (3,), None
 /// without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity (rad/s) there.
