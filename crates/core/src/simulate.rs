@@ -702,6 +702,21 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                 apart == 0.0 || apart >= NEAREST,
                 "0, or at least 1e-9",
             )?;
+            let surface = |k: usize| {
+                let contact = contacts[k];
+                let restitution = posture.geometry()[k].restitution;
+                [contact.friction, restitution, contact.tangential_restitution]
+            };
+            if apart == 0.0 && surface(i) != surface(j) {
+                return Err(Error::Unusable {
+                    field: format!("contacts.{}.point", j + 1),
+                    value: format!("{:?}", contacts[j].point),
+                    allowed: format!(
+                        "another point than that of contacts.{}, or the same friction and restitution",
+                        i + 1
+                    ),
+                });
+            }
         }
     }
     if posture.size() > most * posture.fields().gyration_radius {
