@@ -212,8 +212,10 @@ impl<'a> General<'a> {
             .min_by(|x, y| x.0.total_cmp(&y.0));
         let t = crossing.map_or(first, |(t, ..)| t);
         let left = self.log.left();
-        if t > left || t == f64::INFINITY {
-            if left == f64::INFINITY {
+        // What lies beyond all bounds is never come to.
+        let fall = |t: f64| t * (self.state.center.v.norm() + 0.5 * t * self.state.gravity);
+        if t > left || t == f64::INFINITY || fall(t) > BEYOND {
+            if left == f64::INFINITY || fall(left) > BEYOND {
                 return Some(Outcome::Escape);
             }
             self.state = self.state.flown(left.max(0.0));

@@ -647,6 +647,10 @@ const HEAVIEST: f64 = 1e6;
 /// on each other within roundings, would be taken off each other by roundings.
 const NEAREST: f64 = 1e-9;
 
+/// Coefficient of friction of one of several contacts up to which forces that are ties (1e-10 of the load) rub no more than
+/// their tenth of a thousandth: with more, a mode that presses by less than nothing would be driven by its friction.
+const ROUGHEST: f64 = 1e6;
+
 /// What is not solved yet is refused by name.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
@@ -689,6 +693,14 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     } else {
         (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts")
     };
+    for (i, contact) in contacts.iter().enumerate() {
+        in_range(
+            format_args!("contacts.{}.friction", i + 1),
+            contact.friction,
+            contacts.len() == 1 || contact.friction <= ROUGHEST,
+            "at most 1e6 for motion on several contacts",
+        )?;
+    }
     for (j, other) in posture.geometry().iter().enumerate() {
         for (i, one) in posture.geometry()[..j].iter().enumerate() {
             let apart = one.apart(other, posture.size());
