@@ -96,6 +96,24 @@ impl Stance {
         (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
     }
 
+    /// Whether point `i` is fixed by something: by friction, or in a vertex.
+    fn sticks(&self, i: usize, modes: &[Mode]) -> bool {
+        let held = self.points[i].friction > 0.0 || self.twin(i).is_some();
+        modes[i] == Mode::Fixed && held
+    }
+
+    /// Which way a contact without friction slides whose speed and acceleration are zero: an instant centre, which stays where
+    /// it is for an instant only.
+    pub(crate) fn slides_off(&self, i: usize, modes: &[Mode]) -> Option<Mode> {
+        if modes[i] != Mode::Fixed || self.points[i].friction > 0.0 || self.twin(i).is_some() {
+            return None;
+        }
+        let slip = Step::new(self, modes, ORDER)?.tracks[i].slip;
+        let most = slip.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
+        let first = slip.iter().find(|c| c.abs() > SLIPS * most)?;
+        Some(if *first > 0.0 { Mode::Right } else { Mode::Left })
+    }
+
     /// Whether point `i` is one of two that hold a contact in a vertex. Their normal forces alone hold it: any other share
     /// of the same force would reach an edge of a friction cone where the vertex as a whole does not.
     fn is_wedged(&self, i: usize, modes: &[Mode]) -> bool {
@@ -294,7 +312,7 @@ impl Stance {
             if mode != Mode::Separate {
                 push(false, p.normal, p.b);
             }
-            if mode == Mode::Fixed && !self.is_wedged(contact, modes) {
+            if self.sticks(contact, modes) && !self.is_wedged(contact, modes) {
                 push(true, p.tangent, -p.c);
             }
         }
@@ -334,6 +352,9 @@ const DEPENDENT: f64 = 1e-10;
 /// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
 const SINGULAR: f64 = 1e-14;
 
+/// Coefficient of a sliding speed, relative to the largest, that is more than rounding.
+const SLIPS: f64 = 1e-9;
+
 /// Drift of a held point, relative to the distances of the body, that is taken back.
 const DRIFT: f64 = 2.0 * f64::EPSILON;
 
@@ -361,6 +382,8 @@ struct Row {
 #[derive(Debug, Clone)]
 struct Track {
     mode: Mode,
+    /// Fixed by something.
+    stuck: bool,
     /// One of two that hold a contact in a vertex.
     wedged: bool,
     /// Off, but at the place of the other point of its contact, which is fixed.
@@ -497,6 +520,7 @@ impl Step {
                 let p = &state.points[i];
                 Track {
                     mode: modes[i],
+                    stuck: state.sticks(i, modes),
                     wedged: state.is_wedged(i, modes),
                     pinned: modes[i] == Mode::Separate
                         && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
@@ -644,7 +668,7 @@ impl Step {
                     track.h[k + 1] = track.u[k] * next;
                     track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);
                 }
-                if track.mode != Mode::Fixed {
+                if !track.stuck {
                     track.slip[k + 1] = change(&p.tangent, &track.c, -1.0, &track.b);
                 }
             }
@@ -698,7 +722,7 @@ impl Step {
         let (track, p) = (&self.tracks[i], &state.points[i]);
         let mut way = ZERO;
         match track.mode {
-            Mode::Fixed => {}
+            Mode::Fixed if track.stuck => {}
             Mode::Separate => {
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
                     let turned = if state.frozen.is_some() {

@@ -252,6 +252,7 @@ impl<'a> ContactPhase<'a> {
             };
             self.word = word;
             let rising = self.part(acceleration[2]);
+            self.slide_off(acceleration);
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
             let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
@@ -336,6 +337,24 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
+    /// Whether the body moves, or is about to.
+    fn moves(&self, [ax, ay, turn]: [f64; 3]) -> bool {
+        let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
+        !(self.speed() <= self.still && most <= STILL * self.stance.gravity)
+    }
+
+    /// Of a body that moves, a contact without friction is fixed for an instant only.
+    fn slide_off(&mut self, acceleration: [f64; 3]) {
+        if !self.word.contains(&Mode::Fixed) || !self.moves(acceleration) {
+            return;
+        }
+        for i in 0..self.word.len() {
+            if let Some(mode) = self.stance.slides_off(i, &self.word) {
+                self.word[i] = mode;
+            }
+        }
+    }
+
     /// Takes from the word those contacts that a body about to turn takes off others, and tells which ones.
     fn part(&mut self, turn: f64) -> PerContact<bool> {
         let mut rising: PerContact<bool> = self.word.iter().map(|_| false).collect();
@@ -359,11 +378,8 @@ impl<'a> ContactPhase<'a> {
         note: &mut Note<'_>,
     ) -> Next {
         let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
-        let [ax, ay, turn] = acceleration;
-        let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
         // Rows that leave no motion leave no velocity either: what there is of it is rounding.
-        let rests = self.stance.is_fixed(&self.word)
-            || self.speed() <= self.still && most <= STILL * self.stance.gravity;
+        let rests = self.stance.is_fixed(&self.word) || !self.moves(acceleration);
         let stance = &mut self.stance;
         if rests {
             (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);

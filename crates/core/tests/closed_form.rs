@@ -1249,3 +1249,27 @@ fn a_foot_that_bounces_without_an_impulse() {
         }
     }
 }
+
+/// Two feet without friction, one right above the other: the upper one is the instant centre, and slides off all the same.
+#[test]
+fn an_instant_centre_without_friction_slides_off() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 2.0,
+        center_of_mass: [2.25, 0.5],
+        contacts: vec![Contact { slope: 1.0, ..Contact::at(-2.0, 2.0) }, Contact::at(-2.0, 0.0)],
+        restitution: 0.0,
+        gravity: 9.81,
+        terrain: Vec::new(),
+    })
+    .unwrap();
+    let options = Options { model: Model::Full, time_limit: Some(3.0), ..Options::default() };
+    let run = simulate(&body, &State::at_rest([0.0; 3]), &options).unwrap();
+    assert_eq!(run.phases()[0].mode, "LL");
+    let fastest = run.state().qdot.norm();
+    assert!(fastest > 1.0);
+    for k in 0..=100 {
+        let energy = run.energy(run.time() * f64::from(k) / 100.0).unwrap();
+        assert!(energy.abs() <= 1e-14 * fastest * fastest, "{k}: {energy}");
+    }
+}
