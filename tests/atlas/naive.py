@@ -382,14 +382,13 @@ def sequential_impulses(psi, rates, sweeps):
     return u
 
 
+@np.errstate(all="ignore")
 def steps_along_a_wedge(slide, contact, end, step, most):
     """Classical Runge–Kutta steps by the forces at two contacts, from rest: when this contact has moved as far as `end` along its
     ground, quadratic in time within the last step; None if it does not."""
 
     def rate(y):
-        with np.errstate(all="ignore"):
-            forced = slide.acceleration_by_forces(y[2], y[5])
-        return np.concatenate([y[3:], forced])
+        return np.concatenate([y[3:], slide.acceleration_by_forces(y[2], y[5])])
 
     slope, (p, q) = float(slide.slopes[contact]), map(float, slide.arms[contact])
     y, t, way = np.zeros(6), 0.0, 0.0
