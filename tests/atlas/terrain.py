@@ -103,6 +103,20 @@ def wedge(scene):
     )
 
 
+def told(outcome, q, qdot):
+    x, y, theta = q
+    xdot, ydot, omega = qdot
+    return {
+        "outcome": outcome, "x": x, "y": y, "theta": theta,
+        "xdot": xdot, "ydot": ydot, "omega": omega,
+    }  # fmt: skip
+
+
+def end(scene):
+    run = scene.simulate()
+    return told(run.outcome, run.q, run.qdot)
+
+
 def rounded_turn(scene):
     turn = wedge(scene).acceleration_by_forces()[2]
     theta, t = nearly_parallel(scene)["theta"], exact(scene.options["time_limit"])
@@ -120,28 +134,17 @@ def rounded_turn(scene):
     method="ω̇ from the forces with a_n = 0 at both contacts",
     fails=rounded_turn,
     source="places by two linear equations for each θ, speed by energy, time by quadrature",
-    answer=lambda scene: {
-        "outcome": scene.simulate().outcome,
-        "x": scene.simulate().q[0],
-        "y": scene.simulate().q[1],
-        "theta": scene.simulate().q[2],
-        "xdot": scene.simulate().qdot[0],
-        "ydot": scene.simulate().qdot[1],
-        "omega": scene.simulate().qdot[2],
-    },
+    answer=end,
 )
 def nearly_parallel(scene):
-    slide, end = wedge(scene), exact(scene.options["time_limit"])
+    slide, late = wedge(scene), exact(scene.options["time_limit"])
     theta = mp.findroot(
-        lambda x: slide.time(x) - end, (mpf("0.05"), mpf("0.1")), tol=mpf(10) ** -25
+        lambda x: slide.time(x) - late, (mpf("0.05"), mpf("0.1")), tol=mpf(10) ** -25
     )
     theta *= slide.downhill()
     (x, y), (dx, dy) = slide.place(theta)
     omega = slide.downhill() * slide.spin(theta)
-    return {
-        "outcome": "time-limit", "x": x, "y": y, "theta": theta,
-        "xdot": dx * omega, "ydot": dy * omega, "omega": omega,
-    }  # fmt: skip
+    return told("time-limit", (x, y, theta), (dx * omega, dy * omega, omega))
 
 
 def cut_off(_scene):

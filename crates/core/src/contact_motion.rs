@@ -105,7 +105,7 @@ impl Stance {
     /// Which way a contact without friction slides whose speed and acceleration are zero: an instant centre, which stays where
     /// it is for an instant only.
     pub(crate) fn slides_off(&self, i: usize, modes: &[Mode]) -> Option<Mode> {
-        if modes[i] != Mode::Fixed || self.points[i].friction > 0.0 || self.twin(i).is_some() {
+        if modes[i] != Mode::Fixed || self.sticks(i, modes) {
             return None;
         }
         let slip = Step::new(self, modes, ORDER)?.tracks[i].slip;
