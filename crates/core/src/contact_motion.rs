@@ -12,6 +12,8 @@
 //! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from
 //! each other exactly, to any order: the step is a polynomial, and its events are roots of polynomials.
 
+pub(crate) mod next_order;
+
 use nalgebra::{Matrix3, Vector2, Vector3};
 use smallvec::SmallVec;
 
@@ -102,18 +104,6 @@ impl Stance {
         modes[i] == Mode::Fixed && held
     }
 
-    /// Which way a contact without friction slides whose speed and acceleration are zero: an instant centre, which stays where
-    /// it is for an instant only.
-    pub(crate) fn slides_off(&self, i: usize, modes: &[Mode]) -> Option<Mode> {
-        if modes[i] != Mode::Fixed || self.sticks(i, modes) {
-            return None;
-        }
-        let slip = Step::new(self, modes, ORDER)?.tracks[i].slip;
-        let most = slip.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-        let first = slip.iter().find(|c| c.abs() > SLIPS * most)?;
-        Some(if *first > 0.0 { Mode::Right } else { Mode::Left })
-    }
-
     /// Whether point `i` is one of two that hold a contact in a vertex. Their normal forces alone hold it: any other share
     /// of the same force would reach an edge of a friction cone where the vertex as a whole does not.
     fn is_wedged(&self, i: usize, modes: &[Mode]) -> bool {
@@ -196,20 +186,6 @@ impl Stance {
             (p.normal, p.b, p.c, p.friction)
         };
         row(i) == row(j)
-    }
-
-    /// A closed contact that leaves another one as soon as the body turns. With the same row (n, b) their gaps agree to the
-    /// first order, and differ by (c_i − c_j)(1 − cos Δθ): the one with the smaller c rises.
-    pub(crate) fn outreached(&self, modes: &[Mode]) -> Option<usize> {
-        let rho = self.rho2.sqrt();
-        let closed = |i: &usize| modes[*i] != Mode::Separate;
-        let above = |i: usize, j: usize| {
-            let (p, q) = (&self.points[i], &self.points[j]);
-            let apart = (p.normal - q.normal).norm() + (p.b - q.b).abs() / rho;
-            apart <= DEPENDENT && q.c - p.c > DEPENDENT * (rho + p.c.abs())
-        };
-        let all = || (0..self.points.len()).filter(closed);
-        all().find(|&i| all().any(|j| above(i, j)))
     }
 
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
@@ -298,9 +274,8 @@ impl Stance {
         self.independent(modes).len() == 3
     }
 
-    /// Rows that vanish and determine the motion, the longest first: normal rows of closed contacts, tangential
-    /// rows of fixed ones, each by the part that the ones before it leave over.
-    fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
+    /// The rows that vanish: normal ones of closed contacts, tangential ones of fixed ones.
+    fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
         let rho = self.rho2.sqrt();
         let mut rows: SmallVec<[Row; 4]> = SmallVec::new();
         for (contact, (p, &mode)) in self.points.iter().zip(modes).enumerate() {
@@ -316,6 +291,12 @@ impl Stance {
                 push(true, p.tangent, -p.c);
             }
         }
+        rows
+    }
+
+    /// Those of them that determine the motion, the longest first, each by the part that the ones before it leave over.
+    fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
+        let mut rows = self.rows(modes);
         let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
         while chosen.len() < 3 {
             // The last of the longest; a row that is chosen leaves a vector of zero.
@@ -351,9 +332,6 @@ const DEPENDENT: f64 = 1e-10;
 /// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
 /// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
 const SINGULAR: f64 = 1e-14;
-
-/// Coefficient of a sliding speed, relative to the largest, that is more than rounding.
-const SLIPS: f64 = 1e-9;
 
 /// Drift of a held point, relative to the distances of the body, that is taken back.
 const DRIFT: f64 = 2.0 * f64::EPSILON;
@@ -690,14 +668,6 @@ impl Step {
         let track = &mut self.tracks[i];
         track.h[..3].fill(0.0);
         track.u[..2].fill(0.0);
-    }
-
-    /// A contact that the body takes off another one by turning. From rest its gap is of fourth order in time: what pulls it
-    /// down before is rounding.
-    pub(crate) fn rises(&mut self, i: usize) {
-        let track = &mut self.tracks[i];
-        track.h[..4].iter_mut().for_each(|c| *c = c.max(0.0));
-        track.u[..3].iter_mut().for_each(|c| *c = c.max(0.0));
     }
 
     /// A contact that begins to slide from rest: what it slides the other way is rounding.

@@ -8,11 +8,12 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::clock::Clock;
 use crate::contact::PerContact;
+use crate::contact_motion::next_order::{Onward, Search};
 use crate::contact_motion::{ORDERS, Point, Stance, Step, StepEnd};
 use crate::error::{Error, LARGEST};
 use crate::log::{Log, Spin};
 use crate::modes::{
-    ContactProblem, LONGEST_ARM, Method, Mode, ProblemFields, Row, Status, contact_modes,
+    ContactProblem, Forces, LONGEST_ARM, Method, Mode, ProblemFields, Row, contact_modes,
     only_mode, scale,
 };
 use crate::posture::Posture;
@@ -242,17 +243,11 @@ impl<'a> ContactPhase<'a> {
         let mut last = None;
         let mut swings: Vec<Swing> = Vec::new();
         loop {
-            let chosen = match self.stance.only_mode(&self.ways) {
-                Some(found) => Ok(found),
-                None => self.choose(),
-            };
-            let (word, acceleration) = match chosen {
+            let Onward { word, changed, acceleration } = match self.choose() {
                 Ok(chosen) => chosen,
                 Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
             self.word = word;
-            let rising = self.part(acceleration[2]);
-            self.slide_off(acceleration);
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
             let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
@@ -271,7 +266,7 @@ impl<'a> ContactPhase<'a> {
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(acceleration, last, &starting, &rising, log, note);
+            let next = self.hold(acceleration, last, &starting, &changed, log, note);
             match next {
                 Next::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
@@ -308,24 +303,51 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// The one consistent word and its q̈, from all that there are; if it is not one, how the run ends.
-    fn choose(&mut self) -> Result<(PerContact<Mode>, [f64; 3]), Outcome> {
-        let solved = self.stance.problem(self.mass, &self.ways).and_then(|problem| {
-            contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
-        });
-        let (problem, modes) = solved.map_err(|error| {
-            self.warning = Some(format!("the contact modes could not be solved: {error}"));
-            Outcome::EventLimit
-        })?;
-        match (modes.status(), modes.consistent().next()) {
-            (Status::Unique, Some(answer)) => {
-                Ok((answer.word.modes().collect(), answer.acceleration))
+    /// The one word in which the contacts go on; if there is not one, how the run ends.
+    fn choose(&mut self) -> Result<Onward, Outcome> {
+        let mut search = Search::default();
+        let (mut problem, mut vague) = (None, false);
+        if let Some((word, acceleration)) = self.stance.only_mode(&self.ways) {
+            let only = Onward::same(word, acceleration);
+            if !self.is_open(&only) {
+                return Ok(only);
             }
-            (status, _) => {
-                self.undecided = Some(problem);
-                Err(if status == Status::None { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            self.stance.next_order(&only, &self.ways, &mut search);
+        } else {
+            let asked = self.stance.problem(self.mass, &self.ways);
+            let solved = asked.and_then(|problem| {
+                contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
+            });
+            let (asked, modes) = solved.map_err(|error| {
+                self.warning = Some(format!("the contact modes could not be solved: {error}"));
+                Outcome::EventLimit
+            })?;
+            problem = Some(asked);
+            for answer in modes.consistent() {
+                let one = Onward::same(answer.word.modes().collect(), answer.acceleration);
+                if self.is_open(&one) {
+                    self.stance.next_order(&one, &self.ways, &mut search);
+                } else {
+                    search.add(one.clone());
+                }
+                // Its motion depends on forces that nothing determines, and the next order does not end it.
+                vague |= answer.determined == Forces::Undetermined && search.found.contains(&one);
             }
         }
+        let none = search.found.is_empty();
+        match search.found.pop() {
+            Some(one) if search.found.is_empty() && !vague => Ok(one),
+            _ => {
+                self.undecided =
+                    problem.or_else(|| self.stance.problem(self.mass, &self.ways).ok());
+                Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            }
+        }
+    }
+
+    /// Whether the accelerations of a word may not tell how it goes on.
+    fn is_open(&self, word: &Onward) -> bool {
+        self.moves(word.acceleration) && self.stance.is_open(&word.word)
     }
 
     /// What a contact does, those do that are the same: at one point of the body and as rough.
@@ -343,37 +365,14 @@ impl<'a> ContactPhase<'a> {
         !(self.speed() <= self.still && most <= STILL * self.stance.gravity)
     }
 
-    /// Of a body that moves, a contact without friction is fixed for an instant only.
-    fn slide_off(&mut self, acceleration: [f64; 3]) {
-        if !self.word.contains(&Mode::Fixed) || !self.moves(acceleration) {
-            return;
-        }
-        for i in 0..self.word.len() {
-            if let Some(mode) = self.stance.slides_off(i, &self.word) {
-                self.word[i] = mode;
-            }
-        }
-    }
-
-    /// Takes from the word those contacts that a body about to turn takes off others, and tells which ones.
-    fn part(&mut self, turn: f64) -> PerContact<bool> {
-        let mut rising: PerContact<bool> = self.word.iter().map(|_| false).collect();
-        let turns = self.size * turn.abs() > STILL * self.stance.gravity;
-        while turns && let Some(i) = self.stance.outreached(&self.word) {
-            self.word[i] = Mode::Separate;
-            rising[i] = true;
-        }
-        rising
-    }
-
     /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
-    /// contacts that begin to slide from rest, `rising`: that the body takes off others by turning.
+    /// contacts that begin to slide from rest, `changed`: whose letters follow from the next order of the motion.
     fn hold(
         &mut self,
         mut acceleration: [f64; 3],
         mut last: Option<Next>,
         starting: &[bool],
-        rising: &[bool],
+        changed: &[bool],
         log: &mut Log<'_>,
         note: &mut Note<'_>,
     ) -> Next {
@@ -412,7 +411,9 @@ impl<'a> ContactPhase<'a> {
                 };
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
-                    (0..rising.len()).filter(|&i| rising[i]).for_each(|i| step.rises(i));
+                    (0..changed.len())
+                        .filter(|&i| changed[i])
+                        .for_each(|i| step.emerges(stance, i));
                 }
                 match last {
                     Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
