@@ -70,15 +70,31 @@ const CONVEX_STEPS: usize = 128;
 /// Turns aloft from which on angles are counted anew: the sum of so many keeps ten digits of a turn.
 const MANY_TURNS: f64 = 1e6;
 
+/// Turns after that, with more than which it only grazes the ground within rounding: 1e-9 of those that a flight may have are 160.
+const GRAZING_TURNS: usize = 1000;
+
 /// Lowest gap of a turn, relative to its terms, that is rounding.
 const GRAZE: f64 = 8.0 * f64::EPSILON;
 
-/// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad.
+/// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad; and its way, in
+/// sizes of the body, beyond which those are left of what lies between its contacts.
 pub(crate) const PHASE_LOST: f64 = 1e12;
+const FARTHEST: f64 = 1e12;
 
 /// What is said of it.
-pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad: at most four digits of the rotation at its end \
-     would be left; the run ends here";
+pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad or goes farther than 1e12 times the size of the \
+     body: at most four digits of the heights of its contacts at its end would be left; the run ends here";
+
+/// Whether a flight that turns by an angle (rad), over a way and between contacts of a body of a size (m, squared), loses
+/// the place of the body.
+pub(crate) fn is_lost(angle: f64, way: f64, square: f64) -> bool {
+    angle.abs() > PHASE_LOST || way * way > FARTHEST * FARTHEST * square
+}
+
+/// The longest flight under a gravity that does not go farther, from the ground, than a body of a size (m) may; in s.
+pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
+    if gravity > 0.0 { (2.0 * FARTHEST * size / gravity).sqrt() } else { f64::INFINITY }
+}
 
 #[expect(private_bounds, reason = "for doubles, and for lanes of them in this crate alone")]
 impl<T: Real> Arc<T> {
@@ -188,13 +204,14 @@ impl Arc {
         if self.h == f64::INFINITY {
             return None;
         }
-        self.any_touchdown()
+        self.any_touchdown(false)
     }
 
-    /// The general case: pieces between inflections, one after the other.
+    /// The general case: pieces between inflections, one after the other. `last`: turns have been skipped, so that few are left;
+    /// where there are more it grazes, and the lowest point of the next one is the touchdown.
     #[cold]
     #[inline(never)]
-    fn any_touchdown(&self) -> Option<Touchdown> {
+    fn any_touchdown(&self, last: bool) -> Option<Touchdown> {
         let found = |dt: f64| Some(Touchdown { dt, turn: Turn::by(self.omega * dt) });
         let horizon = self.horizon();
         let spin = self.omega.abs();
@@ -223,16 +240,24 @@ impl Arc {
             middle += TAU;
         }
         let (rise, fall) = self.aloft(arm);
+        let mut turns_left = if last { GRAZING_TURNS } else { usize::MAX };
         while start < horizon {
             // While the mean of the gap is more than |d| above ground nothing lands: whole turns are skipped.
-            if start >= rise && fall - start > 2.0 * TAU / spin {
+            if !last && start >= rise && fall - start > 2.0 * TAU / spin {
                 let turns = ((fall - start) * spin / TAU).floor() - 1.0;
+                if TAU * turns > PHASE_LOST {
+                    return found(fall); // there is more than enough of it for the caller to see
+                }
                 if turns > MANY_TURNS {
                     return self.after_turning(start + TAU / spin * turns);
                 }
                 middle += TAU * turns;
                 start += TAU / spin * turns;
             }
+            if turns_left == 0 {
+                return found(middle / spin);
+            }
+            turns_left -= 1;
             let (open, close) = ((middle - half) / spin, (middle + half) / spin);
             if open > start {
                 if let Some(root) = self.concave_piece(start, open.min(horizon), &f) {
@@ -263,7 +288,7 @@ impl Arc {
             c: self.c - (self.c * turn.versed - self.b * turn.sin),
             ..*self
         };
-        let landing = later.any_touchdown()?;
+        let landing = later.any_touchdown(true)?;
         let total = Turn::by(before + self.omega * landing.dt);
         let dt = dt + landing.dt;
         Some(Touchdown { dt, turn: Turn { lag: self.omega * dt - total.sin, ..total } })
@@ -376,7 +401,7 @@ mod tests {
     fn slow_spin_agrees_with_the_bracketed_root() {
         let arc = Arc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
-        let (fast, safe) = (arc.concave_touchdown().0.dt, arc.any_touchdown().unwrap().dt);
+        let (fast, safe) = (arc.concave_touchdown().0.dt, arc.any_touchdown(false).unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
         assert!(arc.gap(fast).abs() < 1e-16);
     }

@@ -14,7 +14,7 @@ use slow::{Ripple, Sequence};
 use crate::clock::Clock;
 use crate::contact_motion::Stance;
 use crate::contact_phase::{ContactPhase, PhaseEnd};
-use crate::flight::{LOST_PHASE, PHASE_LOST};
+use crate::flight::{LOST_PHASE, is_lost};
 use crate::log::Log;
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
@@ -197,6 +197,14 @@ impl<'a> General<'a> {
         }
     }
 
+    /// Whether a flight of a duration and over a way loses the place of the body: of one contact there is only the rotation.
+    fn loses_place(&self, dt: f64, way: f64) -> bool {
+        let Stance { points, spin, .. } = &self.state;
+        let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);
+        let size = self.posture.size();
+        is_lost(spin.omega * dt, if turned { way } else { 0.0 }, size * size)
+    }
+
     /// Flight to the next touchdown, or to an end of a piece of terrain.
     fn fly(&mut self) -> Option<Outcome> {
         self.leave_vertices();
@@ -222,8 +230,7 @@ impl<'a> General<'a> {
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Some(Outcome::TimeLimit);
         }
-        let turns = self.state.frozen.is_none();
-        if turns && (self.state.spin.omega * t).abs() > PHASE_LOST {
+        if self.state.frozen.is_none() && self.loses_place(t, fall(t)) {
             self.warnings.push(LOST_PHASE.into());
             return Some(Outcome::EventLimit);
         }

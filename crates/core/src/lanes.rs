@@ -80,7 +80,7 @@ impl Real for f64 {
 
     #[inline(always)]
     fn turn(self) -> (Turn, bool) {
-        (Turn::by(self), true)
+        (Turn::by(self), self.abs() <= Turn::<f64>::FEW)
     }
 }
 

@@ -51,6 +51,9 @@ pub(crate) fn phase(omega: f64, t: f64) -> f64 {
 }
 
 impl Turn {
+    /// Angle of a flight, in rad, up to which it is solved for as a whole: the error of its last step grows with the angle.
+    pub(crate) const FEW: f64 = 32.0;
+
     /// The three functions at `x` (rad), to within 2 ulp each.
     #[inline]
     pub(crate) fn by(x: f64) -> Self {

@@ -9,7 +9,7 @@ mod hop;
 use nalgebra::Vector2;
 
 use crate::clatter::{Halt, are_one, time_to_rest};
-use crate::flight::{Arc, PHASE_LOST, Touchdown};
+use crate::flight::{Arc, Touchdown, is_lost};
 use crate::local::LocalModel;
 use crate::log::{Center, Collision, Log, Spin};
 use crate::posture::{Geometry, couplings};
@@ -109,6 +109,22 @@ impl Tumble {
         let (psi, phi) = self.couplings();
         let e = [0, 1].map(|i| self.body.contacts[i].restitution);
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
+    }
+
+    /// Whether a flight to the next landing loses the place of the body: of one that lies flat and does not turn, or has one
+    /// contact, there is nothing but the rotation to lose.
+    #[inline]
+    fn is_lost(&self, contact: usize, dt: f64) -> bool {
+        let (u, omega) = (self.gaps.u[contact], self.spin.omega);
+        let g = self.body.contacts[contact].gravity;
+        let turned = self.spin.theta != 0.0 || omega != 0.0;
+        let way = if turned && self.gaps.h[1 - contact] < f64::INFINITY {
+            dt * (u.abs() + 0.5 * g.abs() * dt)
+        } else {
+            0.0
+        };
+        let square = |i: usize| self.b[i] * self.b[i] + self.c[i] * self.c[i];
+        is_lost(omega * dt, way, square(0).max(square(1)).max(self.body.rho2))
     }
 
     /// Moves on by a flight.
@@ -479,7 +495,7 @@ impl Clatter {
         if log.clock.hi + landing.dt > log.end {
             return Some(Halt::TimeLimit);
         }
-        if (state.spin.omega * landing.dt).abs() > PHASE_LOST {
+        if state.is_lost(contact, landing.dt) {
             log.phase_lost = true;
             return Some(Halt::EventLimit);
         }

@@ -5,8 +5,9 @@ use fearless_simd::Simd;
 
 use super::{Body, LONG, REFRESH};
 use crate::clock::{Clock, renormalised, unnormalised_after};
-use crate::flight::Arc;
+use crate::flight::{Arc, longest};
 use crate::lanes::{Columns, Lanes, Real};
+use crate::posture::Geometry;
 use crate::tolerance::TRY_TAIL;
 use crate::trig::Turn;
 use crate::tumble::Tumble;
@@ -34,6 +35,8 @@ pub(crate) struct Course<T> {
     least_loss: T,
     /// The time limit, or the largest double.
     end: T,
+    /// The longest flight of which nothing is lost, in s.
+    longest: T,
 }
 
 /// The state of a body, right after an impact, and the clock.
@@ -154,7 +157,8 @@ impl<T: Real> Moment<T> {
             & found
             & zero.below(height)
             & rates[1].below(zero)
-            & (self.hi + dt).at_most(course.end);
+            & (self.hi + dt).at_most(course.end)
+            & dt.at_most(course.longest);
 
         let mut after = *self;
         (after.hi, after.lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
@@ -210,19 +214,39 @@ impl<T: Real> Place<T> {
 }
 
 impl<T: Real> Course<T> {
-    fn numbers(self) -> [T; 19] {
+    fn numbers(self) -> [T; 20] {
         let side = |s: Side<T>| {
             let ([x, y], [b, c]) = (s.normal, s.arm);
             [s.gravity, s.restitution, x, y, b, c, s.slow]
         };
         let [[a, b, c, d, e, f, g], [h, i, j, k, l, m, n]] = self.sides.map(side);
-        let Self { rho2, cross, gravity, least_loss, end, .. } = self;
-        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end]
+        let Self { rho2, cross, gravity, least_loss, end, longest, .. } = self;
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end, longest]
     }
 
-    fn from_numbers(numbers: [T; 19]) -> Self {
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end] =
-            numbers;
+    fn from_numbers(numbers: [T; 20]) -> Self {
+        let [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            i,
+            j,
+            k,
+            l,
+            m,
+            n,
+            rho2,
+            cross,
+            gravity,
+            least_loss,
+            end,
+            longest,
+        ] = numbers;
         let side = |[gravity, restitution, x, y, b, c, slow]: [T; 7]| Side {
             gravity,
             restitution,
@@ -231,14 +255,14 @@ impl<T: Real> Course<T> {
             slow,
         };
         let sides = [side([a, b, c, d, e, f, g]), side([h, i, j, k, l, m, n])];
-        Self { sides, rho2, cross, gravity, least_loss, end }
+        Self { sides, rho2, cross, gravity, least_loss, end, longest }
     }
 }
 
 /// Bodies side by side, each in the middle of plain collisions or stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
-    course: Columns<19>,
+    course: Columns<20>,
     /// The bodies where some have stopped, as [`Place::numbers`], at each of the [`STAGES`]; those that go on are at the last.
     stages: [Columns<18>; STAGES],
     /// Durations of the last flights.
@@ -376,6 +400,9 @@ impl Course<f64> {
             let slow = gravity * gravity / (k.b * k.b + k.c * k.c);
             Side { gravity, restitution, normal: k.normal.into(), arm: [k.b, k.c], slow }
         };
+        let [one, two] = &body.contacts;
+        let square = |k: &Geometry| k.b * k.b + k.c * k.c;
+        let size = square(one).max(square(two)).sqrt();
         Self {
             sides: [side(0), side(1)],
             rho2: body.rho2,
@@ -383,6 +410,7 @@ impl Course<f64> {
             gravity: body.gravity,
             least_loss: body.least_loss,
             end: end.min(f64::MAX),
+            longest: longest(size, one.gravity.max(two.gravity)),
         }
     }
 }

@@ -1,0 +1,68 @@
+"""Falls from far above in a spin, against a search in 60 digits."""
+
+from itertools import pairwise
+
+import pytest
+import standfast as sf
+from mpmath import mp, mpf
+from standfast import Contact, Posture
+
+
+def landing(posture, q, qdot):
+    """The first touchdown of a tumbling body in 60 digits: all the time within reach of the ground is searched."""
+    q, qdot = [mpf(x) for x in q], [mpf(x) for x in qdot]
+    g = mpf(posture.gravity)
+    arms = [
+        [
+            mpf(a) - mpf(b)
+            for a, b in zip(contact.point, posture.center_of_mass, strict=True)
+        ]
+        for contact in posture.contacts
+    ]
+    reach = 2 * max(mp.hypot(*arm) for arm in arms)
+
+    def gap(arm, t):
+        turned = q[2] + qdot[2] * t
+        height = mp.sin(turned) * arm[0] + mp.cos(turned) * arm[1] - arm[1]
+        return q[1] + qdot[1] * t - g * t * t / 2 + height
+
+    def falls_to(height):
+        return (qdot[1] + mp.sqrt(qdot[1] ** 2 + 2 * g * (q[1] - height))) / g
+
+    begin, end = falls_to(reach), falls_to(-reach)
+    count = 200 + int(20 * (end - begin) * abs(qdot[2]))
+    times = [begin + (end - begin) * k / count for k in range(count + 1)]
+    found = []
+    for i, arm in enumerate(arms):
+        for before, after in pairwise(times):
+            if gap(arm, before) > 0 >= gap(arm, after):
+                root = mp.findroot(
+                    lambda t, arm=arm: gap(arm, t), (before, after), solver="anderson"
+                )
+                found.append((root, i + 1))
+                break
+    return min(found)
+
+
+@pytest.mark.parametrize("height", [1e4, 1e6, 1e8, 1e10, 9e11])
+def test_a_long_fall_in_a_spin_lands_to_the_last_bit(height):
+    contacts = [Contact((1.6821, 0.0)), Contact((1.7961, 0.0))]
+    body = Posture(1.0, 0.97, (1.6849, -0.8078), contacts, 0.7, 9.81)
+    for omega in (-0.93, -3.0, 2.6, -2.2, 3.1, 1.9, 0.1, 1e-5, 40.0):
+        q, qdot = (0.95, height, 1e-9), (0.95, 0.95, omega)
+        run = sf.simulate(body, q, qdot, model="full", event_limit=50)
+        with mp.workdps(60):
+            time, contact = landing(body, q, qdot)
+            off = float(abs(mpf(float(run.impacts["elapsed"][0])) / time - 1))
+        assert (int(run.impacts["contact"][0]), off < 3e-16) == (contact, True), (
+            omega,
+            off,
+        )
+
+
+def test_a_fall_too_long_for_the_place_of_the_body_is_refused():
+    contacts = [Contact((1.6821, 0.0)), Contact((1.7961, 0.0))]
+    body = Posture(1.0, 0.97, (1.6849, -0.8078), contacts, 0.7, 9.81)
+    run = sf.simulate(body, (0.95, 1e13, 1e-9), (0.95, 0.95, -0.93), model="full")
+    assert (run.outcome, run.collisions) == ("event-limit", 0)
+    assert "farther than 1e12 times the size" in run.warnings[0]
