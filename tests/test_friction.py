@@ -797,3 +797,26 @@ def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
     assert local.zeno_points[-1].method == full.zeno_points[-1].method == "nested"
     assert local.elapsed == pytest.approx(full.elapsed, rel=1e-5)
     assert local.q[0] == pytest.approx(full.q[0], rel=1e-5)
+
+
+@pytest.mark.parametrize("slope", [1e-13, 1e-21, 1e-40])
+def test_a_body_slides_for_ages_on_ground_that_is_nearly_level(slope):
+    """Two smooth feet, one of them on a slope: ½v² = ½v₀² + g·drop(θ), slope·x = −d sin θ, up to terms of order slope."""
+    speed = 1e-3  # to begin with: at rest so little slope is none
+    width, arm = 3.25, (-1.75, 0.5)  # of the centre of mass, from the foot on the level
+    feet = [sf.Contact((-1.5, 0.0), slope=slope), sf.Contact((1.75, 0.0))]
+    body = sf.Posture(1.0, 0.5, (0.0, 0.5), feet, 0.0, 9.81)
+    run = sf.simulate(body, (0, 0, 0), (-speed, 0, 0), model="full", event_limit=200)
+
+    def per_angle(theta):
+        drop = -arm[0] * mp.sin(theta) + arm[1] * (1 - mp.cos(theta))
+        return width * mp.cos(theta) / slope / mp.sqrt(speed**2 + 2 * G * drop)
+
+    for theta in (0.01, 0.3, 0.55):
+        with mp.workdps(30):
+            time = mp.quad(per_angle, [0, mpf(theta)])
+        q, qdot = run.at(float(time))
+        assert q[2] == pytest.approx(theta, rel=1e-11)
+        assert run.energy(float(time)) == pytest.approx(
+            speed**2 / 2, abs=1e-13 * qdot[0] ** 2
+        )

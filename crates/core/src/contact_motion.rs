@@ -401,9 +401,11 @@ pub(crate) struct Step {
 /// and few coefficients reach to their end. The last one goes on step by step.
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
-/// Factor of the unit of time where coefficients are beyond all numbers, and the unit that is not made shorter.
+/// Factor of the unit of time where coefficients are beyond all numbers, or its inverse where they are below; and units that
+/// are not made shorter, or longer.
 const SHORTER: f64 = 1.0 / 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
+const LONGEST: f64 = 1e100;
 
 /// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
 const FROZEN: usize = 5;
@@ -475,13 +477,24 @@ impl Step {
     pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let mut unit = state.unit_of_time();
-        loop {
-            let step = Self::in_units(state, modes, order, unit)?;
-            if step.is_finite() || unit < SHORTEST {
-                return Some(step);
-            }
+        let mut step = Self::in_units(state, modes, order, unit)?;
+        while !step.is_finite() && unit >= SHORTEST {
             unit *= SHORTER;
+            step = Self::in_units(state, modes, order, unit)?;
         }
+        while state.frozen.is_none() && step.is_faint() && unit <= LONGEST {
+            unit /= SHORTER;
+            match Self::in_units(state, modes, order, unit) {
+                Some(longer) if longer.is_finite() => step = longer,
+                _ => break,
+            }
+        }
+        Some(step)
+    }
+
+    /// Whether it turns so slowly that coefficients fall below all numbers.
+    fn is_faint(&self) -> bool {
+        self.reach > 1.0 / SHORTER && self.omega.iter().any(|c| *c != 0.0)
     }
 
     /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.
