@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::clock::Clock;
+use crate::contact::PerContact;
 use crate::contact_motion::{Point, Stance};
 use crate::frame::{Base, Snapshot};
 use crate::log::Spin;
@@ -132,17 +133,23 @@ impl Rounds {
             return None;
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);
-        let limit = |v: f64, v0: f64| v + (v - v0) * sum;
-        let place = |q: f64, q0: f64, v: f64| q + v * t + (q - q0 - v * dt) * rest;
+        let (state, old) = (Base::state(&now), Base::state(before));
+        // At the end both contacts are on the ground, and so they are now: of a body whose geometry stays as it is, what a
+        // velocity or a way has across the ground is rounding, and the time may be long.
+        let along = |change: Vector3<f64>| {
+            if stance.frozen.is_none() {
+                return change;
+            }
+            let mut moved = stance.clone();
+            (moved.center.v, moved.spin.omega) = (change.xy(), change.z);
+            moved.close(&stance.points.iter().map(|_| true).collect::<PerContact<_>>());
+            Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
+        };
+        let v = along(state.qdot + (state.qdot - old.qdot) * sum);
+        let way = along(v * t + (state.q - old.q - v * dt) * rest);
         let mut end = stance.clone();
-        for axis in 0..2 {
-            let v = limit(now.center.v[axis], before.center.v[axis]);
-            end.center.v[axis] = v;
-            end.center.r[axis] = place(now.center.r[axis], before.center.r[axis], v);
-        }
-        let omega = limit(now.spin.omega, before.spin.omega);
-        let theta = place(now.spin.theta, before.spin.theta, omega);
-        end.spin = Spin { theta, omega };
+        (end.center.v, end.center.r) = (v.xy(), stance.center.r + way.xy());
+        end.spin = Spin { theta: stance.spin.theta + way.z, omega: v.z };
         // Who slides through all of it has to slide the same way at its end; who sticks, to stand still there.
         let still = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
         let turns_back = |i: usize| {
@@ -154,7 +161,7 @@ impl Rounds {
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
         }
-        let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { theta - now.spin.theta });
+        let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { way.z });
         for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
             (p.b, p.c) = p.turned(&onward);
