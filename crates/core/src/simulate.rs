@@ -719,12 +719,15 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                 let restitution = posture.geometry()[k].restitution;
                 [contact.friction, restitution, contact.tangential_restitution]
             };
-            if apart == 0.0 && surface(i) != surface(j) {
+            // What friction holds between two pieces of ground that meet is not shared out in one way.
+            let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;
+            let corner = contacts[i].point == contacts[j].point && apart > 0.0 && rubs;
+            if corner || apart == 0.0 && surface(i) != surface(j) {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", j + 1),
                     value: format!("{:?}", contacts[j].point),
                     allowed: format!(
-                        "another point than that of contacts.{}, or the same friction and restitution",
+                        "another point than that of contacts.{}, or the same slope, friction and restitution (a corner is a terrain)",
                         i + 1
                     ),
                 });
