@@ -159,8 +159,8 @@ def too_stiff(scene):
 
 
 @entry(
-    name="friction_of_1e12",
-    title="A foot with μ = 1e12",
+    name="friction_of_1e6",
+    title="A foot with μ = 1e6",
     breaks="It stops before any step has ended.",
     method="friction smoothed by tanh(v/0.001), dt = 1e-3 s",
     fails=too_stiff,

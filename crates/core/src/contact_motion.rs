@@ -402,10 +402,10 @@ pub(crate) struct Step {
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
 /// Factor of the unit of time where coefficients are beyond all numbers, or its inverse where they are below; and units that
-/// are not made shorter, or longer.
+/// are not made shorter, or longer: accelerations in them are to have squares.
 const SHORTER: f64 = 1.0 / 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
-const LONGEST: f64 = 1e100;
+const LONGEST: f64 = 1e50;
 
 /// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
 const FROZEN: usize = 5;
@@ -494,7 +494,7 @@ impl Step {
 
     /// Whether it turns so slowly that coefficients fall below all numbers.
     fn is_faint(&self) -> bool {
-        self.reach > 1.0 / SHORTER && self.omega.iter().any(|c| *c != 0.0)
+        self.reach > 1.0 / SHORTER && self.omega[1..].iter().any(|c| *c != 0.0)
     }
 
     /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.

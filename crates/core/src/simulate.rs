@@ -647,8 +647,8 @@ const HEAVIEST: f64 = 1e6;
 /// on each other within roundings, would be taken off each other by roundings.
 const NEAREST: f64 = 1e-9;
 
-/// Coefficient of friction of one of several contacts up to which forces that are ties (1e-10 of the load) rub no more than
-/// their tenth of a thousandth: with more, a mode that presses by less than nothing would be driven by its friction.
+/// Coefficient of friction up to which forces that are ties (1e-10 of the load) rub no more than a tenth of a thousandth of
+/// it: with more, a mode that presses by less than nothing would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
 /// What is not solved yet is refused by name.
@@ -697,8 +697,8 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         in_range(
             format_args!("contacts.{}.friction", i + 1),
             contact.friction,
-            contacts.len() == 1 || contact.friction <= ROUGHEST,
-            "at most 1e6 for motion on several contacts",
+            contact.friction <= ROUGHEST,
+            "at most 1e6 for motion",
         )?;
     }
     for (j, other) in posture.geometry().iter().enumerate() {
