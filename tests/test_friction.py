@@ -832,3 +832,23 @@ def test_a_foot_at_the_centre_of_mass_spins_on_while_it_slides():
     slows = G * (mp.sin(mpf(slope)) + mpf(mu) * mp.cos(mpf(slope)))
     close(run.phases[1].start, mpf(v) / slows)
     assert (run.outcome, run.omega) == ("sliding", 0.94)
+
+
+@pytest.mark.parametrize("slope", [2.5e-313, 1e-200, 1e-30])
+def test_a_slope_of_no_account_changes_nothing(slope):
+    """A body tips over onto ground that is all but level, and slides until friction has stopped it."""
+
+    def tipped(slope):
+        feet = [
+            sf.Contact((-1.99996, 0.0), friction=0.0019),
+            sf.Contact((-0.4567, 0.0), friction=0.83),
+            sf.Contact((0.0431, 0.537), slope=slope),
+        ]
+        body = sf.Posture(1.0, 0.5454, (-2.0, 1.0021), feet, 0.0, G)
+        return sf.simulate(
+            body, (0, 0, 0), (0, 0, 0), model="full", simultaneous="first-contact-first"
+        )
+
+    level, run = tipped(0.0), tipped(slope)
+    assert (run.outcome, words(run)[:-1]) == ("rest", words(level)[:-1])
+    assert run.time == pytest.approx(level.time, rel=1e-9)

@@ -401,9 +401,11 @@ pub(crate) struct Step {
 /// and few coefficients reach to their end. The last one goes on step by step.
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
-/// Factor of the unit of time where coefficients are beyond all numbers, or its inverse where they are below; and units that
-/// are not made shorter, or longer: accelerations in them are to have squares.
-const SHORTER: f64 = 1.0 / 4_294_967_296.0;
+/// Factor of the unit of time where coefficients are beyond all numbers; its inverse, up to which, in units, a turn is followed:
+/// what it does later may have fallen below all numbers. And units that are not made shorter, or longer: accelerations in
+/// them are to have squares.
+const SHORTER: f64 = 1.0 / LATE;
+const LATE: f64 = 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
 const LONGEST: f64 = 1e50;
 
@@ -482,19 +484,15 @@ impl Step {
             unit *= SHORTER;
             step = Self::in_units(state, modes, order, unit)?;
         }
-        while state.frozen.is_none() && step.is_faint() && unit <= LONGEST {
-            unit /= SHORTER;
-            match Self::in_units(state, modes, order, unit) {
-                Some(longer) if longer.is_finite() => step = longer,
-                _ => break,
-            }
-        }
         Some(step)
     }
 
-    /// Whether it turns so slowly that coefficients fall below all numbers.
-    fn is_faint(&self) -> bool {
-        self.reach > 1.0 / SHORTER && self.omega[1..].iter().any(|c| *c != 0.0)
+    /// The same step in a longer unit of time, for what happens so late that coefficients of a slow turn which matter by
+    /// then may have fallen below all numbers; `None` where they do not.
+    pub(crate) fn longer(&self, state: &Stance, modes: &[Mode], t: f64) -> Option<Self> {
+        let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
+        let step = late.then(|| Self::in_units(state, modes, self.order, LATE * self.unit));
+        step.flatten().filter(Self::is_finite)
     }
 
     /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.
@@ -665,7 +663,10 @@ impl Step {
             }
         }
         let of_tracks = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
-        let reach = radius(of_tracks.chain([&omega]), f64::EPSILON * 0.1, order);
+        let mut reach = radius(of_tracks.chain([&omega]), f64::EPSILON * 0.1, order);
+        if state.frozen.is_none() && omega[1..].iter().any(|c| *c != 0.0) {
+            reach = reach.min(LATE);
+        }
         // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
         let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };

@@ -403,17 +403,12 @@ impl<'a> ContactPhase<'a> {
                 return outcome(Outcome::TimeLimit);
             }
             let (fresh, last) = (std::mem::take(&mut fresh), last.take());
-            let mut found = None;
-            let soon = stance.soon(&self.word, acceleration);
-            for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
-                let Some(mut step) = Step::new(stance, &self.word, order) else {
-                    return outcome(Outcome::Inconsistent);
-                };
+            // What is known of the start of the stretch and is rounding in the series.
+            let begins = |mut step: Step| {
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
-                    (0..changed.len())
-                        .filter(|&i| changed[i])
-                        .for_each(|i| step.emerges(stance, i));
+                    let changed = (0..changed.len()).filter(|&i| changed[i]);
+                    changed.for_each(|i| step.emerges(stance, i));
                 }
                 match last {
                     Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
@@ -426,7 +421,7 @@ impl<'a> ContactPhase<'a> {
                         let all = 0..self.word.len();
                         for j in all.filter(|&j| self.word[j] == mode && stance.are_same(i, j)) {
                             if !step.breaks_loose(j) {
-                                return outcome(Outcome::Inconsistent);
+                                return None;
                             }
                         }
                         // From a vertex it slides up one piece, and with it leaves the other.
@@ -439,13 +434,23 @@ impl<'a> ContactPhase<'a> {
                     _ => {}
                 }
                 let (t, end) = step.first_event(stance, log.left());
-                let done = end != StepEnd::Reach || t >= log.left() || t == f64::INFINITY;
-                found = Some((step, t, end));
-                if done {
+                Some((step, t, end))
+            };
+            let mut found = None;
+            let soon = stance.soon(&self.word, acceleration);
+            for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
+                found = Step::new(stance, &self.word, order).and_then(begins);
+                let Some((_, t, end)) = &found else { break };
+                if *end != StepEnd::Reach || *t >= log.left() || *t == f64::INFINITY {
                     break;
                 }
             }
-            let Some((step, t, end)) = found else { unreachable!("there are orders") };
+            while let Some((step, t, _)) = &found
+                && let Some(longer) = step.longer(stance, &self.word, *t)
+            {
+                found = begins(longer);
+            }
+            let Some((step, t, end)) = found else { return outcome(Outcome::Inconsistent) };
             acceleration = step.acceleration();
             let [ax, ay, _] = acceleration;
             let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));

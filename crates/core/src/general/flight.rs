@@ -128,10 +128,17 @@ impl Stance {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
         }
-        let step = |from: &Self| {
-            if from.is_fixed(word) { None } else { Step::new(from, word, ORDER) }
+        let step = |from: &Self, left: f64| {
+            if from.is_fixed(word) {
+                return None;
+            }
+            let mut step = Step::new(from, word, ORDER)?;
+            while let Some(longer) = step.longer(from, word, left.min(step.reach())) {
+                step = longer;
+            }
+            Some(step)
         };
-        let Some(mut next) = step(self) else { return self.clone() };
+        let Some(mut next) = step(self, dt) else { return self.clone() };
         // A body at rest stays so where nothing but rounding accelerates it.
         let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
         let [ax, ay, turn] = next.acceleration();
@@ -146,7 +153,7 @@ impl Stance {
                 break;
             }
             let after = next.at(&from, next.reach());
-            let Some(another) = step(&after) else { break };
+            let Some(another) = step(&after, left - next.reach()) else { break };
             left -= next.reach();
             (from, next) = (after, another);
         }
