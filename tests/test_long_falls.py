@@ -66,3 +66,24 @@ def test_a_fall_too_long_for_the_place_of_the_body_is_refused():
     run = sf.simulate(body, (0.95, 1e13, 1e-9), (0.95, 0.95, -0.93), model="full")
     assert (run.outcome, run.collisions) == ("event-limit", 0)
     assert "farther than 1e12 times the size" in run.warnings[0]
+
+
+def test_a_body_that_has_turned_1e10_rad_wins_no_energy():
+    """Its arms are not those of a rotation whose own rounding is more than theirs."""
+    contacts = [Contact((-5.2314, 0.0)), Contact((0.4471, 0.0))]
+    body = Posture(1.0, 0.4083, (-0.4998, 0.5569), contacts, 0.9921875, 9.81)
+    q, qdot = (0.0, 8590770207.0, 0.0), (0.0, 0.0, 0.2627)
+    run = sf.simulate(
+        body,
+        q,
+        qdot,
+        model="full",
+        simultaneous="first-contact-first",
+        event_limit=2000,
+    )
+    assert abs(run.theta) > 1e8
+    energy = [float(run.energy(t)) for t in run.impacts["time"]]
+    assert energy[-1] < 1e-6 * energy[0]
+    assert all(
+        after <= before + 1e-12 * energy[0] for before, after in pairwise(energy)
+    )

@@ -662,11 +662,13 @@ impl Step {
                 }
             }
         }
-        let of_tracks = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
-        let mut reach = radius(of_tracks.chain([&omega]), f64::EPSILON * 0.1, order);
-        if state.frozen.is_none() && omega[1..].iter().any(|c| *c != 0.0) {
-            reach = reach.min(LATE);
-        }
+        let reach = {
+            let all = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
+            let mut all = all.chain([&omega]);
+            let reach = radius(all.clone(), f64::EPSILON * 0.1, order);
+            let turns = all.any(|series| series[1..].iter().any(|c| *c != 0.0));
+            if turns && state.frozen.is_none() { reach.min(LATE) } else { reach }
+        };
         // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
         let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };

@@ -22,7 +22,6 @@ use crate::rounds::Rounds;
 use crate::simulate::{Options, Stop};
 use crate::tolerance::{BEYOND, STILL};
 use crate::trajectory::{Cause, Outcome};
-use crate::trig::Turn;
 
 /// Flights between two computations of b, c from θ itself.
 const REFRESH: usize = 32;
@@ -238,10 +237,8 @@ impl<'a> General<'a> {
         self.log.clock = self.log.clock.after(t);
         if self.log.hits.is_multiple_of(REFRESH) && self.state.frozen.is_none() {
             let theta = self.state.spin.theta;
-            let turn = Turn::by(theta);
             for p in &mut self.state.points {
-                let k = self.posture.on_nearest(&p.place);
-                (p.b, p.c) = k.turned(&turn);
+                (p.b, p.c) = self.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
             }
         }
         if let Some((_, i, side)) = crossing {

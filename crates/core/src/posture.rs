@@ -97,6 +97,17 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
+    /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
+    /// more, of the length that they have to have.
+    pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
+        if theta.abs() <= Turn::<f64>::FEW {
+            return self.turned(&Turn::by(theta));
+        }
+        let length = libm::hypot(b, c);
+        let scale = if length > 0.0 { libm::hypot(self.b, self.c) / length } else { 1.0 };
+        (b * scale, c * scale)
+    }
+
     /// How far apart two contacts are along either axis, in units of `size`, or their normals if that is more; 0: they are one.
     pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
         let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;

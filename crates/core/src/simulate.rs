@@ -643,9 +643,9 @@ const FASTEST_SPIN: f64 = 1e70;
 /// and beyond that would be ones that a contact has.
 const HEAVIEST: f64 = 1e6;
 
-/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two: nearer ones, whose rows depend
-/// on each other within roundings, would be taken off each other by roundings.
-const NEAREST: f64 = 1e-9;
+/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two. How they share a force depends
+/// on the square of their distance: four digits of it are left here, nearer ones would rub as roundings say.
+const NEAREST: f64 = 1e-6;
 
 /// Coefficient of friction up to which forces that are ties (1e-10 of the load) rub no more than a tenth of a thousandth of
 /// it: with more, a mode that presses by less than nothing would be driven by its friction.
@@ -712,7 +712,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                 ),
                 apart,
                 apart == 0.0 || apart >= NEAREST,
-                "0, or at least 1e-9",
+                "0, or at least 1e-6",
             )?;
             let surface = |k: usize| {
                 let contact = contacts[k];

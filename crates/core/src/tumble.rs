@@ -61,15 +61,17 @@ const APART: f64 = 1e-3;
 
 impl Tumble {
     pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
-        let mut state = Self { body, gaps, center, spin, b: [0.0; 2], c: [0.0; 2] };
-        state.refresh();
-        state
+        let turn = Turn::by(spin.theta);
+        let arms = body.contacts.map(|k| k.turned(&turn));
+        let (b, c) = (arms.map(|arm| arm.0), arms.map(|arm| arm.1));
+        Self { body, gaps, center, spin, b, c }
     }
 
+    /// Arms that were turned step by step, anew.
     pub(crate) fn refresh(&mut self) {
-        let turn = Turn::by(self.spin.theta);
         for i in 0..2 {
-            (self.b[i], self.c[i]) = self.body.contacts[i].turned(&turn);
+            (self.b[i], self.c[i]) =
+                self.body.contacts[i].refreshed(self.spin.theta, self.b[i], self.c[i]);
         }
     }
 
