@@ -138,3 +138,15 @@ def test_the_clock_does_not_stall_at_a_thousand_seconds(model):
         later = zeno_point(sf.simulate(posture, **keywords, time=1000.0))
         assert later.elapsed == now.elapsed
         assert later.time == 1000.0 + now.elapsed
+
+
+@pytest.mark.parametrize("loss", [2**-53, 2**-52, 1e-14, 1e-8])
+def test_a_rod_that_bounces_for_ages_comes_to_rest_where_it_is(loss):
+    """Both ends land together for ever: a fall from 0.97 m lasts t(1 + e)/(1 − e), and the rod is on the ground then."""
+    feet = [sf.Contact((-2.0, 0.0)), sf.Contact((1.2282, 0.0))]
+    body = sf.Posture(1.0, 0.34, (-1.4038, 0.1137), feet, 1.0 - loss, 9.81)
+    run = sf.simulate(body, (0, 0.97, 0), (0, 0, 0), model="full")
+    fall = math.sqrt(2 * 0.97 / 9.81)
+    assert run.time == pytest.approx(fall * (2 - loss) / loss, rel=1e-14)
+    assert run.outcome == "rest"
+    assert max(map(abs, run.q)) < 1e-15

@@ -99,6 +99,9 @@ pub(crate) struct Frame {
     body: Option<Body>,
 }
 
+/// Corrections of a place, at most: falls are up to 1e32 sizes of the body, and each gains sixteen digits.
+const AGREES: usize = 3;
+
 impl Frame {
     /// The full model.
     pub(crate) fn full(start: Snapshot) -> Self {
@@ -158,17 +161,28 @@ impl Frame {
     }
 
     /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
-    /// say, along the shortest way. Only where they are linear in its state, without spin at the start.
+    /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
+    /// linear in its state, without spin at the start.
     fn agree(&self, frozen: &Frozen, body: &Body, full: &mut Snapshot) {
-        let (start, turned) = (&self.start, self.spin.theta);
-        let turn = Turn::by(turned);
+        let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
         if !linear || self.spin.omega != 0.0 {
             return;
         }
+        for _ in 0..AGREES {
+            let path = self.correct(frozen, body, &turn, full);
+            if path.iter().all(|way| way * way <= body.rho2) {
+                break;
+            }
+        }
+    }
+
+    /// One such correction; returns its own-rate paths.
+    fn correct(&self, frozen: &Frozen, body: &Body, turn: &Turn, full: &mut Snapshot) -> [f64; 2] {
+        let start = &self.start;
         let (mut gaps, mut rates) = ([0.0; 2], [0.0; 2]);
         for i in (0..2).filter(|&i| full.gaps.h[i].is_finite()) {
-            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(&turn));
+            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(turn));
             let moved =
                 n.dot(&(full.center.r - start.center.r)) + b * (full.spin.theta - start.spin.theta);
             let sped =
@@ -186,6 +200,7 @@ impl Frame {
             full.spin.theta -= frozen.phi[i] * path[i];
             full.spin.omega -= frozen.phi[i] * jump[i];
         }
+        path
     }
 
     /// Own-rate accelerations by which the held contacts keep their gaps at zero.
