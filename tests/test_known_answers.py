@@ -146,7 +146,7 @@ def test_a_rod_that_bounces_for_ages_comes_to_rest_where_it_is(loss):
     feet = [sf.Contact((-2.0, 0.0)), sf.Contact((1.2282, 0.0))]
     body = sf.Posture(1.0, 0.34, (-1.4038, 0.1137), feet, 1.0 - loss, 9.81)
     run = sf.simulate(body, (0, 0.97, 0), (0, 0, 0), model="full")
-    fall = math.sqrt(2 * 0.97 / 9.81)
+    fall, loss = math.sqrt(2 * 0.97 / 9.81), 1.0 - body.restitution  # exactly
     assert run.time == pytest.approx(fall * (2 - loss) / loss, rel=1e-14)
     assert run.outcome == "rest"
     assert max(map(abs, run.q)) < 1e-15
