@@ -291,10 +291,12 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
     let (mut last, mut scale) = (f64::INFINITY, 0.0_f64);
     for t in times {
         let (Ok(energy), Ok(instant)) = (run.energy(t), run.at(t)) else { continue };
-        // Of terms that may cancel, and of the place as a whole; a rotation has a rounding that arms have from it.
+        // Of terms that may cancel, and of the place as a whole; a rotation has a rounding that arms have from it,
+        // and long arms make more of it.
         let body = run.posture().map_or(0.0, Posture::size) * EXACT;
         let height = gravity * (instant.state.q.xy().norm() + body);
-        let turned = instant.state.q.z.abs() * f64::EPSILON / ENERGY;
+        let lever = run.posture().map_or(1.0, |p| p.size() / gyration_radius);
+        let turned = instant.state.q.z.abs() * f64::EPSILON * lever / ENERGY;
         let [x, y, omega] = instant.state.qdot.into();
         let squares = x * x + y * y + (gyration_radius * omega).powi(2);
         scale = scale.max(mass * (height + squares) * (1.0 + turned));

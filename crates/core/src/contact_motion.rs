@@ -145,11 +145,12 @@ impl Stance {
     fn parallel(&self, modes: &[Mode]) -> Option<[usize; 2]> {
         let (points, rho) = (&self.points, self.rho2.sqrt());
         let closed = |i: &usize| modes[*i] != Mode::Separate;
-        let mut found = (0.0, None);
+        // Nearer ones have one row, and leave the body its rotation.
+        let mut found = (DEPENDENT * rho, None);
         for i in (0..points.len()).filter(closed) {
             for j in (0..i).filter(closed) {
                 let apart = (points[i].b - points[j].b).abs();
-                let bent = rho * (points[i].normal - points[j].normal).norm();
+                let bent = rho * (points[i].normal - points[j].normal).amax();
                 if apart > found.0 && bent <= PARALLEL * apart {
                     found = (apart, Some([j, i]));
                 }
@@ -200,8 +201,16 @@ impl Stance {
         let rho = self.rho2.sqrt();
         let v = self.center.v;
         let mut velocity = Vector3::new(v.x, v.y, rho * self.spin.omega);
-        for row in self.independent(modes) {
-            velocity -= row.direction * row.direction.dot(&velocity);
+        let rows = self.independent(modes);
+        for _ in 0..AGREES {
+            let before = velocity.amax();
+            for row in &rows {
+                velocity -= row.direction * row.direction.dot(&velocity);
+            }
+            // What is taken away has roundings itself, where it is most of all.
+            if velocity.amax() >= MOST * before {
+                break;
+            }
         }
         (self.center.v, self.spin.omega) = (velocity.xy(), velocity.z / rho);
         if let Some(pair) = self.parallel(modes) {
@@ -332,6 +341,12 @@ const DEPENDENT: f64 = 1e-10;
 /// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
 /// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
 const SINGULAR: f64 = 1e-14;
+
+/// Part of a velocity that is left, below which it is corrected again.
+const MOST: f64 = 1e-8;
+
+/// Corrections of a velocity or of a place, at most: loads are up to 1e100 times what moves, and each gains sixteen digits.
+const AGREES: usize = 8;
 
 /// Drift of a held point, relative to the distances of the body, that is taken back.
 const DRIFT: f64 = 2.0 * f64::EPSILON;
@@ -867,28 +882,36 @@ impl Step {
                     (true, true) => -p.c * turned,
                 }
             };
+            let rows = after.independent(&modes);
             let mut back = Vector3::<f64>::zeros();
-            for row in after.independent(&modes) {
-                let Unknown { contact, tangential } = row.unknown;
-                let p = &after.points[contact];
-                let axis = if tangential { p.tangent } else { p.normal };
-                let lever = lever(contact, tangential);
-                let mut off = axis.dot(&moved) + lever;
-                if let (Some(place), None) = (p.held, state.frozen) {
-                    // Step by step roundings add up: beyond a few the place itself is the measure.
-                    let r = state.center.r + moved;
-                    let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
-                    let drift = axis.dot(&r) + arm - place[at];
-                    let size = r.norm() + libm::hypot(p.b, p.c);
-                    let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
-                    if drift.abs() > DRIFT * size && light {
-                        off = drift;
+            for _ in 0..AGREES {
+                for row in &rows {
+                    let Unknown { contact, tangential } = row.unknown;
+                    let p = &after.points[contact];
+                    let axis = if tangential { p.tangent } else { p.normal };
+                    let lever = lever(contact, tangential);
+                    let mut off = axis.dot(&moved) + lever;
+                    if let (Some(place), None) = (p.held, state.frozen) {
+                        // Step by step roundings add up: beyond a few the place itself is the measure.
+                        let r = state.center.r + moved;
+                        let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
+                        let drift = axis.dot(&r) + arm - place[at];
+                        let size = r.norm() + libm::hypot(p.b, p.c);
+                        let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
+                        if drift.abs() > DRIFT * size && light {
+                            off = drift;
+                        }
                     }
+                    off += row.whole.dot(&back);
+                    back -= row.direction * (off / row.whole.dot(&row.direction));
                 }
-                off += row.whole.dot(&back);
-                back -= row.direction * (off / row.whole.dot(&row.direction));
+                moved += back.xy();
+                // Beside a load that is 1e16 times all that moves, the way back has roundings itself.
+                if back.xy().norm_squared() <= state.rho2 {
+                    break;
+                }
+                back = Vector3::new(0.0, 0.0, back.z);
             }
-            moved += back.xy();
             let turn = match after.parallel(&modes) {
                 Some([i, j]) => {
                     let apart = after.points[i].b - after.points[j].b;
