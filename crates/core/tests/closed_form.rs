@@ -1277,3 +1277,61 @@ fn an_instant_centre_without_friction_slides_off() {
         assert!(energy.abs() <= 1e-14 * fastest * fastest, "{k}: {energy}");
     }
 }
+
+/// Of two feet one above the other a slope too small for a square turns nothing: the motion is that on level ground.
+#[test]
+fn a_slope_that_has_no_square_turns_nothing() {
+    let run = |slope: f64| {
+        let body = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.117,
+            center_of_mass: [-2.0, 0.0594],
+            contacts: vec![
+                Contact { slope, friction: 0.18, ..Contact::at(-2.0, 0.000_766) },
+                Contact::at(-2.0, 0.0),
+            ],
+            restitution: 0.0,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        let options = Options {
+            model: Model::Full,
+            simultaneous: Simultaneous::FirstContactFirst,
+            ..Options::default()
+        };
+        let start = State::new([0.0, 0.0027, 0.0], [0.957, 0.0, 0.0]);
+        simulate(&body, &start, &options).unwrap()
+    };
+    let (level, steep) = (run(0.0), run(2.1e-314));
+    assert_eq!(level.outcome(), steep.outcome());
+    assert!((level.state().qdot - steep.state().qdot).norm() < 1e-15);
+}
+
+/// A pivot about a foot at the centre of mass keeps its place and its spin, however heavy the load that it holds.
+#[test]
+fn a_pivot_under_a_load_of_1e94_times_its_own_stays() {
+    let body = Posture::new(Fields {
+        mass: 1.0,
+        gyration_radius: 0.43,
+        center_of_mass: [-2.0, 0.0],
+        contacts: vec![Contact { slope: 0.0827, friction: 1.17, ..Contact::at(-2.0, 0.0) }],
+        restitution: 0.0,
+        gravity: 1e94,
+        terrain: Vec::new(),
+    })
+    .unwrap();
+    let options = Options {
+        model: Model::Full,
+        time_limit: Some(14.0),
+        stop: Stop::Time,
+        ..Options::default()
+    };
+    let start = State::new([0.0; 3], [0.0, 0.0, 0.224]);
+    let run = simulate(&body, &start, &options).unwrap();
+    for k in 0..=7 {
+        let state = run.at(2.0 * f64::from(k)).unwrap().state;
+        assert!(state.q.xy().norm() < 1e-15, "{k}: {}", state.q);
+        assert!(state.qdot.xy().norm() < 1e-15 && state.qdot.z == 0.224, "{k}: {}", state.qdot);
+    }
+}

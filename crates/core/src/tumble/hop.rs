@@ -225,28 +225,8 @@ impl<T: Real> Course<T> {
     }
 
     fn from_numbers(numbers: [T; 20]) -> Self {
-        let [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            g,
-            h,
-            i,
-            j,
-            k,
-            l,
-            m,
-            n,
-            rho2,
-            cross,
-            gravity,
-            least_loss,
-            end,
-            longest,
-        ] = numbers;
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rest @ ..] = numbers;
+        let [rho2, cross, gravity, least_loss, end, longest] = rest;
         let side = |[gravity, restitution, x, y, b, c, slow]: [T; 7]| Side {
             gravity,
             restitution,
