@@ -11,7 +11,7 @@
 mod rest;
 
 use crate::batch::{End, FirstZeno};
-use crate::clatter::{self, Halt};
+use crate::clatter::{self, Halt, are_one};
 use crate::clock::Clock;
 use crate::flight::{LOST_PHASE, parabola_touchdown};
 use crate::frame::{Base, Frame, Snapshot};
@@ -430,7 +430,9 @@ impl<'a> Driver<'a> {
                 .then_some(Outcome::Zeno);
         }
         let before = gaps;
+        let mut turns = self.turns();
         self.kick(jump, rates);
+        turns |= self.turns();
         if count > 1
             && let Some(state) = &mut self.tumble
         {
@@ -458,7 +460,7 @@ impl<'a> Driver<'a> {
         self.align_bodies();
         self.note(Kind::Flight);
         if in_step {
-            return self.bounce_together(rates);
+            return self.bounce_together(rates, turns);
         }
         self.freeze_if_brief();
         None
@@ -494,16 +496,22 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both.
-    fn bounce_together(&mut self, rates: [f64; 2]) -> Option<Outcome> {
+    /// Whether the geometry changes with time.
+    fn turns(&self) -> bool {
+        self.tumble.as_ref().is_some_and(|state| state.spin.omega != 0.0)
+    }
+
+    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
+    /// after it, so that they keep step only if what is left is short.
+    fn bounce_together(&mut self, rates: [f64; 2], turns: bool) -> Option<Outcome> {
         let model = self.model();
-        let turns = self.tumble.as_ref().is_some_and(|state| state.spin.omega != 0.0);
         let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
+        let in_step = flight[0] > 0.0 && flight[0] < f64::INFINITY && are_one(flight[0], flight[1]);
         let t = model.bounce[0] * rates[0];
-        if turns
-            || !(flight[0] == flight[1] && flight[0] > 0.0 && flight[0] < f64::INFINITY)
+        if !in_step
             || model.e[0] != model.e[1]
             || !(self.log.clock.hi + t <= self.log.end)
+            || turns && !self.tumble.as_ref().is_none_or(|state| state.keeps_step(t, &self.log))
         {
             return None;
         }

@@ -43,12 +43,13 @@ pub(crate) fn newton(model: &Frozen, i: usize, before: [f64; 2]) -> [f64; 2] {
 /// Both contacts at once: the impulses P ≥ 0 (as own-rate jumps) with u⁺ + e u⁻ ≥ 0 ⊥ P.
 ///
 /// Of the candidates {1, 2}, {1}, {2} the first that fits is taken; for a positive definite impact
-/// matrix only one does. And whether it is the first: then u⁺ = −e u⁻ at both.
+/// matrix only one does; of equal rows the impact that needs more is enough. And whether it is the first: then u⁺ = −e u⁻ at both.
 pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.share(need);
     let rounding = UNLOADED * need[0].max(need[1]);
-    if jump[0] >= -rounding && jump[1] >= -rounding {
+    let missed = need[1] - (jump[1] - model.psi[0] * jump[0]); // equal rows cannot meet different needs
+    if jump[0] >= -rounding && jump[1] >= -rounding && missed.abs() <= rounding {
         return (jump.map(|jump| jump.max(0.0)), true);
     }
     let one = if need[1] + model.psi[0] * need[0] <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] };

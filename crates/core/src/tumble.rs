@@ -335,6 +335,14 @@ impl Tumble {
             .then_some(Halt::Bounce { contact: a, duration: t })
     }
 
+    /// Whether both contacts, bouncing in step until they rest after `t`, go on landing together while the body turns.
+    pub(crate) fn keeps_step(&self, t: f64, log: &Log) -> bool {
+        let [one, two] = Frozen::new(&self.frozen()).settle(&self.gaps, t).jump;
+        let drift = self.drift(t, one.abs(), two.abs());
+        let late = |i: usize| t * drift.gravity[i] / self.effective_gravity(i);
+        drift.is_little() && late(0).max(late(1)) <= TAIL * (log.clock.hi + t)
+    }
+
     /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
