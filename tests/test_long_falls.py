@@ -60,6 +60,69 @@ def test_a_long_fall_in_a_spin_lands_to_the_last_bit(height):
         )
 
 
+def first_dip(posture, q, qdot):
+    """As `landing`, of a body that turns many times, by its lowest point in turn after turn; and the speed with which it lands."""
+    q, qdot = [mpf(x) for x in q], [mpf(x) for x in qdot]
+    g, omega = mpf(posture.gravity), qdot[2]
+    turn = 2 * mp.pi / abs(omega)
+    found = []
+    for i, contact in enumerate(posture.contacts):
+        x, y = (
+            mpf(a) - mpf(b)
+            for a, b in zip(contact.point, posture.center_of_mass, strict=True)
+        )
+        reach = mp.hypot(x, y)
+
+        def gap(t, x=x, y=y):
+            turned = q[2] + omega * t
+            fall = q[1] + qdot[1] * t - g * t * t / 2
+            return fall + mp.sin(turned) * x + mp.cos(turned) * y - y
+
+        def lowest_of_turn(k, x=x, y=y, reach=reach):
+            angle = k * 2 * mp.pi - mp.pi / 2 - mp.atan2(y, x)
+            t = (angle - q[2]) / omega
+            for _ in range(30):  # ḣ = 0: sin of what is missing is (gt − v)/(ω|d|)
+                lead = mp.asin((g * t - qdot[1]) / (omega * reach))
+                t = (angle + lead - q[2]) / omega
+            return t
+
+        # Nothing lands before; from there on the contact points down once a turn.
+        begin = (qdot[1] + mp.sqrt(qdot[1] ** 2 + 2 * g * (q[1] - y - reach))) / g
+        first = mp.floor((q[2] + omega * begin) / (2 * mp.pi))
+        for k in range(-2, 1000):
+            lowest = lowest_of_turn(first + k * mp.sign(omega))
+            if lowest < begin:
+                continue
+            if gap(lowest) <= 0:
+                start = max(begin, lowest - turn / 2)
+                root = mp.findroot(gap, (start, lowest), solver="anderson")
+                found.append((root, i + 1, -mp.diff(gap, root, h=turn * mpf(1e-20))))
+                break
+    return min(found)
+
+
+@pytest.mark.parametrize("omega", [1e3, -1e5, 3e6, -1e8])
+def test_a_fall_of_many_turns_lands_in_the_right_one(omega):
+    contacts = [Contact((1.6821, 0.0)), Contact((1.7961, 0.0))]
+    body = Posture(1.0, 0.97, (1.6849, 0.8078), contacts, 0.7, 9.81)
+    for height in (2.0, 5.5, 30.0):
+        run = sf.simulate(
+            body, (0.0, height, 0.3), (0.0, 0.4, omega), model="full", event_limit=50
+        )
+        hit = run.impacts[0]
+        with mp.workdps(60):
+            time, contact, speed = first_dip(
+                body, (0.0, height, 0.3), (0.0, 0.4, omega)
+            )
+            off = float(mpf(float(hit["elapsed"])) - time)
+        # A rate that rounds like ω|d|, for as long as it falls.
+        rounding = 2**-52 * abs(omega) * float(time / speed)
+        assert (int(hit["contact"]), abs(off) < 2 * rounding) == (contact, True), (
+            height,
+            off / rounding,
+        )
+
+
 def test_a_fall_too_long_for_the_place_of_the_body_is_refused():
     contacts = [Contact((1.6821, 0.0)), Contact((1.7961, 0.0))]
     body = Posture(1.0, 0.97, (1.6849, -0.8078), contacts, 0.7, 9.81)

@@ -70,8 +70,8 @@ const CONVEX_STEPS: usize = 128;
 /// Turns aloft from which on angles are counted anew: the sum of so many keeps ten digits of a turn.
 const MANY_TURNS: f64 = 1e6;
 
-/// Turns after that, with more than which it only grazes the ground within rounding: 1e-9 of those that a flight may have are 160.
-const GRAZING_TURNS: usize = 1000;
+/// Turns that may follow those that are skipped then; with more it only grazes the ground within rounding.
+const GRAZING_TURNS: usize = 32;
 
 /// Lowest gap of a turn, relative to its terms, that is rounding.
 const GRAZE: f64 = 8.0 * f64::EPSILON;
@@ -207,7 +207,7 @@ impl Arc {
         self.any_touchdown(false)
     }
 
-    /// The general case: pieces between inflections, one after the other. `last`: turns have been skipped, so that few are left;
+    /// The general case: pieces between inflections, one after the other. `last`: angles have been counted anew, few turns are left;
     /// where there are more it grazes, and the lowest point of the next one is the touchdown.
     #[cold]
     #[inline(never)]
@@ -243,12 +243,12 @@ impl Arc {
         let mut turns_left = if last { GRAZING_TURNS } else { usize::MAX };
         while start < horizon {
             // While the mean of the gap is more than |d| above ground nothing lands: whole turns are skipped.
-            if !last && start >= rise && fall - start > 2.0 * TAU / spin {
+            if start >= rise && fall - start > 2.0 * TAU / spin {
                 let turns = ((fall - start) * spin / TAU).floor() - 1.0;
                 if TAU * turns > PHASE_LOST {
                     return found(fall); // there is more than enough of it for the caller to see
                 }
-                if turns > MANY_TURNS {
+                if turns > MANY_TURNS && !last {
                     return self.after_turning(start + TAU / spin * turns);
                 }
                 middle += TAU * turns;
