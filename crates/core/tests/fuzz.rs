@@ -1,38 +1,124 @@
-//! What the fuzz targets try, over their corpus and over random bytes: the campaigns themselves are `make fuzz`.
+//! What the fuzz targets try, over their corpus, over random bytes, and in a campaign over what becomes of the corpus: `make mutate`.
+//! That goes blindly, and ten times as fast as the campaigns of `make fuzz`, which look at the branches that an input takes.
 
 #[path = "../../../fuzz/inputs.rs"]
 #[expect(unreachable_pub, reason = "the library of the fuzz targets")]
 mod inputs;
 
-use std::fs;
-use std::path::Path;
+use std::panic::{catch_unwind, resume_unwind};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+use std::{env, fs};
 
-/// Inputs of random bytes for each target; `STANDFAST_FUZZ_INPUTS` asks for more.
-fn count() -> u64 {
-    let asked = std::env::var("STANDFAST_FUZZ_INPUTS");
-    asked.map_or(4000, |n| n.parse().unwrap_or_else(|e| panic!("{n}: {e}")))
+type Target = fn(&[u8]);
+
+/// Bytes that choose what is rare or extreme.
+const TELLING: [u8; 12] = [0, 1, 2, 127, 128, 159, 160, 192, 223, 224, 239, 255];
+/// Longest input.
+const LONGEST: usize = 4096;
+
+/// A number from the environment.
+fn asked<T: FromStr>(name: &str, otherwise: T) -> T {
+    env::var(name).map_or(otherwise, |text| {
+        text.parse().unwrap_or_else(|_| panic!("{name} = {text} is no number"))
+    })
 }
 
-fn all(name: &str, target: fn(&[u8])) {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
-    let files = fs::read_dir(&corpus).unwrap_or_else(|e| panic!("{}: {e}", corpus.display()));
-    for file in files {
-        let path = file.unwrap_or_else(|e| panic!("{e}")).path();
-        target(&fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())));
+/// `SplitMix64` [Steele, Lea & Flood 2014].
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
     }
-    for seed in 0..count() {
-        // SplitMix64 [Steele, Lea & Flood 2014]
-        let mut state = seed;
-        let bytes: Vec<u8> = (0..12 + seed % 20)
-            .flat_map(|_| {
-                state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-                let mut z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-                z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-                (z ^ (z >> 31)).to_le_bytes()
-            })
-            .collect();
+
+    fn byte(&mut self) -> u8 {
+        self.next().to_le_bytes()[0]
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        self.next() as usize % count
+    }
+
+    /// The beginning of one input and the end of another, some bytes of it changed.
+    fn offspring(&mut self, corpus: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = corpus[self.below(corpus.len())].clone();
+        if self.below(3) == 0 {
+            let other = &corpus[self.below(corpus.len())];
+            bytes.truncate(self.below(bytes.len() + 1));
+            bytes.extend_from_slice(&other[self.below(other.len() + 1)..]);
+        }
+        for _ in 0..=self.below(5) {
+            if bytes.is_empty() {
+                bytes.push(0);
+            }
+            let i = self.below(bytes.len());
+            match self.below(7) {
+                0 => bytes[i] = self.byte(),
+                1 => bytes[i] = TELLING[self.below(TELLING.len())],
+                2 => bytes[i] ^= 1 << self.below(8),
+                3 => bytes[i] = bytes[i].wrapping_add(1),
+                4 => bytes[i] = bytes[self.below(bytes.len())],
+                5 => bytes.insert(i, self.byte()),
+                _ => drop(bytes.remove(i)),
+            }
+        }
+        bytes.truncate(LONGEST);
+        bytes
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn files(folder: &Path) -> Vec<Vec<u8>> {
+    let all = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<PathBuf> = all.flatten().map(|file| file.path()).collect();
+    paths.sort();
+    let read =
+        |path: &PathBuf| fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    paths.iter().map(read).collect()
+}
+
+/// The corpus and random bytes: 4000 inputs, or `STANDFAST_FUZZ_INPUTS`.
+fn all(name: &str, target: Target) {
+    files(&root().join("fuzz/corpus").join(name)).iter().for_each(|input| target(input));
+    for seed in 0..asked("STANDFAST_FUZZ_INPUTS", 4000) {
+        let mut random = Random(seed);
+        let bytes: Vec<u8> =
+            (0..12 + seed % 20).flat_map(|_| random.next().to_le_bytes()).collect();
         target(&bytes);
     }
+}
+
+/// Offspring of the corpus, and of what `make fuzz` has found, for `STANDFAST_FUZZ_SECONDS` from `STANDFAST_FUZZ_SEED` on.
+/// The input that is tried lies in target/fuzz; one that fails stays there.
+fn campaign(name: &str, target: Target) {
+    let seed = asked("STANDFAST_FUZZ_SEED", 0);
+    let (found, current) =
+        (root().join("target/fuzz").join(name), root().join(format!("target/fuzz/{name}-{seed}")));
+    fs::create_dir_all(&found).unwrap_or_else(|e| panic!("{}: {e}", found.display()));
+    let mut corpus = files(&root().join("fuzz/corpus").join(name));
+    corpus.extend(files(&found));
+    let (mut random, mut count, mut slowest) = (Random(seed), 0_u64, Duration::ZERO);
+    let (start, time) = (Instant::now(), Duration::from_secs(asked("STANDFAST_FUZZ_SECONDS", 60)));
+    while start.elapsed() < time {
+        let input = random.offspring(&corpus);
+        fs::write(&current, &input).unwrap_or_else(|e| panic!("{}: {e}", current.display()));
+        let before = Instant::now();
+        if let Err(failure) = catch_unwind(|| target(&input)) {
+            println!("{name}: input {count} failed, it is {}", current.display());
+            resume_unwind(failure);
+        }
+        slowest = slowest.max(before.elapsed());
+        count += 1;
+    }
+    println!("{name}: {count} inputs, 0 findings, slowest {:.2} s", slowest.as_secs_f64());
 }
 
 #[test]
@@ -53,4 +139,28 @@ fn modes() {
 #[test]
 fn standing() {
     all("standing", inputs::standing);
+}
+
+#[test]
+#[ignore = "a campaign"]
+fn mutated_scenes() {
+    campaign("scene", inputs::scene);
+}
+
+#[test]
+#[ignore = "a campaign"]
+fn mutated_motions() {
+    campaign("motion", inputs::motion);
+}
+
+#[test]
+#[ignore = "a campaign"]
+fn mutated_modes() {
+    campaign("modes", inputs::modes);
+}
+
+#[test]
+#[ignore = "a campaign"]
+fn mutated_standing() {
+    campaign("standing", inputs::standing);
 }
