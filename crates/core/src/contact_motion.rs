@@ -112,12 +112,12 @@ impl Stance {
     }
 
     /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
-    /// where that is shorter.
+    /// where that is shorter; if it has a square.
     fn unit_of_time(&self) -> f64 {
         let arm = self.points.iter().map(|p| libm::hypot(p.b, p.c)).fold(0.0, f64::max);
         let size = arm + self.rho2.sqrt();
         let rate = self.spin.omega.abs().max((self.gravity / size).sqrt());
-        if rate > 0.0 { libm::ldexp(1.0, -libm::ilogb(rate)) } else { 1.0 }
+        if rate > 0.0 { libm::ldexp(1.0, SQUARED.min(-libm::ilogb(rate))) } else { 1.0 }
     }
 
     /// About when a contact lands or stops sliding, in units of time, were this acceleration constant.
@@ -423,6 +423,8 @@ const SHORTER: f64 = 1.0 / LATE;
 const LATE: f64 = 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
 const LONGEST: f64 = 1e50;
+/// Exponent of the longest unit of time at all, which has a square.
+const SQUARED: i32 = 500;
 
 /// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
 const FROZEN: usize = 5;
