@@ -8,8 +8,9 @@ mod inputs;
 use std::panic::{catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
-use std::{env, fs};
+use std::{env, fs, process, thread};
 
 type Target = fn(&[u8]);
 
@@ -17,6 +18,8 @@ type Target = fn(&[u8]);
 const TELLING: [u8; 12] = [0, 1, 2, 127, 128, 159, 160, 192, 223, 224, 239, 255];
 /// Longest input.
 const LONGEST: usize = 4096;
+/// Time after which an input hangs.
+const HANGS: Duration = Duration::from_secs(60);
 
 /// A number from the environment.
 fn asked<T: FromStr>(name: &str, otherwise: T) -> T {
@@ -105,6 +108,20 @@ fn campaign(name: &str, target: Target) {
     fs::create_dir_all(&found).unwrap_or_else(|e| panic!("{}: {e}", found.display()));
     let mut corpus = files(&root().join("fuzz/corpus").join(name));
     corpus.extend(files(&found));
+    let (tell, told) = channel();
+    let told_of = format!("{name}: the input hangs, it is {}", current.display());
+    thread::spawn(move || {
+        loop {
+            match told.recv_timeout(HANGS) {
+                Ok(()) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {
+                    println!("{told_of}");
+                    process::exit(1);
+                }
+            }
+        }
+    });
     let (mut random, mut count, mut slowest) = (Random(seed), 0_u64, Duration::ZERO);
     let (start, time) = (Instant::now(), Duration::from_secs(asked("STANDFAST_FUZZ_SECONDS", 60)));
     while start.elapsed() < time {
@@ -117,6 +134,7 @@ fn campaign(name: &str, target: Target) {
         }
         slowest = slowest.max(before.elapsed());
         count += 1;
+        let _ = tell.send(());
     }
     println!("{name}: {count} inputs, 0 findings, slowest {:.2} s", slowest.as_secs_f64());
 }
