@@ -100,23 +100,28 @@ fn all(name: &str, target: Target) {
 }
 
 /// Offspring of the corpus, and of what `make fuzz` has found, for `STANDFAST_FUZZ_SECONDS` from `STANDFAST_FUZZ_SEED` on.
-/// The input that is tried lies in target/fuzz; one that fails stays there.
+/// An input that fails or hangs is put into target/fuzz.
 fn campaign(name: &str, target: Target) {
     let seed = asked("STANDFAST_FUZZ_SEED", 0);
-    let (found, current) =
-        (root().join("target/fuzz").join(name), root().join(format!("target/fuzz/{name}-{seed}")));
+    let found = root().join("target/fuzz").join(name);
     fs::create_dir_all(&found).unwrap_or_else(|e| panic!("{}: {e}", found.display()));
     let mut corpus = files(&root().join("fuzz/corpus").join(name));
     corpus.extend(files(&found));
-    let (tell, told) = channel();
-    let told_of = format!("{name}: the input hangs, it is {}", current.display());
+    let path = root().join(format!("target/fuzz/{name}-{seed}"));
+    let keep = move |input: &[u8], what: &str| {
+        fs::write(&path, input).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        println!("{} {what}", path.display());
+    };
+    let (tell, told) = channel::<Vec<u8>>();
+    let watch = keep.clone();
     thread::spawn(move || {
+        let mut current = Vec::new();
         loop {
             match told.recv_timeout(HANGS) {
-                Ok(()) => {}
+                Ok(input) => current = input,
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {
-                    println!("{told_of}");
+                    watch(&current, "hangs");
                     process::exit(1);
                 }
             }
@@ -126,15 +131,14 @@ fn campaign(name: &str, target: Target) {
     let (start, time) = (Instant::now(), Duration::from_secs(asked("STANDFAST_FUZZ_SECONDS", 60)));
     while start.elapsed() < time {
         let input = random.offspring(&corpus);
-        fs::write(&current, &input).unwrap_or_else(|e| panic!("{}: {e}", current.display()));
+        tell.send(input.clone()).unwrap_or_else(|e| panic!("{e}"));
         let before = Instant::now();
         if let Err(failure) = catch_unwind(|| target(&input)) {
-            println!("{name}: input {count} failed, it is {}", current.display());
+            keep(&input, "fails");
             resume_unwind(failure);
         }
         slowest = slowest.max(before.elapsed());
         count += 1;
-        let _ = tell.send(());
     }
     println!("{name}: {count} inputs, 0 findings, slowest {:.2} s", slowest.as_secs_f64());
 }
