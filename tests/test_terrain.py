@@ -4,6 +4,7 @@ import itertools
 import math
 import os
 import pickle
+import random
 from collections import Counter
 
 import numpy as np
@@ -32,6 +33,56 @@ def particle(terrain, x, y, *, friction=0.0, restitution=0.0, gravity=G):
 
 def story(run):
     return [(phase.mode, phase.cause) for phase in run.phases]
+
+
+def in_a_valley(run, feet, left, right):
+    """Places along a valley with these slopes, and heights above it, of feet given from the centre of mass: at 200 times of a run, by
+    rotation alone."""
+    q, _ = run.at(np.linspace(0, run.elapsed, 200))
+    center = run.posture.center_of_mass
+    cos, sin = np.cos(q[:, 2]), np.sin(q[:, 2])
+    places, gaps = [], []
+    for u, w in feet:
+        x = center[0] + q[:, 0] + cos * u - sin * w
+        y = center[1] + q[:, 1] + sin * u + cos * w
+        places.append(x)
+        gaps.append(y - np.maximum(-left * x, right * x))
+    return np.array(places), np.array(gaps)
+
+
+def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground():
+    """One of its feet goes to and fro over the vertex in the rounds of which infinitely many are summed."""
+    rng = random.Random(2)
+    wedged = 0
+    for _ in range(600):
+        left, right = (round(rng.uniform(0.2, 1.2), 1) for _ in range(2))
+        feet = [
+            (round(rng.uniform(-0.4, 0.4), 1), round(rng.uniform(-0.4, 0.1), 1))
+            for _ in range(2)
+        ]
+        if feet[0] == feet[1]:
+            continue
+        contacts = [
+            sf.Contact((x, 6 + y), friction=rng.choice([0, 0.3])) for x, y in feet
+        ]
+        ground = [(-9, 9 * left), (0, 0), (9, 9 * right)]
+        body = sf.Posture(
+            1.0, rng.choice([0.2, 0.5]), (0.0, 6.0), contacts, 0.0, 9.81, terrain=ground
+        )
+        q = [
+            round(rng.uniform(*ends), 1) for ends in ((-0.5, 0.5), (-4.5, -4), (-1, 1))
+        ]
+        qdot = (rng.uniform(-2, 2), 0, rng.uniform(-2, 2))
+        try:
+            run = sf.simulate(
+                body, q, qdot, model="full", time_limit=4.0, event_limit=3000
+            )
+        except ValueError:
+            continue  # starts in the ground
+        places, gaps = in_a_valley(run, feet, left, right)
+        assert gaps.min() > -1e-12, (left, right, feet, q, qdot)
+        wedged += run.outcome == "rest" and abs(places[:, -1]).min() < 1e-9
+    assert wedged > 10
 
 
 def test_off_a_table_onto_the_floor():

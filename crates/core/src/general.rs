@@ -372,10 +372,13 @@ impl<'a> General<'a> {
         let limit = self.rounds.land(b, &self.state, clock, size, fastest, self.log.left())?;
         self.note(vec![Mode::Separate; 2], true);
         self.log.clock = clock.after(limit.duration);
-        self.state = limit.end;
-        let (q, frozen) = (self.state.state().q, self.state.frozen.is_some());
-        for p in &mut self.state.points {
-            p.place = self.posture.under(p.place.contact, &q, frozen).place;
+        let before = std::mem::replace(&mut self.state, limit.end);
+        // Each stays on its piece; how far along it has come, not where its rounded place lies.
+        for (p, old) in self.state.points.iter_mut().zip(&before.points) {
+            let turn = self.state.spin.theta - before.spin.theta;
+            let way = self.state.center.r.x - before.center.r.x - old.arm().y * turn;
+            let [left, right] = old.place.sides;
+            p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
         }
         let outcome = self.settle(&[0, 1], false, limit.error);
         if let Some(last) = self.zeno.last_mut() {
