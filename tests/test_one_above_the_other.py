@@ -38,3 +38,77 @@ def test_in_step_they_come_to_rest_under_a_load_that_leaves_no_time_to_turn(grav
         assert first.contacts == (1, 2)
         # While they bounce it turns by less than 1e-20 rad.
         assert float(abs(mpf(float(first.elapsed)) / end - 1)) < 4e-16
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.3, 0.5])
+@pytest.mark.parametrize("height", [0.05, 0.1, 0.25, 0.3])
+@pytest.mark.parametrize(
+    "order", ["newton", "first-contact-first", "last-contact-first"]
+)
+def test_a_body_between_its_feet_comes_to_rest(restitution, height, order):
+    """Tilted by 1e-11 rad, two of the feet have rows that are nearly one."""
+    feet = [Contact((0.0, 0.4)), Contact((0.0, 1.3)), Contact((0.5, 0.0))]
+    body = Posture(1.0, 0.1, (0.1, 1.0), feet, restitution, 9.81)
+    run = sf.simulate(body, (0, height, 0), (0, 0, 0), model="full", simultaneous=order)
+    assert run.outcome == "rest"
+    assert np.abs(run.q).max() < 1e-14
+
+
+def pivoted(posture, theta, time):
+    """Of a body that turns from rest about its upper foot, by the energy: its rotation after a time, in 30 digits."""
+    x, y = (
+        mpf(a) - mpf(b)
+        for a, b in zip(posture.contacts[1].point, posture.center_of_mass, strict=True)
+    )
+    inertia = mpf(posture.gyration_radius) ** 2 + x * x + y * y
+    g = mpf(posture.gravity)
+
+    def rates(_, state):
+        turn, omega = state
+        return [omega, g * (x * mp.cos(turn) - y * mp.sin(turn)) / inertia]
+
+    return mp.odefun(rates, 0, [mpf(theta), mpf(0)])(time)[0]
+
+
+@pytest.mark.parametrize("theta", [3e-11, 3e-9, 3e-7, 5e-6, 9e-5, 3e-3, 0.02])
+def test_a_foot_that_swings_past_the_other_does_not_land(theta):
+    """It comes down to the ground below the foot that is held, and turns round there."""
+    feet = [Contact((0.0, 0.4), friction=0.5), Contact((0.0, 1.3), friction=0.5)]
+    body = Posture(1.0, 0.1, (0.1, 1.0), feet, 0.2, 9.81)
+    y = 0.1 * np.sin(theta)
+    y -= body.gaps((0.0, y, theta)).min()
+    run = sf.simulate(body, (0.0, y, theta), (0, 0, 0), model="full", time_limit=0.1)
+    assert run.outcome == "time-limit"
+    assert [phase.mode for phase in run.phases][-1] == "SF"
+    assert (run.impacts["elapsed"] < 1e-9).all()
+    with mp.workdps(30):
+        assert run.theta == pytest.approx(float(pivoted(body, theta, 0.1)), rel=1e-12)
+
+
+FEET = [(0.8, 0.5), (0.3, 0.0), (0.3, 0.6)]
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 2, 0), (2, 1, 0)])
+def test_forces_of_one_line_leave_the_motion_to_the_third(order):
+    """A slide to the left at v = 1 on three feet with mu = 1: two of the forces lie on one line, and all together brake by g."""
+    feet = [Contact(FEET[i], friction=1.0) for i in order]
+    body = Posture(1.0, 0.2, (0.0, 0.0), feet, 0.0, 10.0)
+    run = sf.simulate(body, (0, 0, 0), (-1, 0, 0), model="full", time_limit=0.01)
+    assert [phase.mode for phase in run.phases] == ["LLL"]
+    assert run.qdot == pytest.approx([-0.9, 0, 0], abs=1e-14)
+
+
+@pytest.mark.parametrize("friction", [0.1, 1e2, 1e5, 1e6])
+@pytest.mark.parametrize("gyration_radius", [2e-4, 0.01, 0.3])
+def test_undetermined_forces_are_so_however_rough_a_foot(friction, gyration_radius):
+    """How much of the load is on the third foot nothing tells, and it alone brakes."""
+    feet = [
+        Contact((0.26, 0)),
+        Contact((-0.55, 0)),
+        Contact((-0.6, 0), friction=friction),
+    ]
+    body = Posture(1.0, gyration_radius, (0.0, 1.1), feet, 0.0, 9.81)
+    modes = sf.contact_modes(body, (0, 0, 0), (-2, 0, 0))
+    assert modes["LLL"].determined == "undetermined"
+    run = sf.simulate(body, (0, 0, 0), (-2, 0, 0), model="full", time_limit=0.05)
+    assert run.outcome == "ambiguous"

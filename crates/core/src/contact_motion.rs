@@ -140,19 +140,21 @@ impl Stance {
         modes.iter().enumerate().map(event).fold(f64::INFINITY, f64::min) / self.unit_of_time()
     }
 
-    /// The two closed contacts farthest apart on parallel ground, or nearly so. Off it the body does not move, and turns only
-    /// as it moves along it, (b_i − b_j) ω = −(n_i − n_j)·v: by so little that anything but this difference is rounding.
-    fn parallel(&self, modes: &[Mode]) -> Option<[usize; 2]> {
+    /// Of independent rows those of the two contacts farthest apart on parallel ground, or nearly so. Off it the body does not move,
+    /// and turns only as it moves along it, (b_i − b_j) ω = −(n_i − n_j)·v: by so little that anything but this difference is
+    /// rounding.
+    fn parallel(&self, rows: &[Row]) -> Option<[usize; 2]> {
         let (points, rho) = (&self.points, self.rho2.sqrt());
-        let closed = |i: &usize| modes[*i] != Mode::Separate;
-        // Nearer ones have one row, and leave the body its rotation.
-        let mut found = (DEPENDENT * rho, None);
-        for i in (0..points.len()).filter(closed) {
-            for j in (0..i).filter(closed) {
+        let normal = |row: &&Row| !row.unknown.tangential;
+        let contacts: SmallVec<[usize; 3]> =
+            rows.iter().filter(normal).map(|row| row.unknown.contact).collect();
+        let mut found = (0.0, None);
+        for (k, &i) in contacts.iter().enumerate() {
+            for &j in &contacts[..k] {
                 let apart = (points[i].b - points[j].b).abs();
                 let bent = rho * (points[i].normal - points[j].normal).amax();
                 if apart > found.0 && bent <= PARALLEL * apart {
-                    found = (apart, Some([j, i]));
+                    found = (apart, Some([i.min(j), i.max(j)]));
                 }
             }
         }
@@ -213,7 +215,7 @@ impl Stance {
             }
         }
         (self.center.v, self.spin.omega) = (velocity.xy(), velocity.z / rho);
-        if let Some(pair) = self.parallel(modes) {
+        if let Some(pair) = self.parallel(&rows) {
             self.spin.omega = self.turned_by(pair, self.center.v);
         }
     }
@@ -305,7 +307,13 @@ impl Stance {
 
     /// Those of them that determine the motion, the longest first, each by the part that the ones before it leave over.
     fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
+        self.independent_but(None, modes)
+    }
+
+    /// The same without one of them.
+    fn independent_but(&self, without: Option<Unknown>, modes: &[Mode]) -> SmallVec<[Row; 3]> {
         let mut rows = self.rows(modes);
+        rows.retain(|row| Some(row.unknown) != without);
         let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
         while chosen.len() < 3 {
             // The last of the longest; a row that is chosen leaves a vector of zero.
@@ -495,11 +503,24 @@ impl Step {
     /// geometry is frozen there are no more than three.
     pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
+        let rows = state.independent(modes);
+        Self::on(&rows, state, modes, order).or_else(|| {
+            // Forces that cannot keep their own rows: those of rows that follow from these may.
+            rows.iter().find_map(|row| {
+                let others = state.independent_but(Some(row.unknown), modes);
+                let same = others.len() == rows.len();
+                same.then(|| Self::on(&others, state, modes, order)).flatten()
+            })
+        })
+    }
+
+    /// With these rows and their forces.
+    fn on(rows: &[Row], state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
         let mut unit = state.unit_of_time();
-        let mut step = Self::in_units(state, modes, order, unit)?;
+        let mut step = Self::in_units(rows, state, modes, order, unit)?;
         while !step.is_finite() && unit >= SHORTEST {
             unit *= SHORTER;
-            step = Self::in_units(state, modes, order, unit)?;
+            step = Self::in_units(rows, state, modes, order, unit)?;
         }
         Some(step)
     }
@@ -508,7 +529,8 @@ impl Step {
     /// then may have fallen below all numbers; `None` where they do not.
     pub(crate) fn longer(&self, state: &Stance, modes: &[Mode], t: f64) -> Option<Self> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
-        let step = late.then(|| Self::in_units(state, modes, self.order, LATE * self.unit));
+        let rows = state.independent(modes);
+        let step = late.then(|| Self::in_units(&rows, state, modes, self.order, LATE * self.unit));
         step.flatten().filter(Self::is_finite)
     }
 
@@ -519,7 +541,13 @@ impl Step {
         last(&self.omega) && self.v.iter().all(last) && self.tracks.iter().all(forces)
     }
 
-    fn in_units(state: &Stance, modes: &[Mode], order: usize, unit: f64) -> Option<Self> {
+    fn in_units(
+        independent: &[Row],
+        state: &Stance,
+        modes: &[Mode],
+        order: usize,
+        unit: f64,
+    ) -> Option<Self> {
         let pull = Vector2::new(0.0, -state.gravity * unit * unit);
         let mut tracks: Vec<Track> = (0..state.points.len())
             .map(|i| {
@@ -541,7 +569,7 @@ impl Step {
                 }
             })
             .collect();
-        let parallel = state.parallel(modes);
+        let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
         let spin = if level { 0.0 } else { state.spin.omega };
         let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
@@ -550,8 +578,7 @@ impl Step {
         let mut square = ZERO; // ω², as far as it bends the paths of the contact points
 
         // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
-        let unknowns: SmallVec<[Unknown; 3]> =
-            state.independent(modes).iter().map(|row| row.unknown).collect();
+        let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
             if u.tangential { p.tangent } else { p.normal }
@@ -827,6 +854,13 @@ impl Step {
         (first.0 * self.unit, first.1)
     }
 
+    /// Acceleration of the gap of a contact after `t` (s), in m/s².
+    pub(crate) fn lift(&self, i: usize, t: f64) -> f64 {
+        let (t, u) = (t / self.unit, &self.tracks[i].u);
+        let slope = (1..self.order).rev().fold(0.0, |sum, k| sum * t + k as f64 * u[k]);
+        slope / (self.unit * self.unit)
+    }
+
     /// Time for which the series serve to the last digit, in s.
     pub(crate) fn reach(&self) -> f64 {
         self.reach * self.unit
@@ -914,7 +948,7 @@ impl Step {
                 }
                 back = Vector3::new(0.0, 0.0, back.z);
             }
-            let turn = match after.parallel(&modes) {
+            let turn = match after.parallel(&rows) {
                 Some([i, j]) => {
                     let apart = after.points[i].b - after.points[j].b;
                     after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart

@@ -157,6 +157,9 @@ enum Next {
     Slip(usize, Mode),
 }
 
+/// Roundings of the speeds of a body that the rates of its gaps have.
+const GRAZE: f64 = 16.0;
+
 /// Speed of the body, in units of those that count as none, below which it has stopped with one of its points: its speeds
 /// have come down together, to the rounding of the time at which they do.
 const STOPPED: f64 = 1e3;
@@ -392,6 +395,7 @@ impl<'a> ContactPhase<'a> {
             stance.hold(&self.word);
         }
         let mut cycle = Cycle::new(stance, &self.word);
+        let began = log.clock;
         let mut fresh = true;
         loop {
             note(stance, &self.word, log.clock, self.cause);
@@ -474,6 +478,12 @@ impl<'a> ContactPhase<'a> {
             *stance = step.at(stance, t);
             log.clock = log.clock.after(t);
             let counted = log.count_step();
+            let mut end = end;
+            if let StepEnd::Landing(i) = end
+                && stance.passes(i, step.lift(i, t), log.clock.since(began), self.size)
+            {
+                end = StepEnd::Reach;
+            }
             match end {
                 StepEnd::Landing(i) => {
                     for (j, p) in stance.points.iter_mut().enumerate() {
@@ -504,6 +514,20 @@ impl<'a> ContactPhase<'a> {
 }
 
 impl Stance {
+    /// Whether a contact that this acceleration (m/s²) takes off the ground turns round so little below it that its gap does not
+    /// tell, which has followed from the speeds of the body for a time (s): then it passes over the ground.
+    fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
+        let (v, omega) = (self.center.v.norm(), self.spin.omega);
+        let p = &mut self.points[i];
+        let depth = p.u * p.u / (2.0 * lift);
+        let rounding = f64::EPSILON * size.min(GRAZE * time * (v + (p.b * omega).abs()));
+        let passes = lift > 0.0 && depth <= rounding;
+        if passes {
+            p.h += 2.0 * depth;
+        }
+        passes
+    }
+
     /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
     fn only(&self, word: &[Mode]) -> Option<usize> {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);

@@ -178,13 +178,11 @@ impl Step {
 
     /// Whether a row does not vanish that the word says does: one of those that followed from the others.
     fn parts(&self, state: &Stance, word: &[Mode]) -> bool {
-        let held = state.independent(word);
-        let follows = |row: &&Row| held.iter().all(|other| other.unknown != row.unknown);
         let departs = |row: &Row| {
             let Unknown { contact, tangential } = row.unknown;
             self.departs(state, contact, tangential, NEXT).is_some()
         };
-        state.rows(word).iter().filter(follows).any(departs)
+        state.rows(word).iter().any(departs)
     }
 
     /// Whether the body goes on in this word: it keeps what it holds, and what it does not hold, or no more, moves as its
