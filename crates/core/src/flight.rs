@@ -73,6 +73,9 @@ const MANY_TURNS: f64 = 1e6;
 /// Turns that may follow those that are skipped then; with more it only grazes the ground within rounding.
 const GRAZING_TURNS: usize = 32;
 
+/// Roundings of a difference.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
 /// Lowest gap of a turn, relative to its terms, that is rounding.
 const GRAZE: f64 = 8.0 * f64::EPSILON;
 
@@ -319,9 +322,11 @@ impl Arc {
     /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.
     fn horizon(&self) -> f64 {
         let arm = libm::hypot(self.b, self.c);
-        // h(t) = [h − c + …] + (u − ωb) t − g t²/2 + |d|·(…): bounded by |d| around its mean.
-        let drift = self.u - self.omega * self.b;
-        let height = self.h - self.c + arm;
+        // h(t) = [h − c + …] + (u − ωb) t − g t²/2 + |d|·(…): bounded by |d| around its mean. The two may cancel.
+        let turning = self.omega * self.b;
+        let drift = self.u - turning + ROUNDED * (self.u.abs() + turning.abs());
+        let over = if self.c > 0.0 { self.b * self.b / (arm + self.c) } else { arm - self.c };
+        let height = self.h + over;
         if self.g > 0.0 {
             parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + 1e-9) + f64::MIN_POSITIVE
         } else if self.omega == 0.0 {
@@ -414,6 +419,21 @@ mod tests {
         assert!((t - libm::acos(-0.5) / 300.0).abs() < 1e-17, "{t}");
         let high = Arc { h: 2.5, ..arc };
         assert_eq!(high.touchdown(), None);
+    }
+
+    #[test]
+    fn a_foot_above_the_centre_lands_at_once() {
+        // What bounds its gap is the gap itself, which is far less than the arm.
+        for b in [0.0, 4e-16, -1e-9, 1e-6] {
+            for h in [1e-4, 1e-9, 6.5e-13, 1e-30, 1e-200] {
+                for (u, omega) in [(-0.2265, 5.97), (-1e-3, -40.0), (-3.0, 1e3)] {
+                    let arc = Arc { h, u, g: 9.81, b, c: 1.0, omega };
+                    let t = arc.touchdown().unwrap();
+                    let fall = parabola_touchdown(h, u, arc.effective_gravity());
+                    assert!((t / fall - 1.0).abs() < 1e-4, "{arc:?}: {t} {fall}");
+                }
+            }
+        }
     }
 
     #[test]

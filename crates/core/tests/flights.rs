@@ -5,6 +5,8 @@
 //! A = g + |d|ω² bounds |ḧ|. A gap below zero, by more than the rounding of the checker, before the
 //! touchdown that the solver found is a missed collision.
 
+use std::f64::consts::{PI, TAU};
+
 use standfast::Arc;
 
 /// Splitmix64: a fixed sequence, the same on every machine.
@@ -35,7 +37,12 @@ impl Random {
 
 /// A gap in flight: any spin from none to hundreds of times the concave limit, near or leaving the ground.
 fn draw(random: &mut Random) -> Arc {
-    let angle = random.between(0.0, std::f64::consts::TAU);
+    let angle = if random.next() < 0.1 {
+        // Right above the centre of mass, or below it.
+        random.sign() * random.decades(-17.0, -1.0) + PI * random.between(0.0, 2.0).floor()
+    } else {
+        random.between(0.0, TAU)
+    };
     let arm = random.decades(-1.0, 1.0);
     let g = if random.next() < 0.02 { 0.0 } else { random.decades(-1.0, 1.5) };
     // Angular velocity in units of the concave limit √(g/|d|).
@@ -47,7 +54,7 @@ fn draw(random: &mut Random) -> Arc {
     } else if random.next() < 0.3 {
         (0.0, random.decades(-6.0, 1.0))
     } else {
-        (arm * random.decades(-8.0, 0.5), random.sign() * random.decades(-4.0, 1.5))
+        (arm * random.decades(-16.0, 0.5), random.sign() * random.decades(-4.0, 1.5))
     };
     Arc { h, u, g, b: arm * angle.sin(), c: arm * angle.cos(), omega }
 }
@@ -85,7 +92,7 @@ fn fault(arc: &Arc) -> Option<String> {
         }
         None if arc.g > 0.0 => return Some("a falling body never lands".into()),
         // Without gravity: either it drifts away, or it repeats itself.
-        None => 3.0 * std::f64::consts::TAU / arc.omega.abs(),
+        None => 3.0 * TAU / arc.omega.abs(),
     };
     let mut t = 0.0;
     if arc.h == 0.0 {
