@@ -15,6 +15,9 @@ const ENERGY: f64 = 1e-9;
 
 /// Roundings of the places of points of the body, relative to [`ENERGY`].
 const EXACT: f64 = 1e-5;
+/// Steepest ground on which heights are looked at, and longest arms, in radii of gyration.
+const STEEP: f64 = 1e3;
+const LONG: f64 = 100.0;
 /// Rotation, in rad, and time, in s, up to which energies are compared.
 const TURNED: f64 = 1e6;
 const LATE: f64 = 1e18;
@@ -288,7 +291,9 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
     if run.model() == Model::Local && state.q.z.abs() > TURNED || run.elapsed() > LATE {
         return;
     }
+    let ground = run.posture().filter(|posture| run.model() == Model::Full && is_plain(posture));
     let (mut last, mut scale) = (f64::INFINITY, 0.0_f64);
+    let mut far = start.q.xy().norm();
     for t in times {
         let (Ok(energy), Ok(instant)) = (run.energy(t), run.at(t)) else { continue };
         // Of terms that may cancel, and of the place as a whole; a rotation has a rounding that arms have from it,
@@ -297,6 +302,15 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
         let height = gravity * (instant.state.q.xy().norm() + body);
         let lever = run.posture().map_or(1.0, |p| p.size() / gyration_radius);
         let turned = instant.state.q.z.abs() * f64::EPSILON * lever / ENERGY;
+        if let Some(posture) = ground {
+            let gaps = posture.gaps(&instant.state.q);
+            far = far.max(instant.state.q.xy().norm());
+            let lowest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+            // The load is held by forces that have roundings of it.
+            let loaded = f64::EPSILON * gravity * run.elapsed() * run.elapsed();
+            let deep = lowest < -ENERGY * (posture.size() + far) * (1.0 + turned) - loaded;
+            assert!(!deep || gaps.contains(&f64::INFINITY), "gaps {gaps:?} at {t:?}: {}", told());
+        }
         let [x, y, omega] = instant.state.qdot.into();
         let squares = x * x + y * y + (gyration_radius * omega).powi(2);
         scale = scale.max(mass * (height + squares) * (1.0 + turned));
@@ -307,6 +321,18 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
         );
         last = energy;
     }
+}
+
+/// Whether heights have as many digits as places: ground that is not too steep, without ends that a contact could go round, and
+/// arms that are not too long.
+fn is_plain(posture: &Posture) -> bool {
+    let Fields { terrain, contacts, gyration_radius, .. } = posture.fields();
+    if posture.size() > LONG * gyration_radius {
+        return false;
+    }
+    let endless = contacts.iter().all(|k| k.segment == [f64::NEG_INFINITY, f64::INFINITY]);
+    let steep = |two: &[[f64; 2]]| (two[1][1] - two[0][1]).abs() > STEEP * (two[1][0] - two[0][0]);
+    endless && !terrain.windows(2).any(steep)
 }
 
 /// Contacts and what they are asked for.

@@ -62,14 +62,21 @@ impl General<'_> {
         if self.sum_up(i) {
             return self.stop_slow(0.0);
         }
-        let Some(impulse) = impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
+        let Some([p_t, mut p_n]) =
+            impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
         else {
             self.warnings.push(format!("the law of impact has no answer at contact {}", i + 1));
             return Some(Outcome::Inconsistent);
         };
         let before = self.rates();
+        let newton = restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge);
+        if newton {
+            // On long arms the parts of the impulse cancel: what is left of u⁺ + e u⁻ is taken from it.
+            p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
+        }
+        let impulse = [p_t, p_n];
         self.kick(i, impulse);
-        if restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge) {
+        if newton {
             let p = &mut self.state.points[i];
             p.u = -restitution * rate; // the law itself, not its rounding
             p.rounding.rate = restitution * (rounding.rate + f64::EPSILON * rate.abs());
