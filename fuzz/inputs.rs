@@ -308,7 +308,7 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
             let lowest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
             // The load is held by forces that have roundings of it.
             let loaded = f64::EPSILON * gravity * run.elapsed() * run.elapsed();
-            let deep = lowest < -ENERGY * (posture.size() + far) * (1.0 + turned) - loaded;
+            let deep = lowest < -ENERGY * (posture.size() + far) * (1.0 + 8.0 * turned) - loaded;
             assert!(!deep || gaps.contains(&f64::INFINITY), "gaps {gaps:?} at {t:?}: {}", told());
         }
         let [x, y, omega] = instant.state.qdot.into();

@@ -159,12 +159,15 @@ impl General<'_> {
         let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
+        // Rates of one body: those that are kept for each contact have roundings of their own, of faster motions.
+        let (v, omega) = (state.center.v, state.spin.omega);
+        let rate = |p: &Point| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
             // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
             sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
-            bias: (0..n).map(|i| [0.0, restitutions[i] * before[i].min(0.0)]).collect(),
+            bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
             free_acceleration: [state.center.v.x, state.center.v.y, state.spin.omega],
             level: Level::Impulse,
             ..state.fields(1.0) // impulses per unit mass
