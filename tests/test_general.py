@@ -413,3 +413,18 @@ def test_a_sum_of_rounds_can_be_looked_into():
     gaps, _ = run.gaps_at(since)
     assert gaps.min() >= 0
     assert gaps.min(axis=1).max() <= 1e-15
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.3, 0.5, 0.7])
+@pytest.mark.parametrize(
+    "feet",
+    [(-1, -0.75, -0.5, 0.1), (0.1, -0.5, -0.75, -1), (-1, -0.5, 0.1, 0.5, 0.8, 1)],
+)
+def test_feet_in_a_row_bounce_together_to_the_end(feet, restitution):
+    """However slow: t = sqrt(2h/g) (1 + e)/(1 - e)."""
+    contacts = [sf.Contact((x, 0)) for x in feet]
+    for height in (0.1, 0.2, 1.0, 3.0):
+        body = sf.Posture(1.0, 0.5, (0.05, 0.5), contacts, restitution, 9.81)
+        run = sf.simulate(body, (0, height, 0), (0, 0, 0))
+        rest = np.sqrt(2 * height / 9.81) * (1 + restitution) / (1 - restitution)
+        assert (run.outcome, run.elapsed) == ("rest", pytest.approx(rest, rel=1e-13))

@@ -85,6 +85,31 @@ def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground()
     assert wedged > 10
 
 
+def test_feet_that_come_to_vertices_at_once_collide_at_once():
+    ground = [(-2, 0.5), (-1, 0), (-0.5, 0.5), (0, 0), (0.5, 0.5), (1, 0), (1.5, 0.5), (2, 0), (3, 1)]  # fmt: skip
+    feet = [sf.Contact((x, 0.25)) for x in (-0.25, 0.75)]
+    ends = {}
+    for order in (feet, feet[::-1]):
+        body = sf.Posture(1.0, 0.5, (0.5625, 0.5), order, 0.5, 8.0, terrain=ground)
+        for policy in ("newton", "first-contact-first", "last-contact-first"):
+            run = sf.simulate(
+                body, (0, 0, 0), (0, 0, 0), model="full", time_limit=0.5, simultaneous=policy
+            )  # fmt: skip
+            assert "contacts 1, 2 collided at the same instant" in run.warnings[0]
+            first = run.impacts[0]
+            # Down a slope of 45° for .25 m on both feet: a = g/√2.
+            assert first["elapsed"] == pytest.approx(0.5 / math.sqrt(2), rel=1e-15)
+            ends[policy, order is feet] = run.q
+    for one, other in (
+        ("newton", "newton"),
+        ("first-contact-first", "last-contact-first"),
+        ("last-contact-first", "first-contact-first"),
+    ):
+        assert ends[one, True] == pytest.approx(ends[other, False], abs=1e-13)
+    sequence = ends["first-contact-first", True] - ends["last-contact-first", True]
+    assert abs(sequence).max() > 0.1
+
+
 def test_off_a_table_onto_the_floor():
     posture = particle([(-5, 0), (0, 0), (1e-9, -2), (9, -2)], -1, 0, friction=0.5)
     run = sf.simulate(posture, (0, 0, 0), (4, 0, 0))

@@ -353,7 +353,7 @@ impl<'a> General<'a> {
             PhaseEnd::Outcome(outcome) => Some(outcome),
             PhaseEnd::Free => self.fly(),
             PhaseEnd::Leave(i, side) => {
-                self.cross(i, side);
+                self.cross_together(i, side);
                 None
             }
             PhaseEnd::Landing(b) => self.round(b),

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::General;
 use crate::contact_motion::{Point, Rounding};
 use crate::terrain::Place;
-use crate::tolerance::TOUCH;
+use crate::tolerance::{SIMULTANEOUS, TOUCH};
 use crate::trajectory::{Cause, ContactNumber};
 
 /// Speed of a contact in a vertex of its terrain where nothing rubs, relative to the largest there has been, below which it
@@ -16,6 +16,26 @@ const WEDGED: f64 = 1e-14;
 const STEEP: f64 = 8.0;
 
 impl General<'_> {
+    /// Contact `i` crosses an end, and with it those that come to one of theirs at this instant, as far as rounding can tell.
+    pub(super) fn cross_together(&mut self, i: usize, side: usize) {
+        let first = self.state.points[i].place.contact;
+        self.cross(i, side);
+        for j in 0..self.posture.contacts().len() {
+            let Point { place, h, .. } = self.state.points[j];
+            if j == first || h > 0.0 || self.state.twin(j).is_some() {
+                continue;
+            }
+            let arm = self.state.points[j].arm().norm();
+            let rounding = SIMULTANEOUS * (self.state.center.r.norm() + arm + self.posture.size());
+            let comes =
+                |&side: &usize| place.sides[side] <= rounding && self.state.side(j, side).u < 0.0;
+            if let Some(side) = [0, 1].into_iter().find(comes) {
+                self.state.points[j].place.sides[side] = 0.0;
+                self.cross(j, side);
+            }
+        }
+    }
+
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it: the next piece is as high there,
     /// and the point moves on over it, or there is none, and it meets nothing any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {
