@@ -81,6 +81,9 @@ def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground()
             continue  # starts in the ground
         places, gaps = in_a_valley(run, feet, left, right)
         assert gaps.min() > -1e-12, (left, right, feet, q, qdot)
+        hit = run.impacts
+        rates = hit["rates_before"][np.arange(len(hit)), hit["index"]]
+        assert (rates < 0).all()
         wedged += run.outcome == "rest" and abs(places[:, -1]).min() < 1e-9
     assert wedged > 10
 

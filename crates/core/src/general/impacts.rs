@@ -83,7 +83,7 @@ impl General<'_> {
         }
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
-        self.write_down(owner, before, impulse);
+        self.write_down(i, before, rate, impulse);
         if self.state.points.len() == self.posture.contacts().len()
             && (self.wedge(i, 0) || self.wedge(i, 1))
         {
@@ -116,7 +116,7 @@ impl General<'_> {
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
         }
-        let before = self.rates();
+        let (before, rate) = (self.rates(), self.state.points[i].u);
         self.kick(i, impulse);
         if self.material(i).restitution == 0.0 {
             self.state.points[i].u = 0.0; // the end of compression, not its rounding
@@ -125,7 +125,7 @@ impl General<'_> {
         self.undecided = None;
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-        self.write_down(contact, before, impulse);
+        self.write_down(i, before, rate, impulse);
         true
     }
 
@@ -146,9 +146,19 @@ impl General<'_> {
         self.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
-    pub(super) fn write_down(&mut self, contact: usize, before: Vec<f64>, impulse: [f64; 2]) {
+    /// Point `i` has been hit, with this rate: of a contact in a vertex the one over the piece that hits it is told.
+    pub(super) fn write_down(
+        &mut self,
+        i: usize,
+        mut before: Vec<f64>,
+        rate: f64,
+        impulse: [f64; 2],
+    ) {
         if self.log.record {
-            let (clock, after) = (self.log.clock, self.rates());
+            let (clock, mut after) = (self.log.clock, self.rates());
+            let Point { place, u, .. } = self.state.points[i];
+            let contact = place.contact;
+            (before[contact], after[contact]) = (rate, u);
             self.collisions.push(Struck { clock, contact, before, after, impulse });
         }
     }
@@ -186,7 +196,7 @@ impl General<'_> {
             self.log.hits += 1;
             let contact = self.state.points[i].place.contact;
             self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-            self.write_down(contact, listed.clone(), [0.0, force[1]]);
+            self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
         }
         self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
     }
