@@ -852,3 +852,21 @@ def test_a_slope_of_no_account_changes_nothing(slope):
     level, run = tipped(0.0), tipped(slope)
     assert (run.outcome, words(run)[:-1]) == ("rest", words(level)[:-1])
     assert run.time == pytest.approx(level.time, rel=1e-9)
+
+
+def test_a_swing_of_which_half_is_done_is_not_without_end():
+    """Its other half leads to a landing of the other foot: with a time limit or without, the same."""
+    feet = [sf.Contact((-0.58, 0), friction=1), sf.Contact((-0.52, 0), friction=1)]
+    body = sf.Posture(1.0, 0.95, (-0.97, 1.2), feet, 0.0, 9.81)
+    start = (-0.49, 0.06, 0), (-1.6, 0, -1.88)
+    timed = sf.simulate(body, *start, model="full", time_limit=6.0)
+    run = sf.simulate(body, *start, model="full", event_limit=3000)
+    assert run.elapsed > 6
+    early = run.impacts["elapsed"] < 6
+    assert run.impacts["elapsed"][early].tolist() == timed.impacts["elapsed"].tolist()
+    assert (timed.impacts["elapsed"] > 3.4).any()
+    # One foot on a slope: it lifts off in the other half.
+    foot = [sf.Contact((-0.958, 0.0), slope=-0.6178, friction=1.3277)]
+    body = sf.Posture(1.0, 0.4991, (-0.7827, 1.6407), foot, 0.0, 9.81)
+    run = sf.simulate(body, (0, 0, 0), (-0.8187, 0, -0.1851), model="full")
+    assert run.elapsed > 2

@@ -116,6 +116,8 @@ pub(crate) struct ContactPhase<'a> {
     still: f64,
     /// The largest such speed of a contact that friction then held, in m/s.
     pub(crate) dropped: f64,
+    /// How often the body has turned back in this phase.
+    turns: usize,
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
@@ -188,6 +190,7 @@ impl<'a> ContactPhase<'a> {
             size: posture.size(),
             still,
             dropped: 0.0,
+            turns: 0,
             brief,
             options,
             word: PerContact::new(),
@@ -260,7 +263,7 @@ impl<'a> ContactPhase<'a> {
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
-            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+            if let Some(now) = Swing::begins(&self.stance, &self.word, last, self.turns) {
                 if swings.iter().any(|before| before.encloses(&now)) && log.end == f64::INFINITY {
                     self.acceleration = Some(acceleration);
                     note(&self.stance, &self.word, log.clock, self.cause);
@@ -475,7 +478,9 @@ impl<'a> ContactPhase<'a> {
             if self.brief && t > LONG * log.clock.hi {
                 return Next::End(PhaseEnd::Thaw);
             }
+            let omega = stance.spin.omega;
             *stance = step.at(stance, t);
+            self.turns += usize::from(omega * stance.spin.omega < 0.0);
             log.clock = log.clock.after(t);
             let counted = log.count_step();
             let mut end = end;
@@ -627,32 +632,44 @@ struct Swing {
     /// Way in which it slid, and in which it turns.
     way: Mode,
     turns_left: bool,
+    /// Whether the centre of mass is on the left of it.
+    hangs_left: bool,
+    /// How often the body has turned back before.
+    turns: usize,
     /// Energy of the rotation about the contact, per unit mass.
     energy: f64,
 }
 
 impl Swing {
-    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
+    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>, turns: usize) -> Option<Self> {
         let contact = stance.only(word)?;
         let Some(Next::Stop(i, way)) = last else { return None };
         if i != contact || word[i] != Mode::Fixed {
             return None;
         }
         let (p, omega) = (&stance.points[contact], stance.spin.omega);
+        if p.place.sides != [f64::INFINITY; 2] {
+            return None; // it may slip to an end of its terrain
+        }
         // The centre of mass is at −(t b + n c) from the contact.
-        let height = -(p.tangent.y * p.b + p.normal.y * p.c);
+        let arm = p.arm();
+        let height = -arm.y;
         let inertia = p.b * p.b + p.c * p.c + stance.rho2;
         let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
-        Some(Self { contact, way, turns_left: omega > 0.0, energy })
+        let (turns_left, hangs_left) = (omega > 0.0, arm.x > 0.0);
+        Some(Self { contact, way, turns_left, hangs_left, turns, energy })
     }
 
-    /// Whether a later swing has no more energy. The swing follows from its energy alone, so does the next one, and with
+    /// Whether a later swing, after one to and fro, has no more energy. The swing follows from its energy alone, so does the next one, and with
     /// less energy less happens: slips become smaller and smaller, and the swing without any is never left.
     fn encloses(&self, later: &Self) -> bool {
-        self.is_like(later) && later.energy <= self.energy + REPEATS * self.energy.abs()
+        let whole = later.turns >= self.turns + 2;
+        let less = later.energy <= self.energy + REPEATS * self.energy.abs();
+        self.is_like(later) && whole && less
     }
 
     fn is_like(&self, other: &Self) -> bool {
-        (self.contact, self.way, self.turns_left) == (other.contact, other.way, other.turns_left)
+        let begin = |swing: &Self| (swing.contact, swing.way, swing.turns_left, swing.hangs_left);
+        begin(self) == begin(other)
     }
 }
