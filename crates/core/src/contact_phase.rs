@@ -116,8 +116,8 @@ pub(crate) struct ContactPhase<'a> {
     still: f64,
     /// The largest such speed of a contact that friction then held, in m/s.
     pub(crate) dropped: f64,
-    /// How often the body has turned back in this phase.
-    turns: usize,
+    /// The least and the largest rotation in the last word, in rad.
+    turned: [f64; 2],
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
@@ -190,7 +190,7 @@ impl<'a> ContactPhase<'a> {
             size: posture.size(),
             still,
             dropped: 0.0,
-            turns: 0,
+            turned: [0.0; 2],
             brief,
             options,
             word: PerContact::new(),
@@ -263,8 +263,14 @@ impl<'a> ContactPhase<'a> {
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
-            if let Some(now) = Swing::begins(&self.stance, &self.word, last, self.turns) {
-                if swings.iter().any(|before| before.encloses(&now)) && log.end == f64::INFINITY {
+            for swing in &mut swings {
+                let [least, most] = swing.turned;
+                swing.turned = [least.min(self.turned[0]), most.max(self.turned[1])];
+            }
+            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+                if swings.iter().any(|before| before.encloses(&now, &self.stance))
+                    && log.end == f64::INFINITY
+                {
                     self.acceleration = Some(acceleration);
                     note(&self.stance, &self.word, log.clock, self.cause);
                     return PhaseEnd::Outcome(Outcome::Sliding);
@@ -397,6 +403,7 @@ impl<'a> ContactPhase<'a> {
         } else {
             stance.hold(&self.word);
         }
+        self.turned = [stance.spin.theta; 2];
         let mut cycle = Cycle::new(stance, &self.word);
         let began = log.clock;
         let mut fresh = true;
@@ -478,9 +485,9 @@ impl<'a> ContactPhase<'a> {
             if self.brief && t > LONG * log.clock.hi {
                 return Next::End(PhaseEnd::Thaw);
             }
-            let omega = stance.spin.omega;
             *stance = step.at(stance, t);
-            self.turns += usize::from(omega * stance.spin.omega < 0.0);
+            let [least, most] = self.turned;
+            self.turned = [least.min(stance.spin.theta), most.max(stance.spin.theta)];
             log.clock = log.clock.after(t);
             let counted = log.count_step();
             let mut end = end;
@@ -634,14 +641,14 @@ struct Swing {
     turns_left: bool,
     /// Whether the centre of mass is on the left of it.
     hangs_left: bool,
-    /// How often the body has turned back before.
-    turns: usize,
+    /// The least and the largest rotation since, in rad.
+    turned: [f64; 2],
     /// Energy of the rotation about the contact, per unit mass.
     energy: f64,
 }
 
 impl Swing {
-    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>, turns: usize) -> Option<Self> {
+    fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
         let contact = stance.only(word)?;
         let Some(Next::Stop(i, way)) = last else { return None };
         if i != contact || word[i] != Mode::Fixed {
@@ -657,15 +664,21 @@ impl Swing {
         let inertia = p.b * p.b + p.c * p.c + stance.rho2;
         let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
         let (turns_left, hangs_left) = (omega > 0.0, arm.x > 0.0);
-        Some(Self { contact, way, turns_left, hangs_left, turns, energy })
+        let turned = [stance.spin.theta; 2];
+        Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
 
-    /// Whether a later swing, after one to and fro, has no more energy. The swing follows from its energy alone, so does the next one, and with
+    /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The swing follows from its energy alone, so does the next one, and with
     /// less energy less happens: slips become smaller and smaller, and the swing without any is never left.
-    fn encloses(&self, later: &Self) -> bool {
-        let whole = later.turns >= self.turns + 2;
+    fn encloses(&self, later: &Self, stance: &Stance) -> bool {
         let less = later.energy <= self.energy + REPEATS * self.energy.abs();
-        self.is_like(later) && whole && less
+        let arm = stance.points[self.contact].arm();
+        let bounds = |theta: f64| {
+            let (sin, cos) = libm::sincos(theta - stance.spin.theta);
+            let height = -(arm.x * sin + arm.y * cos);
+            stance.gravity * height >= later.energy - REPEATS * later.energy.abs()
+        };
+        self.is_like(later) && less && self.turned.into_iter().all(bounds)
     }
 
     fn is_like(&self, other: &Self) -> bool {
