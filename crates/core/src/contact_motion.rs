@@ -529,8 +529,9 @@ impl Step {
     /// then may have fallen below all numbers; `None` where they do not.
     pub(crate) fn longer(&self, state: &Stance, modes: &[Mode], t: f64) -> Option<Self> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
-        let rows = state.independent(modes);
-        let step = late.then(|| Self::in_units(&rows, state, modes, self.order, LATE * self.unit));
+        let rows = || state.independent(modes);
+        let step =
+            late.then(|| Self::in_units(&rows(), state, modes, self.order, LATE * self.unit));
         step.flatten().filter(Self::is_finite)
     }
 

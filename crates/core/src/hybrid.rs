@@ -511,7 +511,7 @@ impl<'a> Driver<'a> {
         if !in_step
             || model.e[0] != model.e[1]
             || !(self.log.clock.hi + t <= self.log.end)
-            || turns && !self.tumble.as_ref().is_none_or(|state| state.keeps_step(t, &self.log))
+            || turns && self.tumble.is_some_and(|state| !state.keeps_step(t, &self.log))
         {
             return None;
         }

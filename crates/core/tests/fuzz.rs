@@ -143,46 +143,21 @@ fn campaign(name: &str, target: Target) {
     println!("{name}: {count} inputs, 0 findings, slowest {:.2} s", slowest.as_secs_f64());
 }
 
-#[test]
-fn scenes() {
-    all("scene", inputs::scene);
+macro_rules! targets {
+    ($($name:ident),*) => {$(
+        mod $name {
+            #[test]
+            fn corpus_and_random_bytes() {
+                super::all(stringify!($name), super::inputs::$name);
+            }
+
+            #[test]
+            #[ignore = "a campaign: make mutate"]
+            fn mutated() {
+                super::campaign(stringify!($name), super::inputs::$name);
+            }
+        }
+    )*};
 }
 
-#[test]
-fn motions() {
-    all("motion", inputs::motion);
-}
-
-#[test]
-fn modes() {
-    all("modes", inputs::modes);
-}
-
-#[test]
-fn standing() {
-    all("standing", inputs::standing);
-}
-
-#[test]
-#[ignore = "a campaign"]
-fn mutated_scenes() {
-    campaign("scene", inputs::scene);
-}
-
-#[test]
-#[ignore = "a campaign"]
-fn mutated_motions() {
-    campaign("motion", inputs::motion);
-}
-
-#[test]
-#[ignore = "a campaign"]
-fn mutated_modes() {
-    campaign("modes", inputs::modes);
-}
-
-#[test]
-#[ignore = "a campaign"]
-fn mutated_standing() {
-    campaign("standing", inputs::standing);
-}
+targets!(scene, motion, modes, standing);

@@ -111,7 +111,7 @@ pub(super) fn solve(
     }
     // The motion depends on the forces chosen if some of them change it, and keep every plane.
     let directions: Vec<Vector3<f64>> =
-        generators.iter().map(|g| g.direction.normalize()).collect(); // as long as friction is rough
+        generators.iter().map(|g| g.direction.normalize()).collect(); // their lengths grow with μ
     let kept = |direction: &Vector3<f64>| {
         let parts = independent.iter().map(|(row, _)| row * row.dot(direction));
         parts.fold(Vector3::zeros(), |sum, part| sum + part)
