@@ -606,3 +606,34 @@ def test_random_scenes_on_polylines_end():
             break
     print(f"\n{dict(outcomes)}, more than 1e5 events: {long}")
     assert len(long) <= LONG * SCENES
+
+
+def test_feet_at_one_point_bounce_into_a_vertex_as_one():
+    """Roundings part them in the end: one bounces off the piece on the right, the others off that on the left, and impacts
+    of 1e-15 m/s that no longer shrink have no sum."""
+    ends = []
+    for count in (1, 2, 3):
+        posture = sf.Posture(
+            1.0,
+            0.05191482843137255,
+            (-0.03155637254901977, 0.49211090686274506),
+            [sf.Contact((-0.03155637254901977, 0.0), friction=0.49211090686274506)]
+            * count,
+            0.396078431372549,
+            G,
+            terrain=[
+                (-0.7137254901960783, 0.6499387254901962),
+                (0.006387867647058823, -0.6980392156862745),
+                (1.0901960784313727, 0.0),
+            ],
+        )
+        start = (
+            (1.5318627450980392e-5, 0, 0),
+            (0.8351256127450981, 1e-9, 0.48030024509803926),
+        )
+        run = sf.simulate(posture, *start, stop="zeno")
+        assert run.outcome == "zeno"
+        times, _, _ = run.sample(1000)
+        assert np.diff(run.energy(times)).max() <= 1e-12
+        ends.append((run.time, *run.q, *run.qdot))
+    assert np.ptp(ends, axis=0) == pytest.approx(0, abs=1e-12)

@@ -21,6 +21,10 @@ const LISTED: usize = 64;
 /// Roundings in the changes of velocity between two impacts of a contact in one instant.
 const ROUNDINGS: f64 = 64.0;
 
+/// Error of a velocity from the rounding of the ratio by which impacts are summed, relative to the largest speed there has
+/// been, at most: half of the digits.
+const KNOWN: f64 = 1e-8;
+
 /// Impacts in one instant, without a flight between them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sequence {
@@ -107,6 +111,10 @@ impl General<'_> {
         let gyration = self.state.rho2.sqrt();
         let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
         if !(size(change - last * ratio) <= few * size(change)) {
+            return false;
+        }
+        // Rounds that are nothing but rounding do not shrink, and their sum were anything.
+        if !(few * (1.0 + sum) * sum * size(change) <= KNOWN * self.fastest) {
             return false;
         }
         let mut end = self.state.clone();
