@@ -8,7 +8,9 @@
 //! fewest first: the one that goes on keeps what it holds, its forces lie in their cones, and what it has let go moves
 //! as its letters say.
 
-use super::{Row, Stance, Step, Track, Unknown};
+use super::rows::{Row, Unknown};
+use super::step::Track;
+use super::{Stance, Step};
 use crate::contact::PerContact;
 use crate::modes::Mode;
 use crate::roots::ORDER;
