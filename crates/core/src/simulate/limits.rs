@@ -1,0 +1,192 @@
+//! What can be simulated: ranges of the numbers that a motion is computed with.
+
+use super::{Impact, Options, Start, Stop};
+use crate::error::{Error, LARGEST, in_range};
+use crate::impact::Simultaneous;
+use crate::modes::LONGEST_ARM;
+use crate::posture::Posture;
+
+/// Contacts that are hit in turn hand on products of three speeds: those that they land with, |u| + √(2gh), must keep them within
+/// the range of doubles until the speeds have shrunk by all digits of the time.
+pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
+    let speed = |(h, u, g): (f64, f64, f64)| {
+        u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
+    };
+    let fastest = starts.into_iter().map(speed).fold(0.0, f64::max);
+    in_range(
+        "largest speed of a first landing, |u| + sqrt(2 g h),",
+        fastest,
+        fastest == 0.0 || (1.0 / FASTEST_LANDING..=FASTEST_LANDING).contains(&fastest),
+        "0, or from 1e-80 to 1e80 m/s where there are several contacts",
+    )?;
+    Ok(())
+}
+
+/// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
+pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error> {
+    in_range(
+        field,
+        speed,
+        speed == 0.0 || speed >= 1.0 / LARGEST,
+        "0, or at least 1e-150, so that its square is a number",
+    )?;
+    let near = gravity == 0.0 || (speed / LARGEST) * (speed / LARGEST) <= gravity;
+    in_range(field, speed, near, "so slow that speed**2/gravity is a number: at most 1e300 m")?;
+    Ok(())
+}
+
+/// The way fallen until the time limit must be a number, as must that at the largest speed.
+pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
+    let t = options.end();
+    let limit = options.time_limit.unwrap_or(f64::INFINITY);
+    let near = t == f64::INFINITY || t <= LARGEST && gravity * t <= LARGEST * LARGEST / t;
+    in_range(
+        "time_limit",
+        limit,
+        near,
+        "inf, or so early that it and the way fallen until then are numbers: at most 1e150 s, gravity * time_limit**2 at most 1e300 m",
+    )?;
+    Ok(())
+}
+
+/// Speed of a landing, in m/s, beyond which products of three of them leave the range of doubles.
+const FASTEST_LANDING: f64 = 1e80;
+
+/// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
+const LONGEST: f64 = 1e75;
+
+/// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
+/// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
+const LONGEST_LEVER: f64 = 1e16;
+
+/// Largest radius of gyration, in distances of the farthest contact: speeds count as none by those of the body, ρω among them,
+/// and beyond that would be ones that a contact has.
+const HEAVIEST: f64 = 1e6;
+
+/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two. How they share a force depends
+/// on the square of their distance: four digits of it are left here, nearer ones would rub as roundings say.
+const NEAREST: f64 = 1e-6;
+
+/// Coefficient of friction up to which forces that are ties (1e-10 of the load) rub no more than a tenth of a thousandth of
+/// it: with more, a mode that presses by less than nothing would be driven by its friction.
+const ROUGHEST: f64 = 1e6;
+
+/// What is not solved yet is refused by name.
+pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
+    reachable(posture.fields().gravity, options)?;
+    if options.certify && !Start::is_pair(posture, options) {
+        return Err(Error::Unusable {
+            field: "certify".into(),
+            value: "true".into(),
+            allowed: "with one contact or two at different points, impact = \"newton\" and terrain without ends"
+                .into(),
+        });
+    }
+    let contacts = posture.contacts();
+    let together = options.simultaneous == Simultaneous::Newton;
+    if contacts.len() > 1 && options.impact != Impact::Newton && together {
+        return Err(Error::Unusable {
+            field: "simultaneous".into(),
+            value: "newton".into(),
+            allowed:
+                "first-contact-first or last-contact-first with a law of impact other than newton"
+                    .into(),
+        });
+    }
+    let fields = posture.fields();
+    let reach = posture.geometry().iter().map(|k| libm::hypot(k.b, k.c)).fold(0.0, f64::max);
+    in_range(
+        "gyration_radius over the distance of the farthest contact from center_of_mass",
+        fields.gyration_radius / reach,
+        reach == 0.0 || fields.gyration_radius <= HEAVIEST * reach,
+        "at most 1e6, or contacts at center_of_mass",
+    )?;
+    let flies = options.stop == Stop::Zeno && options.impact == Impact::Newton;
+    in_range(
+        "distance of the farthest contact from center_of_mass, or gyration_radius",
+        posture.size(),
+        flies || posture.size() <= LONGEST,
+        "at most 1e75 m beyond the first Zeno point, or with friction in impacts",
+    )?;
+    let (most, allowed) = if flies {
+        (LONGEST_LEVER, "at most 1e16")
+    } else {
+        (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts")
+    };
+    for (i, contact) in contacts.iter().enumerate() {
+        in_range(
+            format_args!("contacts.{}.friction", i + 1),
+            contact.friction,
+            contact.friction <= ROUGHEST,
+            "at most 1e6 for motion",
+        )?;
+    }
+    for (j, other) in posture.geometry().iter().enumerate() {
+        for (i, one) in posture.geometry()[..j].iter().enumerate() {
+            let apart = one.apart(other, posture.size());
+            in_range(
+                format_args!(
+                    "distance of contacts.{}.point from contacts.{}.point over the size of the body, or of their normals",
+                    j + 1,
+                    i + 1
+                ),
+                apart,
+                apart == 0.0 || apart >= NEAREST,
+                "0, or at least 1e-6",
+            )?;
+            let surface = |k: usize| {
+                let contact = contacts[k];
+                let restitution = posture.geometry()[k].restitution;
+                [contact.friction, restitution, contact.tangential_restitution]
+            };
+            // What friction holds between two pieces of ground that meet is not shared out in one way.
+            let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;
+            let corner = contacts[i].point == contacts[j].point && apart > 0.0 && rubs;
+            if corner || apart == 0.0 && surface(i) != surface(j) {
+                return Err(Error::Unusable {
+                    field: format!("contacts.{}.point", j + 1),
+                    value: format!("{:?}", contacts[j].point),
+                    allowed: format!(
+                        "another point than that of contacts.{}, or the same slope, friction and restitution (a corner is a terrain)",
+                        i + 1
+                    ),
+                });
+            }
+        }
+    }
+    if posture.size() > most * posture.fields().gyration_radius {
+        for (i, k) in posture.geometry().iter().enumerate() {
+            let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
+            in_range(
+                format_args!(
+                    "distance of contacts.{}.point from center_of_mass over gyration_radius",
+                    i + 1
+                ),
+                arm,
+                arm <= most,
+                allowed,
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Gaps within `touch` of zero are zero; deeper ones are refused.
+pub(super) fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> {
+    let mut warnings = Vec::new();
+    for (i, height) in gaps.iter_mut().enumerate() {
+        let gap = *height;
+        if gap < -touch || gap.is_nan() {
+            return Err(Error::Penetrating { contact: i + 1, gap, touch });
+        }
+        if gap < 0.0 {
+            *height = 0.0;
+            warnings.push(format!(
+                "contact {} starts {:?} m below the terrain, within rounding: taken as touching",
+                i + 1,
+                -gap
+            ));
+        }
+    }
+    Ok(warnings)
+}

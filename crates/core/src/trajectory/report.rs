@@ -1,0 +1,217 @@
+//! What a run tells: how it ends, its impacts, Zeno points and phases.
+
+use serde::{Serialize, Serializer};
+
+use crate::simulate::State;
+
+/// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContactNumber(usize);
+
+impl ContactNumber {
+    pub(crate) const fn of(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// From 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+
+    /// From 1.
+    #[must_use]
+    pub fn number(self) -> usize {
+        self.0 + 1
+    }
+}
+
+impl std::fmt::Display for ContactNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.number().fmt(f)
+    }
+}
+
+impl Serialize for ContactNumber {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.number().serialize(serializer)
+    }
+}
+
+/// How a run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Outcome {
+    /// All motion has ceased.
+    Rest,
+    /// The first Zeno point, where the run was asked to end.
+    Zeno,
+    /// The body leaves for ever, or left the neighbourhood asked for.
+    Escape,
+    /// The body slides on its contacts without end.
+    Sliding,
+    /// No contact mode is consistent: no motion with bounded forces obeys Coulomb's law (Painlevé).
+    Inconsistent,
+    /// Several contact modes are consistent: the law does not say how the motion goes on.
+    Ambiguous,
+    /// The time limit came first.
+    TimeLimit,
+    /// The event limit came first.
+    EventLimit,
+}
+
+impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Rest,
+        Self::Zeno,
+        Self::Escape,
+        Self::Sliding,
+        Self::Inconsistent,
+        Self::Ambiguous,
+        Self::TimeLimit,
+        Self::EventLimit,
+    ];
+
+    /// The outcome as the Python face and the files spell it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Zeno => "zeno",
+            Self::Escape => "escape",
+            Self::Sliding => "sliding",
+            Self::Inconsistent => "inconsistent",
+            Self::Ambiguous => "ambiguous",
+            Self::TimeLimit => "time-limit",
+            Self::EventLimit => "event-limit",
+        }
+    }
+}
+
+/// One collision that was simulated by itself.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImpactRecord {
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// The contact that is hit.
+    pub contact: ContactNumber,
+    /// Gap rates before, contact by contact, in m/s.
+    pub rates_before: Vec<f64>,
+    /// Gap rates after, contact by contact, in m/s.
+    pub rates_after: Vec<f64>,
+    /// Impulse (tangential, normal), in N s; NaN for a model without a mass.
+    pub impulse: [f64; 2],
+}
+
+/// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ZenoPoint {
+    /// "1-zeno", "2-zeno", …: how many contacts come to rest.
+    pub kind: String,
+    /// The contacts that come to rest.
+    pub contacts: Vec<ContactNumber>,
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s.
+    pub time_error: f64,
+    /// Configuration there; `None` for a model without a body.
+    pub q: Option<[f64; 3]>,
+    /// Velocity there.
+    pub qdot: Option<[f64; 3]>,
+    /// Rotation θ (rad) and angular velocity ω (rad/s) there.
+    pub rotation: [f64; 2],
+    /// Gaps there, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates there, in m/s.
+    pub gap_rates: Vec<f64>,
+    /// Whether the argument is a proof (within rounding), not an estimate.
+    pub certified: bool,
+    /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
+    pub method: &'static str,
+    /// Index of the first collision that was summed instead of simulated.
+    pub first_summed: usize,
+}
+
+/// A stretch of time with one contact mode.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Phase {
+    /// One letter a contact: S separate, F fixed, R or L sliding right or left (at the start of the phase).
+    pub mode: String,
+    /// On the clock, in s.
+    pub start: f64,
+    /// On the clock, in s.
+    pub end: f64,
+    /// The event at its start.
+    pub cause: Cause,
+}
+
+/// Why a phase begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The run starts.
+    Start,
+    /// A collision of this contact, or several.
+    Impact(ContactNumber),
+    /// Contacts have come to rest: see the Zeno points.
+    Zeno,
+    /// The force of this contact has come down to zero.
+    LiftOff(ContactNumber),
+    /// This contact has stopped sliding.
+    Stop(ContactNumber),
+    /// The force of this contact has reached the edge of its friction cone: it breaks loose.
+    Slip(ContactNumber),
+    /// This contact has come to the end of a piece of its terrain.
+    LeftSegment(ContactNumber),
+}
+
+impl Cause {
+    /// The cause as the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Impact(_) => "impact",
+            Self::Zeno => "zeno",
+            Self::LiftOff(_) => "lift-off",
+            Self::Stop(_) => "stop",
+            Self::Slip(_) => "slip",
+            Self::LeftSegment(_) => "left-segment",
+        }
+    }
+
+    /// The contact that it is about, if it is one.
+    #[must_use]
+    pub fn contact(self) -> Option<ContactNumber> {
+        match self {
+            Self::Start | Self::Zeno => None,
+            Self::Impact(contact)
+            | Self::LiftOff(contact)
+            | Self::Stop(contact)
+            | Self::Slip(contact)
+            | Self::LeftSegment(contact) => Some(contact),
+        }
+    }
+}
+
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_str().serialize(serializer)
+    }
+}
+
+/// The motion at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// q and q̇; without a body only θ and ω mean anything.
+    pub state: State,
+    /// Gaps, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates, in m/s.
+    pub rates: Vec<f64>,
+}
