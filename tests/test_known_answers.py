@@ -150,3 +150,16 @@ def test_a_rod_that_bounces_for_ages_comes_to_rest_where_it_is(loss):
     assert run.time == pytest.approx(fall * (2 - loss) / loss, rel=1e-14)
     assert run.outcome == "rest"
     assert max(map(abs, run.q)) < 1e-15
+
+
+@pytest.mark.parametrize("model", ["full", "local", "auto"])
+def test_a_rod_that_lands_flat_stays_flat(model):
+    """However slender: v = √(2gh) at t₁ = v/g, and bounces of both ends that last t₁ (1 + 2e/(1 − e)) in all."""
+    for k in range(1, 60):
+        rod = sf.Posture.rod(
+            half_length=1.0, gyration_radius=k / 60, restitution=0.1, gravity=10.0
+        )
+        run = sf.simulate(rod, (0, 0.2, 0), (0, 0, 0), model=model)
+        assert run.outcome == "rest"
+        assert run.time == pytest.approx(0.2 * 1.1 / 0.9, rel=1e-14)
+        assert abs(run.q[2]) <= 1e-12

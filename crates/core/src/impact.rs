@@ -48,11 +48,12 @@ pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> ([f64; 2], bo
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.share(need);
     let rounding = UNLOADED * need[0].max(need[1]);
-    let missed = need[1] - (jump[1] - model.psi[0] * jump[0]); // equal rows cannot meet different needs
-    if jump[0] >= -rounding && jump[1] >= -rounding && missed.abs() <= rounding {
+    let more = need[1] + model.psi[0] * need[0]; // what contact 2 needs beside the impulse that contact 1 does
+    let meets = !model.is_parallel() || more.abs() <= rounding; // equal rows cannot meet different needs
+    if jump[0] >= -rounding && jump[1] >= -rounding && meets {
         return (jump.map(|jump| jump.max(0.0)), true);
     }
-    let one = if need[1] + model.psi[0] * need[0] <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] };
+    let one = if more <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] };
     (one, false)
 }
 
@@ -142,6 +143,30 @@ mod tests {
         assert_eq!([u[1], u[0]], mirrored);
         let together = kicked(&m, [-1.0, -1.0], newton_together(&m, [-1.0, -1.0]).0);
         assert!((together[0] - 0.3).abs() < 1e-15 && (together[1] - 0.3).abs() < 1e-15);
+    }
+
+    /// u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, with couplings up to equal rows: where each contact alone leaves the other one too slow, both
+    /// are hit, and leave with −e u⁻.
+    #[test]
+    fn together_is_the_complementary_one() {
+        for k in 1..400 {
+            let psi = -1.0 + libm::pow(10.0, -f64::from(k) / 30.0);
+            for before in [[-2.0, -2.0], [-0.7, -0.71], [-1e-8, -1.1e-8], [-3.0, -1.0]] {
+                let m = model(0.1, psi);
+                let (jump, both) = newton_together(&m, before);
+                let after = kicked(&m, before, jump);
+                let need = before.map(|u| -1.1 * u);
+                let alone = [need[1] + psi * need[0] <= 0.0, need[0] + psi * need[1] <= 0.0];
+                assert_eq!(both, alone == [false; 2], "psi {psi}, {before:?}");
+                for i in 0..2 {
+                    let excess = after[i] + 0.1 * before[i];
+                    // The impulses are 1/(1 + ψ) times as large as the rates.
+                    let rounding = 1e-15 * (jump[0] + jump[1] - before[0]);
+                    assert!(excess >= -rounding && jump[i] >= 0.0);
+                    assert!(excess <= rounding || jump[i] == 0.0, "psi {psi}, {before:?}");
+                }
+            }
+        }
     }
 
     /// Contact 1 rests, contact 2 lands with speed 1: with cos f = P/(2√e) there are n = ⌈π/f⌉ − 1

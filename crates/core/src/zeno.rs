@@ -67,15 +67,20 @@ pub(crate) struct ClatterTail {
 /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
 /// equations then hold to rounding however close to parallel they are.
 pub(crate) fn share(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
-    let determinant = 1.0 - psi[0] * psi[1];
-    if determinant <= PARALLEL {
+    if is_parallel(psi) {
         return [y[0], 0.0];
     }
+    let determinant = 1.0 - psi[0] * psi[1];
     let (i, j) = if psi[0].abs() <= psi[1].abs() { (0, 1) } else { (1, 0) };
     let mut x = [0.0; 2];
     x[j] = (y[j] + psi[i] * y[i]) / determinant;
     x[i] = y[i] + psi[j] * x[j];
     x
+}
+
+/// Whether the rows of two contacts are equal, to rounding.
+fn is_parallel(psi: [f64; 2]) -> bool {
+    1.0 - psi[0] * psi[1] <= PARALLEL
 }
 
 impl Frozen {
@@ -202,6 +207,11 @@ impl Frozen {
     /// Gravity g_i + ψ_jg_j into the terrain i while the other contact is held, in m/s².
     pub(crate) fn held_gravity(&self, i: usize) -> f64 {
         self.g[i] + self.psi[1 - i] * self.g[1 - i]
+    }
+
+    /// Whether the rows of the contacts are equal, to rounding.
+    pub(crate) fn is_parallel(&self) -> bool {
+        is_parallel(self.psi)
     }
 
     /// [`share`] with these couplings.
