@@ -179,3 +179,19 @@ def test_a_limit_that_comes_first_is_kept():
             for model in ("auto", "full")
         )
         assert auto.outcome == full.outcome, limit
+
+
+def test_a_body_that_rests_on_one_foot_is_not_local():
+    """Its centre of mass is right above foot 1: linearised, any rotation rests there; turned by 1e-9 rad it tips over."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.3,
+        center_of_mass=(0, 0.5),
+        restitution=0.5,
+        gravity=10.0,
+        contacts=[sf.Contact((x, 0), friction=0.5) for x in (0, 1)],
+    )
+    run = sf.simulate(posture, (0, 1e-5, 1e-9), (0, 0, 0))
+    assert (run.model, run.outcome) == ("full", "rest")
+    assert "tips over" in run.model_reason
+    assert run.q[2] == pytest.approx(math.pi)

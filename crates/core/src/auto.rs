@@ -139,6 +139,8 @@ const MODES: Lost = "the local model was tried: the full one may go on in other 
 const TURNS: Lost = "the local model was tried: the body turns too far";
 const MANY: Lost = "the local model was tried: it has too many events to follow them for less than the full model costs";
 const ENDS: Lost = "the local model was tried: its error is not known where a motion goes on for ever or a limit cuts it";
+const TIPS: Lost =
+    "the local model was tried: it comes to rest on one contact, where a body that turns tips over";
 
 /// The local run at an event, and what its shadow is off at the same event.
 struct Shadow<'a> {
@@ -191,6 +193,7 @@ pub(crate) fn error(
     match record.outcome {
         Outcome::EventLimit => return Err(MANY),
         _ if record.hits > MOST_COLLISIONS => return Err(MANY),
+        Outcome::Rest if record.end.gaps.h.iter().any(|h| *h > 0.0) => return Err(TIPS),
         Outcome::Rest | Outcome::Zeno => {}
         Outcome::TimeLimit if options.stop == Stop::Time => {}
         // Two contacts on level ground slide on as they do now; other motions change their minds.
