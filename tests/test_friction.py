@@ -870,3 +870,42 @@ def test_a_swing_of_which_half_is_done_is_not_without_end():
     body = sf.Posture(1.0, 0.4991, (-0.7827, 1.6407), foot, 0.0, 9.81)
     run = sf.simulate(body, (0, 0, 0), (-0.8187, 0, -0.1851), model="full")
     assert run.elapsed > 2
+
+
+def test_a_swing_about_a_fixed_foot_is_no_flight():
+    """It begins in the last moments of a clattering, for which the geometry is frozen: there the other foot flies for ever."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.7,
+        center_of_mass=(1.05, 0.6),
+        restitution=0.0,
+        gravity=10.0,
+        contacts=[
+            sf.Contact((-1, 0), slope=0.1, friction=1.0, restitution=0.5),
+            sf.Contact((1, 0), slope=-0.1, friction=1.0, restitution=0.2),
+        ],
+    )
+    start = (0, 0.02, -0.01), (0, 0, 0)
+    run = sf.simulate(posture, *start)
+    assert (run.outcome, run.phases[-1].mode) == ("sliding", "SF")
+    later = sf.simulate(posture, *start, time_limit=1000.0, stop="time")
+    assert (later.outcome, later.phases[-1].mode) == ("time-limit", "SF")
+    assert not (later.impacts["time"] > run.time).any()
+
+
+def test_a_body_that_turns_while_it_slides_slides():
+    """Without friction, downhill on one foot, over and over: it leaves the ground of the other one, but not its own."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.862439166683181,
+        center_of_mass=(0.44903228794343564, 0.4936859085775866),
+        restitution=0.3,
+        gravity=10.0,
+        contacts=[
+            sf.Contact((0.5001321757241988, 0), slope=0.13451846301705067),
+            sf.Contact((0.31560408244439775, 0), slope=0.24593206609258927),
+        ],
+    )
+    run = sf.simulate(posture, (0, 0.02, 0.0003242), (0, 0, 0))
+    assert (run.outcome, run.phases[-1].mode) == ("sliding", "LS")
+    assert abs(run.q[2]) > math.pi

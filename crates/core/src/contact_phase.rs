@@ -466,6 +466,9 @@ impl<'a> ContactPhase<'a> {
             }
             let Some((step, t, mut end)) = found else { return outcome(Outcome::Inconsistent) };
             acceleration = step.acceleration();
+            if self.brief && t > LONG * log.clock.hi {
+                return Next::End(PhaseEnd::Thaw);
+            }
             let [ax, ay, _] = acceleration;
             let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
             // Beyond all bounds nothing ever happens, either.
@@ -474,16 +477,13 @@ impl<'a> ContactPhase<'a> {
                 || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
             {
                 self.acceleration = Some(acceleration);
-                // What flies while nothing ever happens flies away, if it does not turn around with the rest.
+                // Linearised, what flies while nothing ever happens flies away.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
-                return outcome(if closed || cycle.turns > 0 {
+                return outcome(if closed || stance.frozen.is_none() {
                     Outcome::Sliding
                 } else {
                     Outcome::Escape
                 });
-            }
-            if self.brief && t > LONG * log.clock.hi {
-                return Next::End(PhaseEnd::Thaw);
             }
             *stance = step.at(stance, t);
             let [least, most] = self.turned;
