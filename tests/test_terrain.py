@@ -637,3 +637,32 @@ def test_feet_at_one_point_bounce_into_a_vertex_as_one():
         assert np.diff(run.energy(times)).max() <= 1e-12
         ends.append((run.time, *run.q, *run.qdot))
     assert np.ptp(ends, axis=0) == pytest.approx(0, abs=1e-12)
+
+
+def test_a_foot_that_spins_out_of_a_vertex_leaves_it():
+    """Plastic impacts on both pieces bring the foot to a stop in the vertex; the body turns at 5 rad/s, ω² times the height of
+    the foot above its centre of mass is more than g, and it is drawn out of the vertex at once."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.7,
+        center_of_mass=(0.3, 1.0),
+        restitution=0.0,
+        gravity=10.0,
+        contacts=[sf.Contact((-0.5, 0.6))],
+        terrain=[(-20, 24), (0, 0), (20, 16)],
+    )
+    start = (-0.5, 1, -0.1), (-6, 2, 0)
+    run = sf.simulate(posture, *start, time_limit=3.0, event_limit=3000)
+    assert run.outcome == "time-limit"
+    first = run.impacts["time"] < 1.59
+    stop = run.impacts["time"][first][-1]
+    q, (vx, vy, omega) = run.at(stop)
+    arm = np.array([-0.3, -1.0]) - q[:2]  # of the foot, in the vertex at (0, 0)
+    assert np.hypot(vx - omega * arm[1], vy + omega * arm[0]) < 1e-12
+    assert -arm[1] * omega**2 > 20
+    cos, sin = math.cos(0.01 * omega), math.sin(0.01 * omega)
+    turned = np.array([[cos, -sin], [sin, cos]]) @ arm
+    x, y = np.array([vx, vy]) * 0.01 - (0, 0.5 * 10 * 0.01**2) + turned - arm
+    above = y - (0.8 if x > 0 else -1.2) * x
+    cosine = 1 / math.hypot(1, 0.8 if x > 0 else 1.2)
+    assert run.gaps_at(stop + 0.01)[0][0] == pytest.approx(above * cosine, rel=1e-9)

@@ -115,10 +115,18 @@ impl General<'_> {
         if !(rises > 0.0 && near && square <= limit * limit) {
             return false;
         }
-        let p = &mut self.state.points[i];
+        let mut p = old;
         (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
+        let one = std::mem::replace(&mut self.state.points[i], p);
         let twin = Point { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
         self.state.points.push(twin);
+        // A body in flight that turns so fast that the contact is drawn off both pieces leaves at once.
+        let leaves = |k: usize| self.state.arc(k).effective_gravity() < 0.0;
+        if !self.resting.contains(&true) && leaves(i) && leaves(self.state.points.len() - 1) {
+            self.state.points.pop();
+            self.state.points[i] = one;
+            return false;
+        }
         self.resting.push(true);
         true
     }
