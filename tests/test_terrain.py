@@ -666,3 +666,33 @@ def test_a_foot_that_spins_out_of_a_vertex_leaves_it():
     above = y - (0.8 if x > 0 else -1.2) * x
     cosine = 1 / math.hypot(1, 0.8 if x > 0 else 1.2)
     assert run.gaps_at(stop + 0.01)[0][0] == pytest.approx(above * cosine, rel=1e-9)
+
+
+def test_plastic_landings_on_a_floor_and_on_a_terrain_are_the_same():
+    """A body that turns fast may be drawn off the ground at once, or be held by friction, or both (Painlevé): one and two
+    contacts are followed by another loop than those on a polyline, and find the same."""
+    rng = np.random.default_rng(4)
+    outcomes = []
+    for _ in range(400):
+        scene = {
+            "mass": 1.0,
+            "gyration_radius": rng.uniform(0.2, 1),
+            "center_of_mass": (rng.uniform(-0.5, 0.5), rng.uniform(0.2, 1.3)),
+            "restitution": 0.0,
+            "gravity": 10.0,
+            "contacts": [
+                sf.Contact((x, 0), friction=rng.choice([0, 0.5, 1, 2]))
+                for x in rng.uniform(-1, 1, rng.integers(1, 3))
+            ],
+        }
+        floors = (None, [(-50, 0), (50, 0)])
+        bodies = [sf.Posture(**scene, terrain=terrain) for terrain in floors]
+        q = (0, 0.5, rng.uniform(-0.4, 0.4))
+        qdot = (rng.uniform(-3, 3), 0, rng.uniform(-3, 3))
+        options = {"model": "full", "time_limit": 1.0}
+        one, other = (sf.simulate(body, q, qdot, **options) for body in bodies)
+        assert one.outcome == other.outcome
+        assert one.q == pytest.approx(other.q, abs=1e-9)
+        outcomes.append(one.outcome)
+    assert outcomes.count("ambiguous") > 10
+    assert outcomes.count("inconsistent") > 10

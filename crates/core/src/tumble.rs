@@ -257,7 +257,7 @@ impl Tumble {
         }
     }
 
-    /// Whether the tail that begins after an impact at `a` may be summed with frozen geometry.
+    /// How the flights after an impact at `a` end here, if they do: whether the tail may be summed with frozen geometry.
     fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<Halt> {
         let moment = Moment::of(self, log.clock);
         let near =
@@ -288,7 +288,11 @@ impl Tumble {
                 }
             }
         }
-        (near.brief && self.is_brief(gravity, log)).then_some(Halt::Freeze)
+        if near.brief && self.is_brief(gravity, log) {
+            return Some(Halt::Freeze);
+        }
+        // Drawn off the ground or not, a contact that the impact stops is not in flight: its mode is to be found.
+        (self.gaps.u[a] == 0.0).then_some(Halt::Tie)
     }
 
     /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less

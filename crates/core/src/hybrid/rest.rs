@@ -104,8 +104,13 @@ impl Driver<'_> {
         let mut phase = ContactPhase::new(&posture, stance, still, brief, &options, self.cause);
         phase.close(&mut rests[..count]);
         self.rounds.drop(phase.dropped);
-        // Rates can also come down to zero impact by impact, until there is no smaller number.
-        let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i]);
+        // Rates can also come down to zero impact by impact, until there is no smaller number. What the rotation takes off the
+        // ground has not come to rest.
+        let pulled = |i: usize| {
+            let state = self.tumble.as_ref();
+            state.is_none_or(|state| state.effective_gravity(i) >= 0.0)
+        };
+        let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i] && pulled(i));
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
             return Next::End(Outcome::Zeno);
         }
