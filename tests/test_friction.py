@@ -909,3 +909,23 @@ def test_a_body_that_turns_while_it_slides_slides():
     run = sf.simulate(posture, (0, 0.02, 0.0003242), (0, 0, 0))
     assert (run.outcome, run.phases[-1].mode) == ("sliding", "LS")
     assert abs(run.q[2]) > math.pi
+
+
+@pytest.mark.parametrize("restitutions", [(0.0, 0.9), (0.9, 0.0), (0.3, 0.8)])
+@pytest.mark.parametrize("spin", [0.0, 1e-14, -1e-12, 1e-11])
+def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
+    """v (cos β, sin β) is along the slope but for roundings, and a spin that is hardly more lands its feet in turn, as slowly
+    as the rounding of v: x = v t + ½ g sin β t² downhill."""
+    slope, speed = 0.24, -0.8
+    way = np.array([math.cos(slope), math.sin(slope)])
+    contacts = [
+        sf.Contact(tuple(x * way), slope=slope, restitution=e)
+        for x, e in zip((-0.5, 0.5), restitutions, strict=True)
+    ]
+    block = sf.Posture(1.0, 0.5, (-0.2, 0.47), contacts, 0.0, 10.0)
+    run = sf.simulate(
+        block, (0, 0, 0), (*speed * way, spin), time_limit=1.0, event_limit=20_000
+    )
+    assert (run.outcome, run.phases[-1].mode) == ("time-limit", "LL")
+    slid = run.q[:2] @ way
+    assert slid == pytest.approx(speed - 5 * math.sin(slope), abs=1e-9)

@@ -242,19 +242,24 @@ impl Driver<'_> {
     }
 
     /// Contact `b` lands while another is held: a round is over, and what all that come after it lead to may be known. A body
-    /// as slow as the rounding of its speeds comes to rest.
+    /// as slow as the rounding of its speeds comes to rest, a contact that lands as slowly to rest on the ground.
     fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = stance.state().qdot;
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let fastest = self.speed_scale();
-        if stance.gravity > 0.0 && left <= QUIET * fastest {
+        let (quiet, slow) =
+            (left <= QUIET * fastest, -stance.points[b].u <= f64::EPSILON * fastest);
+        if stance.gravity > 0.0 && (quiet || slow) {
             let mut end = stance.clone();
-            (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
             end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+            end.close(&[true; 2]);
+            if quiet {
+                (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
+            }
             self.leave(&end, self.local.then_some(self.frame().spin));
             self.rounds.forget();
-            let error = SEVERAL * left / stance.gravity;
+            let error = SEVERAL * if quiet { left } else { -stance.points[b].u } / stance.gravity;
             return self
                 .zeno_point([true; 2], Method::Mixed, false, error)
                 .then_some(Outcome::Zeno);
