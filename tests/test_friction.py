@@ -929,3 +929,16 @@ def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
     assert (run.outcome, run.phases[-1].mode) == ("time-limit", "LL")
     slid = run.q[:2] @ way
     assert slid == pytest.approx(speed - 5 * math.sin(slope), abs=1e-9)
+
+
+def test_a_run_goes_on_from_where_another_ended():
+    """While a rod slides on both ends, roundings of roundings are left of the rates of its gaps: 1e-85 m/s, and nothing that it
+    could land with. A gap of a rounding, 1e-18 m, takes 5e-10 s to fall through."""
+    for k in range(60):
+        rod = sf.Posture.rod(0.5, 0.1 + 0.005 * k, restitution=0.2, friction=0.1)
+        whole = sf.simulate(rod, (0, 0.011, 0.003), (2, 0, 0))
+        first = sf.simulate(rod, (0, 0.011, 0.003), (2, 0, 0), time_limit=0.49)
+        second = sf.simulate(rod, first.q, first.qdot, time=first.time)
+        assert (second.outcome, whole.outcome) == ("rest", "rest")
+        assert second.time == pytest.approx(whole.time, abs=1e-8)
+        assert second.q == pytest.approx(whole.q, abs=1e-8)

@@ -402,7 +402,7 @@ impl Start {
         let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
         returns("speed of qdot", speed, posture.fields().gravity)?;
         let turn = Turn::by(if local { 0.0 } else { state.q.z });
-        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) =
+        let (mut heights, mut rates): (PerContact<f64>, PerContact<f64>) =
             (0..posture.geometry().len())
                 .map(|i| {
                     let under = posture.under(i, &state.q, local);
@@ -416,6 +416,11 @@ impl Start {
                 })
                 .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        for (rate, _) in rates.iter_mut().zip(&heights).filter(|(_, height)| **height == 0.0) {
+            if rate.abs() <= NO_RATE * speed {
+                *rate = 0.0;
+            }
+        }
         if heights.len() > 1 {
             let gravity = posture.geometry().iter().map(|k| k.gravity);
             let starts = heights.iter().zip(&rates).zip(gravity);
@@ -581,6 +586,10 @@ impl LocalModel {
 
 /// Recorded events times contacts: 3 GB at most.
 const MOST_RECORDED: usize = 20_000_000;
+
+/// Rate of a contact that touches, relative to the speed of the body, that is none: what sliding leaves over where the
+/// roundings of a rounding are taken from it.
+const NO_RATE: f64 = f64::EPSILON * f64::EPSILON;
 
 /// Events after which a look into a sum is given up.
 const GLANCE: usize = 100_000;
