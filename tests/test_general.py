@@ -428,3 +428,29 @@ def test_feet_in_a_row_bounce_together_to_the_end(feet, restitution):
         run = sf.simulate(body, (0, height, 0), (0, 0, 0))
         rest = np.sqrt(2 * height / 9.81) * (1 + restitution) / (1 - restitution)
         assert (run.outcome, run.elapsed) == ("rest", pytest.approx(rest, rel=1e-13))
+
+
+def test_feet_in_one_line_land_together():
+    """A body that has come to rest on one of three feet in one line pivots about it until the other two land: at one instant,
+    whose rounding is that of the foot that has not been hit yet. By Newton's law for all of them at once the outer one alone is
+    hit, and 1e-14 m more of height change nothing."""
+    feet = [sf.Contact((x, 0.0)) for x in (-0.2, 0.3, 0.8)]
+    posture = body(
+        [],
+        contacts=feet,
+        gyration_radius=0.5,
+        center_of_mass=(0.4, 0.2),
+        restitution=0.5,
+        gravity=10.0,
+    )
+    ends = []
+    for height in (0.2, 0.20000000000001):
+        run = sf.simulate(posture, (0, height, -0.03), (0, 0, 0), model="full")
+        assert run.outcome == "rest"
+        late = run.impacts[run.impacts["time"] > 0.611]
+        assert late["index"][0] == 2
+        before, after = late["rates_before"][0], late["rates_after"][0]
+        assert before[0] == 0 and before[2] == pytest.approx(2 * before[1], rel=1e-9)
+        assert (after + 0.5 * before >= 0).all()
+        ends.append(run.time)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-12)

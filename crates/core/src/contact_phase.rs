@@ -497,8 +497,9 @@ impl<'a> ContactPhase<'a> {
             }
             match end {
                 StepEnd::Landing(i) => {
+                    let first = stance.points[i];
                     for (j, p) in stance.points.iter_mut().enumerate() {
-                        if j == i || self.word[j] == Mode::Separate && p.lands() {
+                        if j == i || self.word[j] == Mode::Separate && p.lands_with(&first) {
                             (p.h, p.u) = (0.0, p.u.min(0.0));
                         }
                     }

@@ -12,7 +12,8 @@ mod vertices;
 use slow::{Ripple, Sequence};
 
 use crate::clock::Clock;
-use crate::contact_motion::Stance;
+use crate::contact::PerContact;
+use crate::contact_motion::{Point, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::flight::{LOST_PHASE, is_lost};
 use crate::log::Log;
@@ -246,8 +247,11 @@ impl<'a> General<'a> {
             self.cross(i, side);
             return None;
         }
+        let now = |(p, landing): (&Point, &Option<f64>)| (*landing == Some(first)).then_some(*p);
+        let firsts: PerContact<Point> =
+            self.state.points.iter().zip(&landings).filter_map(now).collect();
         for (p, landing) in self.state.points.iter_mut().zip(landings) {
-            if landing == Some(first) || p.lands() {
+            if landing == Some(first) || firsts.iter().any(|first| p.lands_with(first)) {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }

@@ -13,6 +13,10 @@ use crate::trig::Turn;
 /// body's own motion add to all gaps, a few times as much.
 const SIMULTANEOUS: f64 = 16.0;
 
+/// Speed of one contact relative to that of another that lands, up to which they may be taken to land together: with it the
+/// gap grows that counts as none.
+const LEVER: f64 = 8.0;
+
 /// Time to the next zero of an arc.
 fn next(arc: &Arc) -> Option<f64> {
     if arc.omega == 0.0 {
@@ -23,9 +27,12 @@ fn next(arc: &Arc) -> Option<f64> {
 }
 
 impl Point {
-    /// Whether its gap is zero within its rounding, and closing: at this instant it lands, as the first contact does.
-    pub(crate) fn lands(&self) -> bool {
-        self.u < 0.0 && self.h <= SIMULTANEOUS * self.rounding.gap && self.h < f64::INFINITY
+    /// Whether its gap is closing, and zero within its rounding and what it closes by in the doubt of the instant at which
+    /// `first` lands, δh/|u| of that one: then they land together.
+    pub(crate) fn lands_with(&self, first: &Self) -> bool {
+        let doubt = first.rounding.gap * (self.u / first.u).abs().min(LEVER);
+        let known = self.rounding.gap + doubt;
+        self.u < 0.0 && self.h <= SIMULTANEOUS * known && self.h < f64::INFINITY
     }
 }
 
