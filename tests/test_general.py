@@ -450,7 +450,27 @@ def test_feet_in_one_line_land_together():
         late = run.impacts[run.impacts["time"] > 0.611]
         assert late["index"][0] == 2
         before, after = late["rates_before"][0], late["rates_after"][0]
-        assert before[0] == 0 and before[2] == pytest.approx(2 * before[1], rel=1e-9)
+        assert before[0] == 0
+        assert before[2] == pytest.approx(2 * before[1], rel=1e-9)
         assert (after + 0.5 * before >= 0).all()
         ends.append(run.time)
     assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+
+
+@pytest.mark.parametrize("slide", [0.0, 1.0, 100.0])
+@pytest.mark.parametrize("slow", [1e-3, 5e-10, 1e-11])
+def test_impacts_of_one_instant_do_not_depend_on_the_slide(slide, slow):
+    """Four feet in one line, e = (0, 0, ½, ½), hit with (0, ½, 5/4, 2) times a slow rate: P_3 = 0, and without friction no
+    speed along the ground is of any matter. u⁺ + e u⁻ is (0, ¼, 0, 0)."""
+    feet = [
+        sf.Contact((x, 0), restitution=e)
+        for x, e in zip((-1, -0.5, 0.25, 1), (0, 0, 0.5, 0.5), strict=True)
+    ]
+    posture = sf.Posture(1.0, 0.5, (0, 0.5), feet, 0.0, 10.0)
+    run = sf.simulate(
+        posture, (0, 0, 0), (slide, -slow, -slow), model="full", time_limit=1.0
+    )
+    first = run.impacts[run.impacts["time"] == 0.0][0]
+    assert first["rates_before"] / slow == pytest.approx([0, -0.5, -1.25, -2])
+    assert first["rates_after"] / slow == pytest.approx([0, 0.25, 0.625, 1], abs=1e-6)
+    assert run.outcome == ("rest" if slide == 0.0 else "time-limit")

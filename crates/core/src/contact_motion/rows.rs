@@ -136,6 +136,18 @@ impl Stance {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
+    /// The part of the velocity, (v, ω), that the rates of these contacts are made of. The rest, orthogonal to it in the metric of
+    /// the mass, none of them sees, and no force along their normals changes it.
+    pub(crate) fn seen(&self, contacts: &[bool]) -> [f64; 3] {
+        let rho = self.rho2.sqrt();
+        let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
+        let mode = |on: &bool| if *on { Mode::Right } else { Mode::Separate };
+        let modes: PerContact<_> = contacts.iter().map(mode).collect();
+        let along = |row: &Row| row.direction * row.direction.dot(&v);
+        let seen: Vector3<f64> = self.independent(&modes).iter().map(along).sum();
+        [seen.x, seen.y, seen.z / rho]
+    }
+
     /// Whether these contacts, closed, leave the body a single motion.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };

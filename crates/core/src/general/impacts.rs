@@ -173,12 +173,14 @@ impl General<'_> {
         let (v, omega) = (state.center.v, state.spin.omega);
         let rate = |p: &Point| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
+        let touching: Vec<bool> = state.points.iter().map(|p| p.h == 0.0).collect();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
             // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
             sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
             bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
-            free_acceleration: [state.center.v.x, state.center.v.y, state.spin.omega],
+            // Beside a fast slide, which nothing here depends on, slow landings would be ties.
+            free_acceleration: state.seen(&touching),
             level: Level::Impulse,
             ..state.fields(1.0) // impulses per unit mass
         });
