@@ -66,8 +66,9 @@ def draw(rng):
     start = rng.choice(["drop", "spin", "push", "rest"])
     q, qdot = np.zeros(3), np.zeros(3)
     if start in ("drop", "spin"):
-        q[2] = rng.uniform(-1, 1) * rng.choice([0.3, 3.0])
-        qdot = rng.normal(size=3) * (1, 1, 10 if start == "spin" else 2)
+        q[2] = rng.uniform(-1, 1) * rng.choice([0.0, 0.3, 3.0])
+        spin = {"spin": 10, "drop": 2 * (q[2] != 0)}[start]  # or it lands flat
+        qdot = rng.normal(size=3) * (1, 1, spin)
     elif start == "push":
         qdot = rng.normal(size=3) * (1, 0, rng.choice([0, 1]))
     body = Body(posture)
@@ -199,7 +200,7 @@ def flaws_between(body, run, mode, start, end, rng):
             yield f"{mode} at {t}: no forces explain it, by {miss}"
 
 
-def flaws_of_jump(body, run, t, step, law):
+def flaws_of_jump(body, run, t, step, options):
     """What an impact shows that none can: the change of velocity is a sum of impulses in the cones."""
     offsets = step * np.arange(1, 5)
     weights = np.array([4, -6, 4, -1])  # extrapolates cubics
@@ -210,6 +211,7 @@ def flaws_of_jump(body, run, t, step, law):
     speed = 1 + np.abs(before).max()
     if np.abs(q_before - q_after).max() > DIFFERENCE * (1 + np.abs(q).max()):
         yield f"impact at {t}: q jumps"
+    law = options["impact"]
     if law == "newton":  # its impulses have no friction
         edges = [n for i in range(len(body.arms)) for _, n in body.frames(i, q)]
     else:
@@ -218,6 +220,11 @@ def flaws_of_jump(body, run, t, step, law):
         yield f"impact at {t}: no impulses explain it"
     impacts = run.impacts[run.impacts["time"] == t]
     frames = [list(body.frames(m["index"], q)) for m in impacts]
+    if law == "newton" and "simultaneous" not in options:  # all that arrive are hit
+        rates, after_it = impacts[0]["rates_before"], impacts[0]["rates_after"]
+        slow = after_it + body.posture.restitution * rates < -JUMP * speed
+        for i in np.nonzero(slow & (rates < 0) & (run.gaps_at(t)[0] == 0))[0]:
+            yield f"impact at {t}: foot {i + 1} does not bounce"
     if law == "newton" and len(impacts) == 1 and len(frames[0]) == 1:
         ((_, normal),) = frames[0]
         e = body.posture.restitution
@@ -245,7 +252,7 @@ def flaws(posture, run, options, rng, seen):
         summed = any(abs(z - t) < ROUNDING for z in limits)
         if step > body.step / 20 and not summed and t in run.impacts["time"]:
             seen["impact"] += 1
-            yield from flaws_of_jump(body, run, t, step, options["impact"])
+            yield from flaws_of_jump(body, run, t, step, options)
     if run.outcome == "rest":
         q, qdot = run.at(run.time)
         if np.abs(qdot).max() > ROUNDING:
