@@ -137,14 +137,18 @@ impl Stance {
     }
 
     /// The part of the velocity, (v, ω), that the rates of these contacts are made of. The rest, orthogonal to it in the metric of
-    /// the mass, none of them sees, and no force along their normals changes it.
+    /// the mass, none of them sees, and no force along their normals changes it. All of it, to the last bit, where that is the
+    /// smaller part.
     pub(crate) fn seen(&self, contacts: &[bool]) -> [f64; 3] {
         let rho = self.rho2.sqrt();
         let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
         let mode = |on: &bool| if *on { Mode::Right } else { Mode::Separate };
         let modes: PerContact<_> = contacts.iter().map(mode).collect();
         let along = |row: &Row| row.direction * row.direction.dot(&v);
-        let seen: Vector3<f64> = self.independent(&modes).iter().map(along).sum();
+        let mut seen: Vector3<f64> = self.independent(&modes).iter().map(along).sum();
+        if seen.norm_squared() >= 0.5 * v.norm_squared() {
+            seen = v;
+        }
         [seen.x, seen.y, seen.z / rho]
     }
 
