@@ -696,3 +696,40 @@ def test_plastic_landings_on_a_floor_and_on_a_terrain_are_the_same():
         outcomes.append(one.outcome)
     assert outcomes.count("ambiguous") > 10
     assert outcomes.count("inconsistent") > 10
+
+
+def test_a_foot_over_a_vertex_is_over_one_piece():
+    """Come to a stop in the vertex, it takes off with 1e-15 m/s: on which side of the vertex, rounding tells each piece anew."""
+    scenes = [
+        (0.2, (-0.2, 1.4), [(-0.5, 0.3)], (-20, 12), (20, 16), (0.5, -0.1), (3, -6)),
+        (
+            0.5,
+            (0.1, 1.3),
+            [(-0.5, 0.55), (0.5, 0.4)],
+            (-20, 22),
+            (20, 16),
+            (-0.2, 0.4),
+            (5, 0),
+        ),
+    ]
+    for gyration, center, points, left, right, (x, theta), (slide, spin) in scenes:
+        posture = sf.Posture(
+            1.0,
+            gyration,
+            center,
+            [sf.Contact(point) for point in points],
+            0.0,
+            10.0,
+            terrain=[left, (0, 0), right],
+        )
+        fall = 0 if spin else 2
+        run = sf.simulate(
+            posture,
+            (x, 1, theta),
+            (slide, fall, spin),
+            time_limit=3.0,
+            event_limit=5000,
+        )
+        assert run.outcome == "time-limit"
+        times, _, _ = run.sample(500)
+        assert np.diff(run.energy(times)).max() <= 1e-12 * np.ptp(run.energy(times))

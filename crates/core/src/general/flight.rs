@@ -77,9 +77,14 @@ impl Stance {
     pub(super) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
-            let arc = self.side(i, side);
+            let mut arc = self.side(i, side);
             if arc.h == f64::INFINITY {
                 continue;
+            }
+            // At the end itself a rounding would send it to and fro between two pieces that each put it over the other one.
+            let terms = self.center.v.x.abs() + (arc.b * self.spin.omega).abs();
+            if arc.h == 0.0 && arc.u.abs() <= f64::EPSILON * terms {
+                arc.u = 0.0;
             }
             let outwards = arc.u < 0.0 || arc.u == 0.0 && arc.effective_gravity() > 0.0;
             let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
