@@ -942,3 +942,28 @@ def test_a_run_goes_on_from_where_another_ended():
         assert (second.outcome, whole.outcome) == ("rest", "rest")
         assert second.time == pytest.approx(whole.time, abs=1e-8)
         assert second.q == pytest.approx(whole.q, abs=1e-8)
+
+
+def test_a_foot_that_sticks_sticks_on():
+    """A body tips over its foot. The state on the way, rounded, has the foot 1e-21 m above the ground with 1e-18 m/s: it still
+    stands. In flight it would land a moment later with a slip, and jam."""
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.12,
+        center_of_mass=(-0.08, 0.88),
+        restitution=0.0,
+        gravity=10.0,
+        contacts=[sf.Contact((0, 0), friction=0.7)],
+    )
+    whole = sf.simulate(posture, (0, 0, 0), (0, 0, 0), time_limit=0.2)
+    assert whole.outcome == "time-limit"
+    went_on = 0
+    for k in range(1, 100):
+        first = sf.simulate(posture, (0, 0, 0), (0, 0, 0), time_limit=k / 1000)
+        second = sf.simulate(
+            posture, first.q, first.qdot, time=first.time, time_limit=0.2
+        )
+        went_on += second.outcome == "time-limit"
+        if second.outcome == "time-limit":
+            assert second.q == pytest.approx(whole.q, abs=1e-9)
+    assert went_on > 90

@@ -392,6 +392,18 @@ impl Geometry {
         ])
     }
 
+    /// Whether a contact touches and neither leaves nor lands, as far as the roundings of its q and q̇ can tell: its gap, not
+    /// below the ground, and its rate are within one of the terms that make them.
+    pub(crate) fn rests(&self, q: &Vector3<f64>, qdot: &Vector3<f64>, turn: &Turn) -> bool {
+        let (b, _) = self.turned(turn);
+        let place = (self.normal.x * q.x).abs() + (self.normal.y * q.y).abs();
+        let turned = (self.b * turn.sin).abs() + (self.c * turn.versed).abs();
+        let gap = f64::EPSILON * (place + turned + self.offset.abs());
+        let along = (self.normal.x * qdot.x).abs() + (self.normal.y * qdot.y).abs();
+        let rate = f64::EPSILON * (along + (b * qdot.z).abs());
+        (0.0..=gap).contains(&self.gap(q, turn)) && self.gap_rate(qdot, turn).abs() <= rate
+    }
+
     /// Gap of the local model, N_i·q with the rows frozen at q = 0.
     pub(crate) fn local_gap(&self, q: &Vector3<f64>) -> f64 {
         compensated_sum([

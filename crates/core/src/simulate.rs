@@ -409,6 +409,8 @@ impl Start {
                     let k = &under.geometry;
                     let (gap, rate) = if local {
                         (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                    } else if k.rests(&state.q, &state.qdot, &turn) {
+                        (0.0, 0.0)
                     } else {
                         (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
                     };
