@@ -40,7 +40,7 @@ pub(super) struct Cycle {
     /// Where ω changed its sign, the last three times.
     turned: [f64; 3],
     /// How often it has.
-    pub(super) turns: usize,
+    turns: usize,
 }
 
 /// Relative difference of the energies of two swings that are the same: a swing takes some twenty steps of a rounding each.
