@@ -29,11 +29,14 @@ DIFFERENCE, JUMP = 1e-6, 1e-5
 
 
 def draw(rng):
-    """A body over level ground, slopes, pieces of a line or a polyline: dropped, thrown, pushed or left alone."""
+    """A body over level ground, slopes, a segment or a polyline: dropped, thrown, pushed or left alone."""
     count = rng.choice([1, 2, 2, 3, 4])
     size = rng.choice([0.1, 1.0, 3.0])
     low = rng.random() < 0.5  # all feet on one line
-    points = size * rng.uniform([-0.5, -0.3], [0.5, 0.3], (count, 2)) * (1, not low)
+    wide = rng.choice([1.0, 1.0, 1e-2])  # or feet close together
+    points = (
+        size * wide * rng.uniform([-0.5, -0.3], [0.5, 0.3], (count, 2)) * (1, not low)
+    )
     kind = rng.choice(["level", "slopes", "segment", "polyline"])
     terrain, slopes = None, np.zeros(count)
     segment = (-math.inf, math.inf)
