@@ -149,7 +149,7 @@ IN_PYTHON = [
     (lambda: sf.simulate(None, **START), TypeError, "posture = None cannot be used: a Posture is needed"),
     (lambda: sf.simulate(ROD, (0, -1, 0), (0, 0, 0)), ValueError, "q puts contact 1 into the terrain: its gap -1.0 m is below -5e-13 m; allowed are gaps >= 0"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((x, 0)) for x in (0, 1e-10)]), **START), ValueError, "distance of contacts.2.point from contacts.1.point over the size of the body, or of their normals = 3.3333333333333337e-10 is outside its range: 0, or at least 1e-6"),
-    (lambda: sf.simulate(body(contacts=[sf.Contact((1, 0), friction=x) for x in (0, 1)]), **START), ValueError, "contacts.2.point = [1.0, 0.0] cannot be used: another point than that of contacts.1, or the same slope, friction and restitution (a corner is a terrain)"),
+    (lambda: sf.simulate(body(contacts=[sf.Contact((1, 0), friction=x) for x in (0, 1)]), **START), ValueError, "contacts.2.point = [1.0, 0.0] cannot be used: another point than that of contacts.1, or the same slope, segment, friction and restitution (a corner is a terrain)"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((x, 0), friction=2e6) for x in (0, 1)]), **START), ValueError, "contacts.1.friction = 2000000.0 is outside its range: at most 1e6 for motion"),
     (lambda: sf.simulate(ROD, **START, model="ful"), ValueError, 'model = "ful" cannot be used: one of `auto`, `local`, `full`'),
     (lambda: sf.simulate(ROD, **START, event_limit=1e6), TypeError, "event_limit = 1000000.0 cannot be used: an integer from 0 to 18446744073709551615 is needed"),

@@ -733,3 +733,99 @@ def test_a_foot_over_a_vertex_is_over_one_piece():
         assert run.outcome == "time-limit"
         times, _, _ = run.sample(500)
         assert np.diff(run.energy(times)).max() <= 1e-12 * np.ptp(run.energy(times))
+
+
+def test_a_foot_in_flight_right_above_a_vertex():
+    """Level with the centre of mass of a body that turns, it has no horizontal speed there, and leaves to one side for good: it is at
+    x = d (1 − cos ωt), y = y₀ + vt − gt²/2 − d sin ωt."""
+    rng = random.Random(3)
+    for _ in range(200):
+        d, spin = (rng.uniform(0.1, 0.5) * rng.choice([-1, 1]) for _ in range(2))
+        spin *= 10
+        rise, left, right = rng.uniform(-1, 1), rng.uniform(-1, 2), rng.uniform(-1, 2)
+        posture = sf.Posture(
+            1.0,
+            0.25,
+            (d, 0),
+            [sf.Contact((0, 0))],
+            0.5,
+            G,
+            terrain=[(-4, 4 * left), (0, 0), (4, 4 * right)],
+        )
+        run = sf.simulate(
+            posture,
+            (0, 0.25, 0),
+            (0, rise, spin),
+            model="full",
+            time_limit=2.0,
+            event_limit=100_000,
+        )
+        slope = right if d > 0 else -left
+        t = np.linspace(0, 0.9, 200_000)
+        x = d * (1 - np.cos(spin * t))
+        gap = 0.25 + rise * t - G / 2 * t**2 - d * np.sin(spin * t) - slope * x
+        first = t[np.argmax(gap < 0)]
+        assert run.impacts["time"][0] == pytest.approx(first, abs=1e-5)
+        assert run.time == 2.0
+
+
+@pytest.mark.parametrize("ground", ["slopes", "valley"])
+def test_feet_at_one_point_move_as_one(ground):
+    """Entered once, twice or thrice, to the last bit: in flight, in impacts, slides and lift-offs, and in a vertex."""
+    rng = random.Random(4)
+    outcomes = Counter()
+    for _ in range(60):
+        valley = [(-9, 9 * rng.choice([0.5, 2])), (0, 0), (9, 9 * rng.choice([0.5, 2]))]
+        friction = rng.choice([0, 0.5, 1, 2])
+        points = [(0.0, 0.0)]
+        if ground == "slopes":
+            points = [(rng.uniform(-1, 1), rng.uniform(-0.3, 0.3)) for _ in range(3)]
+        slopes = {"slopes": lambda: {"slope": rng.uniform(-1, 1)}, "valley": dict}[
+            ground
+        ]
+        feet = [sf.Contact(point, friction=friction, **slopes()) for point in points]
+        center = (rng.uniform(-0.5, 0.5), rng.uniform(0.4, 1.0))
+        gyration, restitution = rng.uniform(0.2, 0.8), rng.choice([0, 0.3])
+        law = rng.choice(["newton", "poisson", "chatterjee-ruina"])
+        runs = []
+        for copies in (1, 2, 3):
+            posture = sf.Posture(
+                1.0,
+                gyration,
+                center,
+                feet[:1] * copies + feet[1:],
+                restitution,
+                G,
+                terrain=valley if ground == "valley" else None,
+            )
+            runs.append(
+                sf.simulate(
+                    posture,
+                    (0, 0, 0),
+                    (0, 0, 0),
+                    model="full",
+                    impact=law,
+                    simultaneous="newton" if law == "newton" else "first-contact-first",
+                    time_limit=2.0,
+                    event_limit=20_000,
+                )
+            )
+        outcomes[runs[0].outcome] += 1
+        one = runs[0]
+        for copies, run in zip((2, 3), runs[1:], strict=True):
+            assert run.outcome == one.outcome
+            if one.outcome == "event-limit":
+                continue  # a record holds so many rates
+            assert (*run.q, *run.qdot, run.time) == (*one.q, *one.qdot, one.time)
+            assert [p.mode for p in run.phases] == [
+                p.mode[0] * (copies - 1) + p.mode for p in one.phases
+            ]
+            assert run.gaps[:copies].tolist() == [one.gaps[0]] * copies
+            first = [one.impacts["rates_after"][:, 0]] * copies
+            assert np.array_equal(run.impacts["rates_after"][:, :copies].T, first)
+            again = {c for z in one.zeno_points for c in z.contacts} & {1}
+            assert {c for z in run.zeno_points for c in z.contacts if c <= copies} == (
+                set(range(1, copies + 1)) if again else set()
+            )
+    assert outcomes["time-limit"] > 10
+    assert len(outcomes) > 2

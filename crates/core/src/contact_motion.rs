@@ -108,15 +108,6 @@ impl Stance {
         closed(i) && self.twin(i).is_some_and(closed)
     }
 
-    /// Whether two contacts are one: the same rows, and as rough.
-    pub(crate) fn are_same(&self, i: usize, j: usize) -> bool {
-        let row = |k: usize| {
-            let p = &self.points[k];
-            (p.normal, p.b, p.c, p.friction)
-        };
-        row(i) == row(j)
-    }
-
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
     /// velocity into the rates of the contacts.
     fn has_rows(&self) -> bool {

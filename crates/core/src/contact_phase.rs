@@ -205,7 +205,7 @@ impl<'a> ContactPhase<'a> {
     }
 
     /// Contacts at rest become part of the phase, each with the sign of its sliding; and with them those that touch and
-    /// whose gaps follow from theirs (at one point, or the third of three on one straight floor).
+    /// whose gaps follow from theirs (the third of three on one straight floor).
     pub(crate) fn close(&mut self, rests: &mut [bool]) {
         for i in 0..rests.len() {
             let touches = !rests[i] && self.stance.points[i].h <= TOUCH * self.size;
@@ -287,7 +287,7 @@ impl<'a> ContactPhase<'a> {
                     return end;
                 }
                 Next::LiftOff(i) => {
-                    self.set(i, None);
+                    self.ways[i] = None;
                     if let Some((j, way)) = self.stance.up_from_vertex(i)
                         && self.ways[j] == Some(0)
                     {
@@ -297,12 +297,12 @@ impl<'a> ContactPhase<'a> {
                 Next::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(&self.word, slow) {
-                        self.set(i, Some(0));
+                        self.ways[i] = Some(0);
                     } else {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
-                Next::Slip(i, mode) => self.set(i, Some(mode.direction() as i8)),
+                Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
             }
             let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
             self.cause = match next {
@@ -360,15 +360,6 @@ impl<'a> ContactPhase<'a> {
     /// Whether the accelerations of a word may not tell how it goes on.
     fn is_open(&self, word: &Onward) -> bool {
         self.moves(word.acceleration) && self.stance.is_open(&word.word)
-    }
-
-    /// What a contact does, those do that are the same: at one point of the body and as rough.
-    fn set(&mut self, i: usize, way: Option<i8>) {
-        for j in 0..self.ways.len() {
-            if j == i || self.ways[j].is_some() && self.stance.are_same(i, j) {
-                self.ways[j] = way;
-            }
-        }
     }
 
     /// Whether the body moves, or is about to.
@@ -432,11 +423,8 @@ impl<'a> ContactPhase<'a> {
                         }
                     }
                     Some(Next::Slip(i, mode)) if self.word[i] == mode => {
-                        let all = 0..self.word.len();
-                        for j in all.filter(|&j| self.word[j] == mode && stance.are_same(i, j)) {
-                            if !step.breaks_loose(j) {
-                                return None;
-                            }
+                        if !step.breaks_loose(i) {
+                            return None;
                         }
                         // From a vertex it slides up one piece, and with it leaves the other.
                         if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)

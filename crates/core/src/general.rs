@@ -69,6 +69,7 @@ pub(crate) struct Stretch {
 /// What a run hands over.
 #[derive(Debug, Clone)]
 pub(crate) struct GeneralRecord {
+    pub(crate) posture: Posture,
     pub(crate) stretches: Vec<Stretch>,
     pub(crate) collisions: Vec<Struck>,
     pub(crate) zeno: Vec<Settled>,
@@ -84,6 +85,8 @@ pub(crate) struct GeneralRecord {
 /// The loop.
 pub(crate) struct General<'a> {
     posture: Posture,
+    /// Number of contacts that differ: each has a point, and a second one behind them all while it is in a vertex.
+    contacts: usize,
     options: Options,
     log: Log<'a>,
     state: Stance,
@@ -118,6 +121,7 @@ impl<'a> General<'a> {
         Self {
             resting: vec![false; state.points.len()],
             posture: posture.clone(),
+            contacts: posture.distinct().count(),
             options: *options,
             log: Log::new(options, state.points.len(), cancel),
             state,
@@ -147,6 +151,7 @@ impl<'a> General<'a> {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
         Some(GeneralRecord {
+            posture: self.posture,
             stretches: self.stretches,
             collisions: self.collisions,
             zeno: self.zeno,

@@ -49,6 +49,8 @@ struct Parts {
     geometry: PerContact<Geometry>,
     /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
     grounds: Vec<Vec<Piece>>,
+    /// See [`Posture::point_of`].
+    points: PerContact<usize>,
     /// The longest arm or ρ, in m.
     size: f64,
 }
@@ -193,7 +195,9 @@ impl Posture {
         }
         let longest = size(&geometry, fields.gyration_radius);
         let on_polyline = !fields.terrain.is_empty();
-        let mut posture = Self(Arc::new(Parts { fields, geometry, grounds, size: longest }));
+        let points = PerContact::new();
+        let mut posture =
+            Self(Arc::new(Parts { fields, geometry, grounds, points, size: longest }));
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
@@ -208,7 +212,36 @@ impl Posture {
         }
         let parts = Arc::make_mut(&mut posture.0);
         parts.size = size(&parts.geometry, parts.fields.gyration_radius);
+        let (contacts, geometry) = (&parts.fields.contacts, &parts.geometry);
+        for i in 0..count {
+            let as_one = |&j: &usize| {
+                let [one, other] = [i, j].map(|k| (&contacts[k], &geometry[k]));
+                one.1 == other.1
+                    && one.0.segment == other.0.segment
+                    && one.0.tangential_restitution == other.0.tangential_restitution
+            };
+            let new = parts.points.iter().map(|k| k + 1).max().unwrap_or(0);
+            let point = (0..i).find(as_one).map_or(new, |j| parts.points[j]);
+            parts.points.push(point);
+        }
         Ok(posture)
+    }
+
+    /// Contacts at one point of the body, on the same terrain and of the same surface, move as one. Each contact's, counted
+    /// from 0 in the order of the contacts.
+    pub(crate) fn point_of(&self, contact: usize) -> usize {
+        self.0.points[contact]
+    }
+
+    /// A value for each contact: that of its point.
+    pub(crate) fn per_contact<T>(&self, of: impl Fn(usize) -> T) -> impl Iterator<Item = T> {
+        self.0.points.iter().map(move |&k| of(k))
+    }
+
+    /// The contacts that are the first ones at their points.
+    pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
+        let points = &self.0.points;
+        (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
     /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.

@@ -448,7 +448,7 @@ impl Start {
             let base = Base::of_body(posture, body, state);
             let theta = if local { 0.0 } else { state.q.z };
             let turn = Turn::by(theta);
-            let points = (0..heights.len()).map(|i| {
+            let points = posture.distinct().map(|i| {
                 let under = posture.under(i, &state.q, local);
                 let Geometry { tangent, normal, .. } = under.geometry;
                 let (b, c) = under.geometry.turned(&turn);

@@ -180,35 +180,31 @@ impl Stance {
         State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega])
     }
 
-    fn instant(&self) -> Instant {
-        Instant { state: self.state(), gaps: self.gaps(), rates: self.rates() }
+    fn instant(&self, posture: &Posture) -> Instant {
+        Instant { state: self.state(), gaps: self.gaps(posture), rates: self.rates(posture) }
     }
 
-    /// Number of contacts: a contact in a vertex of its terrain has a second point behind all first ones.
-    fn count(&self) -> usize {
-        self.points.iter().map(|p| p.place.contact + 1).max().unwrap_or(0)
+    fn gaps(&self, posture: &Posture) -> Vec<f64> {
+        posture.per_contact(|k| self.points[k].h).collect()
     }
 
-    fn gaps(&self) -> Vec<f64> {
-        self.points[..self.count()].iter().map(|p| p.h).collect()
+    fn rates(&self, posture: &Posture) -> Vec<f64> {
+        posture.per_contact(|k| self.points[k].u).collect()
     }
 
-    fn rates(&self) -> Vec<f64> {
-        self.points[..self.count()].iter().map(|p| p.u).collect()
-    }
-
-    /// One letter a contact. In a vertex: that of the piece it is on, F if it is on both.
-    fn letters(&self, word: &[Mode]) -> String {
-        let mut letters: Vec<Mode> = word[..self.count()].to_vec();
-        for (p, mode) in self.points.iter().zip(word).skip(letters.len()) {
-            let letter = &mut letters[p.place.contact];
-            if *letter == Mode::Separate {
-                *letter = *mode;
+    /// One letter a contact. In a vertex, where it has a second point behind all first ones: that of the piece it is on, F if it is
+    /// on both.
+    fn letters(&self, word: &[Mode], posture: &Posture) -> String {
+        let mut modes = word.to_vec();
+        for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
+            let first = &mut modes[posture.point_of(p.place.contact)];
+            if *first == Mode::Separate {
+                *first = *mode;
             } else if *mode != Mode::Separate {
-                *letter = Mode::Fixed;
+                *first = Mode::Fixed;
             }
         }
-        letters.iter().map(|mode| mode.letter()).collect()
+        posture.per_contact(|k| modes[k].letter()).collect()
     }
 }
 
@@ -360,7 +356,7 @@ impl Trajectory {
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
         match &self.record.general {
-            Some(general) => general.end.gaps(),
+            Some(general) => general.end.gaps(&general.posture),
             None => self.each(self.record.end.gaps.h),
         }
     }
@@ -369,7 +365,7 @@ impl Trajectory {
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
         match &self.record.general {
-            Some(general) => general.end.rates(),
+            Some(general) => general.end.rates(&general.posture),
             None => self.each(self.record.end.gaps.u),
         }
     }
@@ -408,8 +404,8 @@ impl Trajectory {
                 time: self.clock(struck.clock),
                 elapsed: struck.clock.hi,
                 contact: ContactNumber::of(struck.contact),
-                rates_before: struck.before.clone(),
-                rates_after: struck.after.clone(),
+                rates_before: general.posture.per_contact(|k| struck.before[k]).collect(),
+                rates_after: general.posture.per_contact(|k| struck.after[k]).collect(),
                 impulse: struck.impulse.map(|part| mass * part),
             };
             return general.collisions.iter().map(record).collect();
@@ -435,25 +431,31 @@ impl Trajectory {
     #[must_use]
     pub fn zeno_points(&self) -> Vec<ZenoPoint> {
         match &self.record.general {
-            Some(general) => general.zeno.iter().map(|zeno| self.settled(zeno)).collect(),
+            Some(general) => {
+                general.zeno.iter().map(|zeno| self.settled(zeno, &general.posture)).collect()
+            }
             None => self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect(),
         }
     }
 
-    fn settled(&self, zeno: &Settled) -> ZenoPoint {
+    fn settled(&self, zeno: &Settled, posture: &Posture) -> ZenoPoint {
         let (elapsed, stance) = (zeno.clock.hi, &zeno.stance);
         let state = stance.state();
+        let settled =
+            |&i: &usize| zeno.contacts.iter().any(|&k| posture.point_of(k) == posture.point_of(i));
+        let contacts: Vec<_> =
+            (0..posture.contacts().len()).filter(settled).map(ContactNumber::of).collect();
         ZenoPoint {
-            kind: format!("{}-zeno", zeno.contacts.len()),
-            contacts: zeno.contacts.iter().map(|&i| ContactNumber::of(i)).collect(),
+            kind: format!("{}-zeno", contacts.len()),
+            contacts,
             time: self.clock(zeno.clock),
             elapsed,
             time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
             q: Some(state.q.into()),
             qdot: Some(state.qdot.into()),
             rotation: [state.q.z, state.qdot.z],
-            gaps: stance.gaps(),
-            gap_rates: stance.rates(),
+            gaps: stance.gaps(posture),
+            gap_rates: stance.rates(posture),
             certified: zeno.from_start,
             method: match (zeno.from_start, zeno.contacts.len()) {
                 (true, _) => Method::Rest,
@@ -496,11 +498,14 @@ impl Trajectory {
             let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
             (letters.collect::<String>(), span.raw.clock, span.cause)
         };
-        let of_stretch = |stretch: &Stretch| {
-            (stretch.stance.letters(&stretch.word), stretch.clock, stretch.cause)
+        let of_stretch = |stretch: &Stretch, posture: &Posture| {
+            (stretch.stance.letters(&stretch.word, posture), stretch.clock, stretch.cause)
         };
         let words: Vec<(String, Clock, Option<Cause>)> = match &self.record.general {
-            Some(general) => general.stretches.iter().map(of_stretch).collect(),
+            Some(general) => {
+                let posture = &general.posture;
+                general.stretches.iter().map(|stretch| of_stretch(stretch, posture)).collect()
+            }
             None => self.record.spans.iter().map(of_span).collect(),
         };
         for (mode, clock, cause) in words {
@@ -556,13 +561,12 @@ impl Trajectory {
         let dt = dt.min(end.since(piece.raw.clock)).max(0.0);
         if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
             let stretch = &general.stretches[k];
-            if stretch.summed
-                && let Some(posture) = self.posture()
-            {
+            let posture = &general.posture;
+            if stretch.summed {
                 let stance = General::glance(posture, stretch, &self.options, dt);
-                return stance.map(|stance| stance.instant()).ok_or_else(|| too_deep(t));
+                return stance.map(|stance| stance.instant(posture)).ok_or_else(|| too_deep(t));
             }
-            return Ok(stretch.stance.moved(&stretch.word, dt).instant());
+            return Ok(stretch.stance.moved(&stretch.word, dt).instant(posture));
         }
         let frame = &self.record.frames[piece.frame];
         let base = &self.record.base;

@@ -144,11 +144,7 @@ impl Stance {
                     continue;
                 }
                 let mut to = from.clone();
-                for j in 0..to.word.len() {
-                    if j == i || from.word[j] == from.word[i] && self.are_same(i, j) {
-                        (to.word[j], to.changed[j]) = (mode, true);
-                    }
-                }
+                (to.word[i], to.changed[i]) = (mode, true);
                 self.let_go(&to, ways, deep - 1, found, tries);
             }
         }

@@ -82,11 +82,19 @@ impl Stance {
                 continue;
             }
             // At the end itself a rounding would send it to and fro between two pieces that each put it over the other one.
-            let terms = self.center.v.x.abs() + (arc.b * self.spin.omega).abs();
+            let size = libm::hypot(arc.b, arc.c);
+            let terms = self.center.v.x.abs() + size * self.spin.omega.abs();
             if arc.h == 0.0 && arc.u.abs() <= f64::EPSILON * terms {
                 arc.u = 0.0;
             }
-            let outwards = arc.u < 0.0 || arc.u == 0.0 && arc.effective_gravity() > 0.0;
+            // h = u t − c (ωt)²/2 − b (ωt)³/6 + …
+            let outwards = if arc.u != 0.0 {
+                arc.u < 0.0
+            } else if arc.c.abs() > f64::EPSILON * size {
+                arc.c > 0.0 && arc.omega != 0.0
+            } else {
+                arc.b * arc.omega > 0.0
+            };
             let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
             if let Some(t) = t
                 && first.is_none_or(|(earlier, _)| t < earlier)

@@ -39,7 +39,7 @@ impl General<'_> {
         let arriving: Vec<usize> = coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { coming } else { &arriving };
         if arriving.len() > 1 {
-            let names: Vec<String> = arriving.iter().map(|i| (i + 1).to_string()).collect();
+            let names: Vec<String> = arriving.iter().map(|&i| self.number(i).to_string()).collect();
             let tie = format!(
                 "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
                 names.join(", ")
@@ -65,7 +65,7 @@ impl General<'_> {
         let Some([p_t, mut p_n]) =
             impact_law::impulse(law, &w, [self.state.slip(i), rate], &material)
         else {
-            self.warnings.push(format!("the law of impact has no answer at contact {}", i + 1));
+            self.warnings.push(format!("the law of impact has no answer at contact {}", owner + 1));
             return Some(Outcome::Inconsistent);
         };
         let before = self.rates();
@@ -84,9 +84,7 @@ impl General<'_> {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
-        if self.state.points.len() == self.posture.contacts().len()
-            && (self.wedge(i, 0) || self.wedge(i, 1))
-        {
+        if self.state.points.len() == self.contacts && (self.wedge(i, 0) || self.wedge(i, 1)) {
             let g = self.state.gravity;
             return self.settle(&[i], false, 2.0 * self.wedged(i) / g);
         }
@@ -129,6 +127,11 @@ impl General<'_> {
         true
     }
 
+    /// Of the contact of point `i`, from 1.
+    fn number(&self, i: usize) -> usize {
+        self.state.points[i].place.contact + 1
+    }
+
     /// What point `i` is made of.
     pub(super) fn material(&self, i: usize) -> Material {
         let owner = self.state.points[i].place.contact;
@@ -142,7 +145,7 @@ impl General<'_> {
 
     /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
     pub(super) fn rates(&self) -> Vec<f64> {
-        let count = if self.log.record { self.posture.contacts().len() } else { 0 };
+        let count = if self.log.record { self.contacts } else { 0 };
         self.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
@@ -158,7 +161,8 @@ impl General<'_> {
             let (clock, mut after) = (self.log.clock, self.rates());
             let Point { place, u, .. } = self.state.points[i];
             let contact = place.contact;
-            (before[contact], after[contact]) = (rate, u);
+            let at = self.posture.point_of(contact);
+            (before[at], after[at]) = (rate, u);
             self.collisions.push(Struck { clock, contact, before, after, impulse });
         }
     }

@@ -20,7 +20,7 @@ impl General<'_> {
     pub(super) fn cross_together(&mut self, i: usize, side: usize) {
         let first = self.state.points[i].place.contact;
         self.cross(i, side);
-        for j in 0..self.posture.contacts().len() {
+        for j in 0..self.contacts {
             let Point { place, h, .. } = self.state.points[j];
             if j == first || h > 0.0 || self.state.twin(j).is_some() {
                 continue;
@@ -39,7 +39,7 @@ impl General<'_> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it: the next piece is as high there,
     /// and the point moves on over it, or there is none, and it meets nothing any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {
-        let count = self.posture.contacts().len();
+        let count = self.contacts;
         let contact = self.state.points[i].place.contact;
         self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
         if let Some(twin) = (count..self.state.points.len())
@@ -133,13 +133,13 @@ impl General<'_> {
 
     /// Contacts that leave a vertex where they met two pieces: they are over the one that they move to.
     pub(super) fn leave_vertices(&mut self) {
-        let count = self.posture.contacts().len();
+        let count = self.contacts;
         while let Some(twin) = self.state.points.pop() {
             if self.state.points.len() < count {
                 self.state.points.push(twin);
                 break;
             }
-            let i = twin.place.contact;
+            let i = self.posture.point_of(twin.place.contact);
             let right = self.state.side(i, 0).u > 0.0;
             if right == (twin.place.piece > self.state.points[i].place.piece) {
                 self.state.points[i] = twin;

@@ -137,7 +137,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
             let surface = |k: usize| {
                 let contact = contacts[k];
                 let restitution = posture.geometry()[k].restitution;
-                [contact.friction, restitution, contact.tangential_restitution]
+                (contact.friction, restitution, contact.tangential_restitution, contact.segment)
             };
             // What friction holds between two pieces of ground that meet is not shared out in one way.
             let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;
@@ -147,7 +147,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     field: format!("contacts.{}.point", j + 1),
                     value: format!("{:?}", contacts[j].point),
                     allowed: format!(
-                        "another point than that of contacts.{}, or the same slope, friction and restitution (a corner is a terrain)",
+                        "another point than that of contacts.{}, or the same slope, segment, friction and restitution (a corner is a terrain)",
                         i + 1
                     ),
                 });
