@@ -395,6 +395,12 @@ impl<'a> ContactPhase<'a> {
             stance.hold(&self.word);
         }
         self.turned = [stance.spin.theta; 2];
+        // Where a slide has come to a pole of the forces.
+        let jams = |stance: &mut Stance, word: &[Mode]| match stance.jams(word) {
+            Some(i) => Next::Stop(i, word[i]),
+            None => outcome(Outcome::Inconsistent),
+        };
+        let mut side = None;
         let mut cycle = Cycle::new(stance, &self.word);
         let began = log.clock;
         let mut fresh = true;
@@ -452,7 +458,16 @@ impl<'a> ContactPhase<'a> {
             {
                 found = begins(longer);
             }
-            let Some((step, t, mut end)) = found else { return outcome(Outcome::Inconsistent) };
+            let before = side.take();
+            let on = found.filter(|(step, ..)| before.is_none_or(|side| side == step.side));
+            let Some((step, t, mut end)) = on else {
+                // At a pole, or past it by a rounding; from the start no way to it is known.
+                return match before {
+                    Some(_) => jams(stance, &self.word),
+                    None => outcome(Outcome::Inconsistent),
+                };
+            };
+            side = Some(step.side);
             acceleration = step.acceleration();
             if self.brief && t > LONG * log.clock.hi {
                 return Next::End(PhaseEnd::Thaw);
@@ -497,7 +512,7 @@ impl<'a> ContactPhase<'a> {
                     stance.points[i].place.sides[side] = 0.0;
                     return Next::End(PhaseEnd::Leave(i, side));
                 }
-                StepEnd::Jam => return outcome(Outcome::Inconsistent),
+                StepEnd::Jam => return jams(stance, &self.word),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
                 _ if !counted => return outcome(Outcome::EventLimit),
                 StepEnd::LiftOff(i) => return Next::LiftOff(i),

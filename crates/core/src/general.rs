@@ -312,6 +312,9 @@ impl<'a> General<'a> {
 
     /// Contacts at rest on the terrain go on in their mode.
     fn rest(&mut self, fresh: bool) -> Option<Outcome> {
+        if fresh {
+            self.rest_in_vertices();
+        }
         let n = self.state.points.len();
         let mut rests: Vec<bool> =
             self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();

@@ -55,6 +55,10 @@ struct Parts {
     size: f64,
 }
 
+/// Roundings in the gap and in the rate of a contact that rests or slides, of a state that a run ends in: those of the steps of its
+/// rotation add up.
+const GIVEN_BACK: f64 = 32.0;
+
 /// What a posture is made of, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -425,16 +429,19 @@ impl Geometry {
         ])
     }
 
-    /// Whether a contact touches and neither leaves nor lands, as far as the roundings of its q and q̇ can tell: its gap, not
-    /// below the ground, and its rate are within one of the terms that make them.
-    pub(crate) fn rests(&self, q: &Vector3<f64>, qdot: &Vector3<f64>, turn: &Turn) -> bool {
-        let (b, _) = self.turned(turn);
-        let place = (self.normal.x * q.x).abs() + (self.normal.y * q.y).abs();
-        let turned = (self.b * turn.sin).abs() + (self.c * turn.versed).abs();
-        let gap = f64::EPSILON * (place + turned + self.offset.abs());
-        let along = (self.normal.x * qdot.x).abs() + (self.normal.y * qdot.y).abs();
-        let rate = f64::EPSILON * (along + (b * qdot.z).abs());
-        (0.0..=gap).contains(&self.gap(q, turn)) && self.gap_rate(qdot, turn).abs() <= rate
+    /// Some roundings of the place of a contact, by what it has moved, and of its speed, of a state with these q and q̇. `turn`: by
+    /// q, or none in the local model.
+    pub(crate) fn roundings(
+        &self,
+        q: &Vector3<f64>,
+        qdot: &Vector3<f64>,
+        turn: Option<&Turn>,
+    ) -> [f64; 2] {
+        let arm = self.b.abs() + self.c.abs();
+        let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.versed);
+        let moved = q.x.abs() + q.y.abs() + arm * angle + self.offset.abs();
+        let speed = qdot.x.abs() + qdot.y.abs() + arm * qdot.z.abs();
+        [moved, speed].map(|size| GIVEN_BACK * f64::EPSILON * size)
     }
 
     /// Gap of the local model, N_i·q with the rows frozen at q = 0.

@@ -402,21 +402,25 @@ impl Start {
         let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
         returns("speed of qdot", speed, posture.fields().gravity)?;
         let turn = Turn::by(if local { 0.0 } else { state.q.z });
-        let (mut heights, mut rates): (PerContact<f64>, PerContact<f64>) =
-            (0..posture.geometry().len())
-                .map(|i| {
-                    let under = posture.under(i, &state.q, local);
-                    let k = &under.geometry;
-                    let (gap, rate) = if local {
-                        (k.local_gap(&state.q), k.local_rate(&state.qdot))
-                    } else if k.rests(&state.q, &state.qdot, &turn) {
-                        (0.0, 0.0)
-                    } else {
-                        (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
-                    };
-                    (if under.exists { gap } else { f64::INFINITY }, rate)
-                })
-                .unzip();
+        let (mut heights, mut rates): (PerContact<f64>, PerContact<f64>) = (0..posture
+            .geometry()
+            .len())
+            .map(|i| {
+                let under = posture.under(i, &state.q, local);
+                let k = &under.geometry;
+                let (mut gap, mut rate) = if local {
+                    (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                } else {
+                    (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
+                };
+                // As far as the state can tell it touches, and neither leaves nor lands.
+                let [place, speed] = k.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                if gap.abs() <= place && rate.abs() <= speed {
+                    (gap, rate) = (0.0, 0.0);
+                }
+                (if under.exists { gap } else { f64::INFINITY }, rate)
+            })
+            .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
         for (rate, _) in rates.iter_mut().zip(&heights).filter(|(_, height)| **height == 0.0) {
             if rate.abs() <= NO_RATE * speed {
@@ -453,7 +457,13 @@ impl Start {
                 let Geometry { tangent, normal, .. } = under.geometry;
                 let (b, c) = under.geometry.turned(&turn);
                 let friction = posture.contacts()[i].friction;
-                let (place, h, u) = (under.place, heights[i], rates[i]);
+                let (mut place, h, u) = (under.place, heights[i], rates[i]);
+                if (h, u) == (0.0, 0.0) {
+                    let [known, _] =
+                        under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                    let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
+                    place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
+                }
                 let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
                 let rounding = Rounding::new(
                     state.q.xy().norm() + place_terms,

@@ -57,6 +57,8 @@ pub(crate) struct Step {
     pub(super) tracks: Vec<Track>,
     /// Determinant of the friction matrix; positive at the start.
     determinant: Series,
+    /// Its sign before, where it may vanish.
+    pub(crate) side: f64,
     /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
     unit: f64,
     /// Time for which the series serve to the last digit, in units.
@@ -352,10 +354,11 @@ impl Step {
         // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
         let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };
-        if determinant[0] < 0.0 {
+        let side = if jams { determinant[0].signum() } else { 0.0 };
+        if side < 0.0 {
             determinant = determinant.map(|c| -c);
         }
-        Some(Self { theta, omega, r, v, tracks, determinant, unit, reach, order })
+        Some(Self { theta, omega, r, v, tracks, determinant, side, unit, reach, order })
     }
 
     /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they

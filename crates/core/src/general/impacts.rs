@@ -18,7 +18,7 @@ impl Stance {
     }
 
     /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
-    pub(super) fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
+    pub(crate) fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
         let hit = self.points[i];
         let force = hit.tangent * p_t + hit.normal * p_n;
         let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;

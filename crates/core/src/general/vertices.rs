@@ -131,6 +131,17 @@ impl General<'_> {
         true
     }
 
+    /// Contacts that start at rest in vertices are on both pieces.
+    pub(super) fn rest_in_vertices(&mut self) {
+        for i in 0..self.contacts {
+            let Point { h, u, place, .. } = self.state.points[i];
+            let mut ends = (0..2).filter(|&side| place.sides[side] == 0.0);
+            if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
+                *self.resting.last_mut().unwrap_or(&mut false) = false; // it comes to rest now
+            }
+        }
+    }
+
     /// Contacts that leave a vertex where they met two pieces: they are over the one that they move to.
     pub(super) fn leave_vertices(&mut self) {
         let count = self.contacts;

@@ -1,0 +1,87 @@
+//! The end of a slide whose friction matrix becomes singular.
+//!
+//! M f = r gives the forces f that keep the held rows, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces are
+//! then p (l·r)/det M: they grow without bounds, and as det M shrinks by a factor with each impulse p J, they act until something
+//! else happens, in no time and with the geometry as it is. That is the end of a slide, where some J stops it: M p = 0 keeps the
+//! rows of the normals, and friction takes energy. The turn of the body, ω, may come to zero before, so that det M grows again, or
+//! l·r, so that the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion [Génot & Brogliato
+//! 1999; Nordmark, Várkonyi & Champneys 2018]).
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Stance;
+use crate::modes::Mode;
+
+impl Stance {
+    /// The slide that the impulse of a jam stops, after it; `None`, and nothing is changed, where it is not what happens first.
+    pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
+        let rows = self.independent(modes);
+        let (n, rho) = (rows.len(), self.rho2.sqrt());
+        // Along n + slope t, in coordinates (x, y, ρθ).
+        let along = |k: usize| {
+            let (unknown, p) = (rows[k].unknown, &self.points[rows[k].unknown.contact]);
+            let slope = -modes[unknown.contact].direction() * p.friction;
+            let side = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
+            if unknown.tangential { rows[k].whole } else { rows[k].whole + side * slope }
+        };
+        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+            (true, true) => rows[i].whole.dot(&along(j)) / (rows[i].whole.norm() * along(j).norm()),
+            _ => f64::from(u8::from(i == j)),
+        });
+        let decomposed = matrix.svd(true, true);
+        let least = decomposed.singular_values.imin();
+        let (left, right) = (decomposed.u?.column(least).into_owned(), decomposed.v_t?);
+        let right = right.row(least).transpose();
+        let normal = |k: &usize| !rows[*k].unknown.tangential;
+        let sign = (0..n).filter(normal).map(|k| right[k]).sum::<f64>().signum();
+        if (0..n).filter(normal).any(|k| sign * right[k] < 0.0) {
+            return None;
+        }
+        let impulses: [f64; 3] =
+            std::array::from_fn(|k| if k < n { sign * right[k] / along(k).norm() } else { 0.0 });
+        let change: Vector3<f64> = (0..n).map(|k| along(k) * impulses[k]).sum();
+        let turn = change.z / rho;
+        let mut first: Option<(f64, usize)> = None;
+        for (i, p) in self.points.iter().enumerate() {
+            let slides = matches!(modes[i], Mode::Right | Mode::Left) && p.friction > 0.0;
+            let slower = p.tangent.dot(&change.xy()) - p.c * turn;
+            let until = -self.slip(i) / slower;
+            if slides && until >= 0.0 && first.is_none_or(|(before, _)| until < before) {
+                first = Some((until, i));
+            }
+        }
+        let (size, stopped) = first?;
+        // l·r is monotonic in ω²: it keeps its sign if it has it at both ends, and ω one of its own.
+        let omega = self.spin.omega;
+        let pull = |omega: f64| -> f64 {
+            let row = |k: usize| {
+                let p = &self.points[rows[k].unknown.contact];
+                let bend = if rows[k].unknown.tangential { p.b } else { p.c };
+                let weight = self.gravity * rows[k].whole.y;
+                left[k] * (bend * omega * omega + weight) / rows[k].whole.norm()
+            };
+            (0..n).map(row).sum()
+        };
+        let after = omega + turn * size;
+        if omega * after <= 0.0 || pull(omega) * pull(after) <= 0.0 {
+            return None;
+        }
+        for (k, impulse) in impulses.into_iter().enumerate().take(n) {
+            let contact = rows[k].unknown.contact;
+            let slope = -modes[contact].direction() * self.points[contact].friction;
+            let impulse = impulse * size;
+            let kick = if rows[k].unknown.tangential {
+                [impulse, 0.0]
+            } else {
+                [slope * impulse, impulse]
+            };
+            self.kick(contact, kick);
+        }
+        for (p, mode) in self.points.iter_mut().zip(modes) {
+            if *mode != Mode::Separate {
+                p.u = 0.0;
+            }
+        }
+        Some(stopped)
+    }
+}
