@@ -10,6 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import standfast as sf
+from scipy.optimize import linprog
 
 G = 10.0
 #: Random scenes on polylines.
@@ -829,3 +830,61 @@ def test_feet_at_one_point_move_as_one(ground):
             )
     assert outcomes["time-limit"] > 10
     assert len(outcomes) > 2
+
+
+def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_hold_it():
+    """A linear programme over the edges of all cones says where; and the mirror image does the same."""
+    rng = random.Random(5)
+    seen = Counter()
+    for _ in range(300):
+        left, right = rng.uniform(0.1, 1.5), rng.uniform(0.1, 1.5)
+        friction = rng.choice([0.0, 0.3, 1.0])
+        x = rng.choice([-1, 1]) * rng.uniform(0.3, 1.0)
+        points = [(0.0, 0.0), (x, -left * x if x < 0 else right * x)]
+        center, gyration = (
+            (rng.uniform(-0.6, 0.6), rng.uniform(0.1, 1)),
+            rng.uniform(0.1, 0.6),
+        )
+
+        heights = [(-4, 4 * left), (0, 0), (4, 4 * right)]
+        posture, mirrored = (
+            sf.Posture(
+                1.0,
+                gyration,
+                (way * center[0], center[1]),
+                [sf.Contact((way * px, py), friction=friction) for px, py in points],
+                0.3,
+                G,
+                terrain=sorted((way * px, py) for px, py in heights),
+            )
+            for way in (1, -1)
+        )
+        columns = []
+        for foot, slope in [
+            (points[0], -left),
+            (points[0], right),
+            (points[1], -left if x < 0 else right),
+        ]:
+            angle = math.atan(slope)
+            tangent = np.array([math.cos(angle), math.sin(angle)])
+            normal = np.array([-tangent[1], tangent[0]])
+            arm = np.subtract(foot, center)
+            for mu in (-friction, friction):
+                edge = normal + mu * tangent
+                columns.append([*edge, arm[0] * edge[1] - arm[1] * edge[0]])
+        found = linprog(np.zeros(6), A_eq=np.transpose(columns), b_eq=[0, G, 0])
+        held = found.status == 0
+        assert (sf.static_forces(posture) is not None) == held
+        assert (sf.friction_margin(posture) >= 0) == held
+        options = {"model": "full", "time_limit": 2.0, "event_limit": 50_000}
+        run, other = (
+            sf.simulate(each, (0, 0, 0), (0, 0, 0), **options)
+            for each in (posture, mirrored)
+        )
+        assert run.outcome == other.outcome
+        assert held == (run.outcome in ("rest", "ambiguous") and run.time == 0)
+        seen[run.outcome if held else "moves"] += 1
+    assert seen["rest"] > 30
+    assert seen["moves"] > 100
+    with pytest.raises(ValueError, match="contact 1 off the vertex of its terrain"):
+        sf.contact_modes(posture)

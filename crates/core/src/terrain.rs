@@ -10,6 +10,7 @@
 //! meets nothing until it has left the piece again.
 
 use nalgebra::{Vector2, Vector3};
+use smallvec::SmallVec;
 
 use crate::contact::Contact;
 use crate::error::{Error, finite};
@@ -202,6 +203,22 @@ impl Posture {
             geometry: self.on_piece(i, &pieces[near as usize]),
             exists: piece == near,
         }
+    }
+
+    /// Constants of contact `i` on the piece of terrain under it at `q`, and on the one beside it where that rises from a vertex in
+    /// which the contact is, within [`TOUCH`] of the size of the body.
+    pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[Geometry; 2]> {
+        let Under { place, geometry, exists } = self.under(i, q, false);
+        let mut all = SmallVec::from_slice(&[geometry]);
+        for (side, to) in [(0, -1), (1, 1)] {
+            let near = exists && place.sides[side] <= TOUCH * self.size();
+            if let Some(piece) = self.piece(i, place.piece + to).filter(|_| near)
+                && geometry.tangent.perp(&piece.tangent) * to as f64 > 0.0
+            {
+                all.push(self.on_piece(i, piece));
+            }
+        }
+        all
     }
 
     /// Piece `k` of the terrain of a contact.

@@ -246,7 +246,8 @@ type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// The forces that can hold a body at rest in its nominal posture: the least and the largest (tangential, normal) force of each
 /// contact over all that friction allows, (n, 2) N, ±inf where contacts can squeeze the body without bound; None if none
-/// hold it. Any number of contacts.
+/// hold it. Any number of contacts. In a vertex of the terrain: of both pieces together, along and across the one of the slope
+/// of the contact.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, gravity=10, friction=0.5)

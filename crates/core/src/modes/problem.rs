@@ -351,6 +351,17 @@ impl Posture {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });
             }
             let closed = gap <= touch;
+            if closed && self.touched(i, &state.q).len() > 1 {
+                let [x, y, theta] = state.q.into();
+                return Err(Error::Unusable {
+                    field: "q".into(),
+                    value: format!("[{x:?}, {y:?}, {theta:?}]"),
+                    allowed: format!(
+                        "contact {} off the vertex of its terrain: there it is on two pieces, each a contact of a ContactProblem",
+                        i + 1
+                    ),
+                });
+            }
             if closed && rate < -still {
                 return Err(Error::Unusable {
                     field: "qdot".into(),

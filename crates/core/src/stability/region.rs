@@ -10,9 +10,9 @@
 //! that is vertical, whatever the number of contacts; and it is unbounded in the directions of the moments of those
 //! combinations of at most three edges that carry no force at all (a squeeze).
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
-use crate::posture::Posture;
+use crate::posture::{Geometry, Posture};
 
 /// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]
@@ -97,17 +97,20 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
 /// digits to the place of the origin; the abscissas are shifted back.
 fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (contact, k) in posture.contacts().iter().zip(posture.geometry()) {
+    for (i, (contact, k)) in posture.contacts().iter().zip(posture.geometry()).enumerate() {
         if k.offset != 0.0 {
             continue;
         }
         let friction = factor * contact.friction;
         let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-        for side in sides {
-            let (normal, tangent, f) = (k.normal, k.tangent, side * friction);
-            let u = normal + tangent * f;
-            edges.push(Edge { normal, tangent, f, u, arm, moment: arm.perp(&u) });
+        // In a vertex both pieces carry it.
+        for Geometry { normal, tangent, .. } in posture.touched(i, &Vector3::zeros()) {
+            for side in sides {
+                let f = side * friction;
+                let u = normal + tangent * f;
+                edges.push(Edge { normal, tangent, f, u, arm, moment: arm.perp(&u) });
+            }
         }
     }
     edges

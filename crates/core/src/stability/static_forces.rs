@@ -4,7 +4,7 @@
 //! gravity, Σ a_u u = m g e_y and Σ a_u (x_u − r) × u = 0 about the centre of mass r, are a family; the extremes of each of their
 //! components are linear programmes.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
 use super::region::region;
@@ -72,11 +72,15 @@ fn edges(posture: &Posture) -> Vec<Edge> {
             continue;
         }
         let sides: &[f64] = if c.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-        for side in sides {
-            let force = [side * c.friction, 1.0];
-            let u = k.normal + k.tangent * force[0];
-            // (t b + n c) × (t f + n) = b − c f
-            edges.push(Edge { contact, force, u, moment: (k.b - k.c * force[0]) / size });
+        // In a vertex both pieces carry it.
+        for on in posture.touched(contact, &Vector3::zeros()) {
+            for side in sides {
+                let f = side * c.friction;
+                let u = on.normal + on.tangent * f;
+                let force = [k.tangent.dot(&u), k.normal.dot(&u)];
+                // (t b + n c) × (t f + n) = b − c f
+                edges.push(Edge { contact, force, u, moment: (on.b - on.c * f) / size });
+            }
         }
     }
     edges
