@@ -195,3 +195,34 @@ def test_a_body_that_rests_on_one_foot_is_not_local():
     assert (run.model, run.outcome) == ("full", "rest")
     assert "tips over" in run.model_reason
     assert run.q[2] == pytest.approx(math.pi)
+
+
+def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
+    """Its centre of mass is just inside of a foot, and beyond it once the body has turned by as little as the local model leaves
+    out: the full model decides."""
+    rng = np.random.default_rng(43)
+    local = 0
+    for _ in range(600):
+        slopes, friction = rng.uniform(-0.4, 0.4, 2), rng.uniform(0.5, 1)
+        inside, side = 10 ** rng.uniform(-5, -1.5), rng.choice([-1, 1])
+        posture = sf.Posture(
+            1.0,
+            rng.uniform(0.3, 0.8),
+            (side * (1 - inside), rng.uniform(0.3, 1)),
+            [
+                sf.Contact((x, 0), slope=slope, friction=friction)
+                for x, slope in zip((-1, 1), slopes, strict=True)
+            ],
+            0.05,
+            10.0,
+        )
+        qdot = rng.normal(size=3) * 10 ** rng.uniform(-2, -0.5)
+        options = {"tolerance": 1e-3, "time_limit": 20.0}
+        run = sf.simulate(posture, (0, 0, 0), qdot, **options)
+        if run.model != "local":
+            continue
+        local += 1
+        full = sf.simulate(posture, (0, 0, 0), qdot, model="full", **options)
+        assert run.outcome == full.outcome
+        assert run.q == pytest.approx(full.q, abs=2e-3)
+    assert local > 100

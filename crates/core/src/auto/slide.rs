@@ -4,7 +4,8 @@ use nalgebra::{Vector2, Vector3};
 
 use super::arm::{Angle, Arm};
 use super::{APART, LARGEST_TURN, Lost, MODES, Shadow, TURNS};
-use crate::modes::Mode;
+use crate::contact_phase::only_mode_of;
+use crate::modes::{Mode, Row};
 use crate::tolerance::STILL;
 
 /// Nodes and weights of Boole's rule: exact up to the fifth degree, so that neither a row that turns evenly nor one that turns
@@ -44,7 +45,7 @@ impl Shadow<'_> {
         let (theta, omega) = (self.q.z + self.dq.z, self.qdot.z + self.dqdot.z);
         let Some(start) = self.acceleration(word, 0.0, 0.0)? else {
             self.dqdot = -self.qdot; // at rest
-            return if until == Until::End { Ok(()) } else { Err(MODES) };
+            return (until == Until::End && self.rests_in(word)).then_some(()).ok_or(MODES);
         };
         let mut end = Vector3::zeros();
         let (mut path, mut change) = (Vector3::zeros(), Vector3::zeros());
@@ -92,6 +93,20 @@ impl Shadow<'_> {
                 Ok(())
             }
         }
+    }
+
+    /// Whether this word, and no other, is that of a body at rest at the rotation of the shadow.
+    fn rests_in(&self, word: &[Mode; 2]) -> bool {
+        let n = self.count();
+        let rho = self.rho2.sqrt();
+        let mut rows = [Row::ABSENT; 2];
+        for (i, k) in self.contacts.iter().enumerate() {
+            let arm = k.tangent * self.arms[i].b + k.normal * self.arms[i].c;
+            let way = (word[i] != Mode::Separate).then_some(0);
+            rows[i] = Row::new(k.tangent, arm / rho, [0.0; 2], k.friction, way);
+        }
+        only_mode_of(&mut rows[..n], -self.fall.y, rho)
+            .is_some_and(|(letters, _)| letters[..n] == word[..n])
     }
 
     /// Whether a closed contact slides the same way in both, or in neither.
