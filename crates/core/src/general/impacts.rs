@@ -38,13 +38,15 @@ impl General<'_> {
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
         let arriving: Vec<usize> = coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { coming } else { &arriving };
-        if arriving.len() > 1 {
-            let names: Vec<String> = arriving.iter().map(|&i| self.number(i).to_string()).collect();
+        if chosen.len() > 1 {
+            let mut contacts: Vec<usize> = chosen.iter().map(|&i| self.number(i)).collect();
+            contacts.dedup();
+            let names: Vec<String> = contacts.iter().map(usize::to_string).collect();
             let tie = format!(
                 "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
                 names.join(", ")
             );
-            if !self.warnings.contains(&tie) {
+            if names.len() > 1 && !self.warnings.contains(&tie) {
                 self.warnings.push(tie);
             }
             if self.options.simultaneous == Simultaneous::Newton {
