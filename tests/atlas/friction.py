@@ -200,6 +200,31 @@ def through_the_jam(scene):
     )
 
 
+def stretching(scene):
+    """Of a slide in a time s with dt = Q ds: Q and the sliding speed, the way it goes, of a state; the height of the contact above the
+    centre of mass; the rates of (θ, ω, t, v_x); and that at the start."""
+    (dx, dy), rho2, friction, way, gravity = jamming(scene)
+
+    def levers(theta):
+        c, s = mp.cos(theta), mp.sin(theta)
+        b, h = c * dx - s * dy, s * dx + c * dy
+        return b, h, b + way * friction * h
+
+    def now(y):
+        b, h, lever = levers(y[0])
+        return 1 + b * lever / rho2, way * (y[3] - h * y[1]), h
+
+    def rates(_s, y):
+        theta, omega, _t, _v = y
+        _b, h, lever = levers(theta)
+        press = gravity + h * omega**2
+        left, *_ = now(y)
+        return [left * omega, lever / rho2 * press, left, -way * friction * press]
+
+    start = [exact(scene.q[2]), exact(scene.qdot[2]), mpf(0), exact(scene.qdot[0])]
+    return now, rates, start
+
+
 @entry(
     name="jam_during_a_slide",
     title="A rod that slides into Painlevé's paradox",
@@ -215,37 +240,52 @@ def through_the_jam(scene):
     within=integrated("time", "theta"),
 )
 def jam(scene):
-    (dx, dy), rho2, friction, way, gravity = jamming(scene)
-
-    def levers(theta):
-        c, s = mp.cos(theta), mp.sin(theta)
-        b, h = c * dx - s * dy, s * dx + c * dy
-        return b, h, b + way * friction * h
-
-    def stretched(_s, y):
-        theta, omega, _t, _v = y
-        b, h, lever = levers(theta)
-        press = gravity + h * omega**2
-        left = 1 + b * lever / rho2
-        return [left * omega, lever / rho2 * press, left, -way * friction * press]
-
-    y, s, step = (
-        [exact(scene.q[2]), exact(scene.qdot[2]), mpf(0), exact(scene.qdot[0])],
-        mpf(0),
-        mpf(1) / 16,
-    )
+    now, rates, y = stretching(scene)
+    gravity, step = exact(scene.posture.gravity), mpf(1) / 16
     while True:
-        y, before = extrapolated(stretched, y, s, step), y
-        b, h, lever = levers(y[0])
-        slip = y[3] - h * y[1]
-        assert way * slip > 0
-        assert gravity + h * y[1] ** 2 > 0
-        left = 1 + b * lever / rho2
+        y, before = extrapolated(rates, y, mpf(0), step), y
+        left, slip, height = now(y)
+        assert slip > 0
+        assert gravity + height * y[1] ** 2 > 0
         if left < mpf(10) ** -13:
             break
     # Q falls exponentially: what is left of time and turn are Q over its rate, to second order in Q.
-    rate = (
-        mp.log((1 + levers(before[0])[0] * levers(before[0])[2] / rho2) / left) / step
-    )
+    rate = mp.log(now(before)[0] / left) / step
     time = y[2] + left / rate
     return {"outcome": "inconsistent", "time": time, "theta": y[0] + y[1] * left / rate}
+
+
+def stop_of_a_slide(scene):
+    run = scene.simulate()
+    phase = run.phases[1]
+    (_, _, theta), (_, _, omega) = run.at(phase.start)
+    return {
+        "cause": phase.cause,
+        "mode": phase.mode,
+        "time": phase.start,
+        "theta": theta,
+        "omega": omega,
+    }
+
+
+@entry(
+    name="slide_that_stops_at_its_pole",
+    title="A rod whose slide stops where its force would be infinite",
+    breaks="The force grows beyond all bounds, and stops the slide within 1e-12 s of the pole.",
+    method="slide by the force with a_n = 0, dt = 1e-4 s",
+    fails=through_the_jam,
+    source="the same stretched time, until nothing slides",
+    answer=stop_of_a_slide,
+    within=integrated("time", "theta", "omega"),
+)
+def _(scene):
+    now, rates, y = stretching(scene)
+    step = mpf(1) / 1024
+    while step > mpf(10) ** -18:
+        later = extrapolated(rates, y, mpf(0), step)
+        if now(later)[1] > 0:
+            y = later
+        else:
+            step /= 4
+    # From there on it slides back: the other way the force is finite.
+    return {"cause": "stop", "mode": "R", "time": y[2], "theta": y[0], "omega": y[1]}
