@@ -20,7 +20,7 @@ use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
 use crate::rounds::{ROUNDINGS, Rounds};
 use crate::simulate::{Options, State, Stop};
-use crate::tolerance::BEYOND;
+use crate::tolerance::{BEYOND, REACHED};
 use crate::trajectory::{
     Cause, ContactNumber, Kind, Method, Outcome, Record, Span, Tail, ZenoRecord,
 };
@@ -459,8 +459,17 @@ impl<'a> Driver<'a> {
         }
         self.align_bodies();
         self.note(Kind::Flight);
-        if in_step {
-            return self.bounce_together(rates, turns);
+        if in_step && let Some(t) = self.bounce_together(rates, turns) {
+            let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
+            return self.settle(t, Method::Bounce, true, 0.0, tail);
+        }
+        // Ties without end, one after the other, until what is left of them is below the rounding of the clock.
+        if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
+            let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
+            let left = 0.5 * left[0].max(left[1]);
+            if left <= 0.5 * REACHED * self.log.clock.hi {
+                return self.settle(left, Method::Mixed, false, left, Tail::Collisions);
+            }
         }
         self.freeze_if_brief();
         None
@@ -503,7 +512,7 @@ impl<'a> Driver<'a> {
 
     /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
     /// after it, so that they keep step only if what is left is short.
-    fn bounce_together(&mut self, rates: [f64; 2], turns: bool) -> Option<Outcome> {
+    fn bounce_together(&self, rates: [f64; 2], turns: bool) -> Option<f64> {
         let model = self.model();
         let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
         let in_step = flight[0] > 0.0 && flight[0] < f64::INFINITY && are_one(flight[0], flight[1]);
@@ -515,7 +524,7 @@ impl<'a> Driver<'a> {
         {
             return None;
         }
-        self.settle(t, Method::Bounce, true, 0.0, Tail::Cycle { ratio: model.e[0], duration: t })
+        Some(t)
     }
 
     /// Both contacts come to rest after `t`: the limit of an accumulation.

@@ -418,6 +418,35 @@ fn coincident_contacts_act_as_one() {
     }
 }
 
+/// One foot right below the centre of mass and one beside it, with other restitutions: the body does not turn, both land together
+/// for ever, and it bounces like a ball.
+#[test]
+fn feet_that_land_together_for_ever_come_to_rest() {
+    let foot = |x: f64, e: f64| Contact { restitution: Some(e), ..Contact::at(x, 0.0) };
+    for (one, two) in [(0.48, 0.0009), (0.3, 0.1), (0.7, 0.0)] {
+        let posture = Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.05,
+            center_of_mass: [-2.0, 0.0],
+            contacts: vec![foot(-2.0, one), foot(0.0, two)],
+            restitution: 0.5,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap();
+        for spin in [0.0, 1e-236] {
+            let start = State::new([0.4, 0.3, 0.0], [0.0, 0.1, spin]);
+            let full = Options { model: Model::Full, ..until(Stop::Rest) };
+            let run = simulate(&posture, &start, &full).unwrap();
+            let landing = (0.1 * 0.1 + 2.0 * 9.81 * 0.3_f64).sqrt();
+            let exact = (0.1 + landing + 2.0 * one * landing / (1.0 - one)) / 9.81;
+            assert_eq!(run.outcome(), Outcome::Rest);
+            assert!(roundings(run.elapsed(), exact) <= 32.0, "{} {exact}", run.elapsed());
+            assert!(run.state().q.y.abs() <= 1e-15);
+        }
+    }
+}
+
 #[test]
 fn without_gravity_nothing_returns() {
     let m = model([0.0; 2], [0.3; 2], 0.5);
