@@ -40,8 +40,7 @@ pub enum Method {
     /// Every word, one by one.
     Enumerate,
     /// The first consistent word that a sequence of convex quadratic programmes leads to: for many contacts. It may
-    /// find none where there is one.
-    #[cfg(feature = "qp")]
+    /// find none where there is one. Needs the cargo feature `qp` (on by default); without it [`contact_modes`] returns an error.
     Qp,
 }
 
@@ -123,8 +122,18 @@ impl Modes {
 ///
 /// # Errors
 ///
-/// [`Error::Solver`] if Clarabel refuses a programme.
+/// [`Error::Solver`] if Clarabel refuses a programme; [`Error::Unusable`] for [`Method::Qp`] in a build without the cargo
+/// feature `qp`.
 pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, Error> {
+    #[cfg(not(feature = "qp"))]
+    if method == Method::Qp {
+        return Err(Error::Unusable {
+            field: "method".into(),
+            value: "qp".into(),
+            allowed: "auto or enumerate, because this build is without the cargo feature `qp`"
+                .into(),
+        });
+    }
     #[cfg(feature = "qp")]
     {
         let closed = problem.rows().iter().filter(|row| row.sliding.is_some()).count();

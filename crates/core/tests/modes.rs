@@ -284,3 +284,15 @@ fn critical_friction_of_painleves_rod() {
     assert!(close(steep.critical_friction, 4.0 / 3.0));
     assert_eq!(rod([-0.6, -0.8], 0).len(), 2);
 }
+
+#[test]
+fn without_its_feature_qp_is_an_error() {
+    let fields = on(0.25, &[([-1.0, -1.0], FLAT), ([1.0, -1.0], FLAT)], 0.5, 0);
+    let answer = contact_modes(&ContactProblem::new(fields).unwrap(), Method::Qp);
+    if cfg!(feature = "qp") {
+        assert_eq!(words(&answer.unwrap()), ["FF"]);
+    } else {
+        let said = answer.unwrap_err().to_string();
+        assert!(said.contains("method = qp") && said.contains("cargo feature `qp`"), "{said}");
+    }
+}
