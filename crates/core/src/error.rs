@@ -1,27 +1,31 @@
 //! What the caller got wrong. What physics answers, however unwelcome, is an [`Outcome`](crate::Outcome).
 
-use std::fmt::Display;
-use std::io::ErrorKind;
+use std::fmt::{self, Display};
+use std::io::{self, ErrorKind};
 use std::path::Path;
+use std::sync::Arc;
 
-use thiserror::Error;
+use serde::{Serialize, Serializer};
 
 /// A wrong input, with the field, the value found there and what is allowed.
-#[derive(Debug, Clone, PartialEq, Error)]
+///
+/// [`source`](std::error::Error::source) is the error it comes from, where there is one: a [`std::io::Error`] or another
+/// [`Error`]. Serde writes errors; it does not read them, because an error of the system cannot be made again from its text.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Error {
     /// A number lies outside its range.
-    #[error("{field} = {value:?} is outside its range: {allowed}")]
     OutOfRange {
         /// Path of the field, such as `contacts.1.friction` (contacts count from 1).
         field: String,
         /// The value found.
+        #[serde(with = "crate::scene::extended")]
         value: f64,
         /// The range allowed, in words.
         allowed: &'static str,
     },
     /// A field cannot be used as it is given, for a reason that is not a range of numbers.
-    #[error("{} = {} cannot be used: {allowed}", shortened(field), shortened(value))]
     Unusable {
         /// Path of the field.
         field: String,
@@ -31,9 +35,6 @@ pub enum Error {
         allowed: String,
     },
     /// The start lies in the terrain.
-    #[error(
-        "q puts contact {contact} into the terrain: its gap {gap:?} m is below -{touch:?} m; allowed are gaps >= 0"
-    )]
     Penetrating {
         /// Contact number, from 1.
         contact: usize,
@@ -43,42 +44,104 @@ pub enum Error {
         touch: f64,
     },
     /// A numerical solver failed.
-    #[error("the solver failed: {0}")]
     Solver(String),
-    /// A point of a sweep has no answer.
-    #[error("{error} (at {place})")]
+    /// A point of a sweep, or one of many runs, has no answer.
     At {
-        /// The parameters of the point, such as `mass = 2.0`.
+        /// The parameters of the point, such as `mass = 2.0`, or the number of the run, from 0.
         place: String,
         /// What is wrong there.
         error: Box<Error>,
     },
     /// A file cannot be read or written.
-    #[error("{}: {problem}", quoted(Path::new(path)))]
     Io {
         /// The file.
         path: String,
-        /// What kind of obstacle there is.
-        kind: ErrorKind,
         /// What the system says.
-        problem: String,
+        cause: IoCause,
     },
     /// A file holds no scene.
-    #[error("{path}: {problem}")]
     File {
         /// The file.
         path: String,
         /// What is wrong, with line and column where there is one.
         problem: String,
+        /// The value that is wrong, if the text could be read.
+        error: Option<Box<Error>>,
     },
+}
+
+impl Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange { field, value, allowed } => {
+                write!(f, "{field} = {value:?} is outside its range: {allowed}")
+            }
+            Self::Unusable { field, value, allowed } => {
+                write!(f, "{} = {} cannot be used: {allowed}", shortened(field), shortened(value))
+            }
+            Self::Penetrating { contact, gap, touch } => write!(
+                f,
+                "q puts contact {contact} into the terrain: its gap {gap:?} m is below -{touch:?} m; allowed are gaps >= 0"
+            ),
+            Self::Solver(problem) => write!(f, "the solver failed: {problem}"),
+            Self::At { place, error } => write!(f, "{error} (at {place})"),
+            Self::Io { path, cause } => write!(f, "{}: {cause}", quoted(Path::new(path))),
+            Self::File { path, problem, .. } => write!(f, "{path}: {problem}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::At { error, .. } => Some(&**error),
+            Self::Io { cause, .. } => Some(&*cause.0),
+            Self::File { error, .. } => error.as_deref().map(|error| error as _),
+            Self::OutOfRange { .. }
+            | Self::Unusable { .. }
+            | Self::Penetrating { .. }
+            | Self::Solver(_) => None,
+        }
+    }
+}
+
+/// What the system says of a file that cannot be read or written: a [`std::io::Error`] that can be copied.
+#[derive(Debug, Clone)]
+pub struct IoCause(Arc<io::Error>);
+
+impl IoCause {
+    /// What kind of obstacle there is.
+    #[must_use]
+    pub fn kind(&self) -> ErrorKind {
+        self.0.kind()
+    }
+}
+
+/// In the words of the system, without its number.
+impl Display for IoCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let said = self.0.to_string();
+        f.write_str(said.split_once(" (os error").map_or(said.as_str(), |(said, _)| said))
+    }
+}
+
+/// Of one kind and in the same words.
+impl PartialEq for IoCause {
+    fn eq(&self, other: &Self) -> bool {
+        self.kind() == other.kind() && self.to_string() == other.to_string()
+    }
+}
+
+impl Serialize for IoCause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 impl Error {
     /// What keeps a file from being read or written.
-    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
-        let said = error.to_string();
-        let problem = said.split_once(" (os error").map_or(said.as_str(), |(said, _)| said);
-        Self::Io { path: path.display().to_string(), kind: error.kind(), problem: problem.into() }
+    pub(crate) fn io(path: &Path, error: io::Error) -> Self {
+        Self::Io { path: path.display().to_string(), cause: IoCause(Arc::new(error)) }
     }
 
     /// The same with another name of its field, if it has one.
@@ -159,4 +222,53 @@ const DEADEST: f64 = 1e-60;
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
     let holds = value == 0.0 || (DEADEST..1.0).contains(&value);
     in_range(field, value, holds, "0 <= restitution < 1: 0, or from 1e-60 on")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error as _;
+
+    use super::*;
+    use crate::scene::Scene;
+
+    /// The cause, which has to be of this type.
+    fn cause<E: std::error::Error + 'static>(error: &Error) -> &E {
+        error.source().and_then(|cause| cause.downcast_ref()).expect("a cause of this type")
+    }
+
+    #[test]
+    fn the_source_of_an_error_is_its_cause() {
+        let wrong = friction("friction", -1.0).unwrap_err();
+        assert!(wrong.source().is_none());
+        let at = Error::At { place: "run 3".into(), error: Box::new(wrong.clone()) };
+        assert_eq!(cause::<Error>(&at), &wrong);
+
+        let missing = Scene::load("no such folder/scene.toml").unwrap_err();
+        assert_eq!(cause::<io::Error>(&missing).kind(), ErrorKind::NotFound);
+        assert_eq!(missing, missing.clone());
+
+        // The value that is wrong in a file.
+        let text = "gravity = -1.0\nrestitution = 0.0\ncontact = []\n[body]\nmass = 1.0\ngyration_radius = 1.0\ncenter_of_mass = [0.0, 0.0]";
+        let file = Scene::from_toml(text).unwrap_err();
+        assert!(matches!(&file, Error::File { problem, .. } if problem.starts_with("line 1,")));
+        let Error::OutOfRange { field, value, .. } = cause::<Error>(&file) else {
+            panic!("{file:?}")
+        };
+        assert_eq!((field.as_str(), *value), ("gravity", -1.0));
+        // A text that cannot be read has none.
+        assert!(Scene::from_toml("gravity = ").unwrap_err().source().is_none());
+    }
+
+    #[test]
+    fn errors_are_written() {
+        let json = |error: &Error| serde_json::to_string(error).unwrap();
+        let wrong = finite("time", f64::INFINITY).unwrap_err();
+        assert_eq!(
+            json(&wrong),
+            r#"{"out-of-range":{"field":"time","value":"inf","allowed":"finite, at most 1e150 in size"}}"#
+        );
+        let at =
+            Error::At { place: "run 3".into(), error: Box::new(Error::Solver("stuck".into())) };
+        assert_eq!(json(&at), r#"{"at":{"place":"run 3","error":{"solver":"stuck"}}}"#);
+    }
 }

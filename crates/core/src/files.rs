@@ -17,7 +17,7 @@ use crate::error::Error;
 /// [`Error::Io`] if it cannot be written.
 #[doc(hidden)] // for the Python package, which writes pictures
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write(path, bytes).map_err(|e| Error::io(path, &e))
+    write(path, bytes).map_err(|e| Error::io(path, e))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {

@@ -64,7 +64,7 @@ mod zeno;
 pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
 pub use contact::Contact;
 pub use enclosure::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
-pub use error::Error;
+pub use error::{Error, IoCause};
 #[doc(hidden)]
 pub use files::write_whole;
 pub use flight::Arc;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::contact::Contact;
 use crate::error::{Error, quoted};
@@ -16,7 +17,7 @@ use crate::trajectory::Trajectory;
 /// Largest scene file that is read, in bytes. A scene with 64 contacts takes a few thousand.
 pub(crate) const LARGEST_FILE: u64 = 1 << 20;
 
-/// A body on its contacts, where it starts, and how the run is made.
+/// A body on its contacts, where it starts, and how the run is made. Serde writes and reads it in the form of the scene files.
 ///
 /// ```
 /// use standfast::{Outcome, Scene};
@@ -129,8 +130,8 @@ impl Scene {
         use std::io::Read;
         let path = path.as_ref();
         let name = quoted(path);
-        let problem = |problem: String| Error::File { path: name.clone(), problem };
-        let io = |e: std::io::Error| Error::io(path, &e);
+        let problem = |problem: String| Error::File { path: name.clone(), problem, error: None };
+        let io = |e: std::io::Error| Error::io(path, e);
         let found = std::fs::metadata(path).map_err(io)?;
         // A file of /proc, which may keep its reader waiting, has no length.
         if found.is_file() && found.len() == 0 {
@@ -158,7 +159,9 @@ impl Scene {
             _ => (Self::from_toml(&text), "read as TOML, "),
         };
         scene.map_err(|e| match e {
-            Error::File { problem: text, .. } => problem(format!("{read_as}{text}")),
+            Error::File { problem, error, .. } => {
+                Error::File { path: name.clone(), problem: format!("{read_as}{problem}"), error }
+            }
             other => problem(other.to_string()),
         })
     }
@@ -245,6 +248,18 @@ impl Scene {
     }
 }
 
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_file().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Scene {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::of_file(File::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
 /// A field of a posture as the file names it.
 fn of_posture(field: &str) -> String {
     match field.split_once('.').unwrap_or((field, "")) {
@@ -295,6 +310,23 @@ impl From<Extended> for f64 {
             Extended::Infinite(Infinity::Positive) => f64::INFINITY,
             Extended::Infinite(Infinity::Negative) => f64::NEG_INFINITY,
         }
+    }
+}
+
+/// A number that may be infinite, or none at all (NaN): that is null.
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(transparent)]
+pub(crate) struct AnyNumber(Option<Extended>);
+
+impl From<f64> for AnyNumber {
+    fn from(value: f64) -> Self {
+        Self((!value.is_nan()).then(|| value.into()))
+    }
+}
+
+impl From<AnyNumber> for f64 {
+    fn from(number: AnyNumber) -> Self {
+        number.0.map_or(f64::NAN, f64::from)
     }
 }
 

@@ -44,6 +44,7 @@ impl Format {
         Error::File {
             path: "scene".into(),
             problem: format!("line {line}, column {column}: {error}"),
+            error: Some(Box::new(error)),
         }
     }
 }
@@ -167,6 +168,7 @@ fn malformed((line, column): (usize, usize), field: &str, said: &str) -> Error {
     Error::File {
         path: "scene".into(),
         problem: format!("line {line}, column {column}{field}: {found}{expected}"),
+        error: None,
     }
 }
 

@@ -16,8 +16,8 @@ pub(crate) fn to_py(error: &Error) -> PyErr {
             SolverError::new_err(error.to_string())
         }
         // Python chooses FileNotFoundError or another subclass by the number.
-        Error::Io { path, kind, problem } => {
-            PyOSError::new_err((number(*kind), problem.clone(), path.clone()))
+        Error::Io { path, cause } => {
+            PyOSError::new_err((number(cause.kind()), cause.to_string(), path.clone()))
         }
         _ => PyValueError::new_err(error.to_string()),
     }
