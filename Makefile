@@ -18,6 +18,7 @@ test: rust python
 rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo check -p standfast --no-default-features --quiet
 	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --quiet
 	cargo test -p standfast
 

@@ -78,7 +78,7 @@ impl Status {
 }
 
 /// All modes a problem offers, solved.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     answers: Vec<ModeAnswer>,
     /// Whether these are all there are.

@@ -33,7 +33,7 @@ pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
 pub use trials::{Trials, trials};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::modes::{Method, ModeAnswer, contact_modes};
@@ -47,7 +47,7 @@ use conditions::moves;
 use corner::CornerMap;
 
 /// Whether a body comes back to rest after any small kick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stability {
     /// It does.
@@ -71,13 +71,16 @@ impl Stability {
 }
 
 /// The argument of a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum By {
     /// The contacts cannot hold the body.
     NotEquilibrium,
     /// Kinematic-strong in the strict reading, and (10): Theorem 3.
+    #[serde(rename = "theorem-3")]
     Theorem3,
     /// Kinematic-strong, and (10): Theorem 3.
+    #[serde(rename = "theorem-3-loose")]
     Theorem3Loose,
     /// Kinematic-strong, and Goyal's bound.
     Goyal,
@@ -105,14 +108,8 @@ impl By {
     }
 }
 
-impl Serialize for By {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.as_str().serialize(serializer)
-    }
-}
-
 /// A corner: one contact on the terrain, the other one lands.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CornerStep {
     /// The contact that lands.
     pub contact: ContactNumber,
@@ -123,10 +120,10 @@ pub struct CornerStep {
 }
 
 /// The data of the argument.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Evidence {
-    /// Margins of the verdict itself say it all.
+    /// None but what the verdict itself says: its argument, margins and words.
     Margins,
     /// No sequence of corners grows for ever.
     Potential(Potential),
@@ -134,8 +131,8 @@ pub enum Evidence {
     Cycle(Vec<CornerStep>),
     /// A word that is consistent at rest and leads away.
     Word(String),
-    /// A corner that leads away; none if sliding on one contact or both does.
-    Away(Option<CornerStep>),
+    /// A corner that leads away.
+    Away(CornerStep),
     /// Why the corner map does not decide, and what is left over.
     Left {
         /// Painlevé's jam, several modes, energy, a flight, or cells.
@@ -148,24 +145,26 @@ pub enum Evidence {
 }
 
 /// What is said of a posture.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// What closed forms say of it: Theorem 3 and its margins.
-    pub conditions: Conditions,
-    /// Every word at rest with its motion, forces and margins.
-    pub modes: Vec<ModeAnswer>,
-    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
-    pub energy: bool,
     /// The verdict.
     pub frictional_stability: Stability,
     /// Its argument.
     pub by: Option<By>,
-    /// The argument's data.
-    pub evidence: Evidence,
+    /// What closed forms say of it: Theorem 3 and its margins.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
+    pub energy: bool,
     /// Whether rounding may decide: a margin that counts is below 1e-10.
     pub delicate: bool,
     /// What came of random kicks, if any were asked for: evidence, no proof; see [`trials`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<Trials>,
+    /// The argument's data.
+    pub evidence: Evidence,
+    /// Every word at rest with its motion, forces and margins.
+    pub modes: Vec<ModeAnswer>,
 }
 
 /// The verdict on a posture with two contacts, in its nominal configuration q = 0.
@@ -200,31 +199,10 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
 const DELICATE: f64 = 1e-10;
 
 impl Verdict {
-    /// Everything but the table of modes as JSON; infinities as the strings "inf" and "-inf".
+    /// All of it as JSON; infinities as the strings "inf" and "-inf", numbers that do not exist as null.
     #[must_use]
     pub fn to_json(&self) -> String {
-        #[derive(Serialize)]
-        struct Summary<'a> {
-            frictional_stability: Stability,
-            by: Option<By>,
-            #[serde(flatten)]
-            conditions: &'a Conditions,
-            energy: bool,
-            delicate: bool,
-            #[serde(skip_serializing_if = "Option::is_none")]
-            trials: &'a Option<Trials>,
-            evidence: &'a Evidence,
-        }
-        let summary = Summary {
-            frictional_stability: self.frictional_stability,
-            by: self.by,
-            conditions: &self.conditions,
-            energy: self.energy,
-            delicate: self.delicate,
-            trials: &self.trials,
-            evidence: &self.evidence,
-        };
-        serde_json::to_string_pretty(&summary)
+        serde_json::to_string_pretty(self)
             .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
     }
 
@@ -305,7 +283,9 @@ impl Verdict {
                 (Stability::Unstable, Some(By::GrowingCycle))
             }
             Decision::Escapes(corner) => {
-                self.evidence = Evidence::Away(corner.as_ref().map(step));
+                // Without a corner it is sliding on one contact or both that leads away.
+                self.evidence =
+                    corner.as_ref().map_or(Evidence::Margins, |c| Evidence::Away(step(c)));
                 (Stability::Unstable, Some(By::AcceleratingMode))
             }
             Decision::Undecided { reason, cells, left } => {

@@ -4,7 +4,8 @@ mod report;
 
 use std::sync::OnceLock;
 
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use self::report::{Cause, ContactNumber, ImpactRecord, Instant, Outcome, Phase, ZenoPoint};
 use crate::clatter::advance;
@@ -20,7 +21,7 @@ use crate::local::LocalModel;
 use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
-use crate::simulate::{Model, Options, State};
+use crate::simulate::{Model, Options, State, simulate};
 
 /// The argument by which a Zeno point was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,6 +134,10 @@ struct Expanded {
 }
 
 /// A run: its outcome, its events, and the motion at any time of it.
+///
+/// Serde writes it in the form of [`to_json`](Self::to_json). It is read by simulating from the same start again, which gives the
+/// same run to the last bit; the outcome, the final state and the number of collisions are compared with the file, and a file
+/// that another version of this crate wrote may be refused for that. Only self-describing formats such as JSON can hold it.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     record: Box<Record>,
@@ -140,11 +145,16 @@ pub struct Trajectory {
     model: Model,
     model_reason: &'static str,
     enclosure: Option<Box<Enclosure>>,
+    // Made when they are first asked for.
     expanded: OnceLock<Expanded>,
+    impacts: OnceLock<Vec<ImpactRecord>>,
+    zeno_points: OnceLock<Vec<ZenoPoint>>,
+    phases: OnceLock<Vec<Phase>>,
 }
 
+/// A run as it is written.
 #[derive(Serialize)]
-struct Summary<'a> {
+struct Written<'a> {
     outcome: Outcome,
     model: Model,
     model_reason: &'a str,
@@ -158,14 +168,41 @@ struct Summary<'a> {
     rates: Vec<f64>,
     acceleration: Option<[f64; 3]>,
     collisions: usize,
-    impacts: Vec<ImpactRecord>,
-    zeno_points: Vec<ZenoPoint>,
-    phases: Vec<Phase>,
+    impacts: &'a [ImpactRecord],
+    zeno_points: &'a [ZenoPoint],
+    phases: &'a [Phase],
     #[serde(skip_serializing_if = "Option::is_none")]
     enclosure: Option<&'a Enclosure>,
     warnings: &'a [String],
     options: &'a Options,
     posture: Option<&'a Posture>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    local_model: Option<&'a LocalModel>,
+    start: WrittenStart,
+}
+
+/// Where a run starts, with a body and without.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum WrittenStart {
+    Body(State),
+    Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
+}
+
+/// What is read of a run: the question, and the answer in so far as it is compared.
+#[derive(Deserialize)]
+struct Question {
+    posture: Option<Posture>,
+    local_model: Option<LocalModel>,
+    start: WrittenStart,
+    options: Options,
+    outcome: Outcome,
+    elapsed: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    theta: f64,
+    omega: f64,
+    collisions: usize,
 }
 
 /// Distance of a Zeno point from its proved bounds, relative to the time elapsed, that is no more than some roundings.
@@ -265,7 +302,17 @@ impl Trajectory {
                 "the record is full after {most} events: record = false goes on to event_limit"
             ));
         }
-        Self { record, options, model, model_reason, enclosure: None, expanded: OnceLock::new() }
+        Self {
+            record,
+            options,
+            model,
+            model_reason,
+            enclosure: None,
+            expanded: OnceLock::new(),
+            impacts: OnceLock::new(),
+            zeno_points: OnceLock::new(),
+            phases: OnceLock::new(),
+        }
     }
 
     /// With bounds of its times. A run whose roundings have grown so far that it leaves them says so.
@@ -397,7 +444,11 @@ impl Trajectory {
 
     /// The collisions simulated one by one, in order; empty unless recorded.
     #[must_use]
-    pub fn impacts(&self) -> Vec<ImpactRecord> {
+    pub fn impacts(&self) -> &[ImpactRecord] {
+        self.impacts.get_or_init(|| self.make_impacts())
+    }
+
+    fn make_impacts(&self) -> Vec<ImpactRecord> {
         let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
         if let Some(general) = &self.record.general {
             let record = |struck: &Struck| ImpactRecord {
@@ -429,7 +480,11 @@ impl Trajectory {
 
     /// The Zeno points, in order.
     #[must_use]
-    pub fn zeno_points(&self) -> Vec<ZenoPoint> {
+    pub fn zeno_points(&self) -> &[ZenoPoint] {
+        self.zeno_points.get_or_init(|| self.make_zeno_points())
+    }
+
+    fn make_zeno_points(&self) -> Vec<ZenoPoint> {
         match &self.record.general {
             Some(general) => {
                 general.zeno.iter().map(|zeno| self.settled(zeno, &general.posture)).collect()
@@ -492,8 +547,14 @@ impl Trajectory {
 
     /// The contact modes in order; empty unless recorded.
     #[must_use]
-    pub fn phases(&self) -> Vec<Phase> {
+    pub fn phases(&self) -> &[Phase] {
+        self.phases.get_or_init(|| self.make_phases())
+    }
+
+    fn make_phases(&self) -> Vec<Phase> {
         let mut phases: Vec<Phase> = Vec::new();
+        // Of each phase; finer than the time on the clock.
+        let mut starts: Vec<Clock> = Vec::new();
         let of_span = |span: &Span| {
             let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
             (letters.collect::<String>(), span.raw.clock, span.cause)
@@ -523,14 +584,29 @@ impl Trajectory {
                         (last.end, begin) = (start, last.cause);
                     }
                     let cause = cause.unwrap_or(begin);
-                    phases.push(Phase { mode, start, end: start, cause });
+                    phases.push(Phase { mode, start, end: start, cause, impacts: 0 });
+                    starts.push(clock);
                 }
             }
+        }
+        for k in 0..phases.len() {
+            let end = starts.get(k + 1).map_or(self.record.end.clock, |next| *next);
+            let before_end = self.impacts_while(|t| t.since(end) < 0.0);
+            let up_to_start = self.impacts_while(|t| t.since(starts[k]) <= 0.0);
+            phases[k].impacts = before_end.saturating_sub(up_to_start);
         }
         if let Some(last) = phases.last_mut() {
             last.end = self.time();
         }
         phases
+    }
+
+    /// How many of the recorded collisions come while the time elapsed is early enough for this.
+    fn impacts_while(&self, early: impl Fn(Clock) -> bool) -> usize {
+        match &self.record.general {
+            Some(general) => general.collisions.partition_point(|struck| early(struck.clock)),
+            None => self.record.collisions.partition_point(|collision| early(collision.elapsed)),
+        }
     }
 
     /// The motion at time `t` on the clock, exact within a phase. At an impact: after it.
@@ -628,13 +704,20 @@ impl Trajectory {
         Ok(times)
     }
 
-    /// The whole run as JSON: outcome, final state, impacts, Zeno points, phases, warnings and the posture.
+    /// The whole run as JSON: outcome, final state, impacts, Zeno points, phases, warnings, options, the posture and the start.
     /// Numbers that do not exist (the impulses of a model without a mass) are null.
     #[must_use]
     pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+    }
+
+    fn written(&self) -> Written<'_> {
         let body = self.posture().is_some();
         let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
-        let summary = Summary {
+        let (start, local) = (*self.start(), self.local_start());
+        let spin =
+            |gaps, rates| WrittenStart::Gaps { gaps, rates, theta: start.q.z, omega: start.qdot.z };
+        Written {
             outcome: self.outcome(),
             model: self.model,
             model_reason: self.model_reason,
@@ -655,9 +738,9 @@ impl Trajectory {
             warnings: self.warnings(),
             options: &self.options,
             posture: self.posture(),
-        };
-        serde_json::to_string_pretty(&summary)
-            .unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+            local_model: local.map(|(model, ..)| model),
+            start: local.map_or(WrittenStart::Body(start), |(_, gaps, rates)| spin(gaps, rates)),
+        }
     }
 
     /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; `None` unless
@@ -746,5 +829,49 @@ impl Trajectory {
             }
         }
         expanded
+    }
+}
+
+impl Serialize for Trajectory {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.written().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Trajectory {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let asked = Question::deserialize(deserializer)?;
+        let run = match (&asked.posture, &asked.local_model, asked.start) {
+            (Some(posture), None, WrittenStart::Body(start)) => {
+                simulate(posture, &start, &asked.options)
+            }
+            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
+                model.simulate(gaps, rates, theta, omega, &asked.options)
+            }
+            _ => {
+                return Err(D::Error::custom(
+                    "a run has a posture and starts with q and qdot, or it has a local_model and starts with gaps, rates, theta and omega",
+                ));
+            }
+        }
+        .map_err(D::Error::custom)?;
+        let made = run.written();
+        let same = (made.outcome, made.elapsed, made.q, made.qdot)
+            == (asked.outcome, asked.elapsed, asked.q, asked.qdot)
+            && (made.theta, made.omega, made.collisions)
+                == (asked.theta, asked.omega, asked.collisions);
+        if same {
+            Ok(run)
+        } else {
+            Err(D::Error::custom(format!(
+                "another run: its start leads to {} after {:?} s and {} collisions, the file says {} after {:?} s and {} collisions; it was changed, or written by another version",
+                made.outcome.as_str(),
+                made.elapsed,
+                made.collisions,
+                asked.outcome.as_str(),
+                asked.elapsed,
+                asked.collisions,
+            )))
+        }
     }
 }

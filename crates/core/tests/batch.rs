@@ -82,13 +82,13 @@ fn a_run_is_the_same_in_any_company() {
             }
             for (k, end) in by_two.iter().enumerate() {
                 let run = simulate(&postures[k], &states[k], &options).unwrap();
-                let zeno = run.zeno_points().into_iter().next();
+                let zeno = run.zeno_points().first();
                 assert_eq!(run.outcome(), end.outcome, "{k}");
                 assert_eq!(run.elapsed().to_bits(), end.elapsed.to_bits(), "{k}");
                 assert_eq!(run.state(), &end.state, "{k}");
                 assert_eq!(run.collisions(), end.collisions, "{k}");
-                assert_eq!(zeno.as_ref().map(|z| z.elapsed), end.zeno.map(|z| z.elapsed), "{k}");
-                assert_eq!(zeno.as_ref().map(|z| z.contacts.len()), end.zeno.map(|z| z.count));
+                assert_eq!(zeno.map(|z| z.elapsed), end.zeno.map(|z| z.elapsed), "{k}");
+                assert_eq!(zeno.map(|z| z.contacts.len()), end.zeno.map(|z| z.count));
                 assert_eq!(!run.warnings().is_empty(), end.warned, "{k}");
                 long += usize::from(end.collisions > 200);
                 through += usize::from(end.zeno.is_some());

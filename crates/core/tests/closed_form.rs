@@ -804,7 +804,7 @@ fn a_nested_tail_may_be_looked_into_anywhere() {
         let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [0.5; 2]).unwrap();
         let run = model.simulate([0.1, 0.2], [0.0, -1.0], 0.0, 0.0, &Options::default()).unwrap();
         let points = run.zeno_points();
-        let [.., before, last] = points.as_slice() else { panic!("{points:?}") };
+        let [.., before, last] = points else { panic!("{points:?}") };
         assert_eq!((last.method, run.outcome()), ("nested", Outcome::Rest));
         // E = ½u·D⁻¹u + λ·h with D ∝ [[1, −ψ], [−ψ, 1]].
         let det = 1.0 - psi * psi;

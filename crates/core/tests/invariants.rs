@@ -281,8 +281,8 @@ fn digest(run: &Trajectory) -> (Outcome, Vec<u64>, usize) {
         all.extend([zeno.time, zeno.elapsed, zeno.time_error, zeno.contacts.len() as f64]);
         all.extend(zeno.q.into_iter().flatten());
         all.extend(zeno.qdot.into_iter().flatten());
-        all.extend(zeno.gaps);
-        all.extend(zeno.gap_rates);
+        all.extend(&zeno.gaps);
+        all.extend(&zeno.gap_rates);
     }
     (run.outcome(), bits(&all), run.zeno_points().len())
 }
@@ -323,6 +323,13 @@ fn check_times(run: &Trajectory) {
     let mut last = run.options().time;
     for phase in run.phases() {
         assert!(phase.start == last && phase.end >= phase.start, "{phase:?} after {last}");
+        // Those that share their rounded time with an end are on one side of it or the other by the finer clock of the run.
+        let among = |inside: &dyn Fn(f64) -> bool| {
+            run.impacts().iter().filter(|impact| inside(impact.time)).count()
+        };
+        let inside = among(&|t| phase.start < t && t < phase.end);
+        let at_its_ends = among(&|t| t == phase.start || t == phase.end);
+        assert!((inside..=inside + at_its_ends).contains(&phase.impacts), "{phase:?} {inside}");
         last = phase.end;
     }
     assert_eq!(last, run.time());

@@ -15,13 +15,15 @@ use crate::modes::PyContactProblem;
 use crate::options::{self, word};
 use crate::posture::{PyLocalModel, PyPosture};
 
-/// A stretch of time with one contact mode.
+/// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces
+/// is in one phase S.
 ///
 /// mode : one letter a contact: S separate, F fixed, R or L sliding right or left at its start. The reduced
 /// model, which knows no tangential motion, says F. start, end : s. cause : the event at its start: "start",
 /// "impact", "zeno", "lift-off" (a force has come down to zero), "stop" (a sliding speed has), "slip" (a force has reached the
 /// edge of its cone) or "left-segment" (a contact has come to the end of a piece of its terrain). contact : the number of the
-/// contact that it is about, or None.
+/// contact that it is about, or None. impacts : how many of `run.impacts` lie strictly between start and end; the infinitely many
+/// that end in a Zeno point, which are summed, are not among them.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(PhaseFields);
@@ -35,13 +37,14 @@ struct PhaseFields {
     end: f64,
     cause: String,
     contact: Option<usize>,
+    impacts: usize,
 }
 
 impl From<Phase> for PyPhase {
     fn from(phase: Phase) -> Self {
-        let Phase { mode, start, end, cause } = phase;
+        let Phase { mode, start, end, cause, impacts } = phase;
         let contact = cause.contact().map(ContactNumber::number);
-        Self(PhaseFields { mode, start, end, cause: cause.as_str().into(), contact })
+        Self(PhaseFields { mode, start, end, cause: cause.as_str().into(), contact, impacts })
     }
 }
 
@@ -72,6 +75,11 @@ impl PyPhase {
         self.0.contact
     }
 
+    #[getter]
+    fn impacts(&self) -> usize {
+        self.0.impacts
+    }
+
     #[staticmethod]
     fn _of(fields: PhaseFields) -> Self {
         Self(fields)
@@ -82,9 +90,11 @@ impl PyPhase {
     }
 
     fn __repr__(&self) -> String {
-        let PhaseFields { mode, start, end, cause, contact } = &self.0;
+        let PhaseFields { mode, start, end, cause, contact, impacts } = &self.0;
         let contact = contact.map_or(String::new(), |i| format!(", contact={i}"));
-        format!("Phase(mode='{mode}', start={start:?}, end={end:?}, cause='{cause}'{contact})")
+        format!(
+            "Phase(mode='{mode}', start={start:?}, end={end:?}, cause='{cause}'{contact}, impacts={impacts})"
+        )
     }
 }
 
@@ -407,7 +417,7 @@ impl PyRun {
     /// The Zeno points in order.
     #[getter]
     fn zeno_points(&self) -> Vec<PyZenoPoint> {
-        self.0.zeno_points().into_iter().map(Into::into).collect()
+        self.0.zeno_points().iter().cloned().map(Into::into).collect()
     }
 
     /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; None unless asked for by
@@ -420,7 +430,7 @@ impl PyRun {
     /// The contact modes in order; empty unless recorded.
     #[getter]
     fn phases(&self) -> Vec<PyPhase> {
-        self.0.phases().into_iter().map(Into::into).collect()
+        self.0.phases().iter().cloned().map(Into::into).collect()
     }
 
     /// Things to know: ties, a start taken as touching.

@@ -170,12 +170,12 @@ impl PyVerdict {
         PyPosture(self.posture.clone())
     }
 
-    /// The verdict and its evidence as plain dictionaries, lists and numbers.
+    /// The verdict, its evidence and the modes at rest as plain dictionaries, lists and numbers.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (self.verdict.to_json(),))
     }
 
-    /// Writes the verdict and its evidence as JSON.
+    /// Writes the verdict, its evidence and the modes at rest as JSON.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.verdict.to_json().into_bytes())
     }

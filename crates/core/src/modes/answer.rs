@@ -2,8 +2,11 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::problem::Row;
 use super::words::{Mode, Word};
+use crate::scene::AnyNumber;
 use crate::trajectory::ContactNumber;
 
 /// Distance from equality below which a test of Table I counts as a tie, relative to the load.
@@ -26,7 +29,8 @@ pub(super) fn is_doubtful(value: f64) -> bool {
 }
 
 /// A test of Table I.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Condition {
     /// S: a_n > 0.
     Opens,
@@ -73,7 +77,7 @@ impl fmt::Display for Condition {
 
 /// How far a test is met: positive where it holds with room, negative where it fails. Dimensionless: relative to
 /// the load, in the mass metric.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// The contact.
     pub contact: ContactNumber,
@@ -132,7 +136,8 @@ pub(super) fn test(
 }
 
 /// How the equations of a word determine its forces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Forces {
     /// They do.
     Unique,
@@ -149,7 +154,8 @@ pub enum Forces {
 }
 
 /// One word, solved.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Written", into = "Written")]
 pub struct ModeAnswer {
     /// The word.
     pub word: Word,
@@ -198,5 +204,48 @@ impl ModeAnswer {
     #[must_use]
     pub fn margin(&self) -> f64 {
         self.margins.iter().map(|margin| margin.value).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A [`ModeAnswer`] as it is written: forces may be infinite, or none.
+#[derive(Serialize, Deserialize)]
+struct Written {
+    word: Word,
+    acceleration: [AnyNumber; 3],
+    forces: Vec<[AnyNumber; 2]>,
+    determined: Forces,
+    force_interval: Option<[AnyNumber; 2]>,
+    margins: Vec<Margin>,
+    consistent: bool,
+    singular: bool,
+}
+
+impl From<ModeAnswer> for Written {
+    fn from(a: ModeAnswer) -> Self {
+        Self {
+            word: a.word,
+            acceleration: a.acceleration.map(Into::into),
+            forces: a.forces.into_iter().map(|force| force.map(Into::into)).collect(),
+            determined: a.determined,
+            force_interval: a.force_interval.map(|ends| ends.map(Into::into)),
+            margins: a.margins,
+            consistent: a.consistent,
+            singular: a.singular,
+        }
+    }
+}
+
+impl From<Written> for ModeAnswer {
+    fn from(w: Written) -> Self {
+        Self {
+            word: w.word,
+            acceleration: w.acceleration.map(Into::into),
+            forces: w.forces.into_iter().map(|force| force.map(Into::into)).collect(),
+            determined: w.determined,
+            force_interval: w.force_interval.map(|ends| ends.map(Into::into)),
+            margins: w.margins,
+            consistent: w.consistent,
+            singular: w.singular,
+        }
     }
 }

@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 
 use super::corner::{Cell, CornerMap, Image, Images};
 use super::interval::Interval;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 type I = Interval;
 
@@ -63,7 +63,7 @@ pub(crate) struct Corner {
 /// Cells of the ratio ξ/y of a corner, and a potential V for each: V(cell) ≥ ln G + 1e-9 + V(next), so that no sequence of
 /// corners grows for ever. y is the landing speed, ξ the slip of the other contact over its part of the direction in which
 /// both slide (of length one in the metric of the mass), and r² = ξ² + y².
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     /// Limits between the cells, increasing.
     pub limits: Vec<f64>,
@@ -92,7 +92,7 @@ pub(crate) enum Decision {
 }
 
 /// Why the corner map does not decide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Reason {
     /// A contact that slides alone jams: no mode is consistent.

@@ -1,18 +1,17 @@
 //! What closed forms say of a posture: equilibrium, the words at rest, and the bounds on the coupling.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::modes::{Condition, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
 use crate::posture::Posture;
-use crate::scene::Extended;
 use crate::simulate::State;
 
 use super::clattering::{chatter_bound, clattering_bound, coupling};
 use super::region::equilibrium_region;
 
 /// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Whether the centre of mass lies over the equilibrium region.
     pub equilibrium: bool,
@@ -20,7 +19,7 @@ pub struct Conditions {
     #[serde(with = "crate::scene::extended")]
     pub equilibrium_margin: f64,
     /// The region, see [`equilibrium_region`].
-    #[serde(rename = "equilibrium_region", serialize_with = "region_as_text")]
+    #[serde(rename = "equilibrium_region", with = "ends")]
     pub region: Option<[f64; 2]>,
     /// No word other than the static one fits: its forces do (f_n ≥ 0), but a strict kinematic inequality fails.
     pub kinematic_strong: bool,
@@ -43,13 +42,25 @@ pub struct Conditions {
     pub chatter_margin: f64,
 }
 
-/// Infinite ends as the strings "inf" and "-inf".
-#[allow(clippy::ref_option, reason = "serde passes references")]
-fn region_as_text<S: Serializer>(
-    region: &Option<[f64; 2]>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    region.map(|ends| ends.map(Extended::from)).serialize(serializer)
+/// Serde for the ends of the region: infinite ones as the strings "inf" and "-inf".
+mod ends {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::scene::Extended;
+
+    #[allow(clippy::ref_option, reason = "serde passes references")]
+    pub(super) fn serialize<S: Serializer>(
+        region: &Option<[f64; 2]>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        region.map(|ends| ends.map(Extended::from)).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<[f64; 2]>, D::Error> {
+        Ok(<Option<[Extended; 2]>>::deserialize(deserializer)?.map(|ends| ends.map(f64::from)))
+    }
 }
 
 impl Conditions {

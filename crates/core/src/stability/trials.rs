@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::Contact;
 use crate::error::Error;
@@ -21,7 +21,7 @@ const LEFT: f64 = 10.0;
 const EVENTS: usize = 200_000;
 
 /// What came of random kicks.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trials {
     /// Of the random numbers.
     pub seed: u64,
@@ -30,7 +30,7 @@ pub struct Trials {
     /// How many of them came to rest.
     pub rest: usize,
     /// How the others ended, and how many of them.
-    pub others: BTreeMap<&'static str, usize>,
+    pub others: BTreeMap<String, usize>,
 }
 
 /// Numbers in [−1, 1) from a counter [Steele, Lea & Flood 2014, SplitMix64].
@@ -88,7 +88,7 @@ pub fn trials(
         let Some(run) = run else { return Ok(None) };
         match run.outcome() {
             Outcome::Rest => found.rest += 1,
-            other => *found.others.entry(other.as_str()).or_default() += 1,
+            other => *found.others.entry(other.as_str().into()).or_default() += 1,
         }
     }
     Ok(Some(found))

@@ -1,11 +1,13 @@
 //! What a run tells: how it ends, its impacts, Zeno points and phases.
 
-use serde::{Serialize, Serializer};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::simulate::State;
 
-/// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
+/// all give the number from 1.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContactNumber(usize);
 
 impl ContactNumber {
@@ -32,14 +34,27 @@ impl std::fmt::Display for ContactNumber {
     }
 }
 
+impl std::fmt::Debug for ContactNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Display::fmt(self, f)
+    }
+}
+
 impl Serialize for ContactNumber {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.number().serialize(serializer)
     }
 }
 
+impl<'de> Deserialize<'de> for ContactNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let index = usize::deserialize(deserializer)?.checked_sub(1);
+        index.map(Self).ok_or_else(|| D::Error::custom("contacts are numbered from 1"))
+    }
+}
+
 /// How a run ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Outcome {
@@ -138,7 +153,8 @@ pub struct ZenoPoint {
     pub first_summed: usize,
 }
 
-/// A stretch of time with one contact mode.
+/// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces is
+/// in one phase S.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Phase {
     /// One letter a contact: S separate, F fixed, R or L sliding right or left (at the start of the phase).
@@ -149,6 +165,9 @@ pub struct Phase {
     pub end: f64,
     /// The event at its start.
     pub cause: Cause,
+    /// How many of [`Trajectory::impacts`](crate::Trajectory::impacts) lie strictly between its start and its end. The infinitely
+    /// many that end in a Zeno point, which are summed, are not among them.
+    pub impacts: usize,
 }
 
 /// Why a phase begins.

@@ -1,0 +1,273 @@
+//! What serde writes and reads, and what a run hands out without making it anew.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use standfast::{
+    By, Contact, ContactProblem, Evidence, Fields, Impact, LocalModel, Method, Model, Modes,
+    Options, Outcome, Posture, ProblemFields, Scene, Simultaneous, Stability, State, Stop,
+    Trajectory, Verdict, contact_modes, simulate, stability, trials,
+};
+
+fn json<T: Serialize>(value: &T) -> String {
+    serde_json::to_string_pretty(value).unwrap()
+}
+
+/// What is read from what was written.
+fn read<T: DeserializeOwned>(text: &str) -> T {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn back<T: Serialize + DeserializeOwned>(value: &T) -> T {
+    read(&json(value))
+}
+
+/// `SplitMix64` [Steele, Lea & Flood 2014], as numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// A body on `count` contacts, each on a slope of its own.
+    fn posture(&mut self, count: usize) -> Posture {
+        let friction = self.within(0.0, 1.5);
+        let contacts = (0..count).map(|i| Contact {
+            friction,
+            ..Contact::at(2.0 * i as f64 - 1.0, self.within(-0.5, 0.5))
+                .on_slope(self.within(-1.3, 1.3))
+        });
+        Posture::new(Fields {
+            mass: 2.0,
+            contacts: contacts.collect(),
+            gyration_radius: self.within(0.2, 1.5),
+            center_of_mass: [self.within(-1.2, 1.2), self.within(-0.5, 2.0)],
+            restitution: self.within(0.0, 0.5),
+            gravity: 10.0,
+            terrain: Vec::new(),
+        })
+        .unwrap()
+    }
+}
+
+/// Runs of both engines and all models, a few steps long and many.
+fn runs() -> Vec<Trajectory> {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let tilted = State::at_rest([0.0, 0.011, 0.002]);
+    let options = Options::default();
+    let mut runs: Vec<_> = [
+        options,
+        Options { model: Model::Full, certify: true, ..options },
+        Options { model: Model::Local, time: 3.0, time_limit: Some(3.04), ..options },
+        Options { stop: Stop::Zeno, record: false, neighbourhood: 7.0, ..options },
+    ]
+    .iter()
+    .map(|options| simulate(&rod, &tilted, options).unwrap())
+    .collect();
+    let law = Options {
+        impact: Impact::Poisson,
+        simultaneous: Simultaneous::FirstContactFirst,
+        event_limit: 2000,
+        ..options
+    };
+    let mut random = Random(5);
+    for count in [1, 2, 3] {
+        let start = State::new([0.0, 2.0, 0.1], [0.3, 0.0, 0.2]);
+        runs.push(simulate(&random.posture(count), &start, &law).unwrap());
+    }
+    let model = LocalModel::new([1.0, 1.0], [0.9, 0.9], [0.5, -0.5], [0.1, 0.1]).unwrap();
+    let gaps = Options { certify: true, ..options };
+    runs.push(model.simulate([0.0, 0.1], [0.1, -1.9], 0.2, 0.3, &gaps).unwrap());
+    runs
+}
+
+#[test]
+fn a_contact_has_one_number() {
+    let run = &runs()[0];
+    let contact = run.impacts()[0].contact;
+    assert_eq!((contact.index(), contact.number()), (0, 1));
+    assert_eq!(format!("{contact} {contact:?} {}", json(&contact)), "1 1 1");
+    assert_eq!(back(&contact), contact);
+    assert!(serde_json::from_str::<standfast::ContactNumber>("0").is_err());
+    assert_eq!(format!("{:?}", standfast::Cause::Impact(contact)), "Impact(1)");
+}
+
+#[test]
+fn words_are_written_as_they_are_spelled() {
+    for outcome in Outcome::ALL {
+        assert_eq!(json(&outcome), format!("\"{}\"", outcome.as_str()));
+        assert_eq!(back(&outcome), outcome);
+    }
+    for by in [
+        By::NotEquilibrium,
+        By::Theorem3,
+        By::Theorem3Loose,
+        By::Goyal,
+        By::CornerMap,
+        By::GrowingCycle,
+        By::AcceleratingMode,
+    ] {
+        assert_eq!(json(&by), format!("\"{}\"", by.as_str()));
+        assert_eq!(back(&by), by);
+    }
+    for stability in [Stability::Stable, Stability::Unstable, Stability::Undecided] {
+        assert_eq!(json(&stability), format!("\"{}\"", stability.as_str()));
+    }
+}
+
+#[test]
+fn a_scene_is_written_as_its_file() {
+    let scene = Scene {
+        posture: Random(1).posture(3),
+        start: State::new([0.0, 2.0, -0.0], [0.1, 0.2, 1e-300]),
+        options: Options { time_limit: Some(3.0), neighbourhood: 4.0, ..Options::default() },
+    };
+    assert_eq!(json(&scene), scene.to_json());
+    assert_eq!(back(&scene).to_toml(), scene.to_toml());
+    // What is wrong is named as in the file.
+    let wrong = scene.to_json().replace("\"mass\": 2.0", "\"mass\": -2.0");
+    let said = serde_json::from_str::<Scene>(&wrong).unwrap_err().to_string();
+    assert!(said.starts_with("body.mass = -2.0 is outside its range"), "{said}");
+}
+
+#[test]
+fn a_run_is_read_as_it_was_written() {
+    for run in runs() {
+        let text = json(&run);
+        assert_eq!(text, run.to_json());
+        let same: Trajectory = read(&text);
+        assert_eq!(same.to_json(), text);
+        if run.options().record {
+            let t = 0.3 * run.options().time + 0.7 * run.time();
+            let bits = |run: &Trajectory| {
+                run.at(t).unwrap().gaps.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+            };
+            assert_eq!(bits(&same), bits(&run));
+        }
+    }
+}
+
+#[test]
+fn a_run_that_was_changed_is_refused() {
+    let text = runs()[0].to_json();
+    for (old, new) in [
+        ("\"outcome\": \"rest\"", "\"outcome\": \"zeno\""),
+        ("\"collisions\": 9", "\"collisions\": 8"),
+        ("\"mass\": 1.0", "\"mass\": 2.0, \"mas\": 1.0"),
+        ("0.002", "0.003"),
+        ("\"posture\": {", "\"attitude\": {"),
+    ] {
+        assert!(text.contains(old), "{old} in {text}");
+        assert!(serde_json::from_str::<Trajectory>(&text.replace(old, new)).is_err(), "{old}");
+    }
+}
+
+#[test]
+fn modes_are_read_as_they_were_written() {
+    let same = |modes: &Modes| assert_eq!(json(&back(modes)), json(modes));
+    let mut random = Random(2);
+    for k in 0..200 {
+        let posture = random.posture(1 + k % 5);
+        let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
+        for method in [Method::Auto, Method::Enumerate] {
+            same(&contact_modes(&problem, method).unwrap());
+        }
+    }
+    // Between two walls friction holds any force.
+    let problem = ContactProblem::new(ProblemFields {
+        mass: 1.0,
+        gyration_radius: 0.5,
+        arms: vec![[-1.0, 0.0], [1.0, 0.0]],
+        tangents: vec![[0.0, -1.0], [0.0, 1.0]],
+        friction: vec![0.5; 2],
+        sliding: vec![Some(0); 2],
+        bias: vec![[0.0, 0.0]; 2],
+        free_acceleration: [0.0, -1.0, 0.0],
+        ..ProblemFields::default()
+    });
+    let held = contact_modes(&problem.unwrap(), Method::Auto).unwrap();
+    let ends = |modes: &Modes| modes.get("FF".parse().unwrap()).unwrap().force_interval;
+    assert_eq!((ends(&held), ends(&back(&held))), (Some([1.0, f64::INFINITY]), ends(&held)));
+    same(&held);
+    // A word without a motion has no numbers.
+    let text = json(held.answers().first().unwrap()).replace("-1.0", "null");
+    let nothing: standfast::ModeAnswer = read(&text);
+    assert!(nothing.acceleration[1].is_nan());
+    assert_eq!(json(&nothing), text);
+}
+
+#[test]
+fn a_verdict_is_read_as_it_was_written() {
+    let mut random = Random(3);
+    let mut kinds = BTreeSet::new();
+    for _ in 0..400 {
+        let posture = random.posture(2);
+        let mut verdict = stability(&posture).unwrap();
+        kinds.insert(match &verdict.evidence {
+            Evidence::Margins => "margins",
+            Evidence::Potential(_) => "potential",
+            Evidence::Cycle(_) => "cycle",
+            Evidence::Word(_) => "word",
+            Evidence::Away(_) => "away",
+            Evidence::Left { .. } => "left",
+        });
+        if kinds.len() == 3 {
+            // A few of them with random kicks.
+            verdict.trials = trials(&posture, 3, 1, &|| false).unwrap();
+        }
+        let text = json(&verdict);
+        let same: Verdict = read(&text);
+        assert_eq!((json(&same), verdict.to_json()), (text.clone(), text));
+        assert_eq!((&same.evidence, &same.conditions), (&verdict.evidence, &verdict.conditions));
+    }
+    assert_eq!(kinds, ["cycle", "left", "margins", "potential", "word"].into());
+    let corner = r#"{"contact":2,"phi":0.5,"growth":0.25}"#;
+    let away: Evidence = read(corner);
+    assert!(matches!(away, Evidence::Away(step) if step.contact.number() == 2));
+    assert_eq!(serde_json::to_string(&away).unwrap(), corner);
+}
+
+#[test]
+fn what_a_run_tells_is_made_once() {
+    for run in runs() {
+        assert!(std::ptr::eq(run.impacts(), run.impacts()));
+        assert!(std::ptr::eq(run.zeno_points(), run.zeno_points()));
+        assert!(std::ptr::eq(run.phases(), run.phases()));
+    }
+}
+
+#[test]
+fn phases_carry_on_through_the_impacts_inside_them() {
+    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let phases = |q: [f64; 3]| {
+        let options = Options { model: Model::Full, ..Options::default() };
+        let run = simulate(&rod, &State::at_rest(q), &options).unwrap();
+        let told = run.phases().iter().map(|phase| (phase.mode.clone(), phase.impacts));
+        (run.impacts().len(), told.collect::<Vec<_>>())
+    };
+    // Nine impacts by themselves, then the sum of the others.
+    let clatter = phases([0.0, 0.011, 0.002_f64.asin()]);
+    assert_eq!(clatter, (9, vec![("SS".into(), 9), ("FF".into(), 0)]));
+    let mut fields = rod.fields().clone();
+    fields.contacts.truncate(1);
+    // A ball that is hit once on its way.
+    fields.center_of_mass = fields.contacts[0].point;
+    let ball = Posture::new(fields).unwrap();
+    let options = Options {
+        stop: Stop::Time,
+        time_limit: Some(1.05),
+        model: Model::Local,
+        ..Options::default()
+    };
+    let run = simulate(&ball, &State::at_rest([0.0, 4.9, 0.0]), &options).unwrap();
+    assert_eq!((run.phases().len(), run.phases()[0].impacts, run.impacts().len()), (1, 1, 1));
+}
