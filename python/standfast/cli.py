@@ -378,7 +378,7 @@ def story(run: sf.Run, title: str) -> str:
             e = contact.restitution
             tell(
                 f"contact {number}",
-                f"point {_tuple(contact.point)} m, slope {contact.slope:g} rad,"
+                f"point {_tuple(contact.point)} m, slope {contact.slope:zg} rad,"
                 f" friction {contact.friction:g},"
                 f" restitution {posture.restitution if e is None else e:g}",
             )
@@ -535,7 +535,7 @@ def _cause(phase: sf.Phase) -> str:
 
 
 def _tuple(values: Sequence[float]) -> str:
-    return f"({', '.join(f'{value:g}' for value in values)})"
+    return f"({', '.join(f'{value:zg}' for value in values)})"
 
 
 def _numbers(values: np.ndarray[Any, Any]) -> str:

@@ -117,7 +117,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
       clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
     """
     x = verdict.posture.center_of_mass[0]
-    where = f"centre of mass at {x:.6g} m, "
+    where = f"centre of mass at {x:z.6g} m, "
     region = verdict.equilibrium_region
     where += (
         "region empty"
@@ -230,8 +230,8 @@ def _forces(forces: npt.NDArray[np.float64]) -> str:
 
 
 def _vector(values: npt.NDArray[np.float64]) -> str:
-    # Adding zero turns −0 into 0.
-    return f"({', '.join(f'{value + 0.0:.6g}' for value in values)})"
+    # z: zero without a sign.
+    return f"({', '.join(f'{value:z.6g}' for value in values)})"
 
 
 def map_table(grid: "xarray.Dataset") -> list[str]:
@@ -241,7 +241,7 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
         text, unit = described(str(path))
         low, high = float(values.min()), float(values.max())
         lines.append(
-            f"  over     {text}: {values.size} values from {low:g} to {high:g} {unit}".rstrip()
+            f"  over     {text}: {values.size} values from {low:zg} to {high:zg} {unit}".rstrip()
         )
     for name, variable in grid.data_vars.items():
         values = variable.values
@@ -250,7 +250,7 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
             known = values[np.isfinite(values)]
             rows = [("from", "to", "points")]
             ends = (known.min(), known.max()) if known.size else (np.nan, np.nan)
-            rows.append((f"{ends[0]:g}", f"{ends[1]:g}", str(known.size)))
+            rows.append((f"{ends[0]:zg}", f"{ends[1]:zg}", str(known.size)))
             rows += [
                 (what, "", str(int(count)))
                 for what, count in (

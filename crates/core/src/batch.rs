@@ -19,6 +19,7 @@ use crate::posture::Posture;
 use crate::simulate::{Model, Options, Start, State, simulate_until, solvable};
 use crate::trajectory::{ContactNumber, Outcome, Trajectory};
 use crate::tumble;
+use crate::zero::UnsignedZero;
 
 /// Where one of many runs has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -290,7 +291,7 @@ impl<'a> Block<'a> {
     /// Puts a run at its start; leaves the place empty if it has no lanes, ever.
     fn begin(&self, number: usize, place: &mut Option<Run<'a>>) -> Result<(), Error> {
         let (posture, state, options) =
-            ((self.posture)(number), &self.states[number], self.options);
+            ((self.posture)(number), &self.states[number].unsigned_zero(), self.options);
         if Start::is_pair(posture, options) {
             solvable(posture, options)?;
             state.validate()?;

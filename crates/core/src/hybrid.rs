@@ -26,6 +26,7 @@ use crate::trajectory::{
 };
 use crate::tumble::{self, Tumble};
 use crate::zeno::{Frozen, Gaps, Impulses};
+use crate::zero::UnsignedZero;
 
 /// The loop over the pieces of a motion.
 pub(crate) struct Driver<'a> {
@@ -214,7 +215,7 @@ impl<'a> Driver<'a> {
             state.qdot.fill(0.0);
             end.spin.omega = 0.0;
         }
-        Some((end, state))
+        Some((end, state.unsigned_zero()))
     }
 
     fn frame(&self) -> &Frame {

@@ -23,6 +23,7 @@
 //! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
 
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 // In the order in which a motion meets them.
 mod auto;
@@ -60,6 +61,7 @@ mod trajectory;
 mod trig;
 mod tumble;
 mod zeno;
+mod zero;
 
 pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
 pub use contact::Contact;

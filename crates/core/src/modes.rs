@@ -28,6 +28,7 @@ pub use words::{Mode, Word};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
+use crate::zero::UnsignedZero;
 
 /// How contact modes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -86,6 +87,20 @@ pub struct Modes {
 }
 
 impl Modes {
+    fn of(mut answers: Vec<ModeAnswer>, complete: bool) -> Self {
+        for answer in &mut answers {
+            answer.acceleration = answer.acceleration.unsigned_zero();
+            for force in &mut answer.forces {
+                *force = force.unsigned_zero();
+            }
+            answer.force_interval = answer.force_interval.unsigned_zero();
+            for margin in &mut answer.margins {
+                margin.value = margin.value.unsigned_zero();
+            }
+        }
+        Self { answers, complete }
+    }
+
     /// Every word offered, in the order S, F, R, L of its letters.
     #[must_use]
     pub fn answers(&self) -> &[ModeAnswer] {
@@ -140,7 +155,7 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
         if method == Method::Qp || method == Method::Auto && closed > FEW {
             let answers: Vec<_> = qp::search(problem)?.into_iter().collect();
             if method == Method::Qp || !answers.is_empty() {
-                return Ok(Modes { answers, complete: false });
+                return Ok(Modes::of(answers, false));
             }
         }
     }
@@ -156,5 +171,5 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
         }
     }
     answers.sort_by_key(|answer| answer.word);
-    Ok(Modes { answers, complete: true })
+    Ok(Modes::of(answers, true))
 }

@@ -25,6 +25,7 @@ use crate::local::LocalModel;
 use crate::terrain::{self, Piece};
 use crate::tolerance::TOUCH;
 use crate::trig::Turn;
+use crate::zero::UnsignedZero;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -327,7 +328,11 @@ impl Posture {
         (0..self.0.geometry.len())
             .map(|i| {
                 let under = self.under(i, q, false);
-                if under.exists { under.geometry.gap(q, &turn) } else { f64::INFINITY }
+                if under.exists {
+                    under.geometry.gap(q, &turn).unsigned_zero()
+                } else {
+                    f64::INFINITY
+                }
             })
             .collect()
     }
@@ -337,7 +342,7 @@ impl Posture {
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
         let turn = Turn::by(q.z);
         (0..self.0.geometry.len())
-            .map(|i| self.under(i, q, false).geometry.gap_rate(qdot, &turn))
+            .map(|i| self.under(i, q, false).geometry.gap_rate(qdot, &turn).unsigned_zero())
             .collect()
     }
 
@@ -346,7 +351,7 @@ impl Posture {
     pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
         let f = &self.0.fields;
         let kinetic = qdot.x * qdot.x + qdot.y * qdot.y + self.gyration_squared() * qdot.z * qdot.z;
-        f.mass * (0.5 * kinetic + f.gravity * q.y)
+        (f.mass * (0.5 * kinetic + f.gravity * q.y)).unsigned_zero()
     }
 
     /// The two contacts of a two-contact posture.
@@ -382,7 +387,7 @@ impl Posture {
     ///
     /// [`Error::Unusable`] naming `contacts` unless there are two.
     pub fn normal_gravity(&self) -> Result<[f64; 2], Error> {
-        Ok(self.pair()?.map(|k| k.gravity))
+        Ok(self.pair()?.map(|k| k.gravity.unsigned_zero()))
     }
 
     /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.
@@ -395,7 +400,9 @@ impl Posture {
         let arms = pair.map(|k| k.turned(&Turn::by(theta)));
         let n12 = pair[0].normal.dot(&pair[1].normal);
         let (psi, phi) = couplings(arms[0].0, arms[1].0, n12, self.gyration_squared());
-        LocalModel::new(pair.map(|k| k.gravity), psi, phi, pair.map(|k| k.restitution))
+        let gravity = pair.map(|k| k.gravity.unsigned_zero());
+        let (psi, phi) = (psi.unsigned_zero(), phi.unsigned_zero());
+        LocalModel::new(gravity, psi, phi, pair.map(|k| k.restitution))
     }
 }
 

@@ -27,6 +27,7 @@ use crate::trajectory::{Record, Trajectory};
 use crate::trig::Turn;
 use crate::tumble::{Body, Tumble};
 use crate::zeno::Gaps;
+use crate::zero::UnsignedZero;
 
 /// Configuration and velocity of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -263,6 +264,7 @@ pub fn simulate_until(
     options.validate()?;
     solvable(posture, options)?;
     state.validate()?;
+    let state = &state.unsigned_zero();
     let mut start = Start::new(posture, state, options.model)?;
     let reason = match options.model {
         Model::Local | Model::Full => "asked for",
@@ -556,8 +558,9 @@ impl LocalModel {
         options: &Options,
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Trajectory>, Error> {
-        finite("theta", theta)?;
-        finite("omega", omega)?;
+        let (gaps, rates) = (gaps.unsigned_zero(), rates.unsigned_zero());
+        let theta = finite("theta", theta)?.unsigned_zero();
+        let omega = finite("omega", omega)?.unsigned_zero();
         let (h, warnings) = self.checked(gaps, rates, options)?;
         let base = Base::of_parameters(self, gaps, rates, [theta, omega]);
         let gaps = Gaps { h, u: rates };

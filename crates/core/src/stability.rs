@@ -40,6 +40,7 @@ use crate::modes::{Method, ModeAnswer, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::State;
 use crate::trajectory::ContactNumber;
+use crate::zero::UnsignedZero;
 pub use certify::{Potential, Reason};
 
 use certify::Decision;
@@ -269,8 +270,8 @@ impl Verdict {
             let alpha = map.local().alpha[1 - corner.contact].middle();
             CornerStep {
                 contact: ContactNumber::of(corner.contact),
-                phi: libm::atan(alpha * libm::tan(corner.phi)),
-                growth: corner.growth,
+                phi: libm::atan(alpha * libm::tan(corner.phi)).unsigned_zero(),
+                growth: corner.growth.unsigned_zero(),
             }
         };
         match certify::decide(map) {

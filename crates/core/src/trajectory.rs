@@ -22,6 +22,7 @@ use crate::log::{Center, Collision, Spin};
 use crate::modes::{ContactProblem, Mode};
 use crate::posture::Posture;
 use crate::simulate::{Model, Options, State, simulate};
+use crate::zero::UnsignedZero;
 
 /// The argument by which a Zeno point was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -214,7 +215,7 @@ const CLOCK_ROUNDINGS: f64 = 4.0;
 impl Stance {
     pub(crate) fn state(&self) -> State {
         let (r, v, spin) = (self.center.r, self.center.v, self.spin);
-        State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega])
+        State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega]).unsigned_zero()
     }
 
     fn instant(&self, posture: &Posture) -> Instant {
@@ -222,11 +223,11 @@ impl Stance {
     }
 
     fn gaps(&self, posture: &Posture) -> Vec<f64> {
-        posture.per_contact(|k| self.points[k].h).collect()
+        posture.per_contact(|k| self.points[k].h.unsigned_zero()).collect()
     }
 
     fn rates(&self, posture: &Posture) -> Vec<f64> {
-        posture.per_contact(|k| self.points[k].u).collect()
+        posture.per_contact(|k| self.points[k].u.unsigned_zero()).collect()
     }
 
     /// One letter a contact. In a vertex, where it has a second point behind all first ones: that of the piece it is on, F if it is
@@ -295,6 +296,7 @@ impl Trajectory {
         model_reason: &'static str,
         options: Options,
     ) -> Self {
+        record.acceleration = record.acceleration.unsigned_zero();
         let most = options.events(record.base.count);
         let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
         if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
@@ -451,13 +453,16 @@ impl Trajectory {
     fn make_impacts(&self) -> Vec<ImpactRecord> {
         let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
         if let Some(general) = &self.record.general {
+            let rates = |posture: &Posture, of: &[f64]| {
+                posture.per_contact(|k| of[k].unsigned_zero()).collect()
+            };
             let record = |struck: &Struck| ImpactRecord {
                 time: self.clock(struck.clock),
                 elapsed: struck.clock.hi,
                 contact: ContactNumber::of(struck.contact),
-                rates_before: general.posture.per_contact(|k| struck.before[k]).collect(),
-                rates_after: general.posture.per_contact(|k| struck.after[k]).collect(),
-                impulse: struck.impulse.map(|part| mass * part),
+                rates_before: rates(&general.posture, &struck.before),
+                rates_after: rates(&general.posture, &struck.after),
+                impulse: struck.impulse.map(|part| (mass * part).unsigned_zero()),
             };
             return general.collisions.iter().map(record).collect();
         }
@@ -473,7 +478,7 @@ impl Trajectory {
                 contact: ContactNumber::of(c.contact),
                 rates_before: self.each(c.before),
                 rates_after: self.each(c.after),
-                impulse: [mass * 0.0, mass * share * c.jump],
+                impulse: [mass * 0.0, mass * share * c.jump].unsigned_zero(),
             })
             .collect()
     }
@@ -527,7 +532,8 @@ impl Trajectory {
         let contacts: Vec<_> =
             (0..self.count()).filter(|&i| zeno.closed[i]).map(ContactNumber::of).collect();
         let elapsed = zeno.at.clock.hi;
-        let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
+        let vector =
+            |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z].unsigned_zero());
         ZenoPoint {
             kind: format!("{}-zeno", contacts.len()),
             contacts,
@@ -536,7 +542,7 @@ impl Trajectory {
             time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
             q: vector(&zeno.state.q),
             qdot: vector(&zeno.state.qdot),
-            rotation: [zeno.at.spin.theta, zeno.at.spin.omega],
+            rotation: [zeno.at.spin.theta, zeno.at.spin.omega].unsigned_zero(),
             gaps: self.each(zeno.at.gaps.h),
             gap_rates: self.each(zeno.at.gaps.u),
             certified: zeno.certified,
@@ -664,7 +670,8 @@ impl Trajectory {
     /// As [`Trajectory::at`].
     pub fn energy(&self, t: f64) -> Result<f64, Error> {
         let state = self.at(t)?.state;
-        Ok(self.posture().map_or(f64::NAN, |p| p.energy(&state.q, &state.qdot)))
+        let energy = |p: &Posture| p.energy(&state.q, &state.qdot);
+        Ok(self.posture().map_or(f64::NAN, energy))
     }
 
     /// `count` ≥ 2 times that show the run: half of them at its events and between them, so that they lie
@@ -764,14 +771,15 @@ impl Trajectory {
     }
 
     fn each(&self, pair: [f64; 2]) -> Vec<f64> {
-        pair[..self.count()].to_vec()
+        pair[..self.count()].to_vec().unsigned_zero()
     }
 
     fn clock(&self, elapsed: Clock) -> f64 {
-        self.options.clock(elapsed)
+        self.options.clock(elapsed).unsigned_zero()
     }
 
     fn instant(&self, full: &Snapshot, state: State) -> Instant {
+        let state = state.unsigned_zero();
         Instant { state, gaps: self.each(full.gaps.h), rates: self.each(full.gaps.u) }
     }
 

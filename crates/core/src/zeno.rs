@@ -266,7 +266,8 @@ impl Frozen {
                 && leaves.iter().all(|&(i, u)| self.g[i] <= 0.0 || d * u >= far * self.g[i]);
         }
         let scale = (self.psi[a] / self.psi[b]).sqrt();
-        let kappa = (scale * (u_a / -u_b).max(k.limit[b])).powi(3) / (e * e);
+        let ratio = scale * (u_a / -u_b).max(k.limit[b]);
+        let kappa = ratio * ratio * ratio / (e * e);
         let eta = self.g[a] * parabola(h_b, u_b, self.g[b]) / (2.0 * u_a);
         kappa < 1.0
             && eta < 1.0

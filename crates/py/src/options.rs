@@ -108,8 +108,9 @@ pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
     text
 }
 
-/// A double as Python writes it.
+/// A double as Python writes it; zero without its sign.
 pub(crate) fn float(value: f64) -> String {
+    let value = value + 0.0;
     if value.is_finite() { format!("{value:?}") } else { format!("float('{value}')") }
 }
 

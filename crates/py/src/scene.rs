@@ -8,7 +8,7 @@ use standfast::{Options, Scene, State};
 
 use crate::error::to_py;
 use crate::input;
-use crate::options::{get, set, stopped};
+use crate::options::{float, get, set, stopped};
 use crate::posture::PyPosture;
 use crate::run::{PyRun, vector};
 
@@ -93,7 +93,7 @@ impl PyScene {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let triple = |v: [f64; 3]| format!("({:?}, {:?}, {:?})", v[0], v[1], v[2]);
+        let triple = |v: [f64; 3]| format!("({})", v.map(float).join(", "));
         Ok(format!(
             "Scene({}, q={}, qdot={}, options={})",
             self.posture().into_pyobject(py)?.repr()?,

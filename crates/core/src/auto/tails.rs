@@ -47,7 +47,7 @@ impl Shadow<'_> {
             let angle = (omega + kick) * t;
             let turned = angle * (k.c.abs() + k.b.abs() * angle);
             let pull = k.c.abs() * kick * (2.0 * omega + kick)
-                + (omega + kick).powi(2) * k.b.abs() * angle;
+                + (omega + kick) * (omega + kick) * k.b.abs() * angle;
             let later = if last { 0.0 } else { t * turned * self.lever / self.rho2.sqrt() };
             let place = turned * g * t * t / self.rho2;
             let change = t * pull / g + later;

@@ -28,10 +28,7 @@ impl Stance {
             (true, true) => rows[i].whole.dot(&along(j)) / (rows[i].whole.norm() * along(j).norm()),
             _ => f64::from(u8::from(i == j)),
         });
-        let decomposed = matrix.svd(true, true);
-        let least = decomposed.singular_values.imin();
-        let (left, right) = (decomposed.u?.column(least).into_owned(), decomposed.v_t?);
-        let right = right.row(least).transpose();
+        let (left, right) = (annihilated(&matrix.transpose()), annihilated(&matrix));
         let normal = |k: &usize| !rows[*k].unknown.tangential;
         let sign = (0..n).filter(normal).map(|k| right[k]).sum::<f64>().signum();
         if (0..n).filter(normal).any(|k| sign * right[k] < 0.0) {
@@ -83,5 +80,33 @@ impl Stance {
             }
         }
         Some(stopped)
+    }
+}
+
+/// The unit vector x with Mx = 0 of a singular matrix M of rank two: it is orthogonal to all rows, so the cross product of the two
+/// that are the most independent.
+fn annihilated(matrix: &Matrix3<f64>) -> Vector3<f64> {
+    let row = |i: usize| matrix.row(i).transpose();
+    let products = [row(1).cross(&row(2)), row(2).cross(&row(0)), row(0).cross(&row(1))];
+    let longest = |a: &Vector3<f64>, b: &Vector3<f64>| if b.norm() > a.norm() { *b } else { *a };
+    products[1..].iter().fold(products[0], |a, b| longest(&a, b)).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_singular_matrix_annihilates_its_vector() {
+        for matrix in [
+            Matrix3::new(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+            Matrix3::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+            Matrix3::new(1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 1e-3),
+        ] {
+            for m in [matrix, matrix.transpose()] {
+                let x = annihilated(&m);
+                assert!((x.norm() - 1.0).abs() < 1e-15 && (m * x).amax() < 1e-14, "{m} {x}");
+            }
+        }
     }
 }

@@ -11,6 +11,7 @@ use super::enumerate::{DEPENDENT, judge, leans_on_a_tie};
 use super::problem::{ContactProblem, Row};
 use super::words::{Mode, Word};
 use crate::trajectory::ContactNumber;
+use crate::zero::UnsignedZero;
 
 /// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +91,7 @@ impl PairMode {
     /// q̈, in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
     #[must_use]
     pub fn acceleration(&self, problem: &ContactProblem) -> [f64; 3] {
-        problem.acceleration(&self.motion(problem))
+        problem.acceleration(&self.motion(problem)).unsigned_zero()
     }
 
     fn motion(&self, problem: &ContactProblem) -> Vector3<f64> {
@@ -114,7 +115,7 @@ impl PairMode {
     #[must_use]
     pub fn force(&self, problem: &ContactProblem, index: usize) -> [f64; 2] {
         let scaled = self.family(problem).map_or(self.forces, |family| family.smallest());
-        problem.force(index, scaled[index])
+        problem.force(index, scaled[index]).unsigned_zero()
     }
 
     /// The forces of two fixed contacts.

@@ -17,6 +17,7 @@ use crate::posture::{MAX_CONTACTS, Posture};
 use crate::simulate::State;
 use crate::tolerance::TOUCH;
 use crate::trig::Turn;
+use crate::zero::UnsignedZero;
 
 /// What the unknowns of a contact-mode problem are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -190,7 +191,7 @@ impl ContactProblem {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
-    pub fn new(fields: ProblemFields) -> Result<Self, Error> {
+    pub fn new(mut fields: ProblemFields) -> Result<Self, Error> {
         positive("mass", fields.mass)?;
         let rho = positive("gyration_radius", fields.gyration_radius)?;
         let n = fields.arms.len();
@@ -232,7 +233,7 @@ impl ContactProblem {
                     fields.bias[i][k],
                 )?;
             }
-            if !((t[0].hypot(t[1]) - 1.0).abs() <= UNIT) {
+            if !((libm::hypot(t[0], t[1]) - 1.0).abs() <= UNIT) {
                 return Err(Error::Unusable {
                     field: format!("tangents.{number}"),
                     value: format!("({:?}, {:?})", t[0], t[1]),
@@ -265,10 +266,14 @@ impl ContactProblem {
             rows.push(row);
         }
         let scale = scale(&mut rows, &load);
+        for pair in fields.arms.iter_mut().chain(&mut fields.tangents).chain(&mut fields.bias) {
+            *pair = pair.unsigned_zero();
+        }
+        fields.free_acceleration = fields.free_acceleration.unsigned_zero();
         Ok(Self { fields, rows, scale, load: load / scale })
     }
 
-    /// The fields as given.
+    /// The fields as given, with +0.0 for −0.0.
     #[must_use]
     pub fn fields(&self) -> &ProblemFields {
         &self.fields
@@ -330,7 +335,7 @@ impl Posture {
         }
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;
-        let still = TOUCH * (v.x.hypot(v.y) + size * omega.abs());
+        let still = TOUCH * (libm::hypot(v.x, v.y) + size * omega.abs());
         let (gaps, rates) = (self.gaps(&state.q), self.gap_rates(&state.q, &state.qdot));
         let turn = Turn::by(state.q.z);
         let grounds = (0..self.contacts().len()).map(|i| self.under(i, &state.q, false).geometry);

@@ -77,7 +77,8 @@ pub(super) fn smallest(
         for &(contact, mode) in &closed {
             let (row, mu) = (&rows[contact], rows[contact].friction);
             let mut add = |t: f64, n: f64| {
-                let force = [t / t.hypot(n), n / t.hypot(n)];
+                let length = libm::hypot(t, n);
+                let force = [t / length, n / length];
                 let push = (row.tangent * force[0] + row.normal * force[1]) * row.stretch;
                 all.push(Unknown { contact, force, wrench: needs * push });
             };
@@ -155,11 +156,19 @@ fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<S
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
     let gram =
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
-    let gram = gram.svd(true, true);
+    // BBᵀ = Σ w vvᵀ; of a w that is none the unknowns do not move along v.
+    let eigen = gram.symmetric_eigen();
+    let least = DEPENDENT * eigen.eigenvalues.amax();
+    let inverse = |of: &Vector3<f64>| {
+        (0..3).filter(|&k| eigen.eigenvalues[k] > least).fold(Vector3::zeros(), |sum, k| {
+            let v = eigen.eigenvectors.column(k);
+            sum + v * (v.dot(of) / eigen.eigenvalues[k])
+        })
+    };
     let mut forces = vec![[0.0; 2]; contacts];
     let (mut missing, mut lambda) = (*rest, Vector3::zeros());
     for _ in 0..=REFINEMENTS {
-        let more = gram.solve(&missing, DEPENDENT * gram.singular_values.max()).ok()?;
+        let more = inverse(&missing);
         lambda += more;
         for u in unknowns {
             let size = u.wrench.dot(&more);

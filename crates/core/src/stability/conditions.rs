@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::modes::{Condition, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
 use crate::posture::Posture;
 use crate::simulate::State;
+use crate::zero::UnsignedZero;
 
 use super::clattering::{chatter_bound, clattering_bound, coupling};
 use super::region::equilibrium_region;
@@ -206,13 +207,13 @@ impl Words {
         let chatter_margin = coupling - chatter_bound(e);
         Conditions {
             equilibrium,
-            equilibrium_margin,
+            equilibrium_margin: equilibrium_margin.unsigned_zero(),
             region,
             kinematic_strong: equilibrium && self.strong,
             kinematic_strong_strict: equilibrium && self.strict,
             unambiguous: equilibrium && self.holds && !self.leaves,
-            kinematic_margin: self.margin,
-            coupling,
+            kinematic_margin: self.margin.unsigned_zero(),
+            coupling: coupling.unsigned_zero(),
             clattering: clattering_margin > 0.0,
             clattering_margin,
             chatter: coupling > 0.0 && chatter_margin >= 0.0,

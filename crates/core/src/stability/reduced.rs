@@ -423,7 +423,7 @@ impl LocalModel {
 fn stretched(frame: &mut [f64; 2], a: &[[f64; 2]; 2]) -> [f64; 2] {
     let image = |x: [f64; 2]| [0, 1].map(|i| a[i][0] * x[0] + a[i][1] * x[1]);
     let (along, across) = (image(*frame), image([-frame[1], frame[0]]));
-    let length = along[0].hypot(along[1]);
+    let length = libm::hypot(along[0], along[1]);
     *frame = along.map(|x| x / length);
     [length, (frame[0] * across[1] - frame[1] * across[0]).abs()]
 }
@@ -458,7 +458,12 @@ impl Means {
         let full = (0..BATCHES).filter(|&part| self.counts[part] == self.length);
         let parts = full.clone().count() as f64;
         let length = self.length as f64;
-        let scatter: f64 = full.map(|part| (self.sums[part][k] / length - mean).powi(2)).sum();
+        let scatter: f64 = full
+            .map(|part| {
+                let off = self.sums[part][k] / length - mean;
+                off * off
+            })
+            .sum();
         (mean, (scatter / (parts * (parts - 1.0))).sqrt())
     }
 

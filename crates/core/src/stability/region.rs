@@ -13,6 +13,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::posture::{Geometry, Posture};
+use crate::zero::UnsignedZero;
 
 /// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +53,7 @@ impl Edge {
 /// nominal posture count.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
-    region(posture, 1.0)
+    region(posture, 1.0).unsigned_zero()
 }
 
 /// The same with all coefficients of friction times `factor`.

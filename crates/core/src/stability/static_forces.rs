@@ -11,6 +11,7 @@ use super::region::region;
 use crate::modes::maximise;
 use crate::posture::Posture;
 use crate::tolerance::TOUCH;
+use crate::zero::UnsignedZero;
 
 /// The family of contact forces that hold a body at rest in its nominal posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,9 +60,11 @@ pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
         maximise(&held, &objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
     };
     let all = |sign: f64| {
-        (0..count).map(|contact| [0, 1].map(|axis| extreme(contact, axis, sign))).collect()
+        (0..count)
+            .map(|contact| [0, 1].map(|axis| extreme(contact, axis, sign)))
+            .collect::<Vec<_>>()
     };
-    Some(StaticForces { low: all(-1.0), high: all(1.0) })
+    Some(StaticForces { low: all(-1.0).unsigned_zero(), high: all(1.0).unsigned_zero() })
 }
 
 fn edges(posture: &Posture) -> Vec<Edge> {
