@@ -226,3 +226,19 @@ def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
         assert run.outcome == full.outcome
         assert run.q == pytest.approx(full.q, abs=2e-3)
     assert local > 100
+
+
+def test_the_tolerance_of_an_early_zeno_point_is_that_of_the_whole_run():
+    """Landing takes milliseconds, the slide after it a second: times are promised to within tolerance × run.elapsed."""
+    feet = [sf.Contact((x, 0.0), friction=0.15) for x in (-0.5, 0.5)]
+    body = sf.Posture(1.0, 0.4, (0.05, 0.1), feet, 0.2)
+    tolerance, q, qdot = 1e-4, (0, 1e-4, 5e-7), (2.0, 0, 0)
+    auto = sf.simulate(body, q, qdot, tolerance=tolerance)
+    full = sf.simulate(body, q, qdot, model="full")
+    assert (auto.model, auto.outcome) == ("local", "rest")
+    first, true = auto.zeno_points[0], full.zeno_points[0]
+    assert true.elapsed < 0.02 * full.elapsed
+    error = abs(first.elapsed - true.elapsed)
+    assert (
+        first.time_error < error <= tolerance * auto.elapsed
+    )  # the error of the model is not in time_error

@@ -145,8 +145,9 @@ pub struct Options {
     #[serde(with = "crate::scene::extended")]
     #[schemars(with = "crate::scene::Extended")]
     pub neighbourhood: f64,
-    /// Largest error that `Model::Auto` may make: of times relative to the time elapsed, of q relative to the size of
-    /// the body.
+    /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
+    /// relative to the size of the body. The time of a Zeno point early in a long run is promised to within this times the whole
+    /// time elapsed; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
     pub tolerance: f64,
     /// Whether the trajectory is kept.
     pub record: bool,

@@ -619,7 +619,8 @@ impl Trajectory {
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if nothing was recorded or `t` lies outside the run.
+    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if it lies so close to the end of a sum of
+    /// impacts that more than 100 000 events of it come before.
     pub fn at(&self, t: f64) -> Result<Instant, Error> {
         let pieces = self.pieces()?;
         let (start, end) = (self.options.time, self.time());

@@ -65,7 +65,8 @@ mod _core {
     /// of the motion; impacts in turn in one instant count for one); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
     /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
     /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
-    /// gyration_radius. record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
+    /// gyration_radius; so the time of a Zeno point early in a long run is promised to within tolerance * run.elapsed only (with
+    /// stop="zeno" run.elapsed is the time of the first one). record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
     /// of the collisions and, in the local model, of the first Zeno point are computed as well (run.enclosure); one contact or
     /// two, impact="newton", terrain without ends.
     ///

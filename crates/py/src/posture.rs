@@ -372,7 +372,7 @@ impl PyLocalModel {
 
     /// The motion of the gaps and of θ: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
     ///
-    /// The keywords are those of `standfast.simulate`. The run has no q: see its gaps, rates, theta, omega.
+    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood and tolerance. The run has no q: see its gaps, rates, theta, omega.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)

@@ -102,7 +102,8 @@ impl PyPhase {
 ///
 /// kind : "1-zeno", "2-zeno", … (how many contacts come to rest). contacts : their numbers; contact : the only one, or None. time, elapsed : s.
 /// time_error : estimated error of the sum and of the clock, s; what the motion before makes of the
-/// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it. q, qdot : (3,), None
+/// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it, nor is the error of the local model,
+/// which `tolerance` bounds where "auto" chose it. q, qdot : (3,), None
 /// without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity (rad/s) there.
 /// certified : whether the argument is a proof. method : the argument. first_summed : index of the first
 /// collision that was summed instead of simulated.
@@ -440,7 +441,8 @@ impl PyRun {
     }
 
     /// (q, qdot), each (..., 3), at times t : (...) s of the run; exact within a phase, and after an impact
-    /// where t meets one. Raises ValueError if t lies outside the run or nothing was recorded.
+    /// where t meets one. Raises ValueError if t lies outside the run, if nothing was recorded, or if t lies so close to the end of
+    /// a sum of impacts that more than 100 000 events of it come before.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let posture = self.0.posture().is_some();
         self.instants(py, t, 3, |instant| {

@@ -128,8 +128,9 @@ impl PyVerdict {
     /// The argument's data: None where the margins are all of it; of "corner-map" {"limits", "potential",
     /// "ends"}: limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below
     /// and above which V holds from entry to exit, not from corner to corner (see the theory page); of
-    /// "growing-cycle" its corners (contact, phi, growth); of "accelerating-mode" the word or the corner that leads away; of
-    /// an undecided posture the cells left over.
+    /// "growing-cycle" its corners (contact, phi, growth); of "accelerating-mode" the word or the corner that leads away, None
+    /// where sliding does; of an undecided posture {"reason", "cells", "left"}: why, the number of cells of the corner map, and
+    /// those left over (None where the map was not asked).
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = self.verdict.evidence_json();

@@ -133,7 +133,8 @@ pub struct ZenoPoint {
     pub time: f64,
     /// Time since the start, in s.
     pub elapsed: f64,
-    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s.
+    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s. The error of the local model, which
+    /// [`Options::tolerance`](crate::Options::tolerance) bounds, is not in it.
     pub time_error: f64,
     /// Configuration there; `None` for a model without a body.
     pub q: Option<[f64; 3]>,
