@@ -807,3 +807,17 @@ def test_a_run_lets_other_threads_go_on():
         time.sleep(0.0005)
     thread.join()
     assert count > 3
+
+
+def test_phases_count_the_impacts_inside_them():
+    rod = sf.Posture.rod(
+        half_length=0.5, gyration_radius=0.2, restitution=0.3, friction=0.4
+    )
+    run = sf.simulate(rod, q=(0, 0.2, 0.3), qdot=(0.5, 0, 2.0), model="full")
+    times = run.impacts["time"]
+    inside = [int(((times > p.start) & (times < p.end)).sum()) for p in run.phases]
+    assert [phase.impacts for phase in run.phases] == inside
+    assert [phase["impacts"] for phase in run.to_dict()["phases"]] == inside
+    assert max(inside) > 3
+    assert pickle.loads(pickle.dumps(run.phases)) == run.phases
+    assert f"impacts={inside[0]})" in repr(run.phases[0])
