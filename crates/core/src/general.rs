@@ -49,6 +49,8 @@ pub(crate) struct Settled {
     pub(crate) from_start: bool,
     /// Whether rounds that repeat themselves were summed.
     pub(crate) nested: bool,
+    /// Whether each came to rest in an impact without rebound.
+    pub(crate) plastic: bool,
     /// Time that their last bounces would still have taken, or error of the sum, in s.
     pub(crate) error: f64,
     pub(crate) stance: Stance,
@@ -272,9 +274,18 @@ impl<'a> General<'a> {
         lowest > f64::NEG_INFINITY && top + self.posture.size() < lowest
     }
 
-    /// Notes that these contacts have come to rest.
-    fn settle(&mut self, points: &[usize], from_start: bool, error: f64) -> Option<Outcome> {
+    /// Notes that these contacts have come to rest, by an impact with the speed `hit` (m/s): 0 where impacts were summed, infinite
+    /// where none was needed.
+    fn settle(
+        &mut self,
+        points: &[usize],
+        from_start: bool,
+        error: f64,
+        hit: f64,
+    ) -> Option<Outcome> {
         let mut contacts = Vec::new();
+        let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
+        let plastic = stops && !self.fades(hit);
         for &i in points {
             self.resting[i] = true;
             contacts.push(self.state.points[i].place.contact);
@@ -291,6 +302,7 @@ impl<'a> General<'a> {
                 last.contacts.dedup();
                 last.stance = self.state.clone();
                 last.error = last.error.max(error);
+                last.plastic &= plastic;
             }
             _ => self.zeno.push(Settled {
                 clock,
@@ -298,6 +310,7 @@ impl<'a> General<'a> {
                 hits: self.log.hits,
                 from_start,
                 nested: false,
+                plastic,
                 error,
                 stance: self.state.clone(),
             }),
@@ -341,7 +354,7 @@ impl<'a> General<'a> {
             })
             .collect();
         if !new.is_empty()
-            && let Some(outcome) = self.settle(&new, fresh, 0.0)
+            && let Some(outcome) = self.settle(&new, fresh, 0.0, f64::INFINITY)
         {
             return Some(outcome);
         }
@@ -361,7 +374,7 @@ impl<'a> General<'a> {
         self.warnings.extend(phase.warning);
         (self.undecided, self.acceleration) = (phase.undecided, phase.acceleration);
         match end {
-            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_slow(0.0),
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_after_jam(),
             PhaseEnd::Outcome(outcome) => Some(outcome),
             PhaseEnd::Free => self.fly(),
             PhaseEnd::Leave(i, side) => {
@@ -392,7 +405,7 @@ impl<'a> General<'a> {
             let [left, right] = old.place.sides;
             p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
         }
-        let outcome = self.settle(&[0, 1], false, limit.error);
+        let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
         if let Some(last) = self.zeno.last_mut() {
             last.nested = limit.repeats;
         }

@@ -407,7 +407,8 @@ impl<'a> Driver<'a> {
                     hits.push(*hit);
                 }
             });
-            if end == Sequence::Infinite || rates == [0.0; 2] {
+            // One impact on each may leave no speed: without restitution and without coupling.
+            if end == Sequence::Infinite || count > 2 && rates == [0.0; 2] {
                 end = Sequence::Infinite; // or so long that its speeds are below any double
                 jump = model.share([-gaps.u[0], -gaps.u[1]]);
                 rates = [0.0; 2];
@@ -468,7 +469,7 @@ impl<'a> Driver<'a> {
         if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
             let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
             let left = 0.5 * left[0].max(left[1]);
-            if left <= 0.5 * REACHED * self.log.clock.hi {
+            if 0.0 < left && left <= 0.5 * REACHED * self.log.clock.hi {
                 return self.settle(left, Method::Mixed, false, left, Tail::Collisions);
             }
         }

@@ -505,6 +505,12 @@ impl Trajectory {
             |&i: &usize| zeno.contacts.iter().any(|&k| posture.point_of(k) == posture.point_of(i));
         let contacts: Vec<_> =
             (0..posture.contacts().len()).filter(settled).map(ContactNumber::of).collect();
+        let method = match (zeno.from_start, zeno.contacts.len()) {
+            (true, _) => Method::Rest,
+            (_, 1) => Method::Bounce,
+            _ if zeno.nested => Method::Nested,
+            _ => Method::Mixed,
+        };
         ZenoPoint {
             kind: format!("{}-zeno", contacts.len()),
             contacts,
@@ -517,20 +523,20 @@ impl Trajectory {
             gaps: stance.gaps(posture),
             gap_rates: stance.rates(posture),
             certified: zeno.from_start,
-            method: match (zeno.from_start, zeno.contacts.len()) {
-                (true, _) => Method::Rest,
-                (_, 1) => Method::Bounce,
-                _ if zeno.nested => Method::Nested,
-                _ => Method::Mixed,
-            }
-            .as_str(),
+            method: method.as_str(),
+            plastic: zeno.plastic && !zeno.from_start,
             first_summed: zeno.hits,
         }
     }
 
     fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
-        let contacts: Vec<_> =
-            (0..self.count()).filter(|&i| zeno.closed[i]).map(ContactNumber::of).collect();
+        let closed: Vec<usize> = (0..self.count()).filter(|&i| zeno.closed[i]).collect();
+        let without_rebound = |&i: &usize| match (&self.record.base.reduced, self.posture()) {
+            (Some((model, ..)), _) => model.restitution()[i] == 0.0,
+            (None, Some(posture)) => posture.geometry()[i].restitution == 0.0,
+            (None, None) => unreachable!("a run is of a posture or of a local model"),
+        };
+        let contacts: Vec<_> = closed.iter().map(|&i| ContactNumber::of(i)).collect();
         let elapsed = zeno.at.clock.hi;
         let vector =
             |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z].unsigned_zero());
@@ -547,6 +553,7 @@ impl Trajectory {
             gap_rates: self.each(zeno.at.gaps.u),
             certified: zeno.certified,
             method: zeno.method.as_str(),
+            plastic: zeno.method == Method::Bounce && closed.iter().all(without_rebound),
             first_summed: zeno.first_summed,
         }
     }

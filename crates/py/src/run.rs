@@ -98,15 +98,17 @@ impl PyPhase {
     }
 }
 
-/// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
+/// A point in time at which contacts come to rest: where infinitely many impacts accumulate, in an impact without rebound
+/// (plastic), or because they rest from the start (method "rest").
 ///
 /// kind : "1-zeno", "2-zeno", … (how many contacts come to rest). contacts : their numbers; contact : the only one, or None. time, elapsed : s.
 /// time_error : estimated error of the sum and of the clock, s; what the motion before makes of the
 /// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it, nor is the error of the local model,
 /// which `tolerance` bounds where "auto" chose it. q, qdot : (3,), None
 /// without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity (rad/s) there.
-/// certified : whether the argument is a proof. method : the argument. first_summed : index of the first
-/// collision that was summed instead of simulated.
+/// certified : whether the argument is a proof. method : the argument. plastic : whether these contacts, all of restitution 0,
+/// come to rest in an impact, without rebound: nothing accumulates. first_summed : index of the first collision that was
+/// summed instead of simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyZenoPoint(ZenoFields);
@@ -127,6 +129,7 @@ struct ZenoFields {
     gap_rates: Vec<f64>,
     certified: bool,
     method: String,
+    plastic: bool,
     first_summed: usize,
 }
 
@@ -145,6 +148,7 @@ impl From<ZenoPoint> for PyZenoPoint {
             gap_rates: z.gap_rates,
             certified: z.certified,
             method: z.method.into(),
+            plastic: z.plastic,
             first_summed: z.first_summed,
         })
     }
@@ -226,6 +230,11 @@ impl PyZenoPoint {
     }
 
     #[getter]
+    fn plastic(&self) -> bool {
+        self.0.plastic
+    }
+
+    #[getter]
     fn first_summed(&self) -> usize {
         self.0.first_summed
     }
@@ -241,14 +250,14 @@ impl PyZenoPoint {
 
     fn __repr__(&self) -> String {
         let z = &self.0;
-        let contacts: Vec<String> = z.contacts.iter().map(ToString::to_string).collect();
         format!(
-            "<{} of contact {} at {} s ± {:.1e} s, {}{}>",
+            "<{} of {} at {} s ± {:.1e} s, {}{}{}>",
             z.kind,
-            contacts.join(" and "),
+            contacts(&z.contacts),
             z.time,
             z.time_error,
             z.method,
+            if z.plastic { " without rebound" } else { "" },
             if z.certified { ", certified" } else { "" }
         )
     }
@@ -497,18 +506,46 @@ impl PyRun {
     }
 
     fn __repr__(&self) -> String {
-        let zeno = self.0.zeno_points();
-        let first = zeno.first().map_or(String::new(), |z| {
-            format!(", first {} at {} s ({})", z.kind, z.time, z.method)
-        });
+        let points = self.0.zeno_points();
+        let (rest, moving): (Vec<_>, Vec<_>) = points.iter().partition(|z| z.method == "rest");
+        let (plastic, zeno): (Vec<_>, Vec<_>) = moving.into_iter().partition(|z| z.plastic);
+        let mut events = vec![counted(self.0.collisions(), "collision")];
+        if !plastic.is_empty() {
+            events.push(counted(plastic.len(), "plastic landing"));
+        }
+        let only = match zeno.as_slice() {
+            [z] => format!(" ({} at {} s, {})", z.kind, z.time, z.method),
+            _ => String::new(),
+        };
+        if !zeno.is_empty() {
+            events.push(counted(zeno.len(), "Zeno point") + &only);
+        }
+        if let [z, ..] = rest.as_slice() {
+            let numbers: Vec<_> = z.contacts.iter().map(|contact| contact.number()).collect();
+            events.push(format!("{} on the ground from the start", contacts(&numbers)));
+        }
         format!(
-            "<Run: {} at {} s; {} model; {} collisions, {} Zeno points{first}>",
+            "<Run: {} at {} s; {} model; {}>",
             self.outcome(),
             self.0.time(),
             self.model(),
-            self.0.collisions(),
-            zeno.len(),
+            events.join(", ")
         )
+    }
+}
+
+/// A count with its noun.
+pub(crate) fn counted(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Contacts by their numbers: "contact 2", "contacts 1, 2 and 3".
+fn contacts(numbers: &[usize]) -> String {
+    let names: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    match names.as_slice() {
+        [] => String::from("no contact"),
+        [only] => format!("contact {only}"),
+        [others @ .., last] => format!("contacts {} and {last}", others.join(", ")),
     }
 }
 

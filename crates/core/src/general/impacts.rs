@@ -88,7 +88,7 @@ impl General<'_> {
         self.write_down(i, before, rate, impulse);
         if self.state.points.len() == self.contacts && (self.wedge(i, 0) || self.wedge(i, 1)) {
             let g = self.state.gravity;
-            return self.settle(&[i], false, 2.0 * self.wedged(i) / g);
+            return self.settle(&[i], false, 2.0 * self.wedged(i) / g, rate.abs());
         }
         self.stop_slow(rate.abs())
     }

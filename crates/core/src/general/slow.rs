@@ -150,6 +150,21 @@ impl General<'_> {
     /// feeds them, or the roundings of faster motions do: impacts nearly as slow that neither grow nor shrink stop, too.
     /// `hit`: the speed of the impact.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
+        self.stop(hit, hit)
+    }
+
+    /// As `stop_slow`, after an impact without collision.
+    pub(super) fn stop_after_jam(&mut self) -> Option<Outcome> {
+        self.stop(0.0, f64::INFINITY)
+    }
+
+    /// Whether an impact with this speed (m/s) is one of many that fade away.
+    pub(super) fn fades(&self, hit: f64) -> bool {
+        hit <= IN_TURN * STOPPED * self.fastest
+    }
+
+    /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
+    fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
         let limit = STOPPED * self.fastest;
         let pulls: Vec<f64> =
             (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
@@ -194,6 +209,6 @@ impl General<'_> {
         for p in &mut self.state.points {
             p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
         }
-        self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity))
+        self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity), by)
     }
 }

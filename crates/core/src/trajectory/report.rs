@@ -122,7 +122,8 @@ pub struct ImpactRecord {
     pub impulse: [f64; 2],
 }
 
-/// A point in time at which infinitely many impacts accumulate, or at which contacts rest to begin with.
+/// A point in time at which contacts come to rest: where infinitely many impacts accumulate, in an impact without rebound
+/// ([`ZenoPoint::plastic`]), or because they rest from the start (method "rest").
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ZenoPoint {
     /// "1-zeno", "2-zeno", …: how many contacts come to rest.
@@ -150,6 +151,9 @@ pub struct ZenoPoint {
     pub certified: bool,
     /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
     pub method: &'static str,
+    /// Whether these contacts, all of restitution 0, come to rest in an impact, without rebound: nothing accumulates. The
+    /// method is "bounce", or "mixed" where there are several contacts.
+    pub plastic: bool,
     /// Index of the first collision that was summed instead of simulated.
     pub first_summed: usize,
 }
