@@ -148,7 +148,7 @@ def test_what_is_proved_is_told(tmp_path, capsys):
     enclosure = sf.load(path).simulate().enclosure
     low, high = enclosure.zeno
     assert f"{len(enclosure.impacts)} impacts within the bounds" in told
-    assert f"of contact 1 and 2: from {decimal(low)} to {decimal(high)} s" in told
+    assert f"of contacts 1 and 2: from {decimal(low)} to {decimal(high)} s" in told
     written = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
     assert written["enclosure"]["zeno"]["elapsed"] == {"low": low, "high": high}
     bounds = [impact["elapsed"]["low"] for impact in written["enclosure"]["impacts"]]

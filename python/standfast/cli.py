@@ -24,7 +24,15 @@ from cyclopts import (
 )
 
 import standfast as sf
-from standfast.table import ROWS, aligned, map_table
+from standfast.table import (
+    ROWS,
+    aligned,
+    contacts_named,
+    counted,
+    is_infinite,
+    listed,
+    map_table,
+)
 
 #: Formats of a picture.
 PICTURES = (".png", ".pdf", ".svg")
@@ -402,9 +410,7 @@ def story(run: sf.Run, title: str) -> str:
 
     lines.append("")
     if run.zeno_points:
-        lines.append(
-            "  Zeno points: infinitely many impacts end, or contacts rest from the start"
-        )
+        lines.append(f"  {_zeno_title(run.zeno_points)}")
         lines.extend(_zeno_table(run.zeno_points[:ROWS]))
         if len(run.zeno_points) > ROWS:
             lines.append(
@@ -413,21 +419,26 @@ def story(run: sf.Run, title: str) -> str:
         lines.extend(
             f"    {method}: {meaning}"
             for method, meaning in METHODS.items()
-            if method in {point.method for point in run.zeno_points}
+            if method in {_method(point) for point in run.zeno_points}
         )
     else:
         lines.append("  no Zeno point")
-    if run.enclosure is not None:
-        lines += ["", *_enclosure(run.enclosure)]
+    if proved := _enclosure(run):
+        lines += ["", *proved]
 
     lines.append("")
     if run.phases:
         lines.append(
             "  phases (a letter for each contact: S separate, F held fast, R, L slides right, left)"
         )
+        ends = {
+            p.time: "plastic landing" if p.plastic else "contact at rest"
+            for p in run.zeno_points
+            if not is_infinite(p)
+        }
         rows = [("mode", "start / s", "end / s", "begins with")]
         rows += [
-            (p.mode, decimal(p.start), decimal(p.end), _cause(p))
+            (p.mode, decimal(p.start), decimal(p.end), _cause(p, ends))
             for p in run.phases[:ROWS]
         ]
         lines.extend(aligned(rows))
@@ -467,26 +478,48 @@ def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
 
 #: How a Zeno point was found, for a person to read.
 METHODS = {
-    "bounce": "bouncing on one contact, summed in closed form",
+    "bounce": "bouncing, summed in closed form if certified, else followed until rounding ends it",
     "clatter": "clattering on both contacts in turn, summed in closed form",
     "chatter": "infinitely many impacts in zero time",
     "rest": "the contact rests on the terrain, without an impact",
     "self-similar": "impacts repeat on a smaller and smaller scale, summed as a geometric series",
     "mixed": "impacts without a pattern, followed until rounding ends them",
     "nested": "Zeno points that themselves accumulate, summed as a geometric series",
+    "plastic": "the restitution is 0: the contact comes to rest in an impact, without rebound",
 }
 
 
-def _enclosure(enclosure: sf.Enclosure) -> list[str]:
+def _method(point: sf.ZenoPoint) -> str:
+    """How contacts came to rest; for a person to read, no bounce is what needs none."""
+    return "plastic" if point.plastic else point.method
+
+
+def _zeno_title(points: list[sf.ZenoPoint]) -> str:
+    """What happens at these points: infinitely many impacts, one on each contact, or none."""
+    kinds = {
+        "Zeno points (infinitely many impacts end)": any(map(is_infinite, points)),
+        "plastic landings (no rebound)": any(p.plastic for p in points),
+        "contacts on the ground from the start": any(
+            p.method == "rest" for p in points
+        ),
+    }
+    return ", ".join(kind for kind, there in kinds.items() if there)
+
+
+def _enclosure(run: sf.Run) -> list[str]:
     """What is proved of the times."""
-    proved = f"  proved, after the start: {len(enclosure.impacts)} impacts within the bounds that --json gives"
+    enclosure = run.enclosure
+    if enclosure is None:
+        return []
+    proved = f"  proved, after the start: {counted(len(enclosure.impacts), 'impact')} within the bounds that --json gives"
     if enclosure.zeno is None:
         return [f"{proved}; then {enclosure.reason}"]
     low, high = map(decimal, enclosure.zeno)
-    contacts = " and ".join(map(str, enclosure.contacts))
+    plastic = run.zeno_points[:1] and run.zeno_points[0].plastic
+    first = "plastic landing" if plastic else "Zeno point"
     return [
         proved,
-        f"    first Zeno point, of contact {contacts}: from {low} to {high} s",
+        f"    first {first}, of {contacts_named(enclosure.contacts)}: from {low} to {high} s",
     ]
 
 
@@ -507,11 +540,11 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
             decimal(point.time),
             "about " + estimate(point.time_error),
             point.kind,
-            " and ".join(map(str, point.contacts)),
-            point.method,
+            listed(point.contacts),
+            _method(point),
             "yes" if point.certified else "no",
             "no impact"
-            if point.method == "rest"
+            if point.method == "rest" or point.plastic
             else f"from impact {point.first_summed + 1} on",
         )
         for point in points
@@ -530,7 +563,10 @@ CAUSES = {
 }
 
 
-def _cause(phase: sf.Phase) -> str:
+def _cause(phase: sf.Phase, ends: dict[float, str]) -> str:
+    """What a phase begins with; `ends`: at which times contacts come to rest without infinitely many impacts, and how."""
+    if phase.cause == "zeno" and phase.start in ends:
+        return ends[phase.start]
     return CAUSES.get(phase.cause, phase.cause).format(phase.contact)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a run: the gaps, their way into the Zeno point, and the body. Needs matplotlib."""
+"""Pictures of a run: the gaps, their way into a Zeno point, and the body. Needs matplotlib."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import LogLocator, NullLocator
 
 from standfast._core import Posture, Run, ZenoPoint, write_whole
+from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
 
@@ -24,7 +25,8 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 MARKERS = ("o", "^", "s", "D")
 SHADE = "0.93"
-GROUND = "0.8"
+GROUND, SURFACE = "0.85", "0.5"
+LANDING = "0.6"
 #: Width of a figure, in inches.
 WIDTH = 9.0
 
@@ -46,6 +48,21 @@ CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
 POSES = 5
 #: Distances, in sizes of the body: of a journey that is long, and of what is near its end.
 JOURNEY, NEAR = 12.0, 3.0
+#: Room around the body and the ground beneath it, and thickness of the ground, as shares of their extent.
+MARGIN, THICKNESS = 0.08, 0.05
+#: Width of the panel of the body, least and largest height, in inches: without labels and title.
+PANEL, LOW, HIGH = WIDTH - 1.2, 1.2, 4.0
+#: What a legend beside the panel above takes of that width, in inches.
+BESIDE = 2.3
+#: Contacts whose legend has room among the curves.
+FEW = 2
+#: Lines of ground are one where their directions (rad) and, in sizes of the body, their places differ by less: a pixel's share.
+SAME_LINE = 1e-6
+#: What labels and title take of the height of that panel, in inches.
+LABELS = 0.9
+#: Impacts that are not summed are followed until their speeds are rounding: the time left at the last of them is then a
+#: smaller share of the time they took than this. Otherwise they all fall in one instant.
+FOLLOWED = 1e-3
 
 
 def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
@@ -54,16 +71,15 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
     Panels, as far as the run has them:
 
     1. the gaps over time, with the impacts marked on the terrain;
-    2. the same against the time that is left until the Zeno point, both axes logarithmic: impacts that
-       pile up in time stand evenly spaced here, and go on so for ever;
+    2. where impacts accumulate, the same against the time that is left until the last Zeno point that they lead to, both axes
+       logarithmic: impacts that pile up in time stand evenly spaced here, and go on so for ever;
     3. the body over its terrain at some moments, to scale.
     """
     point = accumulation(run)
-    heights = (
-        [3.2]
-        + [3.5] * (point is not None)
-        + [_body_height(run)] * (run.posture is not None)
-    )
+    view = None if run.posture is None else View(run)
+    heights = [3.2] + [3.5] * (point is not None)
+    if view is not None:
+        heights.append(view.height + LABELS)
     size = (WIDTH, sum(heights) + 0.3 * len(heights))
     if path is None:
         import matplotlib.pyplot as plt
@@ -77,8 +93,8 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
     draw_gaps(next(axes), run)
     if point is not None:
         draw_approach(next(axes), run, point)
-    if run.posture is not None:
-        draw_body(next(axes), run)
+    if view is not None:
+        draw_body(next(axes), view)
     if path is not None:
         save(figure, path)
     return figure
@@ -102,9 +118,29 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
 
 
 def accumulation(run: Run) -> ZenoPoint | None:
-    """The first Zeno point that impacts have led to, if there is one."""
-    reached = (p for p in run.zeno_points if p.method != "rest" and p.time > start(run))
+    """The last Zeno point before which infinitely many impacts accumulate, not all of them in one instant."""
+    reached = (point for point in run.zeno_points[::-1] if accumulates(run, point))
     return next(reached, None)
+
+
+def is_summed(point: ZenoPoint) -> bool:
+    """Whether the impacts from some point on were summed, instead of followed until they are lost in rounding."""
+    return point.certified or point.method not in ("bounce", "mixed")
+
+
+def accumulates(run: Run, point: ZenoPoint) -> bool:
+    """Whether infinitely many impacts end at this point that take more than an instant."""
+    if not is_infinite(point) or point.method == "chatter" or point.time <= start(run):
+        return False
+    if is_summed(point):
+        return True
+    earlier = [p for p in run.zeno_points if p.elapsed < point.elapsed]
+    since = earlier[-1].elapsed if earlier else 0.0
+    elapsed = run.impacts["elapsed"]
+    before = elapsed[(elapsed > since) & (elapsed < point.elapsed)]
+    if not len(before):
+        return False
+    return bool(point.elapsed - before[-1] < FOLLOWED * (point.elapsed - since))
 
 
 def start(run: Run) -> float:
@@ -122,8 +158,8 @@ def event_times(run: Run) -> _Floats:
     return np.unique(known)
 
 
-def curve_times(run: Run) -> _Floats:
-    """Times at which the curves over time are sampled: dense where the motion is busy."""
+def curves(run: Run) -> tuple[_Floats, _Floats]:
+    """Times (k,) at which the curves over time are sampled, dense where the motion is busy, and the gaps (k, n) there."""
     events = event_times(run)
     spin = abs(run.at(events[:-1])[1][:, 2])
     arc = max(3, min(ARC, CURVE // len(events)))
@@ -131,7 +167,7 @@ def curve_times(run: Run) -> _Floats:
     for (begin, end), omega in zip(pairwise(events), spin, strict=True):
         turns = omega * (end - begin) / (2.0 * math.pi)
         pieces.append(np.linspace(begin, end, int(min(arc + TURN * turns, CURVE))))
-    for point in run.zeno_points[:MARKS]:
+    for point in [p for p in run.zeno_points if is_infinite(p)][:MARKS]:
         before = events[events < point.time]
         if len(before):
             way = point.time - before[-1]
@@ -141,15 +177,24 @@ def curve_times(run: Run) -> _Floats:
     return sharpened(times, lambda t: run.gaps_at(t)[0])
 
 
-def sharpened(times: _Floats, gaps: Callable[[_Floats], _Floats]) -> _Floats:
-    """`times` with more of them around the lows of the gaps: impacts that were summed have no record."""
+def sharpened(
+    times: _Floats, gaps: Callable[[_Floats], _Floats]
+) -> tuple[_Floats, _Floats]:
+    """`times`, sorted ones, with more of them around the lows of the gaps, and the gaps there: impacts that were summed have no
+    record."""
+    height = gaps(times)
     for _ in range(4):
-        height = gaps(times)
         low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
         at = 1 + np.flatnonzero(low.any(axis=1))[:MARKS]
         around = np.linspace(times[at - 1], times[at + 1], 21).ravel()
-        times = np.unique(np.concatenate([times, around]))
-    return times
+        new = np.setdiff1d(around, times)
+        if not len(new):
+            break
+        # A look into a summed tail is dear: no time is asked for twice.
+        times, height = np.append(times, new), np.vstack([height, gaps(new)])
+        order = np.argsort(times)
+        times, height = times[order], height[order]
+    return times, height
 
 
 def apart(times: _Floats, least: float) -> list[int]:
@@ -178,8 +223,13 @@ def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
     """Every contact's index and the look of its line."""
     for index in range(len(run.gaps)):
-        look = {"color": COLORS[index % 4], "linestyle": LINES[index % 4], "lw": 1.6}
-        yield index, look
+        look = {"color": COLORS[index % 4], "linestyle": LINES[_style(index)]}
+        yield index, {"lw": 1.6, **look}
+
+
+def _style(index: int) -> int:
+    """Of a line or a marker, so that the first 16 contacts differ in it or in their colour."""
+    return (index + index // 4) % 4
 
 
 def draw_gaps(axes: Axes, run: Run) -> None:
@@ -187,9 +237,10 @@ def draw_gaps(axes: Axes, run: Run) -> None:
 
     Impacts and Zeno points that would be drawn over one another are left out, and the legend says so.
     """
-    t = curve_times(run)
-    gaps, _ = run.gaps_at(t)
+    t, gaps = curves(run)
     for index, look in _contacts(run):
+        if not run.elapsed:  # a point is no line
+            look |= {"marker": MARKERS[_style(index)], "clip_on": False}
         axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
     least = APART * run.elapsed
     impacts = run.impacts
@@ -205,27 +256,50 @@ def draw_gaps(axes: Axes, run: Run) -> None:
                 label=f"impact on {index + 1} ({_count(len(hits), len(seen), 'simulated')})",
                 **_mark(index),
             )
-    ends = np.array([p.time for p in run.zeno_points if p.method != "rest"])
-    lines = ends[apart(ends, least)]
-    label: str | None = "Zeno point"
-    if len(ends) > 1:
-        label = f"Zeno point ({_count(len(ends), len(lines), 'found')})"
-    for time in lines:
-        axes.axvline(time, color="black", lw=1.0, ls=":", zorder=0, label=label)
-        label = None
-    axes.set_ylim(bottom=0.0)
+    infinite = [p for p in run.zeno_points if is_infinite(p)]
+    plastic = [p for p in run.zeno_points if p.plastic]
+    _draw_times(axes, infinite, least, "Zeno point", "black")
+    _draw_times(axes, plastic, least, "plastic landing", LANDING)
+    highest = gaps[np.isfinite(gaps)].max(initial=0.0)
+    axes.set_ylim(0.0, 1.05 * highest if highest > 0.0 else None)
     axes.margins(x=0.03)
+    if not run.elapsed:
+        axes.set_xticks([run.time])
+        text = "The run ends where it starts: nothing moves."
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", fontsize=9)
     axes.set_xlabel("time / s")
     axes.set_ylabel("gap / m")
     axes.set_title(_headline(run), loc="left", fontsize=11)
-    place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
-    if len(run.gaps) > 2:  # many lines leave no room among the curves
-        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    handles, labels = axes.get_legend_handles_labels()
-    if len(labels) > LEGEND:
-        place["title"] = f"the first {LEGEND} of {len(labels)}"
-    axes.legend(handles[:LEGEND], labels[:LEGEND], frameon=True, fontsize=9, **place)
+    _draw_legend(axes, beside=len(run.gaps) > FEW)
     _bare(axes)
+
+
+def _draw_times(
+    axes: Axes, points: list[ZenoPoint], least: float, name: str, color: str
+) -> None:
+    """Vertical lines where contacts come to rest."""
+    times = np.array([point.time for point in points])
+    lines = times[apart(times, least)]
+    label: str | None = name
+    if len(times) > 1:
+        label = f"{name} ({_count(len(times), len(lines), 'found')})"
+    for time in lines:
+        axes.axvline(time, color=color, lw=1.0, ls=":", zorder=0, label=label)
+        label = None
+
+
+def _draw_legend(axes: Axes, beside: bool) -> None:
+    """The legend of the gaps; beside the axes where many lines leave no room among the curves."""
+    place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
+    if beside:
+        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    entries = list(zip(*axes.get_legend_handles_labels(), strict=True))
+    if len(entries) > LEGEND:
+        place["title"] = f"the first {LEGEND} of {len(entries)}"
+        # Vertical lines, which are few, come first: they are not among those left out.
+        entries.sort(key=lambda entry: "contact" in entry[1] or "impact on" in entry[1])
+    handles, labels = zip(*entries[:LEGEND], strict=True)
+    axes.legend(handles, labels, frameon=True, fontsize=9, labelspacing=0.3, **place)
 
 
 def _count(number: int, shown: int, what: str) -> str:
@@ -236,7 +310,7 @@ def _mark(index: int) -> dict[str, Any]:
     """The look of an impact's marker."""
     return {
         "linestyle": "none",
-        "marker": MARKERS[index % 4],
+        "marker": MARKERS[_style(index)],
         "color": COLORS[index % 4],
         "markerfacecolor": "white",
         "markersize": 7,
@@ -245,16 +319,36 @@ def _mark(index: int) -> dict[str, Any]:
 
 
 def _headline(run: Run) -> str:
-    point = accumulation(run)
-    if point is None:
-        return f"Outcome: {run.outcome} at t = {run.time:.12f} s"
-    who = " and ".join(map(str, point.contacts))
-    contacts = f"contact {who}" if len(point.contacts) == 1 else f"contacts {who}"
-    count = sum(other.method != "rest" for other in run.zeno_points)
-    first = f" (first of {count} Zeno points)" if count > 1 else ""
-    return (
-        f"Infinitely many impacts on {contacts} end at t = {point.time:.12f} s{first}"
-    )
+    """What the run comes to: the one event at which contacts come to rest, or the outcome and how many events led to it."""
+    moving = [point for point in run.zeno_points if point.method != "rest"]
+    resting = [point for point in run.zeno_points if point.method == "rest"]
+    if len(moving) == 1 and run.outcome in ("rest", "zeno"):
+        (point,) = moving
+        who = contacts_named(point.contacts)
+        when = f"at t = {point.time:.12f} s"
+        if point.plastic:
+            lands = "lands" if len(point.contacts) == 1 else "land"
+            one = " in one impact" if len(point.contacts) == 1 else ""
+            return f"{who.capitalize()} {lands}{one} without rebound (e = 0) {when}"
+        if not accumulates(run, point):
+            return f"Infinitely many impacts on {who} in one instant, {when}"
+        return f"Infinitely many impacts on {who} end {when}"
+    infinite = sum(map(is_infinite, moving))
+    events = [
+        counted(number, noun)
+        for number, noun in (
+            (run.collisions, "impact"),
+            (len(moving) - infinite, "plastic landing"),
+            (infinite, "Zeno point"),
+        )
+        if number
+    ]
+    if not events and resting:
+        touch = "touches" if len(resting[0].contacts) == 1 else "touch"
+        who = contacts_named(resting[0].contacts)
+        events = [f"{who} {touch} the ground from the start"]
+    story = "; " + ", ".join(events) if events else ""
+    return f"Outcome: {run.outcome} at t = {run.time:.12f} s{story}"
 
 
 def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
@@ -274,8 +368,7 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     def gaps_before(rest: _Floats) -> _Floats:
         return run.gaps_at(np.clip(point.time - rest, start(run), point.time))[0]
 
-    rest = sharpened(rest, gaps_before)[::-1]
-    gaps = gaps_before(rest)
+    rest, gaps = (values[::-1] for values in sharpened(rest, gaps_before))
     low, high = _decades(rest, gaps)
     for index, look in _contacts(run):
         hits = left[before["index"] == index]
@@ -288,18 +381,23 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     axes.set_yscale("log")
     axes.set_xlim(whole, shortest)
     axes.set_ylim(low, high)
-    axes.axvspan(left_at_last, shortest, color=SHADE, zorder=-1)
+    if is_summed(point):
+        axes.axvspan(left_at_last, shortest, color=SHADE, zorder=-1)
+        story = "summed, not simulated\nand so on, for ever \u2192"
+    else:
+        story = "followed until what is left\nis below the rounding of the clock"
     axes.text(
         0.985,
         0.95,
-        "summed, not simulated\nand so on, for ever \u2192",
+        story,
         transform=axes.transAxes,
         ha="right",
         va="top",
         fontsize=9,
+        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2.0},
     )
     axes.set_title(
-        "The same against the time that is left: it repeats, ever smaller and ever faster",
+        f"The same against the time that is left until t = {point.time:.12f} s",
         loc="left",
         fontsize=11,
     )
@@ -332,19 +430,16 @@ def _posture(run: Run) -> Posture:
 
 
 def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
-    """Times, and for each the corners of the body (m, 2): its contact points, then its centre of mass.
+    """Times, and for each the points of the body (n + 1, 2): its contact points, then its centre of mass.
 
-    From the start to rest, or to the first Zeno point; of a long journey only the end, near where it leads.
+    From the start to the end; of a long journey only the end, near where it leads.
     """
     posture = _posture(run)
     center = np.asarray(posture.center_of_mass)
     arms = np.array([contact.point for contact in posture.contacts]) - center
-    point = accumulation(run)
-    end = run.time if point is None or run.outcome == "rest" else point.time
-    times = np.linspace(start(run), end, 400)
+    times = np.linspace(start(run), run.time, 400)
     places = run.at(times)[0][:, :2]
-    size = max(posture.gyration_radius, *np.hypot(*arms.T))
-    away = np.hypot(*(places - places[-1]).T) / size
+    away = np.hypot(*(places - places[-1]).T) / body_size(posture)
     if away.max() > JOURNEY:
         times = times[np.flatnonzero(away > NEAR)[-1] :]
     times = np.unique(np.linspace(times[0], times[-1], POSES))
@@ -357,59 +452,158 @@ def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
     return times, corners
 
 
-def _terrain(run: Run, corners: _Floats) -> list[_Floats]:
-    """What is drawn of the terrain, as broken lines (k, 2): all of it, or a piece for every contact."""
-    posture = _posture(run)
-    contacts = posture.contacts
-    low, high = corners[:, 0].min(), corners[:, 0].max()
-    margin = 0.15 * max(high - low, float(np.ptp(corners[:, 1])), 1e-6)
+def body_size(posture: Posture) -> float:
+    """The largest of the radius of gyration and the distances of the contacts from the centre of mass, m."""
+    points = np.array([contact.point for contact in posture.contacts])
+    arms = points - posture.center_of_mass
+    return float(max(posture.gyration_radius, *np.hypot(*arms.T)))
+
+
+def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
+    """The terrain as straight pieces: a point of each (2,), its direction (2,), and from where to where along it, m.
+
+    On the left of its direction is the air. The pieces of a polyline are those of the terrain. Otherwise every contact has a line
+    of its own. What is drawn of it ends where the lines of two contacts meet between them. Where they do not, each ends halfway
+    to the other contact.
+    """
     if posture.terrain is not None:
         vertices = np.array(posture.terrain)
-        ends = np.clip([low - margin, high + margin], *vertices[[0, -1], 0])
-        inner = vertices[(vertices[:, 0] > ends[0]) & (vertices[:, 0] < ends[1]), 0]
-        x = np.concatenate([ends[:1], inner, ends[1:]])
-        return [np.column_stack([x, np.interp(x, *vertices.T)])]
-    points = [contact.point for contact in contacts]
-    # Two terrains meet halfway between their contacts.
-    middle = sum(x for x, _ in points) / len(points)
+        ways = np.diff(vertices, axis=0)
+        lengths = np.hypot(*ways.T)
+        return [
+            (p, way / length, 0.0, float(length))
+            for p, way, length in zip(vertices[:-1], ways, lengths, strict=True)
+        ]
+    points = np.array([contact.point for contact in posture.contacts])
+    slopes = [contact.slope for contact in posture.contacts]
+    tangents = np.column_stack([np.cos(slopes), np.sin(slopes)])
+    size = body_size(posture)
     pieces = []
-    for contact in contacts:
-        px, py = contact.point
-        left, right = low - margin, high + margin
-        if len(points) > 1:
-            left, right = (left, middle) if px < middle else (middle, right)
-        ends = px + math.cos(contact.slope) * np.array(contact.segment)
-        x = np.clip([left, right], *ends)
-        pieces.append(np.column_stack([x, py + math.tan(contact.slope) * (x - px)]))
+    for i, contact in enumerate(posture.contacts):
+        low, high = contact.segment
+        for j in range(len(points)):
+            to = points[j] - points[i]
+            side = _cross(tangents[i], to)
+            turn = _cross(tangents[i], tangents[j])
+            if max(abs(side) / size, abs(turn)) < SAME_LINE:
+                continue
+            along, back = float(to @ tangents[i]), -float(to @ tangents[j])
+            if abs(along) < SAME_LINE * size and abs(turn) < SAME_LINE:
+                continue  # one right above the other
+            end = along / 2.0
+            if turn != 0.0:
+                # Where the lines meet, from contact i and from contact j.
+                here = _cross(to, tangents[j]) / turn
+                there = _cross(to, tangents[i]) / turn
+                if here * along > 0.0 and there * back > 0.0:
+                    end = here
+            if end > 0.0:
+                high = min(high, end)
+            elif end < 0.0:
+                low = max(low, end)
+        pieces.append((points[i], tangents[i], float(low), float(high)))
     return pieces
 
 
-def _body_height(run: Run) -> float:
-    """Height of the panel of the body, in inches: as its contents ask for, within reason."""
-    if run.posture is None:
-        return 0.0
-    corners = np.vstack(poses(run)[1])
-    everything = np.vstack([corners, *_terrain(run, corners)])
-    wide, high = np.ptp(everything, axis=0)
-    return float(np.clip((WIDTH - 1.5) * high / max(wide, 1e-300) + 0.9, 1.5, 3.4))
+def _cross(a: _Floats, b: _Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
 
 
-def draw_body(axes: Axes, run: Run) -> None:
-    """The body over its terrain, to scale, at some moments up to rest or to the first Zeno point."""
-    posture = _posture(run)
-    times, corners = poses(run)
-    terrain = _terrain(run, np.vstack(corners))
-    depth = 0.02 * float(np.ptp(np.vstack(terrain)[:, 0]))
-    for x, y in (piece.T for piece in terrain):
-        axes.fill_between(x, y - depth, y, color=GROUND, lw=0.0, zorder=0)
-    shades = np.linspace(0.8, 0.0, len(times))
-    for t, shape, shade in zip(times, corners, shades, strict=True):
-        last = t == times[-1]
-        # One contact or two are joined to the centre of mass, more of them to each other.
-        outline = shape[:-1] if len(shape) > 3 else shape
-        outline = np.vstack([outline, outline[:1]])
-        label = f"t = {t:.6g} s" if last or t == times[0] else None
-        axes.plot(*outline.T, color=str(shade), lw=1.8 if last else 1.0, label=label)
+def clipped(
+    piece: tuple[_Floats, _Floats, float, float], low: _Floats, high: _Floats
+) -> tuple[float, float] | None:
+    """From where to where, along a piece of ground, it is in the box from `low` (2,) to `high` (2,); None: nowhere.
+
+    >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
+    >>> clipped(flat, np.array([-2.0, 0.0]), np.array([2.0, 2.0]))
+    (-2.0, 2.0)
+    """
+    point, tangent, first, last = piece
+    for axis in range(2):
+        if tangent[axis] == 0.0:
+            if not low[axis] <= point[axis] <= high[axis]:
+                return None
+            continue
+        with np.errstate(over="ignore"):  # all but parallel to this side of the box
+            ends = (np.array([low[axis], high[axis]]) - point[axis]) / tangent[axis]
+        first, last = max(first, float(ends.min())), min(last, float(ends.max()))
+    return (first, last) if first < last else None
+
+
+class View:
+    """The body at some moments, the ground around it, and the box that shows both, to scale.
+
+    times (k,), s; corners: k of (n + 1, 2), m; low, high (2,), m: the box; height: of the panel, in inches.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.posture = _posture(run)
+        self.times, self.corners = poses(run)
+        self.pieces = ground(self.posture)
+        shown = np.vstack(self.corners)
+        if len(self.posture.contacts) == 1:  # its circle of gyration
+            radius = self.posture.gyration_radius
+            centers = shown[1::2]
+            shown = np.vstack([shown, centers - radius, centers + radius])
+        shown = np.vstack([shown, *self._beneath()])
+        low, high = shown.min(axis=0), shown.max(axis=0)
+        margin = MARGIN * float((high - low).max())
+        wide, tall = high - low + 2.0 * margin
+        panel = PANEL - BESIDE * (len(self.posture.contacts) > FEW)
+        self.height = float(np.clip(panel * tall / wide, LOW, HIGH))
+        # The panel is wider or higher than what it has to show: the ground goes on.
+        scale = max(wide / panel, tall / self.height)
+        middle, half = 0.5 * (low + high), 0.5 * scale * np.array([panel, self.height])
+        self.low, self.high = middle - half, middle + half
+
+    def _beneath(self) -> Iterator[_Floats]:
+        """The points of the ground (1, 2) that are nearest to the contacts, where the body is not far away from it."""
+        reach = JOURNEY * body_size(self.posture)
+        points, tangents, first, last = map(np.array, zip(*self.pieces, strict=True))
+        for shape in self.corners:
+            for index, foot in enumerate(shape[:-1]):
+                along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
+                places = points + tangents * along[:, None]
+                away = np.hypot(*(foot - places).T)
+                nearest = index if self.posture.terrain is None else int(away.argmin())
+                if away[nearest] <= reach:
+                    yield places[nearest : nearest + 1]
+
+
+def draw_body(axes: Axes, view: View) -> None:
+    """The body over its terrain, to scale, at some moments of the run: its arms, its hull, its contacts."""
+    posture = view.posture
+    extent = view.high - view.low
+    depth = THICKNESS * float(extent.min())
+    shown = []
+    for piece in view.pieces:
+        if (ends := clipped(piece, view.low, view.high)) is not None:
+            point, tangent, *_ = piece
+            line = point + np.outer(ends, tangent)
+            shown.append((line, line + depth * np.array([tangent[1], -tangent[0]])))
+    for (line, under), (then, under_then) in pairwise(
+        [*shown, shown[-1]] if shown else []
+    ):
+        axes.add_patch(
+            Polygon(np.vstack([line, under[::-1]]), color=GROUND, lw=0.0, zorder=0)
+        )
+        if (line[1] == then[0]).all():  # the corner between two pieces of a polyline
+            corner = np.vstack([line[1], under[1], under_then[0]])
+            axes.add_patch(Polygon(corner, color=GROUND, lw=0.0, zorder=0))
+    for line, _ in shown:
+        axes.plot(
+            *line.T, color=SURFACE, lw=1.0, zorder=0.5, scalex=False, scaley=False
+        )
+    shades = np.linspace(0.0, 0.8, len(view.times))[::-1]
+    for t, shape, shade in zip(view.times, view.corners, shades, strict=True):
+        last = t == view.times[-1]
+        label = f"t = {t:.6g} s" if last or t == view.times[0] else None
+        style: dict[str, Any] = {"color": str(shade), "solid_joinstyle": "round"}
+        outline = hull(shape[:-1])
+        axes.plot(*outline.T, lw=1.8 if last else 1.0, label=label, **style)
+        arms = np.full((3 * len(shape) - 3, 2), np.nan)
+        arms[0::3], arms[1::3] = shape[-1], shape[:-1]
+        axes.plot(*arms.T, lw=1.0 if last else 0.6, **style)
         axes.plot(*shape[-1], marker="+", color=str(shade), markersize=7)
         if len(shape) == 2:  # one contact: the circle of gyration stands for the body
             radius = posture.gyration_radius
@@ -417,17 +611,40 @@ def draw_body(axes: Axes, run: Run) -> None:
         for index, corner in enumerate(shape[:-1]):
             if last:
                 axes.plot(*corner, **{**_mark(index), "markersize": 6})
-    parts = "Contacts and centre of mass, joined by lines"
+    parts = "Contacts and centre of mass (+), joined by lines"
     if len(posture.contacts) > 2:
-        parts = "Contacts, joined by lines, and centre of mass (+)"
+        parts = "Contacts with their hull, and centre of mass (+)"
     if len(posture.contacts) == 1:
         parts = "Contact, centre of mass (+) and circle of gyration"
     axes.set_title(f"{parts}; to scale", loc="left", fontsize=11)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box", anchor="W")
+    axes.set_xlim(view.low[0], view.high[0])
+    axes.set_ylim(view.low[1], view.high[1])
     axes.set_xlabel("x / m")
     axes.set_ylabel("y / m")
-    axes.legend(loc="upper right", fontsize=9, ncols=2)
+    axes.legend(loc="upper right", fontsize=9)
     _bare(axes)
+
+
+def hull(points: _Floats) -> _Floats:
+    """Convex hull of points (n, 2), as a closed line (k + 1, 2), counterclockwise (Andrew's monotone chain).
+
+    >>> hull(np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.5], [1.0, 1.0]])).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [1.0, 1.0], [0.0, 0.0]]
+    """
+    points = np.unique(points, axis=0)
+    chain: list[_Floats] = []
+    for way in (points, points[::-1]):
+        begin = len(chain)
+        for point in way:
+            while (
+                len(chain) >= begin + 2
+                and _cross(chain[-1] - chain[-2], point - chain[-1]) <= 0.0
+            ):
+                chain.pop()
+            chain.append(point)
+        chain.pop()
+    return np.vstack([*chain, chain[0]]) if chain else points
 
 
 def _bare(axes: Axes) -> None:

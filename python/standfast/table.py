@@ -18,6 +18,47 @@ ROWS = 20
 FORCES = 3
 
 
+def counted(number: int, noun: str) -> str:
+    """A count with its noun.
+
+    >>> counted(1, "impact"), counted(3, "impact")
+    ('1 impact', '3 impacts')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def listed(numbers: Sequence[int]) -> str:
+    """Numbers in rising order; three or more in a row are "first to last".
+
+    >>> listed([2]), listed([1, 2]), listed([1, 2, 4, 5, 6, 7])
+    ('2', '1 and 2', '1, 2 and 4 to 7')
+    """
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    parts: list[str] = []
+    for run in runs:
+        parts += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else map(str, run)
+    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
+
+
+def contacts_named(numbers: Sequence[int]) -> str:
+    """Contacts by their numbers, which are in rising order.
+
+    >>> contacts_named([2]), contacts_named([1, 2, 3])
+    ('contact 2', 'contacts 1 to 3')
+    """
+    return f"contact{'' if len(numbers) == 1 else 's'} {listed(numbers)}"
+
+
+def is_infinite(point: sf.ZenoPoint) -> bool:
+    """Whether infinitely many impacts end at this point: contacts neither rest from the start nor land without rebound."""
+    return point.method != "rest" and not point.plastic
+
+
 def aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Rows in aligned columns; the first one heads them."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -53,7 +94,7 @@ def modes_table(modes: sf.Modes) -> str:
         *aligned(rows),
     ]
     if len(solved) > shown:
-        lines.append(f"    ... and {len(solved) - shown} more, none of them consistent")
+        lines.append(f"    ... and {len(solved) - shown} more, not consistent")
     if any(mode.near_degenerate for mode in solved[:shown]):
         lines.append(
             "    tie: a test is met or missed by so little that rounding may decide"
@@ -158,7 +199,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
             f", {count} {name}" for name, count in trials["others"].items()
         )
         lines.append(
-            f"  trials            {trials['kicks']} random small kicks (seed {trials['seed']}): {trials['rest']} came to"
+            f"  trials            {counted(trials['kicks'], 'random small kick')} (seed {trials['seed']}): {trials['rest']} came to"
             f" rest{others}; evidence, no proof"
         )
     if verdict.delicate:
@@ -241,7 +282,7 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
         text, unit = described(str(path))
         low, high = float(values.min()), float(values.max())
         lines.append(
-            f"  over     {text}: {values.size} values from {low:zg} to {high:zg} {unit}".rstrip()
+            f"  over     {text}: {counted(values.size, 'value')} from {low:zg} to {high:zg} {unit}".rstrip()
         )
     for name, variable in grid.data_vars.items():
         values = variable.values
