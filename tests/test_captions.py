@@ -235,6 +235,17 @@ def test_what_is_proved_of_a_plastic_landing():
     assert "1 impact, " in repr(run.enclosure)
 
 
+def test_a_run_that_takes_no_time_is_drawn():
+    """At rest, and sliding without end from the start on."""
+    for speed, outcome in ((0.0, "rest"), (1.0, "sliding")):
+        smooth = sf.simulate(rod(0.1), (0, 0, 0), (speed, 0, 0))
+        assert (smooth.outcome, smooth.elapsed) == (outcome, 0.0)
+        axes = smooth.plot().axes[0]
+        (text,) = axes.texts
+        assert text.get_text() == f"The run ends at its start: {outcome}"
+        assert [line.get_xydata().tolist() for line in axes.lines] == [[[0, 0]]] * 2
+
+
 # The legend.
 
 

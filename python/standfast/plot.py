@@ -265,7 +265,7 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     axes.margins(x=0.03)
     if not run.elapsed:
         axes.set_xticks([run.time])
-        text = "The run ends where it starts: nothing moves."
+        text = f"The run ends at its start: {run.outcome}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", fontsize=9)
     axes.set_xlabel("time / s")
     axes.set_ylabel("gap / m")
