@@ -94,7 +94,9 @@ def modes_table(modes: sf.Modes) -> str:
         *aligned(rows),
     ]
     if len(solved) > shown:
-        lines.append(f"    ... and {len(solved) - shown} more, not consistent")
+        left = len(solved) - shown
+        none = "none of them" if left > 1 else "not"
+        lines.append(f"    ... and {left} more, {none} consistent")
     if any(mode.near_degenerate for mode in solved[:shown]):
         lines.append(
             "    tie: a test is met or missed by so little that rounding may decide"
