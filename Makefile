@@ -40,7 +40,7 @@ long: wheel
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/test_energy.py
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/test_relations.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/test_fuzz_scenes.py tests/test_terrain.py
-	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 $(BIN)/python -m pytest -s tests/test_stability.py
+	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/test_stability.py
 	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 

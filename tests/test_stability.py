@@ -13,6 +13,9 @@ from scipy.optimize import linprog
 
 STANCES = int(os.environ.get("STANDFAST_STANCES", "500"))
 POSTURES = int(os.environ.get("STANDFAST_STABILITY_POSTURES", "25"))
+#: Stable postures that are kicked, and how often each.
+KICKED = int(os.environ.get("STANDFAST_KICKED_POSTURES", "20"))
+KICKS = 50 if KICKED < 100 else 200
 
 
 def stance(contacts, com, rho=0.5, restitution=0.1, gravity=1.0):
@@ -497,6 +500,130 @@ def test_the_unstable_one_leaves():
     random = np.random.default_rng(3)
     assert kicks(odd(0.26), 30, random)["rest"] < 15
     assert kicks(odd(0.05), 30, random) == {"rest": 30}
+
+
+def speeds(posture, run):
+    """The largest ‖q̇‖ of a run, at the ends and in the middle of its phases and on both sides of every impact.
+
+    At an impact ‖q̇‖² = s² + u·D⁻¹u: the speed s along the direction in which both contacts slide is not changed by it.
+    """
+    metric = np.array([1.0, 1.0, posture.gyration_radius**2])
+    normals, _, both = rows_of(posture)
+    inverse = np.linalg.inv(normals / metric @ np.transpose(normals))
+    times = [
+        time
+        for phase in run.phases
+        for time in (phase.start, 0.5 * (phase.start + phase.end), phase.end)
+    ]
+    _, qdot = run.at(np.array(times))
+    squares = [(qdot**2 @ metric).max()]
+    if len(run.impacts):
+        _, qdot = run.at(run.impacts["time"])
+        along = qdot * metric @ both
+        for rates in (run.impacts["rates_before"], run.impacts["rates_after"]):
+            kinetic = np.einsum("ki,ij,kj->k", rates, inverse, rates)
+            squares.append((along**2 + kinetic).max())
+    return math.sqrt(max(squares))
+
+
+def random_kick(posture, random, kind, scale=1e-3):
+    """q, q̇ and the size of a kick: any velocity; one that keeps a contact; one that slides both; any, from above the ground."""
+    metric = np.array([1.0, 1.0, posture.gyration_radius**2])
+    normals, _, both = map(np.array, rows_of(posture))
+    q, qdot = np.zeros(3), random.normal(0, scale, 3) / np.sqrt(metric)
+    if kind == 1:
+        row = normals[random.integers(2)]
+        qdot -= row / metric * (row @ qdot) / (row / metric @ row)
+    elif kind == 2:
+        qdot = both * scale * random.choice([-1, 1])
+    elif kind == 3:
+        q = random.normal(0, scale**2, 3)
+        q[1] += max(0.0, *(-normals @ q / normals[:, 1])) * (1 + 1e-9)
+    delassus = normals / metric @ normals.T
+    weights = np.linalg.solve(delassus, posture.gravity * normals[:, 1])
+    return q, qdot, math.sqrt(qdot**2 @ metric + 2 * weights @ (normals @ q))
+
+
+def test_no_kick_exceeds_the_amplification():
+    """Stable postures of all kinds, with equal and unequal contacts, and kicks of all kinds in the local model."""
+    random = np.random.default_rng(23)
+    found, bounds, shares = collections.Counter(), [], []
+    while len(bounds) < KICKED:
+        slopes = random.uniform(-0.9, 0.9, 2) * random.choice([0, 1], p=[0.2, 0.8])
+        if random.random() < 0.25:
+            slopes[1] = -slopes[0]
+        own = random.uniform(0, 0.9, 2) if random.random() < 0.25 else [None, None]
+        contacts = [
+            sf.Contact((x, y), slope=float(slope), friction=friction, restitution=e)
+            for x, y, slope, friction, e in zip(
+                (-1.0, 1.0),
+                (0.0, random.uniform(-0.4, 0.4)),
+                slopes,
+                random.uniform(0.1, 1.2, 2),
+                own,
+                strict=True,
+            )
+        ]
+        posture = stance(
+            contacts,
+            (random.uniform(-1, 1), random.uniform(-1, 2)),
+            random.uniform(0.2, 1.5),
+            float(random.choice([0.0, 0.05, 0.1, 0.3, 0.5, 0.7])),
+        )
+        verdict = sf.stability(posture)
+        if verdict.frictional_stability != "stable":
+            assert verdict.amplification is None
+            assert verdict.amplification_reason == "not-stable"
+            continue
+        assert verdict.amplification_reason is None
+        found[verdict.by] += 1
+        bounds.append(verdict.amplification)
+        largest = 0.0
+        for k in range(KICKS):
+            q, qdot, size = random_kick(posture, random, k % 4)
+            run = sf.simulate(posture, q, qdot, model="local", neighbourhood=math.inf)
+            assert run.outcome == "rest", (posture, q, qdot)
+            largest = max(largest, speeds(posture, run) / size)
+        # The roundings of a run are below 1e-9 of its largest speed.
+        assert largest <= verdict.amplification * (1 + 1e-9), posture
+        shares.append(largest / verdict.amplification)
+    print(f"{KICKED} postures x {KICKS} kicks: {dict(found)}")
+    for text, values in (("bound", bounds), ("largest motion over bound", shares)):
+        quartiles = np.quantile(values, (0, 0.25, 0.5, 0.75, 1))
+        print(f"{text}, quartiles: {', '.join(f'{x:.3g}' for x in quartiles)}")
+    print(f"bounds above 100: {np.mean(np.array(bounds) > 100):.1%}")
+    # Postures differ, and the bound is not idle: some kicks come near it.
+    assert max(shares) > 0.3
+    assert min(bounds) < 5 < max(bounds)
+
+
+def test_the_amplification_tells_ordinary_postures_from_others():
+    """A V with a low centre of mass, and a posture that becomes unstable at a slightly larger restitution."""
+    low = sf.stability(vee(0.35, 0.5, (0.0, 0.2)))
+    assert low.frictional_stability == "stable"
+    assert 1.0 <= low.amplification < 10.0
+    assert "amplification     at most" in str(low)
+    assert "warning" not in str(low)
+    wild = sf.stability(odd(0.05))
+    assert wild.amplification > 100.0
+    assert "warning: above 100" in str(wild)
+    unstable = sf.stability(odd(0.26))
+    assert unstable.amplification is None
+    assert "no bound: the posture is not proved stable" in str(unstable)
+    data = wild.to_dict()
+    assert data["amplification"] == wild.amplification
+    assert data["amplification_reason"] is None
+    assert unstable.to_dict()["amplification_reason"] == "not-stable"
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_the_amplification_knows_no_units(unit):
+    feet = [sf.Contact((x * unit, 0), friction=0.5) for x in (-0.5, 0.5)]
+    here = [sf.Contact((x, 0), friction=0.5) for x in (-0.5, 0.5)]
+    large = stance(feet, (0.1 * unit, 0.2 * unit), 0.4 * unit, 0.3, 9.81)
+    small = stance(here, (0.1, 0.2), 0.4, 0.3, 1.0)
+    expected = sf.stability(small).amplification
+    assert sf.stability(large).amplification == pytest.approx(expected, rel=1e-9)
 
 
 def test_trials_are_evidence():

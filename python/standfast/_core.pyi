@@ -36,6 +36,9 @@ _Cause: TypeAlias = Literal[
     "start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment"
 ]
 _Stability: TypeAlias = Literal["stable", "unstable", "undecided"]
+_NoBound: TypeAlias = Literal[
+    "not-stable", "energy", "falls", "modes", "cells", "rounding"
+]
 _By: TypeAlias = Literal[
     "not-equilibrium",
     "theorem-3",
@@ -562,6 +565,10 @@ class Verdict:
     def evidence(self) -> Any: ...
     @property
     def delicate(self) -> bool: ...
+    @property
+    def amplification(self) -> float | None: ...
+    @property
+    def amplification_reason(self) -> _NoBound | None: ...
     @property
     def trials(self) -> dict[str, Any] | None: ...
     @property

@@ -58,6 +58,7 @@ UNITS = {
     "chatter_margin": ("coupling above Goyal's bound", ""),
     "energy": ("frictionless motion comes to rest", ""),
     "delicate": ("rounding may decide", ""),
+    "amplification": ("largest motion after a kick, relative to it, at most", ""),
     "fate": ("outcome of the run", ""),
     "zeno_time": ("first Zeno point", "s"),
 }
@@ -109,8 +110,8 @@ def sweep(
     shown; None: on a terminal, where tqdm is installed.
 
     The answer is the same to the bit whatever the threads, the executor and the chunks. Margins and "theorem_3"
-    are cheap (microseconds a point); "stability", "by", "energy" and "delicate" may take the corner map. Needs
-    xarray: the extra `map`.
+    are cheap (microseconds a point); "stability", "by", "energy" and "delicate" may take the corner map, "amplification"
+    (NaN where it is None) always does. Needs xarray: the extra `map`.
 
     >>> import numpy as np
     >>> import standfast as sf

@@ -1,6 +1,7 @@
 """Tables for a person to read."""
 
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,6 +137,19 @@ ARGUMENTS = {
 }
 
 
+#: Why a verdict has no bound on the amplification of a kick.
+NO_BOUND = {
+    "not-stable": "the posture is not proved stable",
+    "energy": "energy does not bound the frictionless motion (lambda > 0 fails)",
+    "falls": "gravity does not pull the body onto the terrain of each contact",
+    "modes": "what follows a slide or a landing is not certain",
+    "cells": "the corner map does not bound the growth",
+    "rounding": "the bound is above 1e300, or lost in rounding",
+}
+#: Amplification above which a verdict warns: displacements then grow more than 1e4 times.
+WARNED = 100.0
+
+
 def verdict_table(verdict: sf.Verdict) -> str:
     """A verdict on a posture, with what it rests on.
 
@@ -158,6 +172,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
         LL    fail at 1: a_t < 0 by 0.186, 2: a_t < 0 by 0.186  fit     (4.905, -4.35652e-15, 0)         1: (2.4525, 4.905)  2: (2.4525, 4.905)
       kinematic-strong  yes, margin 0.1857; strict reading: yes; FF alone consistent: yes
       clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
+      amplification     at most 1.47: no later motion is faster than that many times the kick
     """
     x = verdict.posture.center_of_mass[0]
     where = f"centre of mass at {x:z.6g} m, "
@@ -196,6 +211,18 @@ def verdict_table(verdict: sf.Verdict) -> str:
         f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
         f" margin {verdict.chatter_margin:.4g}",
     ]
+    if (bound := verdict.amplification) is not None:
+        lines.append(
+            f"  amplification     at most {_rounded_up(bound)}: no later motion is faster than that many times the kick"
+        )
+        if bound > WARNED:
+            lines.append(
+                f"    warning: above {WARNED:g}; the body may move far before it rests, and the verdict holds for very"
+                " small kicks only"
+            )
+    else:
+        reason = NO_BOUND[str(verdict.amplification_reason)]
+        lines.append(f"  amplification     no bound: {reason}")
     if (trials := verdict.trials) is not None:
         others = "".join(
             f", {count} {name}" for name, count in trials["others"].items()
@@ -209,6 +236,16 @@ def verdict_table(verdict: sf.Verdict) -> str:
             "  delicate          a margin is so small that rounding may decide"
         )
     return "\n".join(lines)
+
+
+def _rounded_up(value: float) -> str:
+    """Three digits, not below the value.
+
+    >>> _rounded_up(1.0), _rounded_up(1.23001), _rounded_up(1234.0)
+    ('1', '1.24', '1240')
+    """
+    exact = Decimal(value)
+    return f"{float(Context(prec=3, rounding=ROUND_CEILING).plus(exact)):.6g}"
 
 
 def _yes(answer: bool) -> str:

@@ -82,11 +82,11 @@ pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
 pub use stability::{
-    BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, Orbit, OrbitEnd,
-    Potential, Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability, StaticForces,
-    Trials, Verdict, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
-    conditions, coupling, equilibrium_region, friction_margin, neimark_sacker, self_similar,
-    stability, static_forces, trials,
+    BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, NoBound, Orbit,
+    OrbitEnd, Potential, Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability,
+    StaticForces, Trials, Verdict, chatter_bound, chatter_restitution, clattering_bound,
+    clattering_restitution, conditions, coupling, equilibrium_region, friction_margin,
+    neimark_sacker, self_similar, stability, static_forces, trials,
 };
 pub use sweep::{
     Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep, grid_size,

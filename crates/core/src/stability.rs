@@ -11,6 +11,7 @@
 //!
 //! Everything here speaks of the local model: small motions, to first order.
 
+mod amplification;
 mod certify;
 mod clattering;
 mod conditions;
@@ -22,6 +23,7 @@ mod region;
 mod static_forces;
 mod trials;
 
+pub use amplification::NoBound;
 pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
     coupling, neimark_sacker, self_similar,
@@ -159,6 +161,10 @@ pub struct Verdict {
     pub energy: bool,
     /// Whether rounding may decide: a margin that counts is below 1e-10.
     pub delicate: bool,
+    /// How much larger than a kick the motion after it can become: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later
+    /// motion is at most this times that of the kick, a velocity given to the body at rest in its posture; at least 1.
+    #[serde(flatten, with = "bound_or_reason")]
+    pub amplification: Result<f64, NoBound>,
     /// What came of random kicks, if any were asked for: evidence, no proof; see [`trials`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<Trials>,
@@ -174,6 +180,11 @@ pub struct Verdict {
 ///
 /// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
+    judge(posture, true)
+}
+
+/// As [`stability`]; `amplification`: whether that field is wanted, which may take most of the time.
+pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
     let psi = conditions::on_two_feet(posture)?;
     let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3])?;
     let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
@@ -189,15 +200,51 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
         by: None,
         evidence: Evidence::Margins,
         delicate: false,
+        amplification: Err(NoBound::NotStable),
         trials: None,
         modes,
     };
     verdict.decide(map.as_ref(), posture.size());
+    if amplification && verdict.frictional_stability == Stability::Stable {
+        verdict.amplification = map.as_ref().map_or(Err(NoBound::Modes), amplification::bound);
+    }
     Ok(verdict)
 }
 
 /// Margin below which rounding may decide a verdict, relative to the body or to the load.
 const DELICATE: f64 = 1e-10;
+
+/// The bound on the amplification in files: `amplification`, null where there is none, and then `amplification_reason`.
+mod bound_or_reason {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+    use super::NoBound;
+
+    #[derive(Serialize, Deserialize)]
+    struct Fields {
+        amplification: Option<f64>,
+        amplification_reason: Option<NoBound>,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        bound: &Result<f64, NoBound>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Fields { amplification: bound.ok(), amplification_reason: bound.err() }
+            .serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Result<f64, NoBound>, D::Error> {
+        let Fields { amplification, amplification_reason } = Fields::deserialize(deserializer)?;
+        match (amplification, amplification_reason) {
+            (Some(bound), None) => Ok(Ok(bound)),
+            (None, Some(reason)) => Ok(Err(reason)),
+            _ => Err(D::Error::custom("amplification or amplification_reason has to be null")),
+        }
+    }
+}
 
 impl Verdict {
     /// All of it as JSON; infinities as the strings "inf" and "-inf", numbers that do not exist as null.

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::parallel::in_blocks;
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate_until};
-use crate::stability::{By, Conditions, Stability, conditions, stability};
+use crate::stability::{By, Conditions, Stability, conditions, judge};
 use crate::trajectory::Outcome;
 
 /// Most points of a grid: an answer of 0.8 GB for each number asked for.
@@ -160,6 +160,8 @@ pub enum OfVerdict {
     By,
     Energy,
     Delicate,
+    /// NaN where there is no bound.
+    Amplification,
 }
 
 /// What the values of a quantity are.
@@ -216,7 +218,7 @@ fn code<T: PartialEq>(known: &[T], value: &T) -> f64 {
 
 impl Quantity {
     /// All of them, by name.
-    pub const ALL: [(&str, Self); 19] = [
+    pub const ALL: [(&str, Self); 20] = [
         ("stability", Self::Verdict(OfVerdict::Stability)),
         ("frictional_stability", Self::Verdict(OfVerdict::Stability)),
         ("by", Self::Verdict(OfVerdict::By)),
@@ -234,6 +236,7 @@ impl Quantity {
         ("chatter_margin", Self::Condition(OfConditions::ChatterMargin)),
         ("energy", Self::Verdict(OfVerdict::Energy)),
         ("delicate", Self::Verdict(OfVerdict::Delicate)),
+        ("amplification", Self::Verdict(OfVerdict::Amplification)),
         ("fate", Self::Fate),
         ("zeno_time", Self::ZenoTime),
     ];
@@ -260,6 +263,7 @@ impl Quantity {
             Self::Verdict(OfVerdict::By) => Kind::Word(&ARGUMENT_WORDS),
             Self::Fate => Kind::Word(&OUTCOME_WORDS),
             Self::ZenoTime
+            | Self::Verdict(OfVerdict::Amplification)
             | Self::Condition(
                 OfConditions::EquilibriumMargin
                 | OfConditions::KinematicMargin
@@ -489,7 +493,8 @@ impl Sweep {
         let posture = self.posture(point)?;
         let asks = |test: fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(|q| matches!(q, Quantity::Verdict(_))) {
-            Some(stability(&posture)?)
+            let bound = asks(|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
+            Some(judge(&posture, bound)?)
         } else {
             None
         };
@@ -518,6 +523,7 @@ impl Sweep {
                     OfVerdict::By => code(&ARGUMENTS.map(Some), &verdict.by),
                     OfVerdict::Energy => f64::from(u8::from(verdict.energy)),
                     OfVerdict::Delicate => f64::from(u8::from(verdict.delicate)),
+                    OfVerdict::Amplification => verdict.amplification.unwrap_or(f64::NAN),
                 },
                 (Quantity::Fate, _, _, Some(run)) => code(&OUTCOMES, &run.outcome()),
                 (Quantity::ZenoTime, _, _, Some(run)) => {

@@ -143,6 +143,22 @@ impl PyVerdict {
         self.verdict.delicate
     }
 
+    /// How much larger than a kick the motion after it can become: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion
+    /// is at most this times that of the kick, a velocity given to the body at rest in its posture. A proved bound, at least 1,
+    /// not the least one; None where there is none: see amplification_reason.
+    #[getter]
+    fn amplification(&self) -> Option<f64> {
+        self.verdict.amplification.ok()
+    }
+
+    /// Why amplification is None: "not-stable" (the verdict is not "stable"), "energy" (energy does not bound the frictionless
+    /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (what follows a slide or a landing is not
+    /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300); None where there is a bound.
+    #[getter]
+    fn amplification_reason(&self) -> Option<&str> {
+        self.verdict.amplification.err().map(standfast::NoBound::as_str)
+    }
+
     /// What came of the random kicks that were asked for: {"seed", "kicks", "rest", "others"}, or None. Evidence, no proof.
     #[getter]
     fn trials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 type I = Interval;
 
 /// Even cells with |ξ| ≤ y per contact, coarse to fine.
-const CELLS: [usize; 3] = [24, 96, 384];
+pub(super) const CELLS: [usize; 3] = [24, 96, 384];
 
 /// y/|ξ| of the outermost cells.
 const NEAREST: f64 = 1e-4;
@@ -108,8 +108,8 @@ pub enum Reason {
 }
 
 /// The cells of the angles, and the tangents of the limits between them.
-struct Grid {
-    cells: Vec<Cell>,
+pub(super) struct Grid {
+    pub(super) cells: Vec<Cell>,
     limits: Vec<f64>,
 }
 
@@ -137,7 +137,7 @@ impl Grid {
     }
 
     /// The grid of `CELLS[level]`.
-    fn of(level: usize) -> &'static Self {
+    pub(super) fn of(level: usize) -> &'static Self {
         static GRIDS: [OnceLock<Grid>; CELLS.len()] = [const { OnceLock::new() }; CELLS.len()];
         GRIDS[level].get_or_init(|| Self::new(CELLS[level]))
     }
@@ -175,11 +175,14 @@ struct Edge {
 
 /// What happens at a fast-slide end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum End {
+pub(super) enum End {
     /// Nothing of the kind.
     Ordinary,
-    /// Both contacts come to slide together, at this speed for a speed of one.
-    Attracts(I),
+    /// Both contacts come to slide together: all along ξ is in `speed` for a start at one, and y is at most `wide` times |ξ|.
+    Attracts {
+        speed: I,
+        wide: f64,
+    },
     /// The corners leave it; bound on the growth on the way.
     Repels(f64),
     Unknown,
@@ -229,15 +232,84 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
 }
 
 /// A potential over the cells, or the cells that stand against it.
-fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2])>> {
-    let n = grid.cells.len();
-    let at = |contact: usize, cell: usize| contact * n + cell;
-    let mut left = Vec::new();
-    let mut edges: Vec<Edge> = Vec::with_capacity(4 * n);
-    let mut starts = Vec::with_capacity(2 * n + 1);
-    let zones = [0, 1].map(|j| [false, true].map(|right| zone(map, grid, j, right)));
-    let kind = |j: usize, k: usize| {
-        let ([left, right], back) = (zones[j], n - 1 - k);
+fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Open> {
+    let graph = Graph::new(map, grid)?;
+    let values = graph.longest(|_, _, _| 0.0)?;
+    let limits = &grid.limits;
+    let ends = graph.zones.map(|[left, right]| {
+        let found = |end: (End, usize)| end.0 != End::Ordinary;
+        [
+            found(left).then(|| limits[left.1 - 1]),
+            found(right).then(|| limits[limits.len() - right.1]),
+        ]
+    });
+    Ok(Potential { limits: limits.clone(), values, ends })
+}
+
+/// Cells left over: (contact, [φ from, φ to]).
+type Open = Vec<(usize, [f64; 2])>;
+
+/// The cells of a grid and the cells that their images meet, with bounds on the growth.
+pub(super) struct Graph<'g> {
+    grid: &'g Grid,
+    /// Of cell k at contact j: `starts[j * n + k]..starts[j * n + k + 1]`, n cells at each contact.
+    edges: Vec<Edge>,
+    starts: Vec<usize>,
+    /// The fast-slide ends of each contact, left and right, and their sizes in cells.
+    zones: [[(End, usize); 2]; 2],
+}
+
+impl<'g> Graph<'g> {
+    /// The cells that have no certain image, if there are any.
+    pub(super) fn new(map: &CornerMap, grid: &'g Grid) -> Result<Self, Open> {
+        let n = grid.cells.len();
+        let zones = [0, 1].map(|j| [false, true].map(|right| zone(map, grid, j, right)));
+        let (edges, starts) = (Vec::with_capacity(4 * n), Vec::with_capacity(2 * n + 1));
+        let mut graph = Self { grid, edges, starts, zones };
+        let mut left = Vec::new();
+        for j in 0..2 {
+            for (k, cell) in grid.cells.iter().enumerate() {
+                graph.starts.push(graph.edges.len());
+                let (what, right) = graph.kind(j, k);
+                let images = match what {
+                    End::Unknown => {
+                        left.push((j, cell.phi));
+                        continue;
+                    }
+                    End::Attracts { speed, .. } => {
+                        let mut images = Images::none();
+                        map.together(if right { speed } else { -speed }, &mut images);
+                        images
+                    }
+                    _ => map.images(j, cell),
+                };
+                for image in images.iter() {
+                    match *image {
+                        Image::Rest => {}
+                        Image::Corner { contact, slope, most, .. } => {
+                            let (from, to) = grid.range(slope);
+                            let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT;
+                            graph.edges.push(Edge { contact, from, to, growth });
+                        }
+                        Image::Escape | Image::Unknown => {
+                            left.push((j, cell.phi));
+                        }
+                    }
+                }
+            }
+        }
+        graph.starts.push(graph.edges.len());
+        if left.is_empty() {
+            Ok(graph)
+        } else {
+            left.dedup();
+            Err(left)
+        }
+    }
+
+    /// The fast-slide end in which cell k at contact j is, and whether it is the right one.
+    fn kind(&self, j: usize, k: usize) -> (End, bool) {
+        let ([left, right], back) = (self.zones[j], self.grid.cells.len() - 1 - k);
         if k < left.1 {
             (left.0, false)
         } else if back < right.1 {
@@ -245,106 +317,84 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Vec<(usize, [f64; 2
         } else {
             (End::Ordinary, false)
         }
-    };
-    for j in 0..2 {
-        for (k, cell) in grid.cells.iter().enumerate() {
-            starts.push(edges.len());
-            let (what, right) = kind(j, k);
-            let images = match what {
-                End::Unknown => {
-                    left.push((j, cell.phi));
-                    continue;
-                }
-                End::Attracts(speed) => {
-                    let mut images = Images::none();
-                    map.together(if right { speed } else { -speed }, &mut images);
-                    images
-                }
-                _ => map.images(j, cell),
-            };
-            for image in images.iter() {
-                match *image {
-                    Image::Rest => {}
-                    Image::Corner { contact, slope, most, .. } => {
-                        let (from, to) = grid.range(slope);
-                        let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT;
-                        edges.push(Edge { contact, from, to, growth });
-                    }
-                    Image::Escape | Image::Unknown => {
-                        left.push((j, cell.phi));
-                    }
-                }
+    }
+
+    /// Of a repelling end: which one, and the growth on the way out of it.
+    fn repels(&self, contact: usize, cell: usize) -> Option<(bool, f64)> {
+        match self.kind(contact, cell) {
+            (End::Repels(_), right) => {
+                let transit = |j: usize| match self.zones[j][usize::from(right)].0 {
+                    End::Repels(transit) => transit,
+                    _ => 0.0,
+                };
+                Some((right, transit(0).max(transit(1))))
             }
+            _ => None,
         }
     }
-    starts.push(edges.len());
-    if !left.is_empty() {
-        left.dedup();
-        return Err(left);
-    }
-    // Longest chains. Chains within a repelling end are in its transit.
-    let repels = |contact: usize, cell: usize| match kind(contact, cell) {
-        (End::Repels(_), right) => {
-            let transit = |j: usize| match zones[j][usize::from(right)].0 {
-                End::Repels(transit) => transit,
-                _ => 0.0,
-            };
-            Some((right, transit(0).max(transit(1))))
-        }
-        _ => None,
-    };
-    let mut potential = vec![0.0_f64; 2 * n];
-    let mut pools = [(0.0_f64, NONE); 2];
-    // The cell after each, on the chain that its potential comes from.
-    let mut next = vec![NONE; 2 * n];
-    loop {
-        let mut changed = false;
-        for j in 0..2 {
-            for k in 0..n {
-                let own = repels(j, k);
-                let (mut value, mut to) = (0.0_f64, NONE);
-                for edge in &edges[starts[at(j, k)]..starts[at(j, k) + 1]] {
-                    for cell in edge.from..=edge.to.min(n - 1) {
-                        let inside = own.is_some_and(|(right, _)| {
-                            repels(edge.contact, cell).is_some_and(|(other, _)| other == right)
-                        });
-                        let then = at(edge.contact, cell);
-                        if !inside && edge.growth + potential[then] > value {
-                            (value, to) = (edge.growth + potential[then], then);
+
+    /// The largest sum of growths along a chain of cells and `base` of its last one, from every cell: for each contact in the
+    /// order of the cells. Arguments of `base`: contact, cell, its fast-slide end. Or a cycle of cells that grows.
+    pub(super) fn longest(
+        &self,
+        base: impl Fn(usize, &Cell, End) -> f64,
+    ) -> Result<[Vec<f64>; 2], Open> {
+        let (grid, edges, starts) = (self.grid, &self.edges, &self.starts);
+        let n = grid.cells.len();
+        let at = |contact: usize, cell: usize| contact * n + cell;
+        let bases: Vec<f64> = (0..2 * n)
+            .map(|c| base(c / n, &grid.cells[c % n], self.kind(c / n, c % n).0))
+            .collect();
+        // Chains within a repelling end are in its transit.
+        let mut potential = bases.clone();
+        let mut pools = [(f64::NEG_INFINITY, NONE); 2];
+        // The cell after each, on the chain that its potential comes from.
+        let mut next = vec![NONE; 2 * n];
+        loop {
+            let mut changed = false;
+            for j in 0..2 {
+                for k in 0..n {
+                    let own = self.repels(j, k);
+                    let (mut value, mut to) = (bases[at(j, k)], NONE);
+                    for edge in &edges[starts[at(j, k)]..starts[at(j, k) + 1]] {
+                        for cell in edge.from..=edge.to.min(n - 1) {
+                            let inside = own.is_some_and(|(right, _)| {
+                                self.repels(edge.contact, cell)
+                                    .is_some_and(|(other, _)| other == right)
+                            });
+                            let then = at(edge.contact, cell);
+                            if !inside && edge.growth + potential[then] > value {
+                                (value, to) = (edge.growth + potential[then], then);
+                            }
                         }
                     }
-                }
-                if let Some((right, transit)) = own {
-                    // Who is in a repelling zone may leave it from any of its cells.
-                    value += transit;
-                    let pool = &mut pools[usize::from(right)];
-                    if value > pool.0 {
-                        *pool = (value, to);
+                    if let Some((right, transit)) = own {
+                        // Who is in a repelling zone may leave it from any of its cells.
+                        value += transit;
+                        let pool = &mut pools[usize::from(right)];
+                        if value > pool.0 {
+                            *pool = (value, to);
+                        }
+                        (value, to) = *pool;
                     }
-                    (value, to) = *pool;
-                }
-                if value > potential[at(j, k)] {
-                    (potential[at(j, k)], next[at(j, k)]) = (value, to);
-                    changed = true;
+                    if value > potential[at(j, k)] {
+                        (potential[at(j, k)], next[at(j, k)]) = (value, to);
+                        changed = true;
+                    }
                 }
             }
-        }
-        if !changed {
-            let second = potential.split_off(n);
-            let limits = &grid.limits;
-            let ends = zones.map(|[left, right]| {
-                let found = |end: (End, usize)| end.0 != End::Ordinary;
-                [
-                    found(left).then(|| limits[left.1 - 1]),
-                    found(right).then(|| limits[limits.len() - right.1]),
-                ]
-            });
-            return Ok(Potential { limits: limits.clone(), values: [potential, second], ends });
-        }
-        // A potential that comes from itself has grown on the way: as of the method of Bellman and Ford, there is such a
-        // cycle if and only if one of the graph grows, and n rounds at the most show it.
-        if let Some(cycle) = circle(&next) {
-            return Err(cycle.iter().map(|cell| (cell / n, grid.cells[cell % n].phi)).collect());
+            if !changed {
+                let second = potential.split_off(n);
+                return Ok([potential, second]);
+            }
+            // A potential that comes from itself has grown on the way: as of the method of Bellman and Ford, there is such a
+            // cycle if and only if one of the graph grows, and n rounds at the most show it.
+            if let Some(cycle) = circle(&next) {
+                return Err(cycle
+                    .iter()
+                    .map(|cell| (cell / n, grid.cells[cell % n].phi))
+                    .collect());
+            }
         }
     }
 }
@@ -423,7 +473,11 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
     if factor.hi < 1.0 {
         // All rounds, and half a one more.
         let sum = I::new(0.0, wide) * (round / (I::ONE - I::from(factor.hi)) + half);
-        if sum.lo > -BEND && sum.hi < LONGER { End::Attracts(I::ONE + sum) } else { End::Unknown }
+        if sum.lo > -BEND && sum.hi < LONGER {
+            End::Attracts { speed: I::ONE + sum, wide }
+        } else {
+            End::Unknown
+        }
     } else if factor.lo > 1.0 {
         let most = |x: I| x.lo.abs().max(x.hi.abs());
         let (bend, stretch) = (most(half), k1.hi.max(k2.hi));

@@ -31,33 +31,33 @@ const TAIL: f64 = 1e-12;
 /// Constants of a posture in its local model, per unit mass.
 #[derive(Debug, Clone)]
 pub(crate) struct Local {
-    g: [I; 2],
-    e: [I; 2],
-    psi: [I; 2],
+    pub(super) g: [I; 2],
+    pub(super) e: [I; 2],
+    pub(super) psi: [I; 2],
     mu: [I; 2],
     /// N_iM⁻¹N_jᵀ, T_iM⁻¹N_jᵀ, T_iM⁻¹T_iᵀ
-    nn: [[I; 2]; 2],
+    pub(super) nn: [[I; 2]; 2],
     tn: [[I; 2]; 2],
     tt: [I; 2],
     /// Tangential free acceleration T_i (0, −g, 0).
     pull: [I; 2],
     pub(crate) alpha: [I; 2],
-    beta: [[I; 2]; 2],
+    pub(super) beta: [[I; 2]; 2],
     /// ṡ in flight.
-    drift: I,
+    pub(super) drift: I,
 }
 
 /// What one contact does while it rests and the other is in the air, or both rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Arc {
+pub(super) struct Arc {
     /// dξ/dt (ds/dt with both contacts closed), and the acceleration of the other gap.
-    along: I,
-    normal: I,
+    pub(super) along: I,
+    pub(super) normal: I,
 }
 
 /// How a contact at rest goes on, alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Still {
+pub(super) enum Still {
     Fixed(Arc),
     /// Slides with this sign of ξ.
     Slides(i8, Arc),
@@ -174,15 +174,21 @@ impl Cell {
 const ROUNDED: f64 = 4e-16;
 
 /// xx ξ² + 2 xy ξy + yy y²
-struct Form {
-    xx: I,
-    xy: I,
-    yy: I,
+pub(super) struct Form {
+    pub(super) xx: I,
+    pub(super) xy: I,
+    pub(super) yy: I,
 }
 
 impl Form {
+    /// The largest value on the circle.
+    pub(super) fn largest(&self) -> f64 {
+        let (mean, half) = ((self.xx + self.yy).times(0.5), (self.yy - self.xx).times(0.5));
+        (mean + (half.square() + self.xy.square()).sqrt()).hi
+    }
+
     /// The largest value on a cell narrower than a quarter turn: it is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ there.
-    fn most(&self, cell: &Cell) -> f64 {
+    pub(super) fn most(&self, cell: &Cell) -> f64 {
         let [xx, xy, yy] = [&self.xx, &self.xy, &self.yy].map(|k| k.middle());
         let off: f64 = [&self.xx, &self.xy, &self.yy].iter().map(|k| k.hi - k.lo).sum();
         let (mean, even, odd) = (0.5 * (xx + yy), 0.5 * (yy - xx), xy);
@@ -230,8 +236,8 @@ pub(crate) struct CornerMap {
     local: Local,
     flights: [Flight; 2],
     /// Of contact k sliding with ξ < 0, ξ > 0; `None` where no force keeps it on the terrain (Painlevé).
-    slides: [[Option<Arc>; 2]; 2],
-    stills: [Still; 2],
+    pub(super) slides: [[Option<Arc>; 2]; 2],
+    pub(super) stills: [Still; 2],
     /// With s < 0, s > 0.
     both: [Both; 2],
 }
@@ -648,6 +654,14 @@ impl CornerMap {
     /// Whether the flight after a corner is not known.
     pub(crate) fn flies_unknown(&self) -> bool {
         self.flights.contains(&Flight::Unknown)
+    }
+
+    /// Time from a corner at j with y = 1 to the Zeno point after it.
+    pub(super) fn flight_time(&self, j: usize) -> Option<I> {
+        match self.flights[j] {
+            Flight::One { t, .. } | Flight::Two { t } => Some(t),
+            Flight::Unknown => None,
+        }
     }
 
     pub(crate) fn local(&self) -> &Local {
