@@ -126,7 +126,7 @@ impl Field {
 pub enum Quantity {
     /// A field of [`Conditions`], or [`Conditions::theorem_3`].
     Condition(OfConditions),
-    /// A field of [`Verdict`](crate::Verdict) that takes the whole of [`stability`].
+    /// A field of [`Verdict`](crate::Verdict) that takes the whole of [`stability`](crate::stability()).
     Verdict(OfVerdict),
     /// Of a run from the start given: how it ends.
     Fate,

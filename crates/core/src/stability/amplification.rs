@@ -125,7 +125,7 @@ struct Metric {
     /// det D and diagonal of D⁻¹
     det: I,
     inverse: [I; 2],
-    /// s = ξ + `shift`[j] y at a corner at j, with the other contact on the terrain.
+    /// s = ξ + `shift` y at a corner at j, with the other contact on the terrain.
     shift: [I; 2],
 }
 
