@@ -169,11 +169,11 @@ impl Bytes<'_> {
                 Impact::ChatterjeeRuina,
                 Impact::Moreau,
             ]);
-            options.simultaneous = self.pick(&[
+            options.simultaneous = Some(self.pick(&[
                 Simultaneous::FirstContactFirst,
                 Simultaneous::LastContactFirst,
                 Simultaneous::Newton,
-            ]);
+            ]));
         }
         options.stop = self.pick(&[Stop::Rest, Stop::Rest, Stop::Zeno, Stop::Time]);
         if options.stop == Stop::Time || self.rarely() {

@@ -281,7 +281,10 @@ def test_values_print_copy_and_compare(value):
         (lambda: sf.simulate(rod(), (0, 1, 0), (0, math.inf, 0)), ["qdot", "inf"]),
         (lambda: sf.simulate(rod(), **START, model="exact"), ["model", "exact"]),
         (lambda: sf.simulate(rod(), **START, impact="coulomb"), ["impact", "coulomb"]),
-        (lambda: sf.simulate(rod(), **START, impact="moreau"), ["simultaneous"]),
+        (
+            lambda: sf.simulate(rod(), **START, impact="moreau", simultaneous="newton"),
+            ["simultaneous"],
+        ),
         (
             lambda: sf.simulate(rod(), **START, simultaneous="both"),
             ["simultaneous", "both"],

@@ -4,9 +4,7 @@
 //! `cargo run --release -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
 
 use serde_json::{Value, json};
-use standfast::{
-    Contact, Fields, Impact, Model, Options, Posture, Simultaneous, State, Trajectory, simulate,
-};
+use standfast::{Contact, Fields, Impact, Model, Options, Posture, State, Trajectory, simulate};
 use standfast_benches::told;
 
 fn main() {
@@ -38,8 +36,7 @@ fn main() {
         let state = State::new([q[0] - x, q[1] - y, q[2]], told::read(&start["v"]));
         let mut options = Options { record: false, ..Options::default() };
         if body["rocks"] == true {
-            (options.impact, options.simultaneous) =
-                (Impact::Moreau, Simultaneous::FirstContactFirst);
+            options.impact = Impact::Moreau;
         }
         let run = |options: &Options| -> Trajectory {
             simulate(&posture, &state, options).unwrap_or_else(|e| panic!("{name}: {e}"))

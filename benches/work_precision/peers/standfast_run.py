@@ -41,7 +41,7 @@ def main(path):
         body, q, v = posture(name, scene)
         options = {}
         if scene["body"].get("rocks"):
-            options = {"impact": "moreau", "simultaneous": "first-contact-first"}
+            options = {"impact": "moreau"}
         for model in ("local", "full", "auto"):
             one(name, scene, body, q, v, {"model": model, **options}, model)
         many(name, scene, body, q, v, {"model": "full", **options})

@@ -382,9 +382,9 @@ impl<'a> Driver<'a> {
         let (mut together, mut in_step) = (false, false);
         if coming == [true, true] {
             self.warn_of_tie();
-            together = self.options.simultaneous == Simultaneous::Newton;
+            together = self.options.policy() == Simultaneous::Newton;
         }
-        let first = match (coming, self.options.simultaneous) {
+        let first = match (coming, self.options.policy()) {
             ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,
             _ => 0,
         };

@@ -88,7 +88,8 @@ pub enum Model {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Impact {
-    /// Frictionless Newton restitution [Or & Rimon 2008, (4)].
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run says so where a
+    /// contact with friction is hit.
     #[default]
     Newton,
     /// Routh's process with friction; the impulse of restitution is e times that of compression.
@@ -124,9 +125,11 @@ pub struct Options {
     /// The law of impact.
     #[serde(deserialize_with = "crate::text::word")]
     pub impact: Impact,
-    /// What happens when several contacts arrive together.
-    #[serde(deserialize_with = "crate::text::word")]
-    pub simultaneous: Simultaneous,
+    /// What happens when several contacts arrive together. Unless given: `newton` with the law of impact of this name, and
+    /// `first-contact-first` with the others.
+    #[serde(deserialize_with = "crate::text::some_word", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Simultaneous")]
+    pub simultaneous: Option<Simultaneous>,
     /// Where the run ends.
     #[serde(deserialize_with = "crate::text::word")]
     pub stop: Stop,
@@ -161,7 +164,7 @@ impl Default for Options {
         Self {
             model: Model::Auto,
             impact: Impact::Newton,
-            simultaneous: Simultaneous::Newton,
+            simultaneous: None,
             stop: Stop::Rest,
             time: 0.0,
             time_limit: None,
@@ -207,6 +210,16 @@ impl Options {
         Ok(())
     }
 
+    /// What a run does when several contacts arrive together: [`Options::simultaneous`] or, where that is `None`,
+    /// [`Simultaneous::Newton`] with [`Impact::Newton`] and [`Simultaneous::FirstContactFirst`] with every other law.
+    #[must_use]
+    pub fn policy(&self) -> Simultaneous {
+        self.simultaneous.unwrap_or(match self.impact {
+            Impact::Newton => Simultaneous::Newton,
+            _ => Simultaneous::FirstContactFirst,
+        })
+    }
+
     /// Of a look into a sum of this run, `dt` after its beginning, event by event.
     pub(crate) fn of_glance(&self, dt: f64) -> Self {
         Self {
@@ -245,7 +258,7 @@ impl Options {
 /// # Errors
 ///
 /// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
-/// the body; `simultaneous = "newton"` with another law of impact.
+/// the body; [`Simultaneous::Newton`] asked for with another law of impact.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))

@@ -262,6 +262,15 @@ where
     deserializer.deserialize_str(Reader(PhantomData))
 }
 
+/// Serde for a word that may be left out.
+pub(crate) fn some_word<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    word(deserializer).map(Some)
+}
+
 /// Serde for an array of N values; a TOML array with more of them would lose the others.
 pub(crate) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where

@@ -297,6 +297,7 @@ impl Trajectory {
         options: Options,
     ) -> Self {
         record.acceleration = record.acceleration.unsigned_zero();
+        let options = Options { simultaneous: Some(options.policy()), ..options };
         let most = options.events(record.base.count);
         let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
         if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
@@ -359,7 +360,7 @@ impl Trajectory {
         self.model_reason
     }
 
-    /// The options of the run.
+    /// The options of the run, with what it did where contacts arrived together in [`Options::simultaneous`].
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
@@ -419,7 +420,8 @@ impl Trajectory {
         }
     }
 
-    /// Things the user should know: ties, a start taken as touching.
+    /// Things the user should know: ties, a start taken as touching, ground that cannot be meant (see
+    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::Impact::Newton) leaves out.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.record.warnings

@@ -630,7 +630,11 @@ fn touching_and_leaving_is_no_collision() {
 #[test]
 fn ties_follow_the_policy_and_are_named() {
     let tie = |psi: f64, simultaneous| {
-        let options = Options { simultaneous, time_limit: Some(1.0), ..until(Stop::Time) };
+        let options = Options {
+            simultaneous: Some(simultaneous),
+            time_limit: Some(1.0),
+            ..until(Stop::Time)
+        };
         let m = model([1.0; 2], [psi; 2], 0.3);
         m.simulate([0.5, 0.5], [0.0, 0.0], 0.0, 0.0, &options).unwrap()
     };
@@ -1033,7 +1037,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
     .unwrap();
     let start = State::new([0.0; 3], [0.0, -1.524_977_574_835_2, 0.0]);
     let options = Options {
-        simultaneous: Simultaneous::LastContactFirst,
+        simultaneous: Some(Simultaneous::LastContactFirst),
         event_limit: 4000,
         ..until(Stop::Rest)
     };
@@ -1326,7 +1330,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
         .unwrap();
         let options = Options {
             model: Model::Full,
-            simultaneous: Simultaneous::FirstContactFirst,
+            simultaneous: Some(Simultaneous::FirstContactFirst),
             ..Options::default()
         };
         let start = State::new([0.0, 0.0027, 0.0], [0.957, 0.0, 0.0]);

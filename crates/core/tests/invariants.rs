@@ -167,7 +167,7 @@ fn scene() -> impl Strategy<Value = Scene> {
             let stop = if limit.is_some() { Stop::Time } else { Stop::Rest };
             let options = Options {
                 model,
-                simultaneous,
+                simultaneous: Some(simultaneous),
                 stop,
                 time_limit: limit,
                 event_limit: 4000,
@@ -354,7 +354,7 @@ fn check_impacts(run: &Trajectory, yard: &Yardstick) {
         let twin = |other: Option<&standfast::ImpactRecord>| {
             other.is_some_and(|o| o.elapsed == impact.elapsed && o.contact != impact.contact)
         };
-        let together = run.options().simultaneous == Simultaneous::Newton
+        let together = run.options().policy() == Simultaneous::Newton
             && (twin(impacts.get(k + 1)) || k > 0 && twin(impacts.get(k - 1)));
         let denormal = w > -1e-290;
         if posture.contacts().len() < 2 || together || denormal {

@@ -9,7 +9,7 @@ use standfast::{
 
 use crate::error::to_py;
 use crate::input;
-use crate::options::{self, call, interruptible, stopped};
+use crate::options::{self, call, call_some, interruptible, stopped};
 use crate::posture::PyPosture;
 use crate::run::{PyRun, array, question};
 
@@ -239,7 +239,7 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
 #[pyfunction]
-#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, certify=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, certify=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
@@ -248,7 +248,7 @@ pub(crate) fn simulate_many(
     qdot: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = input::model)] model: &str,
     #[pyo3(from_py_with = input::impact)] impact: &str,
-    #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+    #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
     #[pyo3(from_py_with = input::stop)] stop: &str,
     #[pyo3(from_py_with = input::time)] time: f64,
     #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
@@ -269,7 +269,7 @@ pub(crate) fn simulate_many(
     let options = Options {
         model: call("model", model)?,
         impact: call("impact", impact)?,
-        simultaneous: call("simultaneous", simultaneous)?,
+        simultaneous: call_some("simultaneous", simultaneous)?,
         stop: call("stop", stop)?,
         time,
         time_limit,

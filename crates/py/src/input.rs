@@ -163,6 +163,11 @@ fn word<'a>(field: &str, value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
     value.extract().map_err(|_| wrong_type(field, value, "a string is needed"))
 }
 
+/// A word or None.
+fn some_word<'a>(field: &str, value: &'a Bound<'_, PyAny>) -> PyResult<Option<&'a str>> {
+    if value.is_none() { Ok(None) } else { word(field, value).map(Some) }
+}
+
 fn flag(field: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     value.extract().map_err(|_| wrong_type(field, value, "True or False is needed"))
 }
@@ -186,7 +191,8 @@ arguments! {
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: event_limit, trials, seed;
-    word -> &'a str: model, impact, simultaneous, stop, method, level;
+    word -> &'a str: model, impact, stop, method, level;
+    some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }
 

@@ -49,7 +49,7 @@ mod _core {
     use crate::sweep::PySweep;
 
     use crate::input;
-    use crate::options::{call, stopped};
+    use crate::options::{call, call_some, stopped};
     use standfast::{Options, State};
 
     /// The motion of a posture from a state on, event by event.
@@ -57,9 +57,10 @@ mod _core {
     /// posture : Posture. q, qdot : (3,) m, m, rad and per second.
     ///
     /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the smallest
-    /// that keeps `tolerance`; run.model and run.model_reason say which and why). impact : "newton" (frictionless), or with friction "poisson", "stronge",
-    /// "chatterjee-ruina" or "moreau". simultaneous : what happens when contacts arrive together, "newton" (all at
-    /// once; frictionless law only), "first-contact-first" or "last-contact-first". stop : "rest", "zeno" (at the first
+    /// that keeps `tolerance`; run.model and run.model_reason say which and why). impact : "newton" (without friction in impacts: run.warnings says where
+    /// that matters), or with friction "poisson", "stronge", "chatterjee-ruina" or "moreau". simultaneous : what happens when contacts arrive together, "newton" (all at
+    /// once; frictionless law only), "first-contact-first" or "last-contact-first"; None: "newton" with the frictionless law,
+    /// "first-contact-first" with the others. stop : "rest", "zeno" (at the first
     /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
     /// run ends at the latest, s. event_limit : largest number of events (collisions, changes
     /// of the motion; impacts in turn in one instant count for one); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
@@ -78,7 +79,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true, certify=false), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=\"newton\", stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true, certify=false), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,
@@ -87,7 +88,7 @@ mod _core {
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         #[pyo3(from_py_with = input::model)] model: &str,
         #[pyo3(from_py_with = input::impact)] impact: &str,
-        #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+        #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
         #[pyo3(from_py_with = input::stop)] stop: &str,
         #[pyo3(from_py_with = input::time)] time: f64,
         #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
@@ -100,7 +101,7 @@ mod _core {
         let options = Options {
             model: call("model", model)?,
             impact: call("impact", impact)?,
-            simultaneous: call("simultaneous", simultaneous)?,
+            simultaneous: call_some("simultaneous", simultaneous)?,
             stop: call("stop", stop)?,
             time,
             time_limit,

@@ -27,6 +27,14 @@ pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResu
     })
 }
 
+/// As [`call`], where None leaves it to the core.
+pub(crate) fn call_some<'a, T: Deserialize<'a>>(
+    field: &str,
+    word: Option<&'a str>,
+) -> PyResult<Option<T>> {
+    word.map(|word| call(field, word)).transpose()
+}
+
 /// Runs without the GIL; Ctrl-C ends the run.
 pub(crate) fn stopped(
     py: Python<'_>,
@@ -63,7 +71,7 @@ pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResu
             "model" => options.model = call("model", input::model(&value)?)?,
             "impact" => options.impact = call("impact", input::impact(&value)?)?,
             "simultaneous" => {
-                options.simultaneous = call("simultaneous", input::simultaneous(&value)?)?
+                options.simultaneous = call_some("simultaneous", input::simultaneous(&value)?)?
             }
             "stop" => options.stop = call("stop", input::stop(&value)?)?,
             "time" => options.time = input::time(&value)?,
@@ -84,7 +92,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     let dict = PyDict::new(py);
     dict.set_item("model", word(&options.model))?;
     dict.set_item("impact", word(&options.impact))?;
-    dict.set_item("simultaneous", word(&options.simultaneous))?;
+    dict.set_item("simultaneous", options.simultaneous.as_ref().map(word))?;
     dict.set_item("stop", word(&options.stop))?;
     dict.set_item("time", options.time)?;
     dict.set_item("time_limit", options.time_limit)?;

@@ -6,7 +6,7 @@ use standfast::{Contact, Error, Fields, LocalModel, Posture, ReducedMap, State};
 
 use crate::error::to_py;
 use crate::input;
-use crate::options::{call, float, interruptible, pair_text, stopped};
+use crate::options::{call, call_some, float, interruptible, pair_text, stopped};
 use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::PyRun;
 
@@ -378,7 +378,7 @@ impl PyLocalModel {
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
-    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous="newton", stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true, certify=false))]
+    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true, certify=false))]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         &self,
@@ -387,7 +387,7 @@ impl PyLocalModel {
         #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
         #[pyo3(from_py_with = input::theta)] theta: f64,
         #[pyo3(from_py_with = input::omega)] omega: f64,
-        #[pyo3(from_py_with = input::simultaneous)] simultaneous: &str,
+        #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
         #[pyo3(from_py_with = input::stop)] stop: &str,
         #[pyo3(from_py_with = input::time)] time: f64,
         #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
@@ -403,7 +403,7 @@ impl PyLocalModel {
             }));
         }
         let options = standfast::Options {
-            simultaneous: call("simultaneous", simultaneous)?,
+            simultaneous: call_some("simultaneous", simultaneous)?,
             stop: call("stop", stop)?,
             time,
             time_limit,

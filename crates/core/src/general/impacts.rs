@@ -49,11 +49,11 @@ impl General<'_> {
             if names.len() > 1 && !self.warnings.contains(&tie) {
                 self.warnings.push(tie);
             }
-            if self.options.simultaneous == Simultaneous::Newton {
+            if self.options.policy() == Simultaneous::Newton {
                 return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
             }
         }
-        let last = self.options.simultaneous == Simultaneous::LastContactFirst;
+        let last = self.options.policy() == Simultaneous::LastContactFirst;
         let i = if last { *chosen.last()? } else { chosen[0] };
         let owner = self.state.points[i].place.contact;
         let material = self.material(i);
@@ -98,7 +98,7 @@ impl General<'_> {
         let points = &self.state.points;
         let mut closed: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
-        if self.options.simultaneous == Simultaneous::LastContactFirst {
+        if self.options.policy() == Simultaneous::LastContactFirst {
             closed.reverse();
         }
         let law = self.options.impact;

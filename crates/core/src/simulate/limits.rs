@@ -83,7 +83,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         });
     }
     let contacts = posture.contacts();
-    let together = options.simultaneous == Simultaneous::Newton;
+    let together = options.policy() == Simultaneous::Newton;
     if contacts.len() > 1 && options.impact != Impact::Newton && together {
         return Err(Error::Unusable {
             field: "simultaneous".into(),
