@@ -43,6 +43,7 @@ long: wheel
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/test_stability.py
 	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
+	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/test_own_ground.py
 
 bench:
 	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes

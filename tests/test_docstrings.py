@@ -96,16 +96,24 @@ def test_the_main_classes_show_an_example():
         assert ">>>" in CORE[name], name
 
 
-def blocks(language):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def blocks(language, page="README.md"):
+    text = (ROOT / page).read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
-def test_readme_python():
-    examples = blocks("python")
+@pytest.mark.parametrize("page", ["README.md", "docs/impact_laws.md"])
+def test_pages_python(page):
+    examples = blocks("python", page)
     assert examples
     for example in examples:
-        assert run_text(example, "README.md") > 0
+        assert run_text(example, page) > 0
+
+
+def test_the_first_lines_say_what_ground_a_contact_has():
+    for name in ("Contact", "Posture"):
+        first = " ".join(CORE[name].split("\n\n")[0].split())
+        for words in ("line of", "terrain", "warns where"):
+            assert words in first, (name, words)
 
 
 def test_readme_commands(capsys, monkeypatch, tmp_path):

@@ -183,6 +183,8 @@ pub(crate) struct Clatter {
     start: Gaps,
     clock: Clock,
     first: usize,
+    /// Whether each contact has been hit since.
+    struck: [bool; 2],
 }
 
 impl Clatter {
@@ -221,6 +223,7 @@ impl Clatter {
         let jump = (1.0 + m.e[contact]) * -rates[contact];
         sum.jump[contact] += jump;
         log.hits += 1;
+        log.struck[contact] = true;
         if log.record {
             log.collisions.push(Collision {
                 elapsed: log.clock,
@@ -244,7 +247,8 @@ impl Clatter {
         let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
         let (left, granted) = (0, 0);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
-        Ok(Self { course, a: contact, r, left, granted, start, clock, first })
+        let struck = [false; 2];
+        Ok(Self { course, a: contact, r, left, granted, start, clock, first, struck })
     }
 
     /// After the loop: gaps, impulses and clock.
@@ -257,6 +261,7 @@ impl Clatter {
         log: &mut Log,
     ) -> Halt {
         log.hits += self.granted - self.left;
+        log.struck = [0, 1].map(|i| log.struck[i] || self.struck[i]);
         log.clock = Clock { hi: self.r.hi, lo: self.r.lo }.renormalised();
         let (start, t) = (self.start, log.clock.since(self.clock));
         *gaps = self.gaps();
@@ -331,6 +336,7 @@ impl Clatter {
             }
             left -= 1;
         };
+        self.struck[1] |= left < self.left; // contact 1 was hit before
         (self.r, self.left) = (r, left);
     }
 
@@ -399,6 +405,7 @@ impl Clatter {
             self.r.moment += blow * (self.r.hi - self.course.from);
         }
         self.left -= 1;
+        self.struck[at] = true;
         if log.record {
             let clock = Clock { hi: self.r.hi, lo: self.r.lo };
             log.collisions.push(in_order(clock, at, before, after, blow, other_gap));
@@ -491,6 +498,7 @@ impl Pool {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
         let (r, left) = Roles::of(self.stages[a].get(run));
+        clatter.struck[1] |= (left as usize) < clatter.left; // contact 1 was hit before
         (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 

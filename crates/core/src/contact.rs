@@ -1,4 +1,5 @@
-//! One body point on one straight piece of terrain.
+//! One body point on one straight piece of terrain: its own, the line of its slope through its point, unless the posture has a
+//! terrain for all contacts.
 //!
 //! ```text
 //!        n  (out of the terrain)
@@ -19,11 +20,14 @@ use crate::error::{Error, finite, friction, in_range, restitution};
 /// An entry for each contact: up to two of them without allocation.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
 
-/// A frictional point contact: a point of the body, and the terrain segment under it.
+/// A frictional point contact: a point of the body, and the ground that this point alone can touch.
+///
+/// Unless the posture has a `terrain`, that is the straight line of `slope` through `point`, without ends unless `segment` says
+/// where they are. The ground of the other contacts it passes through; a run warns where that cannot be meant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Where the point touches in the nominal posture, world axes, in m.
+    /// Where the point touches in the nominal posture, world axes, in m. Its ground goes through it.
     #[serde(deserialize_with = "crate::text::exactly")]
     pub point: [f64; 2],
     /// Slope angle of the terrain, |slope| < π/2, in rad.

@@ -18,6 +18,7 @@ use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::flight::{LOST_PHASE, is_lost};
 use crate::log::Log;
 use crate::modes::{ContactProblem, Mode};
+use crate::own_ground::Watch;
 use crate::posture::Posture;
 use crate::rounds::Rounds;
 use crate::simulate::{Options, Stop};
@@ -84,6 +85,20 @@ pub(crate) struct GeneralRecord {
     pub(crate) acceleration: Option<[f64; 3]>,
 }
 
+/// Looks whether the ground of the contacts can be meant at a moment of a run.
+fn look(
+    watch: &mut Watch,
+    posture: &Posture,
+    options: &Options,
+    stance: &Stance,
+    clock: Clock,
+    warnings: &mut Vec<String>,
+) {
+    let touches = |i: usize| stance.points[posture.point_of(i)].h == 0.0;
+    let (q, local, time) = (stance.state().q, stance.frozen.is_some(), || options.clock(clock));
+    watch.look(Some(posture), &q, local, touches, time, warnings);
+}
+
 /// The loop.
 pub(crate) struct General<'a> {
     posture: Posture,
@@ -107,6 +122,8 @@ pub(crate) struct General<'a> {
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     waiting: usize,
     ripple: Ripple,
+    /// Whether the ground of the contacts can be meant.
+    watch: Watch,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
     acceleration: Option<[f64; 3]>,
@@ -136,6 +153,7 @@ impl<'a> General<'a> {
             rounds: Rounds::default(),
             waiting: 0,
             ripple: Ripple::default(),
+            watch: Watch::new(Some(posture)),
             warnings,
             undecided: None,
             acceleration: None,
@@ -152,6 +170,7 @@ impl<'a> General<'a> {
         if outcome == Outcome::TimeLimit {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
+        self.look();
         Some(GeneralRecord {
             posture: self.posture,
             stretches: self.stretches,
@@ -179,6 +198,9 @@ impl<'a> General<'a> {
             let speed =
                 self.state.center.v.norm() + self.posture.size() * self.state.spin.omega.abs();
             self.fastest = self.fastest.max(speed);
+            if self.state.points.iter().any(|p| p.h == 0.0) {
+                self.look();
+            }
             let n = self.state.points.len(); // two for a contact in a vertex
             let touching = |i: usize| self.state.points[i].h == 0.0;
             let coming: Vec<usize> =
@@ -194,6 +216,14 @@ impl<'a> General<'a> {
             if let Some(outcome) = end {
                 return outcome;
             }
+        }
+    }
+
+    /// Looks whether the ground of the contacts can be meant.
+    fn look(&mut self) {
+        if self.watch.is_on() {
+            let Self { posture, options, state, watch, warnings, .. } = self;
+            look(watch, posture, options, state, self.log.clock, warnings);
         }
     }
 
@@ -360,9 +390,13 @@ impl<'a> General<'a> {
         }
         phase.cause = self.cause;
         let (stretches, rounds) = (&mut self.stretches, &mut self.rounds);
+        let (posture, watch, warnings) = (&self.posture, &mut self.watch, &mut self.warnings);
         rounds.drop(phase.dropped);
         let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
             rounds.hold(word, clock);
+            if watch.is_on() {
+                look(watch, posture, &options, stance, clock, warnings);
+            }
             if record {
                 let (stance, word) = (stance.clone(), word.to_vec());
                 stretches.push(Stretch { clock, stance, word, cause, summed: false });

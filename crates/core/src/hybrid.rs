@@ -16,8 +16,10 @@ use crate::clock::Clock;
 use crate::flight::{LOST_PHASE, parabola_touchdown};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
+use crate::impact_law::NO_FRICTION;
 use crate::log::{Collision, Log};
 use crate::modes::ContactProblem;
+use crate::own_ground::Watch;
 use crate::rounds::{ROUNDINGS, Rounds};
 use crate::simulate::{Options, State, Stop};
 use crate::tolerance::{BEYOND, REACHED};
@@ -48,6 +50,8 @@ pub(crate) struct Driver<'a> {
     local: bool,
     /// Rounds on the ground.
     rounds: Rounds,
+    /// Whether the ground of the contacts can be meant.
+    watch: Watch,
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -111,6 +115,7 @@ impl<'a> Driver<'a> {
             undecided: None,
             cause: Some(Cause::Start),
             rounds: Rounds::default(),
+            watch: Watch::new(base.posture.as_ref()),
             resting: [false; 2],
             frames: vec![first],
             base,
@@ -209,6 +214,8 @@ impl<'a> Driver<'a> {
         if self.log.phase_lost {
             self.warnings.push(LOST_PHASE.into());
         }
+        self.look();
+        self.warn_of_friction();
         let mut end = self.frame().to_full(&self.raw());
         let mut state = Base::state(&end);
         if outcome == Outcome::Rest {
@@ -216,6 +223,33 @@ impl<'a> Driver<'a> {
             end.spin.omega = 0.0;
         }
         Some((end, state.unsigned_zero()))
+    }
+
+    /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
+    fn look(&mut self) {
+        let mut watch = self.watch;
+        if !watch.is_on() {
+            return;
+        }
+        let full = self.frame().to_full(&self.raw());
+        watch.look(
+            self.base.posture.as_ref(),
+            &Base::state(&full).q,
+            self.local,
+            |i| full.gaps.h[i] == 0.0,
+            || self.options.clock(full.clock),
+            &mut self.warnings,
+        );
+        self.watch = watch;
+    }
+
+    /// The impacts of this loop are frictionless.
+    fn warn_of_friction(&mut self) {
+        let Some(posture) = &self.base.posture else { return };
+        let mut contacts = posture.contacts().iter().zip(self.log.struck);
+        if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
+            self.warnings.push(NO_FRICTION.into());
+        }
     }
 
     fn frame(&self) -> &Frame {
@@ -312,6 +346,7 @@ impl<'a> Driver<'a> {
         if self.is_far() {
             return Next::End(Outcome::Escape);
         }
+        self.look();
         let fresh = std::mem::take(&mut self.fresh);
         let gaps = self.gaps();
         let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
@@ -422,7 +457,11 @@ impl<'a> Driver<'a> {
             jump[first] = rates[first] - gaps.u[first];
             hits.push(Hit { contact: first, before: gaps.u, after: rates });
         }
+        for hit in &hits {
+            self.log.struck[hit.contact] = true;
+        }
         if end == Sequence::Infinite {
+            self.log.struck = [true; 2];
             // Both gaps are zero and stay so.
             self.kick(jump, rates);
             self.landings = [None; 2];
@@ -672,8 +711,9 @@ impl<'a> Driver<'a> {
             return Ok(Flight::Full(tumble::Clatter::begin(&state.body, &mut self.log)));
         }
         let frozen = frozen(&self.frames);
-        clatter::Clatter::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)
-            .map(Flight::Local)
+        let begun = clatter::Clatter::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)?;
+        self.look();
+        Ok(Flight::Local(begun))
     }
 
     /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
@@ -687,7 +727,11 @@ impl<'a> Driver<'a> {
             match then {
                 Then::Plain => {}
                 Then::Any => {
-                    if let Some(halt) = self.next_collision(flight) {
+                    let halt = self.next_collision(flight);
+                    if self.tumble.is_some() {
+                        self.look();
+                    }
+                    if let Some(halt) = halt {
                         break halt;
                     }
                 }
@@ -714,23 +758,29 @@ impl<'a> Driver<'a> {
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
-        match (flight, &mut self.tumble) {
+        let hits = self.log.hits;
+        let stop = match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.come_to_first(state, &mut self.log),
             (Flight::Local(clatter), _) => (!clatter.is_at_first()).then_some(None),
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
-        }
+        };
+        self.log.struck[0] |= self.log.hits > hits;
+        stop
     }
 
     /// Plain collisions after that; `None`: many, and nothing else.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
-        match (flight, &mut self.tumble) {
+        let hits = self.log.hits;
+        let stop = match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.alternate(MANY, state, &mut self.log),
             (Flight::Local(clatter), _) => {
                 clatter.alternate(&mut self.log);
                 Some(None)
             }
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
-        }
+        };
+        self.log.struck[1] |= self.log.hits > hits; // the first of them
+        stop
     }
 
     fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
@@ -762,7 +812,10 @@ impl<'a> Driver<'a> {
         run: usize,
     ) -> Option<Option<Halt>> {
         let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
-        clatter.leave(&pool.take(run), state, &mut self.log)
+        let hits = self.log.hits;
+        let stop = clatter.leave(&pool.take(run), state, &mut self.log);
+        self.log.struck[1] |= self.log.hits > hits; // the first of them
+        stop
     }
 
     /// The end of a run that recorded nothing; `None` if it was cancelled.

@@ -12,6 +12,9 @@
 
 use crate::simulate::Impact;
 
+/// What a run with [`Impact::Newton`] says where a contact with friction is hit.
+pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has none in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have";
+
 /// Impact matrix of a contact, per unit mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Matrix {

@@ -46,6 +46,7 @@ mod lanes;
 mod local;
 mod log;
 mod modes;
+mod own_ground;
 mod parallel;
 mod posture;
 mod roots;

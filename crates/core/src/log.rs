@@ -66,6 +66,8 @@ pub(crate) struct Log<'a> {
     pub(crate) end: f64,
     /// Collisions so far.
     pub(crate) hits: usize,
+    /// Whether each contact of a pair has been hit.
+    pub(crate) struck: [bool; 2],
     /// Other events so far.
     steps: usize,
     /// How often an event other than a collision was counted.
@@ -87,6 +89,7 @@ impl<'a> Log<'a> {
             record: options.record,
             end: options.end(),
             hits: 0,
+            struck: [false; 2],
             steps: 0,
             asked: 0,
             event_limit: options.events(count),

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{Contact, PerContact};
 use crate::error::{self, Error, finite, in_range, positive, restitution};
 use crate::local::LocalModel;
+use crate::own_ground::OwnGround;
 use crate::terrain::{self, Piece};
 use crate::tolerance::TOUCH;
 use crate::trig::Turn;
@@ -31,6 +32,9 @@ use crate::zero::UnsignedZero;
 pub const MAX_CONTACTS: usize = 64;
 
 /// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
+///
+/// Each contact meets a straight ground of its own, and no other, unless [`Fields::terrain`] is the ground of all: see
+/// [`Contact`].
 ///
 /// ```
 /// use standfast::{Contact, Posture};
@@ -54,6 +58,8 @@ struct Parts {
     points: PerContact<usize>,
     /// The longest arm or ρ, in m.
     size: f64,
+    /// What may be wrong with the ground that the contacts have without a terrain.
+    own_ground: Option<OwnGround>,
 }
 
 /// Roundings in the gap and in the rate of a contact that rests or slides, of a state that a run ends in: those of the steps of its
@@ -77,7 +83,7 @@ pub struct Fields {
     /// Gravity g ≥ 0, downwards, in m/s².
     pub gravity: f64,
     /// Vertices of the terrain, x increasing, world axes, in m: each contact meets the piece under it, and `slope` and
-    /// `segment` of the contacts follow. Without any each contact has its own straight terrain.
+    /// `segment` of the contacts follow. Without any each contact meets its own line alone, see [`Contact`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terrain: Vec<[f64; 2]>,
 }
@@ -201,8 +207,10 @@ impl Posture {
         let longest = size(&geometry, fields.gyration_radius);
         let on_polyline = !fields.terrain.is_empty();
         let points = PerContact::new();
-        let mut posture =
-            Self(Arc::new(Parts { fields, geometry, grounds, points, size: longest }));
+        let own_ground =
+            (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
+        let parts = Parts { fields, geometry, grounds, points, size: longest, own_ground };
+        let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
@@ -247,6 +255,11 @@ impl Posture {
     pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
         let points = &self.0.points;
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
+    }
+
+    /// What may be wrong with the ground that the contacts have without a terrain; `None`: nothing.
+    pub(crate) fn own_ground(&self) -> Option<&OwnGround> {
+        self.0.own_ground.as_ref()
     }
 
     /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.

@@ -57,7 +57,7 @@ struct File {
     gravity: f64,
     /// Coefficient of restitution e in [0, 1) of every contact that has none of its own.
     restitution: f64,
-    /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact has its own straight terrain.
+    /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact meets only its own line, of its slope through its point.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     terrain: Vec<Vertex>,
     #[serde(deserialize_with = "text::table")]

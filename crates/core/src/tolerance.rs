@@ -36,5 +36,9 @@ pub(crate) const STILL: f64 = 3e-14;
 /// its gap, its gravity and their square root.
 pub(crate) const SIMULTANEOUS: f64 = 8.0 * f64::EPSILON;
 
+/// Height over a line of ground, relative to the size of the body and the way it has come, that is none where the lines of several
+/// contacts are compared: people write coordinates and slopes with three digits or more.
+pub(crate) const SAME_GROUND: f64 = 1e-3;
+
 /// Distance, in m, from which on a body has left for ever: its square is soon beyond all doubles.
 pub(crate) const BEYOND: f64 = 1e140;

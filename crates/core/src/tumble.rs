@@ -524,6 +524,7 @@ impl Clatter {
         let before = state.gaps.u;
         let jump = state.hit(contact);
         log.hits += 1;
+        log.struck[contact] = true;
         self.count();
         if log.record {
             state.write_down(contact, before, jump, log);

@@ -17,7 +17,9 @@ const FATE_IMPACTS: usize = 10_000;
 /// States between two looks at whether the caller wants to stop.
 const STATES: usize = 256;
 
-/// A point of the body on a straight piece of terrain.
+/// A point of the body, and the ground that this point alone can touch: the straight line of `slope` through `point`, without ends
+/// unless `segment` says where they are. It passes through the ground of other contacts; a run warns where that cannot be meant.
+/// One ground for all contacts: Posture(terrain=...), from which slope and segment follow.
 ///
 /// point : (2,) m, where it touches in the nominal posture (over a terrain of several pieces: where it is then). slope : rad, |slope| < π/2; the terrain has
 /// tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12. restitution : in [0, 1), or None for
@@ -118,12 +120,14 @@ impl PyContact {
     }
 }
 
-/// A planar rigid body and the contacts it may stand on.
+/// A planar rigid body and the contacts it may stand on. Without `terrain` each contact meets only a straight ground of its own,
+/// the line of its slope through its point; with it all of them meet one ground. A body that may turn over, or reach the ground of
+/// another contact, needs a terrain (or segments); a run warns where its ground cannot be meant.
 ///
 /// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
 /// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
 /// terrain : vertices (x, y), m, x increasing: each contact meets the straight piece under it and nothing beyond the ends,
-/// and its slope and segment follow. None: each contact has the terrain of its own slope and segment.
+/// and its slope and segment follow. None: each contact has the line of its own slope and segment.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.

@@ -443,7 +443,8 @@ impl PyRun {
         self.0.phases().iter().cloned().map(Into::into).collect()
     }
 
-    /// Things to know: ties, a start taken as touching.
+    /// Things to know: ties, a start taken as touching, ground that cannot be meant (see Contact), friction that impact="newton"
+    /// leaves out.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings().to_vec()

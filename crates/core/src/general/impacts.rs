@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{General, Struck};
 use crate::contact_motion::{Point, Stance};
 use crate::impact::Simultaneous;
-use crate::impact_law::{self, Material, Matrix};
+use crate::impact_law::{self, Material, Matrix, NO_FRICTION};
 use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
 use crate::simulate::Impact;
 use crate::trajectory::{Cause, ContactNumber, Outcome};
@@ -159,6 +159,10 @@ impl General<'_> {
         rate: f64,
         impulse: [f64; 2],
     ) {
+        let rubs = self.options.impact == Impact::Newton && self.state.points[i].friction > 0.0;
+        if rubs && !self.warnings.iter().any(|warning| warning == NO_FRICTION) {
+            self.warnings.push(NO_FRICTION.into());
+        }
         if self.log.record {
             let (clock, mut after) = (self.log.clock, self.rates());
             let Point { place, u, .. } = self.state.points[i];

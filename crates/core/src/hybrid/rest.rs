@@ -119,8 +119,14 @@ impl Driver<'_> {
             let (frames, spans) = (&mut self.frames, &mut self.spans);
             let first_collision = self.log.collisions.len();
             let rounds = &mut self.rounds;
+            let (watch, warnings, local) = (&mut self.watch, &mut self.warnings, self.local);
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
                 rounds.hold(word, clock);
+                if watch.is_on() {
+                    let (q, time) = (stance.state().q, || options.clock(clock));
+                    let touches = |i: usize| stance.points[i].h == 0.0;
+                    watch.look(Some(&posture), &q, local, touches, time, warnings);
+                }
                 if !record {
                     return;
                 }
