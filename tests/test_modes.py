@@ -698,3 +698,22 @@ def test_an_impact_that_is_due_is_refused(tmp_path, capsys):
     assert captured.out == ""
     assert captured.err.startswith(f"standfast: {path}: qdot = ")
     assert captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("angle", [0.5 * math.pi, 0.3, 1.1, 2.5])
+def test_walls_that_face_each_other_hold_nothing_without_friction(angle):
+    """With rounded cosines their normals are not exactly opposite; a balance would need forces of 1e16 times the weight."""
+    tangents = [(math.cos(a), math.sin(a)) for a in (-angle, math.pi - angle)]
+    problem = sf.ContactProblem(
+        1.0,
+        0.5,
+        [(-1, 0), (1, 0)],
+        tangents,
+        [0, 0],
+        [0, 0],
+        [(0, 0), (0, 0)],
+        (0, -9.81, 0),
+    )
+    modes = sf.contact_modes(problem)
+    assert "FF" not in modes.consistent
+    assert modes.status == "unique"
