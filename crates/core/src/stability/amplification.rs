@@ -259,7 +259,8 @@ struct Block {
 fn tie(e: [I; 2], psi: [I; 2], coupling: I) -> f64 {
     if e[0] == e[1] || psi[0].lo >= 0.0 {
         // u⁺ = −e u⁻ in both, and no part of u·D⁻¹u is negative.
-        return e[0].hi.max(e[1].hi).powi(2) * (1.0 + ROUNDED);
+        let most = e[0].hi.max(e[1].hi);
+        return most * most * (1.0 + ROUNDED);
     }
     // The largest of u⁺·D⁻¹u⁺ for u·D⁻¹u = 1; and the loss ½Δu·D⁻¹Δu (1 − e)/(1 + e) at the least.
     let square = coupling.square();
