@@ -75,7 +75,7 @@ fn runs() -> Vec<Trajectory> {
     .collect();
     let law = Options {
         impact: Impact::Poisson,
-        simultaneous: Simultaneous::FirstContactFirst,
+        simultaneous: Some(Simultaneous::FirstContactFirst),
         event_limit: 2000,
         ..options
     };
