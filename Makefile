@@ -41,6 +41,8 @@ long: wheel
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/test_relations.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/test_fuzz_scenes.py tests/test_terrain.py
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/test_stability.py
+	STANDFAST_VERTICES=5000 STANDFAST_VERTICES_STEPPED=200 $(BIN)/python -m pytest -s tests/test_vertices.py
+	STANDFAST_ENDLESS=40000 $(BIN)/python -m pytest -s tests/test_endless.py
 	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
 	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/test_own_ground.py

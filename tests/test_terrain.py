@@ -829,7 +829,7 @@ def test_feet_at_one_point_move_as_one(ground):
                 set(range(1, copies + 1)) if again else set()
             )
     assert outcomes["time-limit"] > 10
-    assert len(outcomes) > 2
+    assert len(outcomes) > 1
 
 
 def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_hold_it():

@@ -48,6 +48,9 @@ pub(crate) struct Point {
     pub(crate) place: Place,
     /// Gap and its rate; a gap of ∞ where there is nothing to meet.
     pub(crate) h: f64,
+    /// Depth below the piece of terrain over the point, in m, if it came there from beside: its gap is ∞ until it has risen out of it.
+    /// Otherwise zero.
+    pub(crate) depth: f64,
     pub(crate) u: f64,
     pub(crate) rounding: Rounding,
 }
@@ -102,11 +105,12 @@ impl Stance {
         modes[i] == Mode::Fixed && held
     }
 
-    /// Whether point `i` is one of two that hold a contact in a vertex. Their normal forces alone hold it: any other share
-    /// of the same force would reach an edge of a friction cone where the vertex as a whole does not.
-    fn is_wedged(&self, i: usize, modes: &[Mode]) -> bool {
-        let closed = |i: usize| modes[i] != Mode::Separate;
-        closed(i) && self.twin(i).is_some_and(closed)
+    /// The other of two fixed points that hold a contact in a vertex. The contact is held while the sum of their forces lies
+    /// in the hull of their friction cones; how the force is shared between them has no consequence, so that the rows of
+    /// the first of them represent both.
+    fn partner(&self, i: usize, modes: &[Mode]) -> Option<usize> {
+        let fixed = |j: &usize| modes[*j] == Mode::Fixed;
+        self.twin(i).filter(fixed).filter(|_| fixed(&i))
     }
 
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a

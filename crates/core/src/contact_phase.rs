@@ -162,7 +162,10 @@ enum Next {
     Slip(usize, Mode),
 }
 
-/// Roundings of the speeds of a body that the rates of its gaps have.
+/// Depth of a graze that is not known: so many roundings of the size of the body, or so many of the way that it has moved, whichever is
+/// less. A gap that follows from a swing about another contact has a few of them. A contact that passes through the ground by
+/// less does not touch it.
+const PLACE: f64 = 2.0;
 const GRAZE: f64 = 16.0;
 
 /// Speed of the body, in units of those that count as none, below which it has stopped with one of its points: its speeds
@@ -272,6 +275,7 @@ impl<'a> ContactPhase<'a> {
                     && log.end == f64::INFINITY
                 {
                     self.acceleration = Some(acceleration);
+                    log.enter(&self.word);
                     note(&self.stance, &self.word, log.clock, self.cause);
                     return PhaseEnd::Outcome(Outcome::Sliding);
                 }
@@ -302,7 +306,13 @@ impl<'a> ContactPhase<'a> {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
-                Next::Slip(i, mode) => self.ways[i] = Some(mode.direction() as i8),
+                Next::Slip(i, mode) => {
+                    // In a vertex it slides up one piece, and with that leaves the other.
+                    if let Some(j) = self.stance.twin(i) {
+                        self.ways[j] = None;
+                    }
+                    self.ways[i] = Some(mode.direction() as i8);
+                }
             }
             let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
             self.cause = match next {
@@ -405,6 +415,7 @@ impl<'a> ContactPhase<'a> {
         let began = log.clock;
         let mut fresh = true;
         loop {
+            log.enter(&self.word);
             note(stance, &self.word, log.clock, self.cause);
             if rests {
                 if self.options.stop != Stop::Time {
@@ -492,7 +503,7 @@ impl<'a> ContactPhase<'a> {
             let [least, most] = self.turned;
             self.turned = [least.min(stance.spin.theta), most.max(stance.spin.theta)];
             log.clock = log.clock.after(t);
-            let counted = log.count_step();
+            let counted = log.step();
             if let StepEnd::Landing(i) = end
                 && stance.passes(i, step.lift(i, t), log.clock.since(began), self.size)
             {
@@ -512,6 +523,7 @@ impl<'a> ContactPhase<'a> {
                     stance.points[i].place.sides[side] = 0.0;
                     return Next::End(PhaseEnd::Leave(i, side));
                 }
+                StepEnd::Surface(i) => stance.points[i].surfaces(),
                 StepEnd::Jam => return jams(stance, &self.word),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
                 _ if !counted => return outcome(Outcome::EventLimit),
@@ -535,7 +547,7 @@ impl Stance {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];
         let depth = p.u * p.u / (2.0 * lift);
-        let rounding = f64::EPSILON * size.min(GRAZE * time * (v + (p.b * omega).abs()));
+        let rounding = f64::EPSILON * (PLACE * size).min(GRAZE * time * (v + (p.b * omega).abs()));
         let passes = lift > 0.0 && depth <= rounding;
         if passes {
             p.h += 2.0 * depth;

@@ -229,13 +229,7 @@ impl Arc {
         if threshold >= 1.0 || threshold.is_nan() {
             return self.concave_piece(0.0, horizon, &f).and_then(found);
         }
-        let half = libm::acos(threshold);
-        let phase = libm::atan2(if self.omega < 0.0 { -self.b } else { self.b }, self.c);
-        // Angle turned (always forwards) at the middle of the first convex window that is not yet over.
-        let mut middle = (phase + PI).rem_euclid(TAU);
-        if middle - half > TAU - 2.0 * half {
-            middle -= TAU;
-        }
+        let (mut middle, half) = self.convex_window(threshold);
         let mut start = 0.0;
         if self.h == 0.0 && self.u == 0.0 {
             // Lifting off: the arc begins on the convex side, whatever rounding says of the inflection.
@@ -274,6 +268,51 @@ impl Arc {
                 }
                 start = close;
             }
+            middle += TAU;
+        }
+        None
+    }
+
+    /// The angle turned (always forwards) at the middle of the first convex window of the arc that is not yet over, and its half-width.
+    /// `threshold` = g/(ω²|d|), between −1 and 1.
+    fn convex_window(&self, threshold: f64) -> (f64, f64) {
+        let half = libm::acos(threshold);
+        let phase = libm::atan2(if self.omega < 0.0 { -self.b } else { self.b }, self.c);
+        let middle = (phase + PI).rem_euclid(TAU);
+        if middle - half > TAU - 2.0 * half { (middle - TAU, half) } else { (middle, half) }
+    }
+
+    /// The first touchdown before `limit` (s) of an arc with h > 0 whose gravity may also draw it away from the terrain (g ≤ 0): pieces
+    /// between inflections, one after the other.
+    pub(crate) fn touchdown_before(&self, limit: f64) -> Option<f64> {
+        if self.omega == 0.0 {
+            return Some(parabola_touchdown(self.h, self.u, self.g)).filter(|t| *t < limit);
+        }
+        let spin = self.omega.abs();
+        let f = |t: f64| {
+            let turn = Turn::by(self.omega * t);
+            (self.gap_turned(t, &turn), self.rate_turned(t, &turn))
+        };
+        let threshold = self.g / (spin * spin * libm::hypot(self.b, self.c));
+        if threshold >= 1.0 || threshold.is_nan() {
+            return self.concave_piece(0.0, limit, &f);
+        }
+        if threshold <= -1.0 {
+            return convex_piece(0.0, limit, &f);
+        }
+        let (mut middle, half) = self.convex_window(threshold);
+        let mut start = 0.0;
+        while start < limit {
+            let [open, close] =
+                [middle - half, middle + half].map(|angle| (angle / spin).min(limit));
+            let concave = self.concave_piece(start, open, &f);
+            let from = open.max(start);
+            let root =
+                concave.or_else(|| if close > from { convex_piece(from, close, &f) } else { None });
+            if root.is_some() {
+                return root;
+            }
+            start = close.max(from);
             middle += TAU;
         }
         None

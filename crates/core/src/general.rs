@@ -16,7 +16,7 @@ use crate::contact::PerContact;
 use crate::contact_motion::{Point, Stance};
 use crate::contact_phase::{ContactPhase, PhaseEnd};
 use crate::flight::{LOST_PHASE, is_lost};
-use crate::log::Log;
+use crate::log::{LastImpacts, Log};
 use crate::modes::{ContactProblem, Mode};
 use crate::own_ground::Watch;
 use crate::posture::Posture;
@@ -25,7 +25,7 @@ use crate::simulate::{Options, Stop};
 use crate::tolerance::{BEYOND, STILL};
 use crate::trajectory::{Cause, Outcome};
 
-/// Flights between two computations of b, c from θ itself.
+/// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
 const REFRESH: usize = 32;
 
 /// One collision.
@@ -124,6 +124,7 @@ pub(crate) struct General<'a> {
     ripple: Ripple,
     /// Whether the ground of the contacts can be meant.
     watch: Watch,
+    last: LastImpacts,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
     acceleration: Option<[f64; 3]>,
@@ -154,6 +155,7 @@ impl<'a> General<'a> {
             waiting: 0,
             ripple: Ripple::default(),
             watch: Watch::new(Some(posture)),
+            last: LastImpacts::default(),
             warnings,
             undecided: None,
             acceleration: None,
@@ -171,6 +173,9 @@ impl<'a> General<'a> {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
         self.look();
+        if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
+            self.warnings.push(format!("{limit}: {}", self.last.family(self.log.clock)));
+        }
         Some(GeneralRecord {
             posture: self.posture,
             stretches: self.stretches,
@@ -189,7 +194,7 @@ impl<'a> General<'a> {
     fn motion(&mut self) -> Outcome {
         let mut fresh = true;
         loop {
-            if !self.log.count() {
+            if !self.log.step() {
                 return Outcome::EventLimit;
             }
             if self.state.center.r.norm() > self.options.neighbourhood.min(BEYOND) {
@@ -228,6 +233,7 @@ impl<'a> General<'a> {
     }
 
     fn note(&mut self, word: Vec<Mode>, summed: bool) {
+        self.log.enter(&word);
         if self.log.record {
             let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
             self.stretches.push(Stretch { clock, stance, word, cause, summed });
@@ -257,6 +263,11 @@ impl<'a> General<'a> {
             .min_by(|x, y| x.0.total_cmp(&y.0));
         let t = crossing.map_or(first, |(t, ..)| t);
         let left = self.log.left();
+        let surfacing = (0..n)
+            .filter(|_| !lost)
+            .filter_map(|i| self.state.surfacing(i, t.min(left)).map(|t| (t, i)))
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = surfacing.map_or(t, |(t, _)| t);
         // What lies beyond all bounds is never come to.
         let fall = |t: f64| t * (self.state.center.v.norm() + 0.5 * t * self.state.gravity);
         if t > left || t == f64::INFINITY || fall(t) > BEYOND {
@@ -273,11 +284,12 @@ impl<'a> General<'a> {
         }
         self.state = self.state.flown(t);
         self.log.clock = self.log.clock.after(t);
-        if self.log.hits.is_multiple_of(REFRESH) && self.state.frozen.is_none() {
-            let theta = self.state.spin.theta;
-            for p in &mut self.state.points {
-                (p.b, p.c) = self.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
-            }
+        if self.log.hits.is_multiple_of(REFRESH) {
+            self.refresh();
+        }
+        if let Some((_, i)) = surfacing {
+            self.state.points[i].surfaces();
+            return None;
         }
         if let Some((_, i, side)) = crossing {
             self.state.points[i].place.sides[side] = 0.0;
@@ -293,6 +305,17 @@ impl<'a> General<'a> {
             }
         }
         None
+    }
+
+    /// Takes back what roundings have added up to: b, c from θ itself, and gaps and their rates of one rigid body.
+    fn refresh(&mut self) {
+        if self.state.frozen.is_none() {
+            let theta = self.state.spin.theta;
+            for p in &mut self.state.points {
+                (p.b, p.c) = self.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
+            }
+        }
+        self.state.reconcile(self.posture.size());
     }
 
     /// Whether the body has fallen below all of its terrain: nothing is ever met again.

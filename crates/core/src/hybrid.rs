@@ -17,8 +17,8 @@ use crate::flight::{LOST_PHASE, parabola_touchdown};
 use crate::frame::{Base, Frame, Snapshot};
 use crate::impact::{self, Hit, Sequence, Simultaneous};
 use crate::impact_law::NO_FRICTION;
-use crate::log::{Collision, Log};
-use crate::modes::ContactProblem;
+use crate::log::{Collision, Log, in_words, names};
+use crate::modes::{ContactProblem, Mode};
 use crate::own_ground::Watch;
 use crate::rounds::{ROUNDINGS, Rounds};
 use crate::simulate::{Options, State, Stop};
@@ -213,6 +213,16 @@ impl<'a> Driver<'a> {
         }
         if self.log.phase_lost {
             self.warnings.push(LOST_PHASE.into());
+        } else if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
+            // Speeds at which the contacts land next, if they do.
+            let (gaps, gravity) = (self.gaps(), self.model().g);
+            let landing = |i: usize| {
+                let square = gaps.u[i] * gaps.u[i] + 2.0 * gravity[i] * gaps.h[i];
+                if square.is_finite() { square.max(0.0).sqrt() } else { 0.0 }
+            };
+            let speed = landing(0).max(landing(1));
+            let (contacts, speed) = (names(0..self.base.count), in_words(speed));
+            self.warnings.push(format!("{limit}: the next impact of {contacts} is at {speed}"));
         }
         self.look();
         self.warn_of_friction();
@@ -271,6 +281,12 @@ impl<'a> Driver<'a> {
     }
 
     fn note(&mut self, kind: Kind) {
+        let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
+        let word = match kind {
+            Kind::Held(held) => held.map(mode),
+            _ => [Mode::Separate; 2],
+        };
+        self.log.enter(&word[..self.base.count]);
         if self.log.record {
             let raw = self.raw();
             // Without a body nothing is known of motion along the terrain: a held contact reads F.
@@ -340,7 +356,7 @@ impl<'a> Driver<'a> {
 
     /// The next piece, up to the flight after it.
     pub(crate) fn piece(&mut self) -> Next {
-        if !self.log.count() {
+        if !self.log.step() {
             return Next::End(Outcome::EventLimit);
         }
         if self.is_far() {

@@ -3,6 +3,8 @@
 use nalgebra::Vector2;
 
 use crate::clock::Clock;
+use crate::contact::PerContact;
+use crate::modes::Mode;
 use crate::simulate::Options;
 
 /// One collision, as it was simulated.
@@ -51,8 +53,9 @@ impl Center {
 /// Collisions between two looks at the limits and at the cancel flag.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Events that one step of a held contact counts for: it takes about as long as so many collisions.
-const STEP: usize = 20;
+/// Steps of integration and of the loop over the pieces of a motion, without a collision or a change of the motion between them, after
+/// which a run is given up: seconds of computing time. A body that swings or rolls takes some ten steps a turn.
+pub(crate) const MOST_STEPS: usize = 1_000_000;
 
 /// Clock, collisions and limits of one run.
 pub(crate) struct Log<'a> {
@@ -68,10 +71,15 @@ pub(crate) struct Log<'a> {
     pub(crate) hits: usize,
     /// Whether each contact of a pair has been hit.
     pub(crate) struck: [bool; 2],
-    /// Other events so far.
-    steps: usize,
-    /// How often an event other than a collision was counted.
-    asked: usize,
+    /// Changes of the contact modes so far.
+    changes: usize,
+    /// The contact modes now; none before the first piece.
+    word: PerContact<Mode>,
+    /// Events at the last step, and steps since there was a new one.
+    seen: usize,
+    idle: usize,
+    /// Steps since the last look at the cancel flag.
+    unasked: usize,
     pub(crate) event_limit: usize,
     pub(crate) cancelled: bool,
     /// Whether a flight turned so far that its rotation is not known any more.
@@ -90,8 +98,11 @@ impl<'a> Log<'a> {
             end: options.end(),
             hits: 0,
             struck: [false; 2],
-            steps: 0,
-            asked: 0,
+            changes: 0,
+            word: PerContact::new(),
+            seen: 0,
+            idle: 0,
+            unasked: 0,
             event_limit: options.events(count),
             cancelled: false,
             phase_lost: false,
@@ -102,34 +113,144 @@ impl<'a> Log<'a> {
     /// How many collisions may come before the next look at the limits; zero: the run is over.
     pub(crate) fn chunk(&mut self) -> usize {
         self.cancelled = self.cancelled || (self.cancel)();
-        if self.cancelled {
-            0
-        } else {
-            CHUNK.min(self.event_limit.saturating_sub(self.hits + self.steps))
+        if self.cancelled { 0 } else { CHUNK.min(self.event_limit.saturating_sub(self.events())) }
+    }
+
+    /// Collisions and changes of the contact modes so far.
+    pub(crate) fn events(&self) -> usize {
+        self.hits + self.changes
+    }
+
+    /// From now on the contacts are in these modes.
+    pub(crate) fn enter(&mut self, word: &[Mode]) {
+        if self.word.as_slice() != word {
+            self.changes += usize::from(!self.word.is_empty());
+            self.word = word.into();
         }
     }
 
-    /// Counts one event that is no collision of a loop; false where no more is allowed.
-    pub(crate) fn count(&mut self) -> bool {
-        if self.hits + self.steps >= self.event_limit {
+    /// Whether the run may take another step, of integration or of the loop over the pieces of a motion.
+    pub(crate) fn step(&mut self) -> bool {
+        let events = self.events();
+        self.idle = if events > self.seen { 0 } else { self.idle + 1 };
+        self.seen = events;
+        if events >= self.event_limit || self.idle >= MOST_STEPS {
             return false;
         }
-        self.steps += 1;
-        self.asked += 1;
-        !self.asked.is_multiple_of(CHUNK) || {
+        self.unasked += 1;
+        if self.unasked == CHUNK {
+            self.unasked = 0;
             self.cancelled = self.cancelled || (self.cancel)();
-            !self.cancelled
         }
+        !self.cancelled
     }
 
-    /// Counts a step of a held contact.
-    pub(crate) fn count_step(&mut self) -> bool {
-        self.steps += STEP - 1;
-        self.count()
+    /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
+    pub(crate) fn limit(&self) -> Option<String> {
+        if self.events() >= self.event_limit {
+            let (events, hits, changes) = (self.events(), self.hits, self.changes);
+            Some(format!(
+                "ended after {events} events, {hits} collisions and {changes} changes of the contact modes"
+            ))
+        } else if self.idle >= MOST_STEPS {
+            Some(format!(
+                "ended after {MOST_STEPS} steps of integration without a collision or a change of the contact modes"
+            ))
+        } else {
+            None
+        }
     }
 
     /// Time left before the limit, in s.
     pub(crate) fn left(&self) -> f64 {
         Clock { hi: self.end, lo: 0.0 }.since(self.clock)
+    }
+}
+
+/// Impacts between two looks at whether they become slower.
+const STRETCH: usize = 1024;
+
+/// Factor between the fastest impacts of two stretches from which on they become slower, or faster.
+const ALIKE: f64 = 1.02;
+
+/// The fastest impact of a stretch of them, in m/s, when it began, and which contacts were hit (bit by bit).
+#[derive(Debug, Clone, Copy, Default)]
+struct Stretch {
+    impacts: usize,
+    fastest: f64,
+    began: Clock,
+    contacts: u64,
+}
+
+/// The last impacts of a run, for the reason why it does not end.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LastImpacts {
+    now: Stretch,
+    before: Stretch,
+}
+
+impl LastImpacts {
+    /// An impact of a contact, counted from 0, with this speed.
+    pub(crate) fn follow(&mut self, contact: usize, speed: f64, clock: Clock) {
+        if self.now.impacts == STRETCH {
+            (self.before, self.now) = (self.now, Stretch::default());
+        }
+        if self.now.impacts == 0 {
+            self.now.began = clock;
+        }
+        self.now.impacts += 1;
+        self.now.fastest = self.now.fastest.max(speed);
+        self.now.contacts |= 1 << contact;
+    }
+
+    /// What the impacts before the end of a run have in common.
+    pub(crate) fn family(&self, clock: Clock) -> String {
+        let (now, before) = (&self.now, &self.before);
+        let hit = now.contacts | before.contacts;
+        let contacts = names((0..64).filter(|i| hit >> i & 1 == 1));
+        let count = before.impacts + now.impacts;
+        let (speed, earlier) = (in_words(now.fastest), in_words(before.fastest));
+        let ratio = now.fastest / before.fastest;
+        if count == 0 {
+            "without an impact".into()
+        } else if before.impacts == 0 {
+            format!("impacts of {contacts} at up to {speed}")
+        } else if clock.since(before.began) == 0.0 {
+            format!(
+                "the last {count} impacts, of {contacts} at up to {speed}, come in one instant: each brings the next one about"
+            )
+        } else if ratio * ALIKE < 1.0 {
+            format!(
+                "the impacts of {contacts} become slower, but slowly: from {earlier} to {speed} within the last {count}"
+            )
+        } else if ratio > ALIKE {
+            format!(
+                "the impacts of {contacts} become faster: from {earlier} to {speed} within the last {count}"
+            )
+        } else {
+            format!(
+                "the impacts of {contacts}, at up to {speed}, become neither slower nor faster within the last {count}"
+            )
+        }
+    }
+}
+
+/// A speed (m/s) with three digits.
+pub(crate) fn in_words(speed: f64) -> String {
+    if (1e-3..1e4).contains(&speed) {
+        let digits = (2.0 - libm::log10(speed).floor()).clamp(0.0, 5.0) as usize;
+        format!("{speed:.digits$} m/s")
+    } else {
+        format!("{speed:.2e} m/s")
+    }
+}
+
+/// "contact 1", "contacts 1 and 2", "contacts 1, 2 and 4", of contacts counted from 0.
+pub(crate) fn names(contacts: impl Iterator<Item = usize>) -> String {
+    let all: Vec<String> = contacts.map(|i| (i + 1).to_string()).collect();
+    match all.as_slice() {
+        [] => "no contact".into(),
+        [one] => format!("contact {one}"),
+        [most @ .., last] => format!("contacts {} and {last}", most.join(", ")),
     }
 }

@@ -150,12 +150,13 @@ impl Rounds {
         let mut end = stance.clone();
         (end.center.v, end.center.r) = (v.xy(), stance.center.r + way.xy());
         end.spin = Spin { theta: stance.spin.theta + way.z, omega: v.z };
-        // Who slides through all of it has to slide the same way at its end; who sticks, to stand still there.
+        // A contact that slides in all rounds has to slide the same way at their end, and one that sticks has to stand still there:
+        // up to the rounding of the sum, and to the speeds that count as none.
         let still = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
         let turns_back = |i: usize| {
             let ((way, when), slip) = (self.slides[i], end.slip(i));
             let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
-            stance.slip(i) * slip < 0.0
+            stance.slip(i) * slip < 0.0 && slip.abs() > still
                 || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
         };
         if !reached && (0..end.points.len()).any(turns_back) {

@@ -139,9 +139,10 @@ pub struct Options {
     #[serde(with = "crate::scene::extended_option", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<crate::scene::Extended>")]
     pub time_limit: Option<f64>,
-    /// Largest number of events: collisions, changes of the motion; a step of a held contact counts for 20, impacts one
-    /// after the other in the same instant for one. A run that is recorded has at most 20 000 000 of them over the number of
-    /// contacts, and a warning says where that ended it.
+    /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
+    /// of impacts that ends), one each. Impacts that are solved together count one each, too, and may pass it by one less than the
+    /// number of contacts. A run that is recorded has at most 20 000 000 events over the number of contacts, and a warning says where
+    /// that ended it. Steps of integration do not count; without an event, 1 000 000 of them end a run in the same way.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.
@@ -418,7 +419,7 @@ impl Start {
         let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
         returns("speed of qdot", speed, posture.fields().gravity)?;
         let turn = Turn::by(if local { 0.0 } else { state.q.z });
-        let (mut heights, mut rates): (PerContact<f64>, PerContact<f64>) = (0..posture
+        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = (0..posture
             .geometry()
             .len())
             .map(|i| {
@@ -438,11 +439,6 @@ impl Start {
             })
             .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
-        for (rate, _) in rates.iter_mut().zip(&heights).filter(|(_, height)| **height == 0.0) {
-            if rate.abs() <= NO_RATE * speed {
-                *rate = 0.0;
-            }
-        }
         if heights.len() > 1 {
             let gravity = posture.geometry().iter().map(|k| k.gravity);
             let starts = heights.iter().zip(&rates).zip(gravity);
@@ -485,7 +481,19 @@ impl Start {
                     state.q.xy().norm() + place_terms,
                     state.qdot.xy().norm() + spin.abs(),
                 );
-                Point { normal, tangent, friction, b, c, held: None, place, h, u, rounding }
+                Point {
+                    normal,
+                    tangent,
+                    friction,
+                    b,
+                    c,
+                    held: None,
+                    place,
+                    h,
+                    depth: 0.0,
+                    u,
+                    rounding,
+                }
             });
             let start = Stance {
                 points: points.collect(),
@@ -615,10 +623,6 @@ impl LocalModel {
 
 /// Recorded events times contacts: 3 GB at most.
 const MOST_RECORDED: usize = 20_000_000;
-
-/// Rate of a contact that touches, relative to the speed of the body, that is none: what sliding leaves over where the
-/// roundings of a rounding are taken from it.
-const NO_RATE: f64 = f64::EPSILON * f64::EPSILON;
 
 /// Events after which a look into a sum is given up.
 const GLANCE: usize = 100_000;

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The ground is a function of x: it has no vertical faces and no overhangs. What has come under it from beside an end
-//! meets nothing until it has left the piece again.
+//! meets nothing until it has left the piece again or has risen out of it.
 
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;

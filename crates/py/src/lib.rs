@@ -62,8 +62,8 @@ mod _core {
     /// once; frictionless law only), "first-contact-first" or "last-contact-first"; None: "newton" with the frictionless law,
     /// "first-contact-first" with the others. stop : "rest", "zeno" (at the first
     /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
-    /// run ends at the latest, s. event_limit : largest number of events (collisions, changes
-    /// of the motion; impacts in turn in one instant count for one); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
+    /// run ends at the latest, s. event_limit : largest number of events (collisions, and changes
+    /// of the contact modes, one each); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
     /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
     /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
     /// gyration_radius; so the time of a Zeno point early in a long run is promised to within tolerance * run.elapsed only (with

@@ -17,12 +17,19 @@ impl Stance {
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);
         let (n, rho) = (rows.len(), self.rho2.sqrt());
-        // Along n + slope t, in coordinates (x, y, ρθ).
+        // A force (tangential, normal), and its push in coordinates (x, y, ρθ).
+        let force = |k: usize| {
+            let i = rows[k].unknown.contact;
+            if rows[k].unknown.tangential {
+                [1.0, 0.0]
+            } else {
+                [-modes[i].direction() * self.points[i].friction, 1.0]
+            }
+        };
         let along = |k: usize| {
-            let (unknown, p) = (rows[k].unknown, &self.points[rows[k].unknown.contact]);
-            let slope = -modes[unknown.contact].direction() * p.friction;
+            let (p, [slope, _]) = (&self.points[rows[k].unknown.contact], force(k));
             let side = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
-            if unknown.tangential { rows[k].whole } else { rows[k].whole + side * slope }
+            if rows[k].unknown.tangential { rows[k].whole } else { rows[k].whole + side * slope }
         };
         let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
             (true, true) => rows[i].whole.dot(&along(j)) / (rows[i].whole.norm() * along(j).norm()),
@@ -60,19 +67,15 @@ impl Stance {
             (0..n).map(row).sum()
         };
         let after = omega + turn * size;
-        if omega * after <= 0.0 || pull(omega) * pull(after) <= 0.0 {
+        let turns = |f: &dyn Fn(f64) -> f64| f(omega).signum() != f(after).signum();
+        if turns(&|omega| omega) || turns(&pull) {
             return None;
         }
-        for (k, impulse) in impulses.into_iter().enumerate().take(n) {
-            let contact = rows[k].unknown.contact;
-            let slope = -modes[contact].direction() * self.points[contact].friction;
-            let impulse = impulse * size;
-            let kick = if rows[k].unknown.tangential {
-                [impulse, 0.0]
-            } else {
-                [slope * impulse, impulse]
-            };
-            self.kick(contact, kick);
+        let kicks: [[f64; 2]; 3] = std::array::from_fn(|k| {
+            if k < n { force(k).map(|part| part * impulses[k] * size) } else { [0.0; 2] }
+        });
+        for (row, kick) in rows.iter().zip(kicks) {
+            self.kick(row.unknown.contact, kick);
         }
         for (p, mode) in self.points.iter_mut().zip(modes) {
             if *mode != Mode::Separate {

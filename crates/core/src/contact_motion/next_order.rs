@@ -138,7 +138,7 @@ impl Stance {
             return;
         }
         for i in (0..from.word.len()).filter(|&i| !from.changed[i]) {
-            let slides = self.sticks(i, &from.word) && !self.is_wedged(i, &from.word);
+            let slides = self.sticks(i, &from.word) && self.partner(i, &from.word).is_none();
             for mode in [Mode::Separate, Mode::Right, Mode::Left] {
                 if from.word[i] == Mode::Separate || mode != Mode::Separate && !slides {
                     continue;
@@ -196,18 +196,21 @@ impl Step {
             self.departs(state, i, !off, FIRST).is_some_and(|(_, rate)| rate * way > 0.0)
         };
         let unchanged = !to.changed.contains(&true);
-        !self.parts(state, &to.word) && (unchanged || (0..ways.len()).all(moves) && self.presses())
+        !self.parts(state, &to.word)
+            && (unchanged || (0..ways.len()).all(moves) && self.presses(state))
     }
 
     /// Whether all forces at the start lie in their cones.
-    fn presses(&self) -> bool {
+    fn presses(&self, state: &Stance) -> bool {
         let force = |track: &Track| (track.normal[0], track.tangential[0].abs());
         let most = self.tracks.iter().map(force).map(|(n, t)| n.abs().max(t)).fold(0.0, f64::max);
         let slack = PRESSES * most;
-        self.tracks.iter().all(|track| {
+        self.tracks.iter().enumerate().all(|(i, track)| {
+            if track.partner.is_some() {
+                return self.vertex_edges(state, i).iter().all(|(edge, _)| edge[0] >= -slack);
+            }
             let (normal, tangential) = force(track);
-            let held = track.wedged || tangential <= track.friction * normal.max(0.0) + slack;
-            normal >= -slack && held
+            normal >= -slack && tangential <= track.friction * normal.max(0.0) + slack
         })
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;
 
-use super::{Point, Stance};
+use super::{Point, Rounding, Stance};
 use crate::contact::PerContact;
 use crate::modes::Mode;
 
@@ -14,6 +14,18 @@ const PARALLEL: f64 = 1e-3;
 /// Part of a row that others leave over, below which it depends on them: rows have a length of at least one, and
 /// roundings of 1e-16 times their lengths.
 const DEPENDENT: f64 = 1e-10;
+
+/// Part of a row that others leave over, relative to its length, that is rounding: then it follows from them in exact arithmetic, too.
+/// Directions come from parts of rows down to [`NEARLY`] of them, and have so many times their rounding.
+const SAME: f64 = 4.0 * f64::EPSILON / NEARLY;
+
+/// Difference of two rows, relative to their length, below which they are nearly the same; and part of a row that others leave over,
+/// below which it is not used beside them.
+const NEARLY: f64 = 1e-3;
+
+/// Roundings of the size and the displacement of the body in the gap of a contact, at most, that has flown and turned with the body
+/// since it touched the ground: a gap that differs by more from what the others say is a gap over uneven ground.
+const PLACE: f64 = 64.0;
 
 /// Part of a velocity that is left, below which it is corrected again.
 const MOST: f64 = 1e-8;
@@ -37,6 +49,62 @@ pub(super) struct Row {
     pub(super) direction: Vector3<f64>,
 }
 
+/// A value of a row, and a bound of its rounding.
+type Known = (f64, f64);
+
+/// Makes the values of rows those of one velocity, or of one displacement. The best known ones whose rows are independent stay as
+/// they are, and the others follow from them, with their roundings. Rows that are `None` are left out, and so
+/// are those that are nearly the same as one that stays (two contacts one above the other): the difference of their values is of
+/// second order in the rotation, and known better than the values.
+fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
+    let mut order: PerContact<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
+    order.sort_by(|&i, &j| {
+        let [(one, known), (other, less)] = [values[i], values[j]];
+        known.total_cmp(&less).then(one.abs().total_cmp(&other.abs()))
+    });
+    // Orthonormal directions, and bounds of what roundings add along each.
+    let mut basis: SmallVec<[(Vector3<f64>, f64); 3]> = SmallVec::new();
+    let left_over = |row: &Vector3<f64>, basis: &[(Vector3<f64>, f64)]| {
+        let mut left = *row;
+        for _ in 0..2 {
+            for (direction, _) in basis {
+                left -= direction * direction.dot(&left);
+            }
+        }
+        left
+    };
+    let bound = |row: &Vector3<f64>, basis: &[(Vector3<f64>, f64)]| -> f64 {
+        basis.iter().map(|(d, bound)| d.dot(row).abs() * bound).sum()
+    };
+    let mut stay: SmallVec<[(usize, Vector3<f64>); 3]> = SmallVec::new();
+    let mut follow: PerContact<(usize, Vector3<f64>)> = PerContact::new();
+    for i in order {
+        let Some(row) = rows[i] else { continue };
+        let left = left_over(&row, &basis);
+        let length = left.norm();
+        if basis.len() < 3 && length > NEARLY * row.norm() {
+            let rounding = (values[i].1 + bound(&row, &basis)) / length;
+            basis.push((left / length, rounding));
+            stay.push((i, row));
+        } else {
+            follow.push((i, row));
+        }
+    }
+    let mut x = Vector3::zeros(); // row · x is the value of each row that stays
+    for ((i, row), (direction, _)) in stay.iter().zip(&basis) {
+        x += direction * ((values[*i].0 - row.dot(&x)) / row.dot(direction));
+    }
+    for (i, row) in follow {
+        let alike =
+            |(_, other): &(usize, Vector3<f64>)| (row - other).norm() <= NEARLY * row.norm();
+        let depends = left_over(&row, &basis).norm() <= SAME * row.norm();
+        if depends && !stay.iter().any(alike) {
+            let value = row.dot(&x);
+            values[i] = (value, bound(&row, &basis) + f64::EPSILON * value.abs());
+        }
+    }
+}
+
 impl Stance {
     /// The rows that vanish: normal ones of closed contacts, tangential ones of fixed ones.
     pub(super) fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
@@ -48,10 +116,13 @@ impl Stance {
                 let unknown = Unknown { contact, tangential };
                 rows.push(Row { unknown, whole, direction: whole });
             };
+            if self.partner(contact, modes).is_some_and(|first| first < contact) {
+                continue;
+            }
             if mode != Mode::Separate {
                 push(false, p.normal, p.b);
             }
-            if self.sticks(contact, modes) && !self.is_wedged(contact, modes) {
+            if self.sticks(contact, modes) {
                 push(true, p.tangent, -p.c);
             }
         }
@@ -204,6 +275,64 @@ impl Stance {
         if self.has_rows() {
             let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
             self.project(&closed.iter().map(mode).collect::<PerContact<_>>());
+        }
+    }
+
+    /// Stops these contacts: one plastic impact brings their gap rates to zero by impulses along their normals. The rates of all
+    /// other contacts change with the velocity of the body. Were they left as they are, the rates of three contacts on one
+    /// straight floor would contradict each other after it, as if the floor moved: the body would never come to rest.
+    /// Returns the change of (v, ω).
+    pub(crate) fn arrest(&mut self, stopped: &[bool]) -> Vector3<f64> {
+        let rho = self.rho2.sqrt();
+        let mode = |stops: &bool| if *stops { Mode::Right } else { Mode::Separate };
+        let modes: PerContact<Mode> = stopped.iter().map(mode).collect();
+        // Row by row: each direction is orthogonal to the rows before it.
+        let mut change = Vector3::<f64>::zeros();
+        for row in &self.independent(&modes) {
+            let rate = self.points[row.unknown.contact].u + row.whole.dot(&change);
+            change -= row.direction * (rate / row.whole.dot(&row.direction));
+        }
+        let (push, turn) = (change.xy(), change.z / rho);
+        self.center.v += push;
+        self.spin.omega += turn;
+        for (p, stops) in self.points.iter_mut().zip(stopped) {
+            let (straight, twist) = (p.normal.dot(&push), p.b * turn);
+            p.u += straight + twist;
+            p.rounding.rate += f64::EPSILON * (straight.abs() + twist.abs());
+            if *stops {
+                (p.h, p.u, p.rounding) = (0.0, 0.0, Rounding::default());
+            }
+        }
+        Vector3::new(push.x, push.y, turn)
+    }
+
+    /// Makes the gap rates those of one rigid velocity, and the gaps those of one rigid displacement where they are so within the
+    /// rounding of a place, `size` the size of the body in m. Each is kept by itself, so that a small one keeps its digits beside a
+    /// large one; where rows depend on each other (three contacts on one straight floor, any four), what roundings of a larger
+    /// motion have left would contradict the small motion that comes after it, as if the floor moved or were uneven, and the
+    /// body would rattle for ever. The best known that are independent stay, and the others follow from them.
+    pub(crate) fn reconcile(&mut self, size: f64) {
+        if self.points.len() < 3 {
+            return;
+        }
+        let rho = self.rho2.sqrt();
+        let row = |p: &Point| {
+            let row = Vector3::new(p.normal.x, p.normal.y, p.b / rho);
+            (p.h < f64::INFINITY).then_some(row)
+        };
+        let rows: PerContact<Option<Vector3<f64>>> = self.points.iter().map(row).collect();
+        let mut rates: PerContact<Known> =
+            self.points.iter().map(|p| (p.u, p.rounding.rate)).collect();
+        consistent(&rows, &mut rates);
+        let mut gaps: PerContact<Known> =
+            self.points.iter().map(|p| (p.h, p.rounding.gap)).collect();
+        consistent(&rows, &mut gaps);
+        let place = size + self.center.r.norm();
+        for (p, ((h, gap), (u, rate))) in self.points.iter_mut().zip(gaps.into_iter().zip(rates)) {
+            if (h - p.h).abs() <= PLACE * f64::EPSILON * place {
+                (p.h, p.rounding.gap) = (h.max(0.0), gap);
+            }
+            (p.u, p.rounding.rate) = (u, rate);
         }
     }
 

@@ -30,8 +30,8 @@ pub(super) struct Track {
     pub(super) mode: Mode,
     /// Fixed by something.
     stuck: bool,
-    /// One of two that hold a contact in a vertex.
-    pub(super) wedged: bool,
+    /// The other of two fixed points that hold a contact in a vertex.
+    pub(super) partner: Option<usize>,
     /// Off, but at the place of the other point of its contact, which is fixed.
     pinned: bool,
     pub(super) friction: f64,
@@ -91,6 +91,8 @@ pub(crate) enum StepEnd {
     Reach,
     /// This contact lands.
     Landing(usize),
+    /// This contact, which came under its terrain from beside, rises out of it.
+    Surface(usize),
     /// The force of this contact has come down to zero: it lifts off.
     LiftOff(usize),
     /// The sliding speed of this contact has come down to zero.
@@ -193,13 +195,13 @@ impl Step {
                 Track {
                     mode: modes[i],
                     stuck: state.sticks(i, modes),
-                    wedged: state.is_wedged(i, modes),
+                    partner: state.partner(i, modes),
                     pinned: modes[i] == Mode::Separate
                         && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
                     friction: p.friction,
                     b: constant(p.b),
                     c: constant(p.c),
-                    h: constant(p.h),
+                    h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
                     u: constant(p.u * unit),
                     slip: constant(state.slip(i) * unit),
                     normal: ZERO,
@@ -420,6 +422,45 @@ impl Step {
         sides
     }
 
+    /// How far the force on a contact that is held in a vertex lies from the two edges of the hull of its friction cones, and what
+    /// happens on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
+    ///
+    /// ```text
+    /// e_l = n_l + μ_l t_l: the contact slides up the left piece,    e_r = n_r − μ_r t_r: up the right piece
+    /// ```
+    ///
+    /// and the force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. A hull of half a turn or more holds any force. Both points of the
+    /// contact have these edges; the first point reports them.
+    pub(super) fn vertex_edges(
+        &self,
+        state: &Stance,
+        i: usize,
+    ) -> SmallVec<[(Series, StepEnd); 2]> {
+        let Some(j) = self.tracks[i].partner.filter(|&j| i < j) else { return SmallVec::new() };
+        let points = &state.points;
+        let left_first = points[i].place.piece < points[j].place.piece;
+        let (l, r) = if left_first { (i, j) } else { (j, i) };
+        let edge = |k: usize, side: f64| {
+            points[k].normal + points[k].tangent * (side * points[k].friction)
+        };
+        let (e_l, e_r) = (edge(l, 1.0), edge(r, -1.0));
+        if e_l.perp(&e_r) <= 0.0 {
+            return SmallVec::new();
+        }
+        let mut inside = [ZERO; 2];
+        for k in [i, j] {
+            let (p, track) = (&points[k], &self.tracks[k]);
+            let [n, t] = [p.normal, p.tangent].map(|axis| [e_l.perp(&axis), axis.perp(&e_r)]);
+            for (side, series) in inside.iter_mut().enumerate() {
+                for (order, value) in series.iter_mut().enumerate() {
+                    *value += n[side] * track.normal[order] + t[side] * track.tangential[order];
+                }
+            }
+        }
+        let events = [StepEnd::Slip(l, Mode::Left), StepEnd::Slip(r, Mode::Right)];
+        inside.into_iter().zip(events).collect()
+    }
+
     /// The first event within the step, and when, in s. `limit`: no event later than this matters.
     pub(crate) fn first_event(&self, state: &Stance, limit: f64) -> (f64, StepEnd) {
         let end = self.reach.min(limit / self.unit);
@@ -472,12 +513,17 @@ impl Step {
             }
             match track.mode {
                 Mode::Separate if track.pinned || track.h[0] == f64::INFINITY => {}
+                Mode::Separate if state.points[i].depth > 0.0 => {
+                    falls(&track.h.map(|c| -c), StepEnd::Surface(i));
+                }
                 Mode::Separate => falls(&track.h, StepEnd::Landing(i)),
+                Mode::Fixed if track.partner.is_some() => {
+                    for (series, event) in self.vertex_edges(state, i) {
+                        falls(&series, event);
+                    }
+                }
                 Mode::Fixed => {
                     falls(&track.normal, StepEnd::LiftOff(i));
-                    if track.wedged {
-                        continue;
-                    }
                     falls(&edge(1.0), StepEnd::Slip(i, Mode::Right));
                     falls(&edge(-1.0), StepEnd::Slip(i, Mode::Left));
                 }
@@ -527,6 +573,8 @@ impl Step {
             (p.b, p.c) = (value(&track.b), value(&track.c));
             if track.pinned {
                 (p.h, p.u) = (0.0, 0.0);
+            } else if p.depth > 0.0 {
+                (p.depth, p.u) = ((-value(&track.h)).max(f64::MIN_POSITIVE), rate(&track.u));
             } else if track.mode == Mode::Separate {
                 let terms = |series: &Series| {
                     series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
@@ -624,6 +672,7 @@ mod tests {
             held: None,
             place: Place::anywhere(i),
             h: 0.0,
+            depth: 0.0,
             u: 0.0,
             rounding: Rounding::default(),
         };

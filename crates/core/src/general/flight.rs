@@ -36,6 +36,13 @@ impl Point {
     }
 }
 
+impl Point {
+    /// It rises out of the terrain that it came under from beside.
+    pub(crate) fn surfaces(&mut self) {
+        (self.h, self.depth, self.u) = (0.0, 0.0, self.u.max(0.0));
+    }
+}
+
 impl Rounding {
     /// At the start: of the terms of a gap and of its rate.
     pub(crate) fn new(gap: f64, rate: f64) -> Self {
@@ -116,6 +123,27 @@ impl Stance {
         next(&self.arc(i))
     }
 
+    /// When a point in flight rises out of the terrain that it came under from beside, if it does so before `limit`, in s: its arc
+    /// seen from below.
+    pub(super) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
+        let Point { depth, u, .. } = self.points[i];
+        if depth == 0.0 {
+            return None;
+        }
+        let Arc { g, b, c, omega, .. } = self.arc(i);
+        // Its height stays below (u + |ωb|) t − g t²/2 + 2|d|: from then on it only falls. Without gravity it rises in a turn, or by its mean.
+        let (drift, arm) = (u + (omega * b).abs(), libm::hypot(b, c));
+        let last = if g > 0.0 {
+            (drift.max(0.0) + (drift * drift + 4.0 * g * arm).sqrt()) / g
+        } else {
+            let turn = if omega == 0.0 { 0.0 } else { std::f64::consts::TAU / omega.abs() };
+            let mean = u - omega * b;
+            turn + if mean > 0.0 { (depth + 2.0 * arm) / mean } else { turn }
+        };
+        let below = Arc { h: depth, u: -u, g: -g, b: -b, c: -c, omega };
+        below.touchdown_before(limit.min(last))
+    }
+
     /// The state after a flight of `dt`.
     pub(crate) fn flown(&self, dt: f64) -> Self {
         let mut after = self.clone();
@@ -128,6 +156,12 @@ impl Stance {
                 if p.place.sides[side] < f64::INFINITY {
                     p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
                 }
+            }
+            let below = Arc { h: -was.depth, ..arc };
+            if was.depth > 0.0 && self.frozen.is_some() {
+                p.depth = (dt * (0.5 * arc.g * dt - arc.u) + was.depth).max(f64::MIN_POSITIVE);
+            } else if was.depth > 0.0 {
+                p.depth = (-below.gap_turned(dt, &turn)).max(f64::MIN_POSITIVE);
             }
             if self.frozen.is_some() {
                 p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);

@@ -78,11 +78,12 @@ impl General<'_> {
         }
         let impulse = [p_t, p_n];
         self.kick(i, impulse);
+        let p = &mut self.state.points[i];
         if newton {
-            let p = &mut self.state.points[i];
             p.u = -restitution * rate; // the law itself, not its rounding
-            p.rounding.rate = restitution * (rounding.rate + f64::EPSILON * rate.abs());
         }
+        // Each law returns a share of the rate, and of its rounding.
+        p.rounding.rate = (p.u / rate).abs() * rounding.rate + f64::EPSILON * p.u.abs();
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
@@ -163,10 +164,11 @@ impl General<'_> {
         if rubs && !self.warnings.iter().any(|warning| warning == NO_FRICTION) {
             self.warnings.push(NO_FRICTION.into());
         }
+        let Point { place, u, .. } = self.state.points[i];
+        let contact = place.contact;
+        self.last.follow(contact, -rate, self.log.clock);
         if self.log.record {
             let (clock, mut after) = (self.log.clock, self.rates());
-            let Point { place, u, .. } = self.state.points[i];
-            let contact = place.contact;
             let at = self.posture.point_of(contact);
             (before[at], after[at]) = (rate, u);
             self.collisions.push(Struck { clock, contact, before, after, impulse });
@@ -211,6 +213,14 @@ impl General<'_> {
             self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
         }
         self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
+    }
+
+    /// These contacts stop.
+    pub(super) fn arrest(&mut self, stopped: &[bool]) {
+        let change = self.state.arrest(stopped);
+        for round in &mut self.sequence.rounds {
+            round.change += change;
+        }
     }
 
     /// An impulse (tangential, normal) per unit mass acts at point `i`.

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::General;
 use crate::clock::Clock;
 use crate::contact_motion::Point;
+use crate::log::{in_words, names};
 use crate::tolerance::TOUCH;
 use crate::trajectory::Outcome;
 
@@ -144,11 +145,9 @@ impl General<'_> {
         true
     }
 
-    /// Contacts so slow and so near that all that is left of their motion is rounding have come to rest. Not so while
-    /// another one is nearly as slow: the two may be hit in turn. What were taken from the one that leaves would be
-    /// missing when the other is hit, and the impacts would go on for ever. Nor do they end where what is taken from them
-    /// feeds them, or the roundings of faster motions do: impacts nearly as slow that neither grow nor shrink stop, too.
-    /// `hit`: the speed of the impact.
+    /// Contacts that are so slow and so near the ground that the rest of their motion is rounding come to rest, after an impact with
+    /// the speed `hit` (m/s). A slow contact waits while another one is nearly as slow, since the two may be hit in turn. Impacts that
+    /// are nearly as slow and become neither slower nor faster end, too: roundings of faster motions keep them up.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         self.stop(hit, hit)
     }
@@ -184,15 +183,16 @@ impl General<'_> {
         self.waiting = if slow { self.waiting + 1 } else { 0 };
         self.ripple.follow(hit, &speeds, IN_TURN * limit);
         let together = self.waiting > LISTED || self.ripple.goes_on;
-        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
+        let (mut stopped, mut error, mut found) = (Vec::new(), 0.0_f64, false);
+        let mut stops: Vec<bool> =
+            self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         for (i, &speed) in speeds.iter().enumerate() {
             let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
             if !(alone || together && speed <= IN_TURN * limit) {
                 continue;
             }
+            (stops[i], found) = (true, true);
             let loss = 1.0 - self.material(i).restitution;
-            let p = &mut self.state.points[i];
-            (p.h, p.u) = (0.0, 0.0);
             // What the rotation takes off the ground does not come to rest.
             if !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
@@ -201,14 +201,25 @@ impl General<'_> {
                 stopped.push(i);
             }
         }
+        if found {
+            self.arrest(&stops);
+            self.state.reconcile(self.posture.size());
+        }
         if stopped.is_empty() {
             return None;
         }
+        if self.ripple.goes_on {
+            let mut rattled: Vec<usize> =
+                stopped.iter().map(|&i| self.state.points[i].place.contact).collect();
+            rattled.dedup();
+            let who = names(rattled.into_iter());
+            let [slow, fast] = [IN_TURN * limit, self.fastest].map(in_words);
+            self.warnings.push(format!(
+                "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
+            ));
+        }
         self.waiting = 0;
         self.ripple.goes_on = false;
-        for p in &mut self.state.points {
-            p.rounding.rate = if p.u == 0.0 && p.h == 0.0 { 0.0 } else { p.rounding.rate + limit };
-        }
         self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity), by)
     }
 }

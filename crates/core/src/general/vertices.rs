@@ -75,7 +75,7 @@ impl General<'_> {
             sides: if side == 0 { [width, 0.0] } else { [0.0, width] },
         };
         let Some(piece) = self.posture.piece(contact, next) else {
-            p.h = f64::INFINITY;
+            (p.h, p.depth) = (f64::INFINITY, 0.0);
             return p;
         };
         let com = Vector2::from(self.posture.fields().center_of_mass);
@@ -83,7 +83,7 @@ impl General<'_> {
         let velocity = old.tangent * self.state.slip(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
-        p.held = None;
+        (p.held, p.depth) = (None, 0.0);
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
         }
@@ -95,6 +95,7 @@ impl General<'_> {
             return p;
         }
         p.h = if height >= -touch { height.max(0.0) } else { f64::INFINITY };
+        p.depth = if height >= -touch { 0.0 } else { -height };
         let terms = self.state.center.r.norm() + p.b.abs() + p.c.abs() + self.posture.size();
         p.rounding = Rounding { gap: f64::EPSILON * terms, ..old.rounding };
         p

@@ -39,6 +39,7 @@ impl Base {
                 held: None,
                 place: Place::anywhere(i),
                 h: at.gaps.h[i],
+                depth: 0.0,
                 u: at.gaps.u[i],
                 rounding: Rounding::default(),
             }

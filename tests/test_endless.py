@@ -1,0 +1,136 @@
+"""Runs that never ended, and random scenes like them: each ends in a named way, or says why it does not."""
+
+import math
+import os
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import standfast as sf
+
+#: Random scenes, and how many of them may end by a limit.
+SCENES = int(os.environ.get("STANDFAST_ENDLESS", "400"))
+ENDED_BY_A_LIMIT = 1e-4
+LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
+FILES = sorted((Path(__file__).parent / "data" / "endless").glob("*.json"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_what_used_to_rattle_for_ever_ends(path):
+    scene = sf.load(path)
+    run = scene.simulate(event_limit=1_000_000, record=False)
+    assert run.outcome in ("rest", "ambiguous", "time-limit"), run.warnings
+
+
+def draw(k):
+    """One to four contacts on a floor, a slope, steps or slopes of their own; 0.1 to 10 m, 10 s."""
+    rng = np.random.default_rng([77, k])
+    size = 10 ** rng.uniform(-1, 1)
+    kind, tilt = (
+        rng.choice(["level", "flat", "slopes", "steps"]),
+        rng.uniform(-0.5, 0.5),
+    )
+    friction, each = rng.choice([0.0, rng.uniform(0, 1.5)]), rng.random() < 0.5
+    tangential = rng.choice([0.0, rng.uniform(0, 0.9)])
+    contacts = []
+    for _ in range(rng.integers(1, 5)):
+        x = size * rng.uniform(-1, 1)
+        y, slope = {
+            "level": lambda x=x: (0.0, 0.0),
+            "flat": lambda x=x: (x * math.tan(tilt), tilt),
+            "steps": lambda x=x: (size * rng.uniform(-0.3, 0.3), 0.0),
+            "slopes": lambda x=x: (size * rng.uniform(-0.3, 0.3), rng.uniform(-1, 1)),
+        }[kind]()
+        contacts.append(
+            sf.Contact(
+                (x, y),
+                slope=slope,
+                friction=rng.uniform(0, 1.5) if each else friction,
+                tangential_restitution=tangential,
+            )
+        )
+    posture = sf.Posture(
+        10 ** rng.uniform(-1, 1),
+        size * rng.uniform(0.1, 1),
+        (size * rng.uniform(-0.6, 0.6), size * rng.uniform(-0.2, 1.0)),
+        contacts,
+        rng.choice([0.0, rng.uniform(0, 0.9), rng.uniform(0, 0.9)]),
+        9.81,
+    )
+    law, speed = str(rng.choice(LAWS)), math.sqrt(9.81 * size)
+    q = np.array([rng.uniform(-0.3, 0.3) * size, 0.0, rng.uniform(-0.4, 0.4)])
+    gaps = zip(posture.gaps(q), contacts, strict=True)
+    lift = max(0.0, *(-gap / math.cos(contact.slope) for gap, contact in gaps))
+    q[1] = lift + size * rng.choice([0.0, rng.uniform(0, 0.3)])
+    qdot = speed * np.array(
+        [rng.uniform(-1, 1), rng.uniform(-1, 0.3), rng.uniform(-1, 1) / size]
+    )
+    together = rng.random() < 0.5
+    order = str(rng.choice(["first-contact-first", "last-contact-first"]))
+    options = {
+        "impact": law,
+        "simultaneous": "newton" if law == "newton" and together else order,
+    }
+    return posture, q, qdot * rng.choice([0.0, 1.0, 1.0]), options
+
+
+def ending(k):
+    posture, q, qdot, options = draw(k)
+    run = sf.simulate(
+        posture, q, qdot, model="full", time_limit=10.0, record=False, **options
+    )
+    return k, run.outcome, run.warnings
+
+
+def test_random_scenes_end():
+    outcomes, limited = Counter(), []
+    with ProcessPoolExecutor() as pool:
+        for k, outcome, warnings in pool.map(ending, range(SCENES), chunksize=50):
+            outcomes[outcome] += 1
+            if outcome == "event-limit":
+                limited.append((k, warnings[-1]))
+                assert "ended after" in warnings[-1]
+                assert "m/s" in warnings[-1]
+    print(dict(outcomes), limited)
+    assert len(limited) <= ENDED_BY_A_LIMIT * SCENES, limited
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("contacts", [1, 2, 3, 8])
+def test_an_event_limit_counts_collisions(law, contacts):
+    feet = [
+        sf.Contact((x, 0.0), friction=0.4) for x in np.linspace(-0.5, 0.6, contacts)
+    ]
+    body = sf.Posture(1.0, 0.4, (0.0, 0.5), feet, 0.95, 9.81)
+    run = sf.simulate(
+        body,
+        (0, 1, 0.1),
+        (0, 0, 0),
+        model="full",
+        impact=law,
+        simultaneous="first-contact-first",
+        event_limit=100,
+    )
+    if run.outcome == "event-limit":
+        assert len(run.impacts) + len(run.phases) - 1 == 100
+        assert (
+            f"ended after 100 events, {len(run.impacts)} collisions" in run.warnings[-1]
+        )
+        for number in {int(c) for c in run.impacts["contact"]}:
+            assert str(number) in run.warnings[-1]
+    else:
+        assert contacts < 3
+        assert run.outcome == "rest"
+    if contacts == 3:
+        assert len(run.impacts) == 100
+
+
+def test_a_swing_that_returns_to_where_it_lifted_off_passes():
+    """Two feet slide until one of them stops and the body turns about it: the other one is at its lowest point there, and touches
+    it again after each turn, or not, by a rounding."""
+    run = sf.load(FILES[[path.stem[:2] for path in FILES].index("15")]).simulate()
+    same = run.impacts["time"][1:] == run.impacts["time"][:-1]
+    assert run.outcome == "rest"
+    assert same.sum() < 0.5 * len(same)
