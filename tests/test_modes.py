@@ -700,10 +700,11 @@ def test_an_impact_that_is_due_is_refused(tmp_path, capsys):
     assert captured.err.count("\n") == 1
 
 
-@pytest.mark.parametrize("angle", [0.5 * math.pi, 0.3, 1.1, 2.5])
-def test_walls_that_face_each_other_hold_nothing_without_friction(angle):
+@pytest.mark.parametrize("angles", [(-0.5, 0.5), (1.5, 0.5), (-0.5, 2.5)])
+def test_walls_that_face_each_other_hold_nothing_without_friction(angles):
     """With rounded cosines their normals are not exactly opposite; a balance would need forces of 1e16 times the weight."""
-    tangents = [(math.cos(a), math.sin(a)) for a in (-angle, math.pi - angle)]
+    tangents = [(math.cos(a * math.pi), math.sin(a * math.pi)) for a in angles]
+    assert tangents[0][0] != 0.0
     problem = sf.ContactProblem(
         1.0,
         0.5,
@@ -715,5 +716,4 @@ def test_walls_that_face_each_other_hold_nothing_without_friction(angle):
         (0, -9.81, 0),
     )
     modes = sf.contact_modes(problem)
-    assert "FF" not in modes.consistent
-    assert modes.status == "unique"
+    assert (modes.status, modes.consistent) == ("unique", ["RL"])

@@ -40,7 +40,7 @@ pub struct ProblemFields {
     pub gyration_radius: f64,
     /// Arms d_i from the centre of mass to the contact points as they are now, world axes, in m.
     pub arms: Vec<[f64; 2]>,
-    /// Unit tangents t_i of the terrain.
+    /// Unit tangents t_i of the terrain. A component of at most 2⁻⁵² is taken for zero: cos(π/2) is none in doubles.
     pub tangents: Vec<[f64; 2]>,
     /// Coefficients of friction μ_i, from 0 to 1e12.
     pub friction: Vec<f64>,
@@ -185,6 +185,12 @@ impl From<ContactProblem> for ProblemFields {
     }
 }
 
+/// A component of a unit tangent; zero where it is the rounded sine or cosine of a multiple of π/2. Two walls that face each other
+/// would otherwise hold a body without friction, by forces of 1e16 times its weight.
+fn on_axis(component: f64) -> f64 {
+    if component.abs() <= f64::EPSILON { 0.0 } else { component }
+}
+
 impl ContactProblem {
     /// Validates `fields`.
     ///
@@ -251,7 +257,7 @@ impl ContactProblem {
                 });
             }
             let row = Row::new(
-                Vector2::from(t),
+                Vector2::from(t.map(on_axis)),
                 Vector2::from(d) / rho,
                 fields.bias[i],
                 fields.friction[i],
