@@ -96,7 +96,7 @@ fn look(
 ) {
     let touches = |i: usize| stance.points[posture.point_of(i)].h == 0.0;
     let (q, local, time) = (stance.state().q, stance.frozen.is_some(), || options.clock(clock));
-    watch.look(Some(posture), &q, local, touches, time, warnings);
+    watch.look(posture, &q, local, touches, time, warnings);
 }
 
 /// The loop.
@@ -164,7 +164,7 @@ impl<'a> General<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<GeneralRecord> {
-        self.note(vec![Mode::Separate; self.state.points.len()], false); // a run that ends at once has one, too
+        self.write(vec![Mode::Separate; self.state.points.len()], false); // a run that ends at once has one, too
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -234,6 +234,11 @@ impl<'a> General<'a> {
 
     fn note(&mut self, word: Vec<Mode>, summed: bool) {
         self.log.enter(&word);
+        self.write(word, summed);
+    }
+
+    /// Begins a stretch of the record.
+    fn write(&mut self, word: Vec<Mode>, summed: bool) {
         if self.log.record {
             let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
             self.stretches.push(Stretch { clock, stance, word, cause, summed });

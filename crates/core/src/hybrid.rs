@@ -182,7 +182,7 @@ impl<'a> Driver<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<Box<Record>> {
-        self.note(Kind::Flight); // impacts of the first instant belong to a span, too
+        self.write(Kind::Flight); // impacts of the first instant belong to a span, too
         let outcome = self.motion();
         let (end, state) = self.arrive(outcome)?;
         Some(Box::new(Record {
@@ -238,12 +238,10 @@ impl<'a> Driver<'a> {
     /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
     fn look(&mut self) {
         let mut watch = self.watch;
-        if !watch.is_on() {
-            return;
-        }
+        let Some(posture) = self.base.posture.as_ref().filter(|_| watch.is_on()) else { return };
         let full = self.frame().to_full(&self.raw());
         watch.look(
-            self.base.posture.as_ref(),
+            posture,
             &Base::state(&full).q,
             self.local,
             |i| full.gaps.h[i] == 0.0,
@@ -287,6 +285,11 @@ impl<'a> Driver<'a> {
             _ => [Mode::Separate; 2],
         };
         self.log.enter(&word[..self.base.count]);
+        self.write(kind);
+    }
+
+    /// Begins a span of the record.
+    fn write(&mut self, kind: Kind) {
         if self.log.record {
             let raw = self.raw();
             // Without a body nothing is known of motion along the terrain: a held contact reads F.

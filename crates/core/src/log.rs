@@ -53,9 +53,10 @@ impl Center {
 /// Collisions between two looks at the limits and at the cancel flag.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Steps of integration and of the loop over the pieces of a motion, without a collision or a change of the motion between them, after
-/// which a run is given up: seconds of computing time. A body that swings or rolls takes some ten steps a turn.
-pub(crate) const MOST_STEPS: usize = 1_000_000;
+/// Steps of integration, and of the loop over the pieces of a motion, that bring neither a collision nor a change of the contact
+/// modes, beyond one for each of those, after which a run is given up: a second of computing time, and a quarter of a gigabyte
+/// that is recorded. A body that swings or rolls takes some ten steps a turn, a slender one some hundred.
+pub(crate) const MOST_STEPS: usize = 250_000;
 
 /// Clock, collisions and limits of one run.
 pub(crate) struct Log<'a> {
@@ -75,9 +76,9 @@ pub(crate) struct Log<'a> {
     changes: usize,
     /// The contact modes now; none before the first piece.
     word: PerContact<Mode>,
-    /// Events at the last step, and steps since there was a new one.
+    /// Events at the last step, and steps that brought no new one.
     seen: usize,
-    idle: usize,
+    steps: usize,
     /// Steps since the last look at the cancel flag.
     unasked: usize,
     pub(crate) event_limit: usize,
@@ -101,7 +102,7 @@ impl<'a> Log<'a> {
             changes: 0,
             word: PerContact::new(),
             seen: 0,
-            idle: 0,
+            steps: 0,
             unasked: 0,
             event_limit: options.events(count),
             cancelled: false,
@@ -132,9 +133,9 @@ impl<'a> Log<'a> {
     /// Whether the run may take another step, of integration or of the loop over the pieces of a motion.
     pub(crate) fn step(&mut self) -> bool {
         let events = self.events();
-        self.idle = if events > self.seen { 0 } else { self.idle + 1 };
+        self.steps += usize::from(events == self.seen);
         self.seen = events;
-        if events >= self.event_limit || self.idle >= MOST_STEPS {
+        if events >= self.event_limit || self.steps >= MOST_STEPS + events {
             return false;
         }
         self.unasked += 1;
@@ -147,14 +148,15 @@ impl<'a> Log<'a> {
 
     /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
     pub(crate) fn limit(&self) -> Option<String> {
-        if self.events() >= self.event_limit {
-            let (events, hits, changes) = (self.events(), self.hits, self.changes);
+        let (events, hits, changes) = (self.events(), self.hits, self.changes);
+        if events >= self.event_limit {
             Some(format!(
                 "ended after {events} events, {hits} collisions and {changes} changes of the contact modes"
             ))
-        } else if self.idle >= MOST_STEPS {
+        } else if self.steps >= MOST_STEPS + events {
             Some(format!(
-                "ended after {MOST_STEPS} steps of integration without a collision or a change of the contact modes"
+                "ended after {} steps of integration and {events} events, {hits} collisions and {changes} changes of the contact modes",
+                self.steps
             ))
         } else {
             None

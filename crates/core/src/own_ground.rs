@@ -63,16 +63,16 @@ impl OwnGround {
         (own.below.is_some() || !own.above.is_empty()).then_some(own)
     }
 
-    /// What is wrong with the ground at `q`, if something is. `local`: in the local model. `touches`: whether a contact is on its own
-    /// line.
-    fn warning(
+    /// How far the contacts may move, in m, from where they are at `q` before anything can be wrong with the ground; or what is
+    /// wrong. `local`: in the local model. `touches`: whether a contact is on its own line.
+    fn room(
         &self,
         posture: &Posture,
         q: &Vector3<f64>,
         local: bool,
         touches: impl Fn(usize) -> bool,
         time: impl Fn() -> f64,
-    ) -> Option<String> {
+    ) -> Result<f64, String> {
         let (contacts, lines, size) = (posture.contacts(), posture.geometry(), posture.size());
         let turn = if local { Turn { sin: q.z, ..Turn::default() } } else { Turn::by(q.z) };
         let center = Vector2::from(posture.fields().center_of_mass);
@@ -80,26 +80,35 @@ impl OwnGround {
             let arm = Vector2::from(contacts[i].point) - center;
             q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.versed
         };
+        let mut room = f64::INFINITY;
         for Above { contact, other, height } in &self.above {
             let way = moved(*contact);
-            let now = height + lines[*other].normal.dot(&way);
-            if now < -SAME_GROUND * (size + way.norm()) {
-                return Some(format!(
+            let left = height + lines[*other].normal.dot(&way) + SAME_GROUND * (size + way.norm());
+            if left < 0.0 {
+                return Err(format!(
                     "contact {} is below the ground line of contact {} at t = {:?} s, but on or above it in the nominal posture: {REMEDY}",
                     contact + 1,
                     other + 1,
                     time()
                 ));
             }
+            room = room.min(left * (1.0 - SAME_GROUND)); // what is allowed may shrink with the way
         }
-        let [lower, upper] = self.below?;
-        let far = |&k: &usize| touches(k) && is_endless(&contacts[k]) && moved(k).norm() > size;
-        let k = (0..contacts.len()).find(far)?;
+        let Some([lower, upper]) = self.below else { return Ok(room) };
+        let mut far = None;
+        for k in (0..contacts.len()).filter(|&k| is_endless(&contacts[k])) {
+            let left = size - moved(k).norm();
+            if left < 0.0 && touches(k) {
+                far = far.or(Some(k));
+            }
+            room = room.min(left.max(0.0));
+        }
+        let Some(k) = far else { return Ok(room) };
         // The line that is touched, if that is one which cannot be.
         let under = |&i: &usize| height(contacts, lines, i, k) < -SAME_GROUND * size;
         let [lower, upper] =
             (0..contacts.len()).find(under).map_or([lower, upper], |lower| [lower, k]);
-        Some(format!(
+        Err(format!(
             "contact {} touches its own ground line at t = {:?} s, farther from its nominal point than the size of the body, but contact {} lies below the ground line of contact {} in the nominal posture, so that the lines cannot be one ground: {REMEDY}",
             k + 1,
             time(),
@@ -113,32 +122,47 @@ const REMEDY: &str = "without terrain= each contact meets only the straight line
 
 /// Looks at the ground while a run goes on, until there is something to say of it: once a run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Watch(bool);
+pub(crate) struct Watch {
+    is_on: bool,
+    /// Where the body was at the last look, and how far its contacts may move from there before anything can be wrong, in m.
+    at: Vector3<f64>,
+    room: f64,
+}
 
 impl Watch {
     pub(crate) fn new(posture: Option<&Posture>) -> Self {
-        Self(posture.is_some_and(|posture| posture.own_ground().is_some()))
+        let is_on = posture.is_some_and(|posture| posture.own_ground().is_some());
+        Self { is_on, at: Vector3::zeros(), room: 0.0 }
     }
 
     /// Whether there is anything to be looked at: of most postures there is nothing.
     #[inline]
     pub(crate) fn is_on(self) -> bool {
-        self.0
+        self.is_on
     }
 
-    /// Looks at a moment of a run, if it [is on](Self::is_on). The arguments: see [`OwnGround::warning`].
+    /// Looks at a moment of a run, if it [is on](Self::is_on). The arguments: see [`OwnGround::room`].
+    #[inline]
     pub(crate) fn look(
         &mut self,
-        posture: Option<&Posture>,
+        posture: &Posture,
         q: &Vector3<f64>,
         local: bool,
         touches: impl Fn(usize) -> bool,
         time: impl Fn() -> f64,
         warnings: &mut Vec<String>,
     ) {
-        let own = posture.and_then(|posture| Some((posture, posture.own_ground()?)));
-        let warning = own.and_then(|(posture, own)| own.warning(posture, q, local, touches, time));
-        self.0 = warning.is_none();
-        warnings.extend(warning);
+        let way = q - self.at;
+        if way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room {
+            return;
+        }
+        let Some(own) = posture.own_ground() else { return };
+        match own.room(posture, q, local, touches, time) {
+            Ok(room) => (self.at, self.room) = (*q, room),
+            Err(warning) => {
+                self.is_on = false;
+                warnings.push(warning);
+            }
+        }
     }
 }

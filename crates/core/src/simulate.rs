@@ -142,7 +142,7 @@ pub struct Options {
     /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
     /// of impacts that ends), one each. Impacts that are solved together count one each, too, and may pass it by one less than the
     /// number of contacts. A run that is recorded has at most 20 000 000 events over the number of contacts, and a warning says where
-    /// that ended it. Steps of integration do not count; without an event, 1 000 000 of them end a run in the same way.
+    /// that ended it. Steps of integration do not count: 250 000 more of them than events end a run in the same way.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.

@@ -126,7 +126,7 @@ impl Driver<'_> {
                 if watch.is_on() {
                     let (q, time) = (stance.state().q, || options.clock(clock));
                     let touches = |i: usize| stance.points[i].h == 0.0;
-                    watch.look(Some(&posture), &q, local, touches, time, warnings);
+                    watch.look(&posture, &q, local, touches, time, warnings);
                 }
                 if !record {
                     return;
