@@ -17,6 +17,9 @@ use crate::tolerance::TOUCH;
 /// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
 const SINGULAR: f64 = 1e-14;
 
+/// Distance of a force from the edge of a hull of half a turn or more, relative to the force, below which it is rounding.
+const EDGE: f64 = 64.0 * f64::EPSILON;
+
 /// Drift of a held point, relative to the distances of the body, that is taken back.
 const DRIFT: f64 = 2.0 * f64::EPSILON;
 
@@ -429,8 +432,10 @@ impl Step {
     /// e_l = n_l + μ_l t_l: the contact slides up the left piece,    e_r = n_r − μ_r t_r: up the right piece
     /// ```
     ///
-    /// and the force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. A hull of half a turn or more holds any force. Both points of the
-    /// contact have these edges; the first point reports them.
+    /// and the force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull is half a turn or more, the two pieces could hold
+    /// any force, wedged, and the contact could slide up a piece as well. It slides: it is held while one of both conditions holds,
+    /// which is as long as F lies in one of the cones or between the normals. Both points of the contact have these edges; the first
+    /// point reports them.
     pub(super) fn vertex_edges(
         &self,
         state: &Stance,
@@ -444,9 +449,6 @@ impl Step {
             points[k].normal + points[k].tangent * (side * points[k].friction)
         };
         let (e_l, e_r) = (edge(l, 1.0), edge(r, -1.0));
-        if e_l.perp(&e_r) <= 0.0 {
-            return SmallVec::new();
-        }
         let mut inside = [ZERO; 2];
         for k in [i, j] {
             let (p, track) = (&points[k], &self.tracks[k]);
@@ -458,7 +460,20 @@ impl Step {
             }
         }
         let events = [StepEnd::Slip(l, Mode::Left), StepEnd::Slip(r, Mode::Right)];
-        inside.into_iter().zip(events).collect()
+        if e_l.perp(&e_r) > 0.0 {
+            return inside.into_iter().zip(events).collect();
+        }
+        let force =
+            [i, j].map(|k| libm::hypot(self.tracks[k].normal[0], self.tracks[k].tangential[0]));
+        let rounding = EDGE * (force[0] + force[1]) * (e_l.norm() + e_r.norm());
+        let [left, right] = [0, 1].map(|side| inside[side][0]);
+        if left.min(right) > rounding {
+            // The first to become negative has no consequence, and after it only the other counts.
+            inside.into_iter().map(|series| (series, StepEnd::Reach)).collect()
+        } else {
+            let side = usize::from(right > left);
+            SmallVec::from_slice(&[(inside[side], events[side])])
+        }
     }
 
     /// The first event within the step, and when, in s. `limit`: no event later than this matters.
