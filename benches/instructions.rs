@@ -94,7 +94,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
             tolerance,
             stop,
             record: r.chance(0.5),
-            event_limit: 100_000,
+            event_limit: 20_000,
             ..Options::default()
         };
         let state = State::new(q, qdot);

@@ -183,8 +183,8 @@ pub(crate) struct Clatter {
     start: Gaps,
     clock: Clock,
     first: usize,
-    /// Whether each contact has been hit since.
-    struck: [bool; 2],
+    /// How often each contact has been hit since, but for the plain collisions in turn.
+    singly: [usize; 2],
 }
 
 impl Clatter {
@@ -247,8 +247,8 @@ impl Clatter {
         let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
         let (left, granted) = (0, 0);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
-        let struck = [false; 2];
-        Ok(Self { course, a: contact, r, left, granted, start, clock, first, struck })
+        let singly = [0; 2];
+        Ok(Self { course, a: contact, r, left, granted, start, clock, first, singly })
     }
 
     /// After the loop: gaps, impulses and clock.
@@ -261,7 +261,10 @@ impl Clatter {
         log: &mut Log,
     ) -> Halt {
         log.hits += self.granted - self.left;
-        log.struck = [0, 1].map(|i| log.struck[i] || self.struck[i]);
+        let [one, two] = self.singly;
+        // Collisions in turn begin after one at contact 1, with one at contact 2.
+        let in_turn = log.hits - self.first > one + two;
+        log.struck = [log.struck[0] || one > 0, log.struck[1] || two > 0 || in_turn];
         log.clock = Clock { hi: self.r.hi, lo: self.r.lo }.renormalised();
         let (start, t) = (self.start, log.clock.since(self.clock));
         *gaps = self.gaps();
@@ -336,7 +339,6 @@ impl Clatter {
             }
             left -= 1;
         };
-        self.struck[1] |= left < self.left; // contact 1 was hit before
         (self.r, self.left) = (r, left);
     }
 
@@ -405,7 +407,7 @@ impl Clatter {
             self.r.moment += blow * (self.r.hi - self.course.from);
         }
         self.left -= 1;
-        self.struck[at] = true;
+        self.singly[at] += 1;
         if log.record {
             let clock = Clock { hi: self.r.hi, lo: self.r.lo };
             log.collisions.push(in_order(clock, at, before, after, blow, other_gap));
@@ -498,7 +500,6 @@ impl Pool {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
         let (r, left) = Roles::of(self.stages[a].get(run));
-        clatter.struck[1] |= (left as usize) < clatter.left; // contact 1 was hit before
         (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 
