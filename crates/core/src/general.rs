@@ -87,16 +87,19 @@ pub(crate) struct GeneralRecord {
 
 /// Looks whether the ground of the contacts can be meant at a moment of a run.
 fn look(
-    watch: &mut Watch,
+    watch: &mut Option<Box<Watch>>,
     posture: &Posture,
     options: &Options,
     stance: &Stance,
     clock: Clock,
     warnings: &mut Vec<String>,
 ) {
+    let Some(looks) = watch else { return };
     let touches = |i: usize| stance.points[posture.point_of(i)].h == 0.0;
     let (q, local, time) = (stance.state().q, stance.frozen.is_some(), || options.clock(clock));
-    watch.look(posture, &q, local, touches, time, warnings);
+    if !looks.look(&q, local, touches, time, warnings) {
+        *watch = None;
+    }
 }
 
 /// The loop.
@@ -123,7 +126,7 @@ pub(crate) struct General<'a> {
     waiting: usize,
     ripple: Ripple,
     /// Whether the ground of the contacts can be meant.
-    watch: Watch,
+    watch: Option<Box<Watch>>,
     last: LastImpacts,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
@@ -154,7 +157,7 @@ impl<'a> General<'a> {
             rounds: Rounds::default(),
             waiting: 0,
             ripple: Ripple::default(),
-            watch: Watch::new(Some(posture)),
+            watch: Watch::new(posture),
             last: LastImpacts::default(),
             warnings,
             undecided: None,
@@ -226,10 +229,8 @@ impl<'a> General<'a> {
 
     /// Looks whether the ground of the contacts can be meant.
     fn look(&mut self) {
-        if self.watch.is_on() {
-            let Self { posture, options, state, watch, warnings, .. } = self;
-            look(watch, posture, options, state, self.log.clock, warnings);
-        }
+        let Self { posture, options, state, watch, warnings, .. } = self;
+        look(watch, posture, options, state, self.log.clock, warnings);
     }
 
     fn note(&mut self, word: Vec<Mode>, summed: bool) {
@@ -422,9 +423,7 @@ impl<'a> General<'a> {
         rounds.drop(phase.dropped);
         let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
             rounds.hold(word, clock);
-            if watch.is_on() {
-                look(watch, posture, &options, stance, clock, warnings);
-            }
+            look(watch, posture, &options, stance, clock, warnings);
             if record {
                 let (stance, word) = (stance.clone(), word.to_vec());
                 stretches.push(Stretch { clock, stance, word, cause, summed: false });

@@ -51,7 +51,7 @@ pub(crate) struct Driver<'a> {
     /// Rounds on the ground.
     rounds: Rounds,
     /// Whether the ground of the contacts can be meant.
-    watch: Watch,
+    watch: Option<Box<Watch>>,
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -115,7 +115,7 @@ impl<'a> Driver<'a> {
             undecided: None,
             cause: Some(Cause::Start),
             rounds: Rounds::default(),
-            watch: Watch::new(base.posture.as_ref()),
+            watch: base.posture.as_ref().and_then(Watch::new),
             resting: [false; 2],
             frames: vec![first],
             base,
@@ -236,19 +236,18 @@ impl<'a> Driver<'a> {
     }
 
     /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
+    #[inline(never)]
     fn look(&mut self) {
-        let mut watch = self.watch;
-        let Some(posture) = self.base.posture.as_ref().filter(|_| watch.is_on()) else { return };
+        let Some(mut watch) = self.watch.take() else { return };
         let full = self.frame().to_full(&self.raw());
-        watch.look(
-            posture,
+        let goes_on = watch.look(
             &Base::state(&full).q,
             self.local,
             |i| full.gaps.h[i] == 0.0,
             || self.options.clock(full.clock),
             &mut self.warnings,
         );
-        self.watch = watch;
+        self.watch = goes_on.then_some(watch);
     }
 
     /// The impacts of this loop are frictionless.

@@ -121,47 +121,43 @@ impl OwnGround {
 const REMEDY: &str = "without terrain= each contact meets only the straight line of its own slope through its own point; give one ground by terrain=, or the extent of each line by segment=";
 
 /// Looks at the ground while a run goes on, until there is something to say of it: once a run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Watch {
-    is_on: bool,
+    posture: Posture,
     /// Where the body was at the last look, and how far its contacts may move from there before anything can be wrong, in m.
     at: Vector3<f64>,
     room: f64,
 }
 
 impl Watch {
-    pub(crate) fn new(posture: Option<&Posture>) -> Self {
-        let is_on = posture.is_some_and(|posture| posture.own_ground().is_some());
-        Self { is_on, at: Vector3::zeros(), room: 0.0 }
+    /// `None`: of most postures there is nothing to be looked at.
+    pub(crate) fn new(posture: &Posture) -> Option<Box<Self>> {
+        posture.own_ground()?;
+        Some(Box::new(Self { posture: posture.clone(), at: Vector3::zeros(), room: 0.0 }))
     }
 
-    /// Whether there is anything to be looked at: of most postures there is nothing.
-    #[inline]
-    pub(crate) fn is_on(self) -> bool {
-        self.is_on
-    }
-
-    /// Looks at a moment of a run, if it [is on](Self::is_on). The arguments: see [`OwnGround::room`].
-    #[inline]
+    /// Looks at a moment of a run: whether there is more to be looked at. The arguments: see [`OwnGround::room`].
     pub(crate) fn look(
         &mut self,
-        posture: &Posture,
         q: &Vector3<f64>,
         local: bool,
         touches: impl Fn(usize) -> bool,
         time: impl Fn() -> f64,
         warnings: &mut Vec<String>,
-    ) {
+    ) -> bool {
         let way = q - self.at;
-        if way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room {
-            return;
+        if way.x.abs() + way.y.abs() + self.posture.size() * way.z.abs() < self.room {
+            return true;
         }
-        let Some(own) = posture.own_ground() else { return };
-        match own.room(posture, q, local, touches, time) {
-            Ok(room) => (self.at, self.room) = (*q, room),
+        let Some(own) = self.posture.own_ground() else { return false };
+        match own.room(&self.posture, q, local, touches, time) {
+            Ok(room) => {
+                (self.at, self.room) = (*q, room);
+                true
+            }
             Err(warning) => {
-                self.is_on = false;
                 warnings.push(warning);
+                false
             }
         }
     }
