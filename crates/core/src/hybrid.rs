@@ -735,6 +735,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
+    #[inline(never)] // the collisions have the registers to themselves
     pub(crate) fn fly(
         &mut self,
         flight: &mut Flight,
@@ -776,29 +777,33 @@ impl<'a> Driver<'a> {
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
-        let hits = self.log.hits;
-        let stop = match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => clatter.come_to_first(state, &mut self.log),
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => {
+                let hits = self.log.hits;
+                let stop = clatter.come_to_first(state, &mut self.log);
+                self.log.struck[0] |= self.log.hits > hits;
+                stop
+            }
             (Flight::Local(clatter), _) => (!clatter.is_at_first()).then_some(None),
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
-        };
-        self.log.struck[0] |= self.log.hits > hits;
-        stop
+        }
     }
 
     /// Plain collisions after that; `None`: many, and nothing else.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
-        let hits = self.log.hits;
-        let stop = match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => clatter.alternate(MANY, state, &mut self.log),
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => {
+                let hits = self.log.hits;
+                let stop = clatter.alternate(MANY, state, &mut self.log);
+                self.log.struck[1] |= self.log.hits > hits; // the first of them
+                stop
+            }
             (Flight::Local(clatter), _) => {
                 clatter.alternate(&mut self.log);
                 Some(None)
             }
             (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
-        };
-        self.log.struck[1] |= self.log.hits > hits; // the first of them
-        stop
+        }
     }
 
     fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
