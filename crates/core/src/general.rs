@@ -9,6 +9,8 @@ mod impacts;
 mod slow;
 mod vertices;
 
+use std::collections::BTreeSet;
+
 use slow::{Ripple, Sequence};
 
 use crate::clock::Clock;
@@ -125,6 +127,8 @@ pub(crate) struct General<'a> {
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     waiting: usize,
     ripple: Ripple,
+    /// Contacts that were taken to rest as they rattled, and below which speed, in m/s.
+    rattled: (BTreeSet<usize>, f64),
     /// Whether the ground of the contacts can be meant.
     watch: Option<Box<Watch>>,
     last: LastImpacts,
@@ -157,6 +161,7 @@ impl<'a> General<'a> {
             rounds: Rounds::default(),
             waiting: 0,
             ripple: Ripple::default(),
+            rattled: (BTreeSet::new(), 0.0),
             watch: Watch::new(posture),
             last: LastImpacts::default(),
             warnings,
@@ -176,6 +181,8 @@ impl<'a> General<'a> {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
         self.look();
+        let rattle = self.rattle();
+        self.warnings.extend(rattle);
         if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
             self.warnings.push(format!("{limit}: {}", self.last.family(self.log.clock)));
         }

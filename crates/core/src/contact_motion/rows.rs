@@ -306,6 +306,15 @@ impl Stance {
         Vector3::new(push.x, push.y, turn)
     }
 
+    /// Takes all of its velocity from a body that has none but roundings.
+    pub(crate) fn stand(&mut self) {
+        self.center.v.fill(0.0);
+        self.spin.omega = 0.0;
+        for p in &mut self.points {
+            (p.u, p.rounding.rate) = (0.0, 0.0);
+        }
+    }
+
     /// Makes the gap rates those of one rigid velocity, and the gaps those of one rigid displacement where they are so within the
     /// rounding of a place, `size` the size of the body in m. Each is kept by itself, so that a small one keeps its digits beside a
     /// large one; where rows depend on each other (three contacts on one straight floor, any four), what roundings of a larger

@@ -54,6 +54,8 @@ pub(super) struct Ripple {
     before: f64,
     /// Two stretches were alike.
     goes_on: bool,
+    /// How often contacts have been taken to rest because of that.
+    ends: i32,
 }
 
 impl Ripple {
@@ -64,10 +66,18 @@ impl Ripple {
     /// come down by more.
     const ALIKE: f64 = 8.0;
 
+    /// Doublings of the speed below which impacts are watched, at most: one each time that contacts have been taken to rest.
+    const DOUBLINGS: i32 = 10;
+
+    /// The speed of impacts that are watched, in m/s, for a speed below which contacts stop.
+    fn limit(&self, stopped: f64) -> f64 {
+        IN_TURN * stopped * f64::from(1 << self.ends.min(Self::DOUBLINGS))
+    }
+
     /// After an impact with the speed `hit`, by which contacts of these speeds are left.
     fn follow(&mut self, hit: f64, speeds: &[f64], limit: f64) {
         if hit > limit {
-            *self = Self::default();
+            *self = Self { ends: self.ends, ..Self::default() };
             return;
         }
         let slow = speeds.iter().filter(|speed| **speed <= limit);
@@ -76,7 +86,12 @@ impl Ripple {
         if self.impacts == Self::STRETCH {
             let (now, before) = (self.largest, self.before);
             let alike = now <= Self::ALIKE * before && before <= Self::ALIKE * now;
-            *self = Self { before: now, goes_on: self.goes_on || alike, ..Self::default() };
+            *self = Self {
+                before: now,
+                goes_on: self.goes_on || alike,
+                ends: self.ends,
+                ..Self::default()
+            };
         }
     }
 }
@@ -162,6 +177,18 @@ impl General<'_> {
         hit <= IN_TURN * STOPPED * self.fastest
     }
 
+    /// What the run has to say of contacts that were taken to rest without becoming slower.
+    pub(super) fn rattle(&self) -> Option<String> {
+        let (contacts, limit) = &self.rattled;
+        let who = names(contacts.iter().copied());
+        let [slow, fast] = [*limit, self.fastest].map(in_words);
+        (!contacts.is_empty()).then(|| {
+            format!(
+                "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
+            )
+        })
+    }
+
     /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
         let limit = STOPPED * self.fastest;
@@ -181,14 +208,22 @@ impl General<'_> {
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.waiting = if slow { self.waiting + 1 } else { 0 };
-        self.ripple.follow(hit, &speeds, IN_TURN * limit);
-        let together = self.waiting > LISTED || self.ripple.goes_on;
+        let rattle = self.ripple.limit(limit);
+        self.ripple.follow(hit, &speeds, rattle);
+        // The speed below which contacts stop that are hit in turn.
+        let together = if self.ripple.goes_on {
+            rattle
+        } else if self.waiting > LISTED {
+            IN_TURN * limit
+        } else {
+            0.0
+        };
         let (mut stopped, mut error, mut found) = (Vec::new(), 0.0_f64, false);
         let mut stops: Vec<bool> =
             self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         for (i, &speed) in speeds.iter().enumerate() {
             let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
-            if !(alone || together && speed <= IN_TURN * limit) {
+            if !(alone || speed <= together) {
                 continue;
             }
             (stops[i], found) = (true, true);
@@ -204,19 +239,18 @@ impl General<'_> {
         if found {
             self.arrest(&stops);
             self.state.reconcile(self.posture.size());
+            let (v, omega) = (self.state.center.v.norm(), self.state.spin.omega);
+            if self.ripple.goes_on && v + self.posture.size() * omega.abs() <= rattle {
+                self.state.stand();
+            }
         }
         if stopped.is_empty() {
             return None;
         }
         if self.ripple.goes_on {
-            let mut rattled: Vec<usize> =
-                stopped.iter().map(|&i| self.state.points[i].place.contact).collect();
-            rattled.dedup();
-            let who = names(rattled.into_iter());
-            let [slow, fast] = [IN_TURN * limit, self.fastest].map(in_words);
-            self.warnings.push(format!(
-                "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
-            ));
+            self.ripple.ends += 1;
+            self.rattled.0.extend(stopped.iter().map(|&i| self.state.points[i].place.contact));
+            self.rattled.1 = rattle;
         }
         self.waiting = 0;
         self.ripple.goes_on = false;
