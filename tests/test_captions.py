@@ -126,7 +126,7 @@ RUNS = {
         lambda: sf.load(EXAMPLES / "rocking_block.toml").simulate(),
         "Outcome: rest at t = {t} s; 233 impacts, 18 Zeno points",
         "Zeno points (infinitely many impacts end), contacts on the ground from the start",
-        "; 235 collisions, 19 Zeno points, contact 1 on the ground from the start>",
+        "; 233 collisions, 18 Zeno points, contact 1 on the ground from the start>",
         True,
     ),
     "a plastic rocking block: its landings accumulate": (

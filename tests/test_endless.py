@@ -93,7 +93,10 @@ def test_random_scenes_end():
                 reasons = [warning for warning in warnings if "ended after" in warning]
                 limited.append((k, reasons))
                 assert len(reasons) == 1
-                assert "m/s" in reasons[0]
+                assert any(
+                    told in reasons[0]
+                    for told in ("m/s", "on the ground", "without an impact")
+                )
     print(dict(outcomes), limited)
     assert len(limited) <= ENDED_BY_A_LIMIT * SCENES, limited
 
@@ -116,11 +119,9 @@ def test_an_event_limit_counts_collisions(law, contacts):
     )
     if run.outcome == "event-limit":
         assert len(run.impacts) + len(run.phases) - 1 == 100
-        assert (
-            f"ended after 100 events, {len(run.impacts)} collisions" in run.warnings[-1]
-        )
-        for number in {int(c) for c in run.impacts["contact"]}:
-            assert str(number) in run.warnings[-1]
+        [limit] = [warning for warning in run.warnings if "ended after" in warning]
+        assert f"ended after 100 events, {len(run.impacts)} collisions" in limit
+        assert " m/s" in limit or "on the ground" in limit
     else:
         assert contacts < 3
         assert run.outcome == "rest"

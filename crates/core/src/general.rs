@@ -184,7 +184,7 @@ impl<'a> General<'a> {
         let rattle = self.rattle();
         self.warnings.extend(rattle);
         if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
-            self.warnings.push(format!("{limit}: {}", self.last.family(self.log.clock)));
+            self.warnings.push(format!("{limit}: {}", self.last.family(&self.log)));
         }
         Some(GeneralRecord {
             posture: self.posture,

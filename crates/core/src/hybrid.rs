@@ -214,15 +214,7 @@ impl<'a> Driver<'a> {
         if self.log.phase_lost {
             self.warnings.push(LOST_PHASE.into());
         } else if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
-            // Speeds at which the contacts land next, if they do.
-            let (gaps, gravity) = (self.gaps(), self.model().g);
-            let landing = |i: usize| {
-                let square = gaps.u[i] * gaps.u[i] + 2.0 * gravity[i] * gaps.h[i];
-                if square.is_finite() { square.max(0.0).sqrt() } else { 0.0 }
-            };
-            let speed = landing(0).max(landing(1));
-            let (contacts, speed) = (names(0..self.base.count), in_words(speed));
-            self.warnings.push(format!("{limit}: the next impact of {contacts} is at {speed}"));
+            self.warnings.push(format!("{limit}: {}", self.next_landing()));
         }
         self.look();
         self.warn_of_friction();
@@ -233,6 +225,30 @@ impl<'a> Driver<'a> {
             end.spin.omega = 0.0;
         }
         Some((end, state.unsigned_zero()))
+    }
+
+    /// Which contacts are on the ground, or which one lands next, and how fast, in words: by the gravity into the contacts as it is
+    /// now.
+    fn next_landing(&self) -> String {
+        let (gaps, gravity) = (self.gaps(), self.model().g);
+        let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
+        if (0..self.base.count).any(|i| stays(&i)) {
+            return format!("with {} on the ground", names((0..self.base.count).filter(stays)));
+        }
+        let after = |i: usize| {
+            if i < self.base.count {
+                parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i])
+            } else {
+                f64::INFINITY
+            }
+        };
+        let first = usize::from(after(1) < after(0));
+        if !after(first).is_finite() {
+            return "no contact lands any more".into();
+        }
+        let (h, u) = (gaps.h[first], gaps.u[first]);
+        let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
+        format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
     }
 
     /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.

@@ -148,16 +148,17 @@ impl<'a> Log<'a> {
 
     /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
     pub(crate) fn limit(&self) -> Option<String> {
-        let (events, hits, changes) = (self.events(), self.hits, self.changes);
-        if events >= self.event_limit {
-            Some(format!(
-                "ended after {events} events, {hits} collisions and {changes} changes of the contact modes"
-            ))
-        } else if self.steps >= MOST_STEPS + events {
-            Some(format!(
-                "ended after {} steps of integration and {events} events, {hits} collisions and {changes} changes of the contact modes",
-                self.steps
-            ))
+        let (hits, changes) = (self.hits, self.changes);
+        let parts = format!(
+            "{}, {} and {} of the contact modes",
+            counted(self.events(), "event"),
+            counted(hits, "collision"),
+            counted(changes, "change")
+        );
+        if self.events() >= self.event_limit {
+            Some(format!("ended after {parts}"))
+        } else if self.steps >= MOST_STEPS + self.events() {
+            Some(format!("ended after {} steps of integration and {parts}", self.steps))
         } else {
             None
         }
@@ -189,16 +190,19 @@ struct Stretch {
 pub(crate) struct LastImpacts {
     now: Stretch,
     before: Stretch,
+    /// Changes of the contact modes before the last of them.
+    changes: usize,
 }
 
 impl LastImpacts {
     /// An impact of a contact, counted from 0, with this speed.
-    pub(crate) fn follow(&mut self, contact: usize, speed: f64, clock: Clock) {
+    pub(crate) fn follow(&mut self, contact: usize, speed: f64, log: &Log<'_>) {
+        self.changes = log.changes;
         if self.now.impacts == STRETCH {
             (self.before, self.now) = (self.now, Stretch::default());
         }
         if self.now.impacts == 0 {
-            self.now.began = clock;
+            self.now.began = log.clock;
         }
         self.now.impacts += 1;
         self.now.fastest = self.now.fastest.max(speed);
@@ -206,7 +210,14 @@ impl LastImpacts {
     }
 
     /// What the impacts before the end of a run have in common.
-    pub(crate) fn family(&self, clock: Clock) -> String {
+    pub(crate) fn family(&self, log: &Log<'_>) -> String {
+        let quiet = log.changes - self.changes;
+        if quiet > STRETCH {
+            return format!(
+                "contacts stick, slip and lift off without an impact within the last {quiet} changes"
+            );
+        }
+        let clock = log.clock;
         let (now, before) = (&self.now, &self.before);
         let hit = now.contacts | before.contacts;
         let contacts = names((0..64).filter(|i| hit >> i & 1 == 1));
@@ -235,6 +246,11 @@ impl LastImpacts {
             )
         }
     }
+}
+
+/// "1 event", "2 events".
+fn counted(number: usize, name: &str) -> String {
+    format!("{number} {name}{}", if number == 1 { "" } else { "s" })
 }
 
 /// A speed (m/s) with three digits.

@@ -140,9 +140,8 @@ pub struct Options {
     #[schemars(with = "Option<crate::scene::Extended>")]
     pub time_limit: Option<f64>,
     /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
-    /// of impacts that ends), one each. Impacts that are solved together count one each, too, and may pass it by one less than the
-    /// number of contacts. A run that is recorded has at most 20 000 000 events over the number of contacts, and a warning says where
-    /// that ended it. Steps of integration do not count: 250 000 more of them than events end a run in the same way.
+    /// of impacts that ends), one each. Impacts in one instant are not parted: those of the last one may pass the limit. A run that
+    /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration do not count: 250 000 more of them than events end a run in the same way.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
     /// the kind of motion changes.

@@ -166,7 +166,7 @@ impl General<'_> {
         }
         let Point { place, u, .. } = self.state.points[i];
         let contact = place.contact;
-        self.last.follow(contact, -rate, self.log.clock);
+        self.last.follow(contact, -rate, &self.log);
         if self.log.record {
             let (clock, mut after) = (self.log.clock, self.rates());
             let at = self.posture.point_of(contact);
