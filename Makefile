@@ -28,7 +28,7 @@ python: wheel
 	$(BIN)/ruff check python tests examples benches
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest standfast
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # Larger campaigns of the same tests: minutes to hours.
 long: EXTRA := test

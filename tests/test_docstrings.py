@@ -33,7 +33,7 @@ def core_docstrings():
                     yield f"{name}.{part}", inspect.cleandoc(document)
 
 
-CORE = dict(core_docstrings())
+CORE = dict(sorted(core_docstrings()))
 
 
 def run_text(text, name):
