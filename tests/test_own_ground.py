@@ -196,6 +196,20 @@ def posture_on(shape, rng):
     )
 
 
+def kicked(posture, kick, rng, time_limit):
+    """A run to the time limit with a model and a law by chance."""
+    return sf.simulate(
+        posture,
+        (0, 0, 0),
+        kick,
+        model=str(rng.choice(["full", "local", "auto"])),
+        impact=str(rng.choice(["newton", "poisson", "moreau"])),
+        stop="time",
+        time_limit=time_limit,
+        event_limit=20_000,
+    )
+
+
 @pytest.mark.parametrize("shape", ["V", "roof", "stairs"])
 def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
     """As far as half of the way to the edge of its ground: it may fly, rock, slide and turn there."""
@@ -206,18 +220,7 @@ def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
         length = size(posture)
         speed = math.sqrt(G * length) * 10 ** rng.uniform(-3, -1)
         kick = speed * rng.uniform(-1, 1, 3) / (1, 1, length)
-        model = str(rng.choice(["full", "local", "auto"]))
-        law = str(rng.choice(["newton", "poisson", "moreau"]))
-        run = sf.simulate(
-            posture,
-            (0, 0, 0),
-            kick,
-            model=model,
-            impact=law,
-            stop="time",
-            time_limit=20 * math.sqrt(length / G),
-            event_limit=20_000,
-        )
+        run = kicked(posture, kick, rng, 20 * math.sqrt(length / G))
         t = np.linspace(0, run.time, 100)
         at = places(posture, run.at(t)[0], run.model)
         points = np.array([contact.point for contact in posture.contacts])
@@ -226,7 +229,7 @@ def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
         if way < 0.07 * length:
             ends["near"] += 1
             ends[run.outcome] += 1
-            assert said(run) == [], (posture, kick, model, law)
+            assert said(run) == [], (posture, kick, run.model)
         ends["all"] += 1
     assert ends["near"] > 0.3 * ends["all"], ends
 
@@ -254,18 +257,7 @@ def test_what_a_run_says_of_its_ground_is_so(shape):
         length = size(posture)
         speed = math.sqrt(G * length) * rng.uniform(0.3, 3)
         kick = speed * rng.normal(0, 1, 3) / (1, 1, length)
-        model = str(rng.choice(["full", "local", "auto"]))
-        law = str(rng.choice(["newton", "newton", "moreau"]))
-        run = sf.simulate(
-            posture,
-            (0, 0, 0),
-            kick,
-            model=model,
-            impact=law,
-            stop="time",
-            time_limit=10 * math.sqrt(length / G),
-            event_limit=20_000,
-        )
+        run = kicked(posture, kick, rng, 10 * math.sqrt(length / G))
         texts = said(run)
         assert len(texts) <= 1
         if texts:
