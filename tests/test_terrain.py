@@ -609,6 +609,27 @@ def test_random_scenes_on_polylines_end():
     assert len(long) <= LONG * SCENES
 
 
+def test_a_foot_that_starts_on_a_convex_vertex_with_a_speed_of_rounding_leaves_it():
+    """The speeds of the body cancel in the foot to 1e-16 m/s, and each piece of terrain sends it to the other one."""
+    foot = (0.0, 0.27064503871920126)
+    ridge = [(-0.6549354226966, 0.20285948495668776), foot]
+    ridge += [(0.6922633590620269, 0.00859543729937201), (9.0, 4.0)]
+    feet = [foot, (0.4644279622394105, 0.33758088338440995)]
+    body = sf.Posture(
+        1.0,
+        0.256586794998143,
+        (0.9479755790580011, 0.6173078950414242),
+        [sf.Contact(point, friction=0.4103640628390497) for point in feet],
+        0.0,
+        G,
+        terrain=ridge,
+    )
+    qdot = (0.4790219354926696, -1.3099214074958787, -1.3818092326782736)
+    for law in ("newton", "moreau", "poisson", "stronge", "chatterjee-ruina"):
+        run = sf.simulate(body, (0, 0, 0), qdot, impact=law, time_limit=0.2)
+        assert run.outcome == "time-limit", run.warnings
+
+
 def test_feet_at_one_point_bounce_into_a_vertex_as_one():
     """Roundings part them in the end: one bounces off the piece on the right, the others off that on the left, and impacts
     of 1e-15 m/s that no longer shrink have no sum."""

@@ -17,6 +17,10 @@ const SIMULTANEOUS: f64 = 16.0;
 /// gap grows that counts as none.
 const LEVER: f64 = 8.0;
 
+/// Roundings of the terms of its horizontal speed up to which a contact right over a vertex has none: there, its acceleration says
+/// to which piece it goes. The speed has a few roundings, and others after each crossing.
+const OVER_VERTEX: f64 = 16.0;
+
 /// Time to the next zero of an arc.
 fn next(arc: &Arc) -> Option<f64> {
     if arc.omega == 0.0 {
@@ -91,8 +95,8 @@ impl Stance {
             // At the end itself a rounding would send it to and fro between two pieces that each put it over the other one.
             let size = libm::hypot(arc.b, arc.c);
             let terms = self.center.v.x.abs() + size * self.spin.omega.abs();
-            if arc.h == 0.0 && arc.u.abs() <= f64::EPSILON * terms {
-                arc.u = 0.0;
+            if arc.h <= f64::EPSILON * size && arc.u.abs() <= OVER_VERTEX * f64::EPSILON * terms {
+                (arc.h, arc.u) = (0.0, 0.0);
             }
             // h = u t − c (ωt)²/2 − b (ωt)³/6 + …
             let outwards = if arc.u != 0.0 {
