@@ -547,6 +547,12 @@ def test_hold_on_until_the_time_limit():
     assert early.q[1] == pytest.approx(0.011 - 0.5 * 9.81 * 0.01**2, rel=1e-15)
 
 
+def test_a_time_limit_of_zero_has_any_sign():
+    for zero in (0.0, -0.0):
+        run = sf.simulate(rod(), **START, time_limit=zero)
+        assert (run.outcome, str(run.time)) == ("time-limit", "0.0")
+
+
 def test_event_limit():
     cut = sf.simulate(rod(), **START, model="full", event_limit=3)
     assert cut.outcome == "event-limit"

@@ -69,6 +69,7 @@ IN_TOML = [
     ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`"),
     ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
     (TOML, "", "is empty"),
+    ("gravity = 9.81", "gravity = 9.81\nterrain = []", "line 2, column 11, terrain: invalid length 0, expected 2 to 1024 vertices"),
     ("gravity", BOM + BOM + "gravity", "line 1, column 1: invalid unquoted key, expected letters, numbers, `-`, `_`"),
 ]  # fmt: skip
 

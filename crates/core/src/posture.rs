@@ -84,7 +84,11 @@ pub struct Fields {
     pub gravity: f64,
     /// Vertices of the terrain, x increasing, world axes, in m: each contact meets the piece under it, and `slope` and
     /// `segment` of the contacts follow. Without any each contact meets its own line alone, see [`Contact`].
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "terrain::deserialize_some"
+    )]
     pub terrain: Vec<[f64; 2]>,
 }
 

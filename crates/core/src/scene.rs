@@ -11,6 +11,7 @@ use crate::error::{Error, quoted};
 use crate::files::write_whole;
 use crate::posture::{Fields, Posture};
 use crate::simulate::{Options, State, simulate};
+use crate::terrain;
 use crate::text::{self, Format};
 use crate::trajectory::Trajectory;
 
@@ -58,7 +59,11 @@ struct File {
     /// Coefficient of restitution e in [0, 1) of every contact that has none of its own.
     restitution: f64,
     /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact meets only its own line, of its slope through its point.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "terrain::deserialize_some"
+    )]
     terrain: Vec<Vertex>,
     #[serde(deserialize_with = "text::table")]
     body: BodyTable,

@@ -10,6 +10,8 @@
 //! meets nothing until it has left the piece again or has risen out of it.
 
 use nalgebra::{Vector2, Vector3};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use smallvec::SmallVec;
 
 use crate::contact::Contact;
@@ -79,6 +81,23 @@ impl Piece {
     pub(crate) fn height(&self, at: &Vector2<f64>) -> f64 {
         self.normal.dot(&(at - self.origin))
     }
+}
+
+/// Vertices that are given: none at all is a terrain that was left out by mistake.
+///
+/// # Errors
+///
+/// An empty list.
+pub(crate) fn deserialize_some<'de, D, V>(deserializer: D) -> Result<Vec<V>, D::Error>
+where
+    D: Deserializer<'de>,
+    V: Deserialize<'de>,
+{
+    let vertices = Vec::deserialize(deserializer)?;
+    if vertices.is_empty() {
+        return Err(D::Error::invalid_length(0, &format!("2 to {MAX_VERTICES} vertices").as_str()));
+    }
+    Ok(vertices)
 }
 
 /// Checks the vertices (x increasing) and returns the pieces between them.

@@ -39,7 +39,8 @@ pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error
 pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     let t = options.end();
     let limit = options.time_limit.unwrap_or(f64::INFINITY);
-    let near = t == f64::INFINITY || t <= LARGEST && gravity * t <= LARGEST * LARGEST / t;
+    let near =
+        t == f64::INFINITY || t == 0.0 || t <= LARGEST && gravity * t <= LARGEST * LARGEST / t;
     in_range(
         "time_limit",
         limit,
