@@ -148,20 +148,19 @@ impl<'a> Log<'a> {
 
     /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
     pub(crate) fn limit(&self) -> Option<String> {
-        let (hits, changes) = (self.hits, self.changes);
-        let parts = format!(
-            "{}, {} and {} of the contact modes",
-            counted(self.events(), "event"),
-            counted(hits, "collision"),
-            counted(changes, "change")
-        );
-        if self.events() >= self.event_limit {
-            Some(format!("ended after {parts}"))
+        let steps = if self.events() >= self.event_limit {
+            String::new()
         } else if self.steps >= MOST_STEPS + self.events() {
-            Some(format!("ended after {} steps of integration and {parts}", self.steps))
+            format!("{} steps of integration and ", self.steps)
         } else {
-            None
-        }
+            return None;
+        };
+        Some(format!(
+            "ended after {steps}{}, {} and {} of the contact modes",
+            counted(self.events(), "event"),
+            counted(self.hits, "collision"),
+            counted(self.changes, "change")
+        ))
     }
 
     /// Time left before the limit, in s.
