@@ -9,7 +9,7 @@ import standfast as sf
 
 G = 9.81
 #: Random scenes; `make long` asks for more.
-SCENES = int(os.environ.get("STANDFAST_AUTO_SCENES", "2000"))
+SCENES = int(os.environ.get("STANDFAST_AUTO_SCENES", "600"))
 
 
 def scene(rng):

@@ -9,7 +9,7 @@ import numpy as np
 import standfast as sf
 
 #: Random scenes in all.
-SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "1000"))
+SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "500"))
 #: Time limit, in units of √(size/g).
 TIME = 20
 #: Share of scenes whose impacts have no end in time: growing from the rounding of a state at rest that is unstable, or

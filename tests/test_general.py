@@ -297,11 +297,13 @@ def test_a_straight_drop_lands_on_all_slopes_at_once(model):
         assert first["time"] == second["time"]
         assert first["time"] == pytest.approx(math.sqrt(2 * height / G), rel=1e-15)
         assert {int(first["contact"]), int(second["contact"])} == {1, 2}
-    runs = [
-        sf.simulate(posture, (0, 1e-9, 0), (0, 0, 0), model=m, tolerance=1e-4)
+    free, full = (
+        sf.simulate(
+            posture, (0, 1e-9, 0), (0, 0, 0), model=m, tolerance=1e-4, stop="zeno"
+        )
         for m in ("auto", "full")
-    ]
-    assert runs[0].time == pytest.approx(runs[1].time, rel=1e-4)
+    )
+    assert free.time == pytest.approx(full.time, rel=1e-4)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -1,7 +1,7 @@
 """Zeno times of random motions inside [Or & Rimon 2008, eq. 10], against arbitrary precision.
 
 Errors are judged by the conditioning c: the largest change of the Zeno time, in s, when one input
-moves by one ulp. STANDFAST_ORACLE_CASES sets the number of local cases (1000); a tenth as many are
+moves by one ulp. STANDFAST_ORACLE_CASES sets the number of local cases (400); a tenth as many are
 full. The seed does not depend on it: a larger campaign contains the smaller one.
 """
 
@@ -21,7 +21,7 @@ import standfast as sf
 from two_contacts import simulate_full, simulate_local
 
 DATA = Path(__file__).parent / "data"
-CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "1000"))
+CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "400"))
 #: Runs of which the velocities are compared.
 SLOPES = max(1, CASES // 50)
 WORKERS = 2
