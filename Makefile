@@ -6,14 +6,18 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 
 .PHONY: demo test rust python long bench caps instructions maps chart growth atlas accuracy calls weigh fuzz mutate audit wheel clean
+ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
+endif
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
 demo: EXTRA := plot
 demo: wheel
 	$(BIN)/standfast run examples/clattering_rod.toml --plot clattering_rod.png
 
-test: rust python
+# Rust and Python side by side: the wheel is built while the Rust tests are.
+test:
+	+@$(MAKE) --no-print-directory --jobs=2 --output-sync=line SIDE_BY_SIDE=yes rust python
 
 rust:
 	cargo fmt --all --check
