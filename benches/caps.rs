@@ -13,7 +13,7 @@ use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
 use standfast::{
     ContactProblem, LocalModel, Model, Options, PairModes, Posture, ProblemFields, State, Stop,
-    Trajectory, simulate,
+    Trajectory, simulate, simulate_local,
 };
 use standfast_benches::self_similar;
 
@@ -31,7 +31,8 @@ fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
         event_limit: limits::LOCAL_COLLISIONS,
         ..Options::default()
     };
-    let run = model.simulate(gaps, rates, 0.0, 0.0, &options).unwrap_or_else(|e| panic!("{e}"));
+    let run =
+        simulate_local(&model, gaps, rates, 0.0, 0.0, &options).unwrap_or_else(|e| panic!("{e}"));
     (model, gaps, rates, until(run.time(), options))
 }
 
@@ -76,7 +77,8 @@ fn capped(instructions: u64) -> LibraryBenchmarkConfig {
 #[library_benchmark(config = capped(limits::LOCAL))]
 #[bench::plain(orbit(false))]
 fn local((model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options)) -> Trajectory {
-    black_box(model.simulate(gaps, rates, 0.0, 0.0, &options)).unwrap_or_else(|e| panic!("{e}"))
+    black_box(simulate_local(&model, gaps, rates, 0.0, 0.0, &options))
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[library_benchmark(config = capped(limits::LOCAL_RECORDED))]
@@ -84,7 +86,8 @@ fn local((model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options
 fn local_recorded(
     (model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options),
 ) -> Trajectory {
-    black_box(model.simulate(gaps, rates, 0.0, 0.0, &options)).unwrap_or_else(|e| panic!("{e}"))
+    black_box(simulate_local(&model, gaps, rates, 0.0, 0.0, &options))
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[library_benchmark(config = capped(limits::FULL))]

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use standfast::{Options, Posture, State, Stop, simulate};
+use standfast::{Options, Posture, State, Stop, simulate, simulate_local};
 use standfast_benches::self_similar;
 
 /// Links of a yardstick's chain.
@@ -46,7 +46,7 @@ fn collisions(c: &mut Criterion) {
     let (model, gaps, rates) = self_similar(0.999, 0.99963);
     let (rod, start, end) = falling_rod();
     for (record, name) in [(false, "plain"), (true, "recorded")] {
-        let local = || model.simulate(black_box(gaps), rates, 0.0, 0.0, &options(record));
+        let local = || simulate_local(&model, black_box(gaps), rates, 0.0, 0.0, &options(record));
         let run = local().unwrap_or_else(|e| panic!("{e}"));
         assert!(run.collisions() > 100_000, "{}", run.collisions());
         group.throughput(Throughput::Elements(run.collisions() as u64));

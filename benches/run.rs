@@ -9,7 +9,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use standfast::{
     Contact, Fields, LocalModel, Model, Options, Outcome, Posture, State, Stop, conditions,
-    simulate, stability,
+    simulate, simulate_local, stability,
 };
 
 const MODELS: [(Model, &str); 3] =
@@ -73,7 +73,7 @@ fn tails(c: &mut Criterion) {
     let model = LocalModel::new([g; 2], [0.3; 2], [0.0; 2], [e; 2]);
     let model = model.unwrap_or_else(|e| panic!("{e}"));
     let options = Options { stop: Stop::Zeno, record: false, ..Options::default() };
-    let closed = || model.simulate(black_box([0.0, 10.0]), [1.0, 0.0], 0.0, 0.0, &options);
+    let closed = || simulate_local(&model, black_box([0.0, 10.0]), [1.0, 0.0], 0.0, 0.0, &options);
     let plain = || {
         let (mut t, mut u) = (0.0, black_box(1.0));
         while u > f64::EPSILON * g {

@@ -20,7 +20,7 @@ pub enum Error {
         /// Path of the field, such as `contacts.1.friction` (contacts count from 1).
         field: String,
         /// The value found.
-        #[serde(with = "crate::scene::extended")]
+        #[serde(with = "crate::serial::numbers::extended")]
         value: f64,
         /// The range allowed, in words.
         allowed: &'static str,

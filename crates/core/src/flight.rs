@@ -11,9 +11,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::lanes::Real;
-use crate::roots::bracketed;
-use crate::trig::{Turn, phase};
+use crate::math::lanes::Real;
+use crate::math::roots::bracketed;
+use crate::math::turn::{Turn, phase};
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///

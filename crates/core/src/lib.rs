@@ -25,63 +25,53 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
-// In the order in which a motion meets them.
-mod auto;
-mod batch;
-mod clatter;
-mod clock;
-mod contact;
-mod contact_motion;
-mod contact_phase;
-mod enclosure;
+// From the ground up: a module uses those above it, never those below.
+mod math;
+mod serial;
+mod tolerance;
 mod error;
-mod files;
+mod file;
+mod body;
+mod options;
+mod outcome;
 mod flight;
-mod frame;
-mod general;
-mod hybrid;
+mod zeno;
 mod impact;
-mod impact_law;
-mod lanes;
-mod local;
-mod log;
 mod modes;
-mod own_ground;
-mod parallel;
-mod posture;
-mod roots;
-mod rounds;
-mod scene;
+mod collisions;
+mod sustained;
+mod motion;
+mod auto;
+mod enclosure;
 mod simulate;
 mod stability;
 mod sweep;
-mod terrain;
-mod text;
-mod tolerance;
-mod trajectory;
-mod trig;
-mod tumble;
-mod zeno;
-mod zero;
+mod scene;
 
-pub use batch::{End, FirstZeno, Resources, simulate_many, simulate_many_until};
-pub use contact::Contact;
-pub use enclosure::{Bounds, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
+pub use body::contact::Contact;
+pub use body::local_model::LocalModel;
+pub use body::posture::{Fields, MAX_CONTACTS, Posture};
+pub use body::state::State;
 pub use error::{Error, IoCause};
 #[doc(hidden)]
-pub use files::write_whole;
+pub use file::write::write_whole;
 pub use flight::Arc;
-pub use impact::Simultaneous;
-pub use local::LocalModel;
 pub use modes::{
     Condition, ContactProblem, FEW, Forces, Jamming, Level, Margin, Method, Mode, ModeAnswer,
     Modes, PairMode, PairModes, ProblemFields, Status, TIE, Word, contact_modes,
 };
-pub use posture::{Fields, MAX_CONTACTS, Posture};
+pub use options::{Impact, Model, Options, Simultaneous, Stop};
+pub use outcome::{
+    Bounds, Cause, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, End, FirstZeno,
+    ImpactRecord, Instant, Outcome, Phase, Uncertain, ZenoPoint,
+};
 pub use scene::Scene;
-pub use simulate::{Impact, Model, Options, State, Stop, simulate, simulate_until};
+pub use simulate::batch::{Resources, simulate_many, simulate_many_until};
+pub use simulate::{simulate, simulate_local, simulate_local_until, simulate_until};
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
+pub use body::terrain::MAX_VERTICES;
+pub use simulate::trajectory::Trajectory;
 pub use stability::{
     BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, NoBound, Orbit,
     OrbitEnd, Potential, Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability,
@@ -92,8 +82,4 @@ pub use stability::{
 pub use sweep::{
     Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep, grid_size,
 };
-pub use terrain::MAX_VERTICES;
 pub use tolerance::TOUCH;
-pub use trajectory::{
-    Cause, ContactNumber, ImpactRecord, Instant, Outcome, Phase, Trajectory, ZenoPoint,
-};

@@ -6,14 +6,17 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::contact::Contact;
+use crate::body::contact::Contact;
+use crate::body::posture::{Fields, Posture};
+use crate::body::state::State;
+use crate::body::terrain;
 use crate::error::{Error, quoted};
-use crate::files::write_whole;
-use crate::posture::{Fields, Posture};
-use crate::simulate::{Options, State, simulate};
-use crate::terrain;
-use crate::text::{self, Format};
-use crate::trajectory::Trajectory;
+use crate::file::text::Format;
+use crate::file::write::write_whole;
+use crate::options::Options;
+use crate::serial::values;
+use crate::simulate::simulate;
+use crate::simulate::trajectory::Trajectory;
 
 /// Largest scene file that is read, in bytes. A scene with 64 contacts takes a few thousand.
 pub(crate) const LARGEST_FILE: u64 = 1 << 20;
@@ -65,20 +68,20 @@ struct File {
         deserialize_with = "terrain::deserialize_some"
     )]
     terrain: Vec<Vertex>,
-    #[serde(deserialize_with = "text::table")]
+    #[serde(deserialize_with = "values::table")]
     body: BodyTable,
     /// The contacts, numbered from 1.
-    #[serde(deserialize_with = "text::contacts")]
+    #[serde(deserialize_with = "values::contacts")]
     contact: Vec<Contact>,
-    #[serde(default, deserialize_with = "text::table")]
+    #[serde(default, deserialize_with = "values::table")]
     start: StartTable,
-    #[serde(default, deserialize_with = "text::table")]
+    #[serde(default, deserialize_with = "values::table")]
     run: Options,
 }
 
 /// A vertex of the terrain.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
-struct Vertex(#[serde(deserialize_with = "text::exactly")] [f64; 2]);
+struct Vertex(#[serde(deserialize_with = "values::exactly")] [f64; 2]);
 
 /// The rigid body.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
@@ -89,7 +92,7 @@ struct BodyTable {
     /// Radius of gyration ρ > 0, in m.
     gyration_radius: f64,
     /// Nominal centre of mass, in m.
-    #[serde(deserialize_with = "text::exactly")]
+    #[serde(deserialize_with = "values::exactly")]
     center_of_mass: [f64; 2],
 }
 
@@ -98,10 +101,10 @@ struct BodyTable {
 #[serde(deny_unknown_fields, default)]
 struct StartTable {
     /// Displacement of the centre of mass (m, m) and rotation (rad).
-    #[serde(deserialize_with = "text::exactly")]
+    #[serde(deserialize_with = "values::exactly")]
     q: [f64; 3],
     /// Velocity, in m/s, m/s, rad/s.
-    #[serde(deserialize_with = "text::exactly")]
+    #[serde(deserialize_with = "values::exactly")]
     qdot: [f64; 3],
 }
 
@@ -276,117 +279,6 @@ fn of_posture(field: &str) -> String {
 
 fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
-}
-
-/// A number that may be infinite: JSON has no infinities, so they are the strings "inf" and "-inf".
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
-#[serde(untagged, expecting = "a number, \"inf\" or \"-inf\" is needed")]
-pub(crate) enum Extended {
-    /// A finite number.
-    Number(f64),
-    /// "inf" or "-inf".
-    Infinite(#[serde(deserialize_with = "text::word")] Infinity),
-}
-
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy)]
-pub(crate) enum Infinity {
-    #[serde(rename = "inf")]
-    Positive,
-    #[serde(rename = "-inf")]
-    Negative,
-}
-
-impl From<f64> for Extended {
-    fn from(value: f64) -> Self {
-        if value == f64::INFINITY {
-            Self::Infinite(Infinity::Positive)
-        } else if value == f64::NEG_INFINITY {
-            Self::Infinite(Infinity::Negative)
-        } else {
-            Self::Number(value)
-        }
-    }
-}
-
-impl From<Extended> for f64 {
-    fn from(value: Extended) -> Self {
-        match value {
-            Extended::Number(value) => value,
-            Extended::Infinite(Infinity::Positive) => f64::INFINITY,
-            Extended::Infinite(Infinity::Negative) => f64::NEG_INFINITY,
-        }
-    }
-}
-
-/// A number that may be infinite, or none at all (NaN): that is null.
-#[derive(Serialize, Deserialize, Clone, Copy)]
-#[serde(transparent)]
-pub(crate) struct AnyNumber(Option<Extended>);
-
-impl From<f64> for AnyNumber {
-    fn from(value: f64) -> Self {
-        Self((!value.is_nan()).then(|| value.into()))
-    }
-}
-
-impl From<AnyNumber> for f64 {
-    fn from(number: AnyNumber) -> Self {
-        number.0.map_or(f64::NAN, f64::from)
-    }
-}
-
-/// Serde for one extended number.
-pub(crate) mod extended {
-    use super::Extended;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-    pub(crate) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        Extended::from(*value).serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Extended::deserialize(deserializer).map(f64::from)
-    }
-}
-
-/// Serde for an extended number that may be absent.
-pub(crate) mod extended_option {
-    use super::Extended;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[allow(clippy::ref_option, reason = "serde passes references")]
-    pub(crate) fn serialize<S: Serializer>(
-        value: &Option<f64>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        value.map(Extended::from).serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<f64>, D::Error> {
-        Ok(Option::<Extended>::deserialize(deserializer)?.map(f64::from))
-    }
-}
-
-/// Serde for a pair of extended numbers.
-pub(crate) mod extended_pair {
-    use super::Extended;
-    use serde::{Deserializer, Serialize, Serializer};
-
-    pub(crate) fn serialize<S: Serializer>(
-        value: &[f64; 2],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        value.map(Extended::from).serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<[f64; 2], D::Error> {
-        crate::text::exactly(deserializer).map(|pair: [Extended; 2]| pair.map(f64::from))
-    }
 }
 
 #[cfg(test)]

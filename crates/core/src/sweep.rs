@@ -7,12 +7,14 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::body::posture::{Fields, Posture};
+use crate::body::state::State;
 use crate::error::Error;
-use crate::parallel::in_blocks;
-use crate::posture::{Fields, Posture};
-use crate::simulate::{Options, State, simulate_until};
+use crate::options::Options;
+use crate::outcome::Outcome;
+use crate::simulate::parallel::in_blocks;
+use crate::simulate::simulate_until;
 use crate::stability::{By, Conditions, Stability, conditions, judge};
-use crate::trajectory::Outcome;
 
 /// Most points of a grid: an answer of 0.8 GB for each number asked for.
 pub const MOST_POINTS: usize = 100_000_000;

@@ -3,7 +3,8 @@
 //! Everything here is exact for frozen geometry (the local model). The full model comes here with its
 //! geometry frozen at a moment when what remains is too short for it to change.
 
-use crate::local::LocalModel;
+use crate::body::local_model::LocalModel;
+use crate::flight::parabola_touchdown as parabola;
 
 /// Gap coordinates of two contacts: gaps h (m) and gap rates u (m/s).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -293,8 +294,6 @@ impl Frozen {
         self.psi[0] > 0.0 && self.kick[0] * self.kick[1] >= bound * bound
     }
 }
-
-use crate::flight::parabola_touchdown as parabola;
 
 /// How much larger the speeds of a clattering state must be than gravity can make them during the rest of it,
 /// T0 = h_b/d, if the sum leaves gravity out.

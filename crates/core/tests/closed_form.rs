@@ -2,7 +2,7 @@
 
 use standfast::{
     Contact, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State, Stop,
-    Trajectory, simulate, simulate_until,
+    Trajectory, simulate, simulate_local, simulate_until,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -21,7 +21,7 @@ fn model(g: [f64; 2], psi: [f64; 2], e: f64) -> LocalModel {
 }
 
 fn run(m: &LocalModel, h: [f64; 2], u: [f64; 2], stop: Stop) -> Trajectory {
-    m.simulate(h, u, 0.0, 0.0, &until(stop)).unwrap()
+    simulate_local(m, h, u, 0.0, 0.0, &until(stop)).unwrap()
 }
 
 /// One body point under the centre of mass.
@@ -125,9 +125,15 @@ fn chatter_on_both_sides_of_goyals_bound() {
             }
             let psi = bound * (1.0 - share);
             let options = Options { time_limit: Some(0.0), ..until(Stop::Time) };
-            let below = model([1.0; 2], [psi; 2], e)
-                .simulate([0.0; 2], [0.0, -1.0], 0.0, 0.0, &options)
-                .unwrap();
+            let below = simulate_local(
+                &model([1.0; 2], [psi; 2], e),
+                [0.0; 2],
+                [0.0, -1.0],
+                0.0,
+                0.0,
+                &options,
+            )
+            .unwrap();
             // n = ⌈π/f⌉ − 1 impacts, cos f = P/(2√e).
             let f = ((1.0 + e) * psi / (2.0 * e.sqrt())).acos();
             let n = (std::f64::consts::PI / f).ceil() - 1.0;
@@ -636,7 +642,7 @@ fn ties_follow_the_policy_and_are_named() {
             ..until(Stop::Time)
         };
         let m = model([1.0; 2], [psi; 2], 0.3);
-        m.simulate([0.5, 0.5], [0.0, 0.0], 0.0, 0.0, &options).unwrap()
+        simulate_local(&m, [0.5, 0.5], [0.0, 0.0], 0.0, 0.0, &options).unwrap()
     };
     for (policy, expected) in [
         (Simultaneous::Newton, [0.3, 0.3]),
@@ -667,9 +673,15 @@ fn ties_follow_the_policy_and_are_named() {
     for i in 0..2 {
         assert!((run.rates()[i] - u[i]).abs() <= 4.0 * EPS, "{:?} {u:?}", run.rates());
     }
-    let apart = model([1.0; 2], [0.5; 2], 0.3)
-        .simulate([0.5, 0.6], [0.0; 2], 0.0, 0.0, &until(Stop::Zeno))
-        .unwrap();
+    let apart = simulate_local(
+        &model([1.0; 2], [0.5; 2], 0.3),
+        [0.5, 0.6],
+        [0.0; 2],
+        0.0,
+        0.0,
+        &until(Stop::Zeno),
+    )
+    .unwrap();
     assert!(apart.warnings().is_empty());
 }
 
@@ -695,9 +707,15 @@ fn far_scales_change_nothing() {
         let s = 2f64.powi(k);
         let m = model([s, s], [0.9; 2], 0.1);
         let run = run(&m, [0.0, 0.1 * s], [0.1 * s, -1.9 * s], Stop::Zeno);
-        let here = model([1.0; 2], [0.9; 2], 0.1)
-            .simulate([0.0, 0.1], [0.1, -1.9], 0.0, 0.0, &until(Stop::Zeno))
-            .unwrap();
+        let here = simulate_local(
+            &model([1.0; 2], [0.9; 2], 0.1),
+            [0.0, 0.1],
+            [0.1, -1.9],
+            0.0,
+            0.0,
+            &until(Stop::Zeno),
+        )
+        .unwrap();
         assert_eq!(run.elapsed(), here.elapsed(), "2^{k}");
         assert_eq!(run.collisions(), here.collisions());
     }
@@ -725,11 +743,11 @@ fn wrong_numbers_are_refused_by_name() {
         assert!(Posture::rod(0.5, 0.2, 0.1, bad, 9.81).is_err());
         assert!(Posture::rod(0.5, 0.2, 0.1, 0.0, bad).is_err());
         let m = model([1.0; 2], [0.5; 2], 0.1);
-        assert!(m.simulate([bad, 0.0], [0.0; 2], 0.0, 0.0, &Options::default()).is_err());
-        assert!(m.simulate([0.0; 2], [bad, 0.0], 0.0, 0.0, &Options::default()).is_err());
-        assert!(m.simulate([0.0; 2], [0.0; 2], bad, 0.0, &Options::default()).is_err());
+        assert!(simulate_local(&m, [bad, 0.0], [0.0; 2], 0.0, 0.0, &Options::default()).is_err());
+        assert!(simulate_local(&m, [0.0; 2], [bad, 0.0], 0.0, 0.0, &Options::default()).is_err());
+        assert!(simulate_local(&m, [0.0; 2], [0.0; 2], bad, 0.0, &Options::default()).is_err());
         let options = Options { time: bad, ..Options::default() };
-        assert!(m.simulate([0.0; 2], [0.0; 2], 0.0, 0.0, &options).is_err());
+        assert!(simulate_local(&m, [0.0; 2], [0.0; 2], 0.0, 0.0, &options).is_err());
     }
     let below = simulate(&rod, &State::at_rest([0.0, -1e-3, 0.0]), &Options::default())
         .unwrap_err()
@@ -804,7 +822,8 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
 fn a_nested_tail_may_be_looked_into_anywhere() {
     for psi in [-0.5, -0.99, -0.9999, -0.999_999] {
         let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [0.5; 2]).unwrap();
-        let run = model.simulate([0.1, 0.2], [0.0, -1.0], 0.0, 0.0, &Options::default()).unwrap();
+        let run =
+            simulate_local(&model, [0.1, 0.2], [0.0, -1.0], 0.0, 0.0, &Options::default()).unwrap();
         let points = run.zeno_points();
         let [.., before, last] = points else { panic!("{points:?}") };
         assert_eq!((last.method, run.outcome()), ("nested", Outcome::Rest));
@@ -933,7 +952,7 @@ fn numbers_whose_squares_overflow_are_refused() {
     refused([0.0, 0.5, 0.0], [0.0, 1e160, 0.0], "qdot.y");
     refused([0.0, 1e308, 0.0], [0.0; 3], "q.y");
     let m = model([9.81; 2], [0.7; 2], 0.1);
-    assert!(m.simulate([1e300; 2], [0.0, -1e200], 0.0, 0.0, &until(Stop::Rest)).is_err());
+    assert!(simulate_local(&m, [1e300; 2], [0.0, -1e200], 0.0, 0.0, &until(Stop::Rest)).is_err());
     // The largest allowed still come to rest.
     for (h, v) in [(1e150, 0.0), (1.0, 1e150), (1e150, -1e150)] {
         let run = simulate(

@@ -98,7 +98,8 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
             terrain: Vec::new(),
         })
         .unwrap();
-        let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
+        let problem =
+            ContactProblem::of_posture(&posture, &State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
         contact_modes(&problem, Method::Auto).unwrap()
     };
     assert_eq!(words(&block(0.3, 0.5, 0.4)), ["FF"]);

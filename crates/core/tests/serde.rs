@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use standfast::{
     By, Contact, ContactProblem, Evidence, Fields, Impact, LocalModel, Method, Model, Modes,
     Options, Outcome, Posture, ProblemFields, Scene, Simultaneous, Stability, State, Stop,
-    Trajectory, Verdict, contact_modes, simulate, stability, trials,
+    Trajectory, Verdict, contact_modes, simulate, simulate_local, stability, trials,
 };
 
 fn json<T: Serialize>(value: &T) -> String {
@@ -86,7 +86,7 @@ fn runs() -> Vec<Trajectory> {
     }
     let model = LocalModel::new([1.0, 1.0], [0.9, 0.9], [0.5, -0.5], [0.1, 0.1]).unwrap();
     let gaps = Options { certify: true, ..options };
-    runs.push(model.simulate([0.0, 0.1], [0.1, -1.9], 0.2, 0.3, &gaps).unwrap());
+    runs.push(simulate_local(&model, [0.0, 0.1], [0.1, -1.9], 0.2, 0.3, &gaps).unwrap());
     runs
 }
 
@@ -177,7 +177,8 @@ fn modes_are_read_as_they_were_written() {
     let mut random = Random(2);
     for k in 0..200 {
         let posture = random.posture(1 + k % 5);
-        let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
+        let problem =
+            ContactProblem::of_posture(&posture, &State::at_rest([0.0; 3]), [0.0; 3]).unwrap();
         for method in [Method::Auto, Method::Enumerate] {
             same(&contact_modes(&problem, method).unwrap());
         }

@@ -415,7 +415,7 @@ pub(crate) fn contact_modes(
 ) -> PyResult<PyModes> {
     let method = call("method", method)?;
     let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
-        let problem = posture.get().0.contact_problem(&State::new(q, qdot), wrench);
+        let problem = ContactProblem::of_posture(&posture.get().0, &State::new(q, qdot), wrench);
         problem.map_err(|e| to_py(&e))?
     } else if let Ok(problem) = posture.cast::<PyContactProblem>() {
         for (field, value) in [("q", q), ("qdot", qdot), ("wrench", wrench)] {

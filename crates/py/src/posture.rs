@@ -2,7 +2,9 @@
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use standfast::{Contact, Error, Fields, LocalModel, Posture, ReducedMap, State};
+use standfast::{
+    Contact, Error, Fields, LocalModel, Posture, ReducedMap, State, simulate_local_until,
+};
 
 use crate::error::to_py;
 use crate::input;
@@ -416,7 +418,9 @@ impl PyLocalModel {
             certify,
             ..Default::default()
         };
-        stopped(py, |cancel| self.0.simulate_until(gaps, rates, theta, omega, &options, cancel))
+        stopped(py, |cancel| {
+            simulate_local_until(&self.0, gaps, rates, theta, omega, &options, cancel)
+        })
     }
 
     /// The first n impacts up to scale: Orbit. Fewer where one contact bounces alone from some impact on.
@@ -443,7 +447,7 @@ impl PyLocalModel {
     ) -> PyResult<PyOrbit> {
         let n = input::whole("n", n, 1..=input::MOST_SAMPLES)?;
         let map = ReducedMap::new(&self.0).map_err(|e| to_py(&e))?;
-        let orbit = py.detach(|| self.0.orbit(gaps, rates, n)).map_err(|e| to_py(&e))?;
+        let orbit = py.detach(|| map.orbit(gaps, rates, n)).map_err(|e| to_py(&e))?;
         let asked = Asked { model: self.0, method: "orbit", gaps, rates, counts: vec![n] };
         Ok(PyOrbit { map, orbit, asked })
     }
@@ -471,8 +475,10 @@ impl PyLocalModel {
             transient.map_or(Ok(1000), |n| input::whole("transient", n, 0..=MOST_IMPACTS))?;
         let counts = vec![n, transient];
         let asked = Asked { model: self.0, method: "exponents", gaps, rates, counts };
-        interruptible(py, |cancel| self.0.exponents_until(gaps, rates, n, transient, cancel))
-            .map(|exponents| PyExponents { exponents, asked })
+        interruptible(py, |cancel| {
+            ReducedMap::new(&self.0)?.exponents_until(gaps, rates, n, transient, cancel)
+        })
+        .map(|exponents| PyExponents { exponents, asked })
     }
 
     /// What becomes of a motion: Fate. Looked at for n impacts at most.
@@ -495,7 +501,7 @@ impl PyLocalModel {
     ) -> PyResult<PyFate> {
         let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
         let asked = Asked { model: self.0, method: "fate", gaps, rates, counts: vec![n] };
-        interruptible(py, |cancel| self.0.fate_until(gaps, rates, n, cancel))
+        interruptible(py, |cancel| ReducedMap::new(&self.0)?.fate_until(gaps, rates, n, cancel))
             .map(|fate| PyFate { fate, asked })
     }
 
@@ -531,12 +537,13 @@ impl PyLocalModel {
         };
         let (gaps, rates) = (pairs(&gaps), pairs(&rates));
         let fates = interruptible(py, |cancel| {
+            let map = ReducedMap::new(&self.0)?;
             let mut fates = Vec::with_capacity(gaps.len());
             for (k, (gaps, rates)) in gaps.iter().zip(&rates).enumerate() {
                 if k % STATES == STATES - 1 && cancel() {
                     return Ok(None);
                 }
-                let Some(fate) = self.0.fate_until(*gaps, *rates, n, cancel)? else {
+                let Some(fate) = map.fate_until(*gaps, *rates, n, cancel)? else {
                     return Ok(None);
                 };
                 fates.push(fate);

@@ -6,7 +6,7 @@ use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::{Posture, State, StaticForces, Verdict};
+use standfast::{ContactProblem, Posture, State, StaticForces, Verdict};
 
 use crate::error::to_py;
 use crate::files::write_whole;
@@ -177,7 +177,8 @@ impl PyVerdict {
     /// Every word at rest, with its motion, forces and margins: Modes.
     #[getter]
     fn modes(&self) -> PyResult<PyModes> {
-        let problem = self.posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3]);
+        let problem =
+            ContactProblem::of_posture(&self.posture, &State::at_rest([0.0; 3]), [0.0; 3]);
         PyModes::enumerated(problem.map_err(|e| to_py(&e))?)
     }
 

@@ -1,6 +1,6 @@
 //! What a rotation, small and exactly, does to the arm of a contact.
 
-use crate::posture::Geometry;
+use crate::body::posture::Geometry;
 
 /// What a small rotation does to every arm.
 #[derive(Clone, Copy)]
@@ -61,7 +61,7 @@ mod tests {
     fn an_angle_keeps_its_digits() {
         for theta in [1e-9, -3e-4, 0.05, LARGEST_TURN] {
             let Angle { sin, versed, lag } = Angle::of(theta);
-            let exact = crate::trig::Turn::by(theta);
+            let exact = crate::math::turn::Turn::by(theta);
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
             assert!(close(sin, exact.sin) && close(versed, exact.versed) && close(lag, exact.lag));
         }

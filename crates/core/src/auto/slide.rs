@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::arm::{Angle, Arm};
-use super::{APART, LARGEST_TURN, Lost, MODES, Shadow, TURNS};
-use crate::contact_phase::only_mode_of;
+use crate::auto::arm::{Angle, Arm};
+use crate::auto::{APART, LARGEST_TURN, Lost, MODES, Shadow, TURNS};
 use crate::modes::{Mode, Row};
+use crate::sustained::phase::only_mode_of;
 use crate::tolerance::STILL;
 
 /// Nodes and weights of Boole's rule: exact up to the fifth degree, so that neither a row that turns evenly nor one that turns

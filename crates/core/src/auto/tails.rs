@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::{Lost, ORDER, Shadow, along};
-use crate::posture::Geometry;
-use crate::trajectory::{Method, Tail, ZenoRecord};
+use crate::auto::{Lost, ORDER, Shadow, along};
+use crate::body::posture::Geometry;
+use crate::motion::record::{Tail, ZenoRecord};
+use crate::outcome::Method;
 use crate::zeno::{Frozen, Gaps, Impulses};
 
 /// Factor on an estimate of what a sum may be off, where it is not followed.

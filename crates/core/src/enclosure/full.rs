@@ -1,17 +1,18 @@
 //! Collisions of the full model.
 //!
 //! Flights are those of `flight.rs`, h(t) = h + ut − gt²/2 − (1 − cos ωt) c − (ωt − sin ωt) b, and impacts those of
-//! `tumble.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it comes down to zero once, at a root that an interval
+//! `collisions/full/mod.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it comes down to zero once, at a root that an interval
 //! Newton step proves, and another gap that is positive then has been positive all the while. Where a gap is not concave, nothing
 //! is certain any more.
 
-use super::ball::Ball;
-use super::{Bounds, Claims, EnclosedZeno, Enclosure, Gap, Model, Uncertain, ball};
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::enclosure::{Claims, Gap, Model, NOTHING, ball};
 use crate::flight::Arc;
-use crate::posture::Posture;
-use crate::simulate::{Options, State};
-use crate::trajectory::ContactNumber;
-use crate::trig::Turn;
+use crate::math::ball::Ball;
+use crate::math::turn::Turn;
+use crate::options::Options;
+use crate::outcome::{Bounds, ContactNumber, EnclosedZeno, Enclosure, Uncertain};
 
 /// Terms of the series of sine and cosine: those that follow are below 1e-35 up to an angle of one.
 const TERMS: usize = 15;
@@ -337,7 +338,7 @@ pub(crate) fn enclose_full(
     cancel: &dyn Fn() -> bool,
 ) -> Option<Enclosure> {
     let Some(mut course) = Course::new(posture, state, options, cancel) else {
-        return Some(Enclosure::NOTHING);
+        return Some(NOTHING);
     };
     let end = course.run();
     course.claims.end(end)

@@ -4,10 +4,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::problem::Row;
-use super::words::{Mode, Word};
-use crate::scene::AnyNumber;
-use crate::trajectory::ContactNumber;
+use crate::modes::problem::Row;
+use crate::modes::words::{Mode, Word};
+use crate::outcome::ContactNumber;
+use crate::serial::numbers::AnyNumber;
 
 /// Distance from equality below which a test of Table I counts as a tie, relative to the load.
 ///

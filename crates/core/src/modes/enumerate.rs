@@ -10,11 +10,13 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
-use super::problem::{ContactProblem, Row};
-use super::words::{Mode, Word};
-use super::{hyperstatic, pair};
-use crate::trajectory::ContactNumber;
+use crate::modes::answer::{
+    Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test,
+};
+use crate::modes::problem::{ContactProblem, Row};
+use crate::modes::words::{Mode, Word};
+use crate::modes::{hyperstatic, pair};
+use crate::outcome::ContactNumber;
 
 /// Distance of a row of length about one from the span of others below which it depends on them.
 ///

@@ -6,11 +6,11 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Forces, ModeAnswer, TIE};
-use super::enumerate::{DEPENDENT, Flat, Plane, judge};
-use super::problem::ContactProblem;
-use super::simplex::maximise;
-use super::words::{Mode, Word};
+use crate::math::simplex::maximise;
+use crate::modes::answer::{Forces, ModeAnswer, TIE};
+use crate::modes::enumerate::{DEPENDENT, Flat, Plane, judge};
+use crate::modes::problem::ContactProblem;
+use crate::modes::words::{Mode, Word};
 
 /// A generator of the friction cone of a contact: its direction, and the force (tangential, normal) of weight one.
 struct Generator {

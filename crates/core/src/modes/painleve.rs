@@ -1,8 +1,8 @@
 //! Painlevé's paradox: friction that drives a sliding contact into the terrain.
 
-use super::problem::ContactProblem;
-use super::words::Mode;
-use crate::trajectory::ContactNumber;
+use crate::modes::problem::ContactProblem;
+use crate::modes::words::Mode;
+use crate::outcome::ContactNumber;
 
 /// How close a contact is to jamming while it slides: a normal force then no longer lifts it.
 ///

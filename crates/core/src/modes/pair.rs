@@ -6,12 +6,14 @@
 
 use nalgebra::Vector3;
 
-use super::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test};
-use super::enumerate::{DEPENDENT, judge, leans_on_a_tie};
-use super::problem::{ContactProblem, Row};
-use super::words::{Mode, Word};
-use crate::trajectory::ContactNumber;
-use crate::zero::UnsignedZero;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::answer::{
+    Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test,
+};
+use crate::modes::enumerate::{DEPENDENT, judge, leans_on_a_tie};
+use crate::modes::problem::{ContactProblem, Row};
+use crate::modes::words::{Mode, Word};
+use crate::outcome::ContactNumber;
 
 /// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]

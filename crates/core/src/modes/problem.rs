@@ -12,12 +12,12 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::body::posture::{MAX_CONTACTS, Posture};
+use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
-use crate::posture::{MAX_CONTACTS, Posture};
-use crate::simulate::State;
+use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::TOUCH;
-use crate::trig::Turn;
-use crate::zero::UnsignedZero;
 
 /// What the unknowns of a contact-mode problem are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -309,7 +309,7 @@ impl ContactProblem {
     }
 }
 
-impl Posture {
+impl ContactProblem {
     /// The contact-mode problem of a state: gravity, the load `wrench` = (f_x, f_y, torque about the centre of
     /// mass) in N and N m, and the curvature bias −(b_i, c_i) ω² of the true configuration.
     ///
@@ -320,20 +320,16 @@ impl Posture {
     /// # Errors
     ///
     /// A state that is not finite, a contact in the terrain, or one that approaches it: an impact is due.
-    pub fn contact_problem(
-        &self,
-        state: &State,
-        wrench: [f64; 3],
-    ) -> Result<ContactProblem, Error> {
+    pub fn of_posture(posture: &Posture, state: &State, wrench: [f64; 3]) -> Result<Self, Error> {
         state.validate()?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
             finite(format_args!("wrench.{axis}"), value)?;
         }
-        let (f, size) = (self.fields(), self.size());
+        let (f, size) = (posture.fields(), posture.size());
         let spin = state.qdot.z * state.qdot.z * size;
         let allowed = "omega^2 times the size of the body at most 1e150 m/s^2";
         in_range("qdot.theta", state.qdot.z, spin <= LARGEST, allowed)?;
-        let inertia = f.mass * self.gyration_squared();
+        let inertia = f.mass * posture.gyration_squared();
         for (k, axis) in ["x", "y", "torque"].iter().enumerate() {
             let push = wrench[k] / if k < 2 { f.mass } else { inertia };
             let allowed = "accelerations of at most 1e150 m/s^2 or rad/s^2";
@@ -342,16 +338,17 @@ impl Posture {
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;
         let still = TOUCH * (libm::hypot(v.x, v.y) + size * omega.abs());
-        let (gaps, rates) = (self.gaps(&state.q), self.gap_rates(&state.q, &state.qdot));
+        let (gaps, rates) = (posture.gaps(&state.q), posture.gap_rates(&state.q, &state.qdot));
         let turn = Turn::by(state.q.z);
-        let grounds = (0..self.contacts().len()).map(|i| self.under(i, &state.q, false).geometry);
+        let grounds =
+            (0..posture.contacts().len()).map(|i| posture.under(i, &state.q, false).geometry);
         let mut problem = ProblemFields {
             mass: f.mass,
             gyration_radius: f.gyration_radius,
             free_acceleration: [
                 wrench[0] / f.mass,
                 wrench[1] / f.mass - f.gravity,
-                wrench[2] / (f.mass * self.gyration_squared()),
+                wrench[2] / (f.mass * posture.gyration_squared()),
             ],
             ..ProblemFields::default()
         };
@@ -362,7 +359,7 @@ impl Posture {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });
             }
             let closed = gap <= touch;
-            if closed && self.touched(i, &state.q).len() > 1 {
+            if closed && posture.touched(i, &state.q).len() > 1 {
                 let [x, y, theta] = state.q.into();
                 return Err(Error::Unusable {
                     field: "q".into(),
@@ -385,11 +382,11 @@ impl Posture {
             let sign = i8::from(speed > still) - i8::from(speed < -still);
             problem.arms.push((k.tangent * b + k.normal * c).into());
             problem.tangents.push(k.tangent.into());
-            problem.friction.push(self.contacts()[i].friction);
+            problem.friction.push(posture.contacts()[i].friction);
             problem.sliding.push((closed && rate <= still).then_some(sign));
             problem.bias.push([-b * omega * omega, -c * omega * omega]);
         }
-        ContactProblem::new(problem).map_err(|e| {
+        Self::new(problem).map_err(|e| {
             e.renamed(|field| match field.strip_prefix("arms.") {
                 Some(number) => format!(
                     "distance of contacts.{number}.point from center_of_mass over gyration_radius"

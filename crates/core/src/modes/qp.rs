@@ -18,11 +18,11 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::Vector3;
 
-use super::answer::{Condition, ModeAnswer};
-use super::enumerate::solve;
-use super::problem::ContactProblem;
-use super::words::{Mode, Word};
 use crate::error::Error;
+use crate::modes::answer::{Condition, ModeAnswer};
+use crate::modes::enumerate::solve;
+use crate::modes::problem::ContactProblem;
+use crate::modes::words::{Mode, Word};
 
 /// Sliding accelerations, relative to the load, that the search starts from: it may run in circles from one of them
 /// and not from the next.

@@ -11,10 +11,10 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::{Matrix3, Vector3};
 
-use super::answer::TIE;
-use super::enumerate::{DEPENDENT, Plane};
-use super::problem::Row;
-use super::words::{Mode, Word};
+use crate::modes::answer::TIE;
+use crate::modes::enumerate::{DEPENDENT, Plane};
+use crate::modes::problem::Row;
+use crate::modes::words::{Mode, Word};
 
 /// Accuracies asked of Clarabel, one after the other: only the edges are wanted, and a rough answer mostly shows them.
 const ACCURACIES: [f64; 2] = [1e-5, 1e-9];

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::body::posture::MAX_CONTACTS;
 use crate::error::Error;
-use crate::posture::MAX_CONTACTS;
 
 /// What one contact does next. Every row gives its equations; what is left over is a test
 /// [Or & Rimon 2008, Table I].

@@ -1,10 +1,10 @@
 //! What can be simulated: ranges of the numbers that a motion is computed with.
 
-use super::{Impact, Options, Start, Stop};
+use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
-use crate::impact::Simultaneous;
 use crate::modes::LONGEST_ARM;
-use crate::posture::Posture;
+use crate::options::{Impact, Options, Simultaneous, Stop};
+use crate::simulate::Start;
 
 /// Contacts that are hit in turn hand on products of three speeds: those that they land with, |u| + √(2gh), must keep them within
 /// the range of doubles until the speeds have shrunk by all digits of the time.

@@ -15,9 +15,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::certify::{CELLS, End, Graph, Grid};
-use super::corner::{Arc, Cell, CornerMap, Form, Image, Local, Still};
-use super::interval::Interval;
+use crate::math::interval::Interval;
+use crate::stability::certify::{CELLS, End, Graph, Grid};
+use crate::stability::corner::{Arc, Cell, CornerMap, Form, Image, Local, Still};
 
 type I = Interval;
 
@@ -448,9 +448,11 @@ fn between(metric: &Metric, j: usize, drift: I) -> [Form; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Contact;
-    use crate::posture::{Fields, Posture};
-    use crate::simulate::{Model, Options, State, Stop, simulate};
+    use crate::body::contact::Contact;
+    use crate::body::posture::{Fields, Posture};
+    use crate::body::state::State;
+    use crate::options::{Model, Options, Stop};
+    use crate::simulate::simulate;
 
     /// Numbers in [0, 1) that fill the interval evenly.
     fn share(k: usize, factor: f64) -> f64 {

@@ -15,8 +15,8 @@
 
 use std::sync::OnceLock;
 
-use super::corner::{Cell, CornerMap, Image, Images};
-use super::interval::Interval;
+use crate::math::interval::Interval;
+use crate::stability::corner::{Cell, CornerMap, Image, Images};
 use serde::{Deserialize, Serialize};
 
 type I = Interval;

@@ -79,7 +79,7 @@ pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     if !(f(low).0 > 0.0 && f(high).0 <= 0.0) {
         return None;
     }
-    let c = crate::roots::bracketed(low, high, f);
+    let c = crate::math::roots::bracketed(low, high, f);
     let rate = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
     let tau = rate + c / e;
     (tau > 0.0).then(|| SelfSimilar {

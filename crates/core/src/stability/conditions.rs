@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::body::posture::Posture;
+use crate::body::state::State;
 use crate::error::Error;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::ContactProblem;
 use crate::modes::{Condition, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
-use crate::posture::Posture;
-use crate::simulate::State;
-use crate::zero::UnsignedZero;
-
-use super::clattering::{chatter_bound, clattering_bound, coupling};
-use super::region::equilibrium_region;
+use crate::stability::clattering::{chatter_bound, clattering_bound, coupling};
+use crate::stability::region::equilibrium_region;
 
 /// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Conditions {
     /// Whether the centre of mass lies over the equilibrium region.
     pub equilibrium: bool,
     /// Its distance to the nearer end of the region, in m; negative outside, −∞ if there is none.
-    #[serde(with = "crate::scene::extended")]
+    #[serde(with = "crate::serial::numbers::extended")]
     pub equilibrium_margin: f64,
     /// The region, see [`equilibrium_region`].
     #[serde(rename = "equilibrium_region", with = "ends")]
@@ -29,7 +29,7 @@ pub struct Conditions {
     /// FF is the only consistent word.
     pub unambiguous: bool,
     /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from failing or holding.
-    #[serde(with = "crate::scene::extended")]
+    #[serde(with = "crate::serial::numbers::extended")]
     pub kinematic_margin: f64,
     /// ψ.
     pub coupling: f64,
@@ -47,7 +47,7 @@ pub struct Conditions {
 mod ends {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use crate::scene::Extended;
+    use crate::serial::numbers::Extended;
 
     #[allow(clippy::ref_option, reason = "serde passes references")]
     pub(super) fn serialize<S: Serializer>(
@@ -86,7 +86,7 @@ impl Conditions {
 /// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
 pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
     let psi = on_two_feet(posture)?;
-    let problem = posture.contact_problem(&State::at_rest([0.0; 3]), [0.0; 3])?;
+    let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let mut words = Words::default();
     match problem.pair_modes() {
         // Where no word is consistent, ties may make one.

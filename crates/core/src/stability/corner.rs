@@ -17,8 +17,8 @@
 //!
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
 
-use super::interval::Interval;
-use crate::posture::Posture;
+use crate::body::posture::Posture;
+use crate::math::interval::Interval;
 
 type I = Interval;
 

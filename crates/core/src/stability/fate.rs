@@ -1,10 +1,9 @@
 //! What becomes of a clattering motion.
 
 use crate::error::Error;
-use crate::local::LocalModel;
+use crate::outcome::ContactNumber;
 use crate::stability::clattering::clattering_bound;
 use crate::stability::reduced::{OrbitEnd, PATIENCE, ReducedMap, ReducedStep, Shape};
-use crate::trajectory::ContactNumber;
 
 /// Distance, relative to one plus the size of a coordinate, below which a shape counts as one that has been before. A chaotic orbit
 /// comes as close to itself by chance once in some 1e9 impacts; whatever comes so close is then tried by its tangent map.
@@ -166,7 +165,7 @@ fn recurs(now: &Shape, before: &Shape) -> bool {
         && (now.gap - before.gap).abs() <= RECURRENCE * (1.0 + before.gap)
 }
 
-impl LocalModel {
+impl ReducedMap {
     /// What becomes of a motion, looked at for `n` impacts at most.
     ///
     /// A 1-Zeno is decided exactly and clattering by its certificate. A cycle of shapes is looked for by comparing each with one
@@ -174,17 +173,17 @@ impl LocalModel {
     ///
     /// # Errors
     ///
-    /// As [`LocalModel::orbit`].
+    /// As [`ReducedMap::orbit`].
     pub fn fate(&self, gaps: [f64; 2], rates: [f64; 2], n: usize) -> Result<Fate, Error> {
         self.fate_until(gaps, rates, n, &|| false)
             .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
     }
 
-    /// As [`LocalModel::fate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    /// As [`ReducedMap::fate`]; `cancel` is asked now and then, and `None` is returned once it says so.
     ///
     /// # Errors
     ///
-    /// As [`LocalModel::orbit`].
+    /// As [`ReducedMap::orbit`].
     pub fn fate_until(
         &self,
         gaps: [f64; 2],
@@ -192,10 +191,9 @@ impl LocalModel {
         n: usize,
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Fate>, Error> {
-        let map = ReducedMap::new(self)?;
-        let mut shape = match map.start(gaps, rates)?.first {
+        let mut shape = match self.start(gaps, rates)?.first {
             Ok(shape) => shape,
-            Err(end) => return Ok(Some(map.ended(end, 0))),
+            Err(end) => return Ok(Some(self.ended(end, 0))),
         };
         // The shape kept, impacts since, and for how many more it is kept; an answer of no holds for all of them.
         let (mut kept, mut since, mut keep, mut tried) = (shape, 0, 1, false);
@@ -208,19 +206,19 @@ impl LocalModel {
             if hits % PATIENCE == PATIENCE - 1 && cancel() {
                 return Ok(None);
             }
-            if let Some(fate) = map.clatters(&shape, hits) {
+            if let Some(fate) = self.clatters(&shape, hits) {
                 return Ok(Some(of_the_start(spread, &shape, fate)));
             }
-            shape = match map.step(&shape) {
+            shape = match self.step(&shape) {
                 Ok(step) => {
-                    spread = spread.after(&step, map.rounding(&shape, &step));
+                    spread = spread.after(&step, self.rounding(&shape, &step));
                     step.shape
                 }
-                Err(end) => return Ok(Some(of_the_start(spread, &shape, map.ended(end, hits)))),
+                Err(end) => return Ok(Some(of_the_start(spread, &shape, self.ended(end, hits)))),
             };
             since += 1;
             if !tried && recurs(&shape, &kept) {
-                if let Some(sigma) = map.attracting_cycle(&kept, since) {
+                if let Some(sigma) = self.attracting_cycle(&kept, since) {
                     let (period, hits) = (Some(since), hits + 1);
                     let fate = Fate { period, sigma, ..Fate::of(FateKind::SelfSimilar, hits) };
                     return Ok(Some(fate));
@@ -238,11 +236,12 @@ impl LocalModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::local_model::LocalModel;
     use crate::stability::clattering::{neimark_sacker, self_similar};
 
     fn fate(e: f64, psi: f64, n: usize) -> Fate {
         let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap();
-        model.fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
+        ReducedMap::new(&model).unwrap().fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
     }
 
     #[test]

@@ -33,11 +33,11 @@
 //!
 //! on every orbit that goes on for ever. An orbit ends where all that is left is the bouncing of one contact.
 
+use crate::body::local_model::LocalModel;
 use crate::error::{Error, finite, in_range, non_negative};
 use crate::flight::parabola_touchdown;
-use crate::local::LocalModel;
+use crate::outcome::ContactNumber;
 use crate::stability::clattering::coupling;
-use crate::trajectory::ContactNumber;
 use crate::zeno::{Frozen, Gaps};
 
 /// The least restitution of the reduced map: below it an impact leaves less of its speed than rounding leaves of the others. (A
@@ -333,7 +333,7 @@ pub struct Exponents {
 /// Parts of an orbit whose means are compared for the standard error.
 pub const BATCHES: usize = 32;
 
-impl LocalModel {
+impl ReducedMap {
     /// The first `n` impacts of a motion, up to scale; fewer where one contact bounces alone or both land at once.
     ///
     /// Row 0 is the state given, if that is right after an impact (a gap of zero and its rate positive), and otherwise the first
@@ -341,10 +341,9 @@ impl LocalModel {
     ///
     /// # Errors
     ///
-    /// Those of [`ReducedMap::new`], or a state that is not finite or lies in the terrain.
+    /// A state that is not finite or lies in the terrain.
     pub fn orbit(&self, gaps: [f64; 2], rates: [f64; 2], n: usize) -> Result<Orbit, Error> {
-        let map = ReducedMap::new(self)?;
-        let start = map.start(gaps, rates)?;
+        let start = self.start(gaps, rates)?;
         let mut orbit =
             Orbit { shapes: Vec::new(), log_sizes: Vec::new(), flights: Vec::new(), end: None };
         let mut put = |shape: Shape, log_size: f64, flight: f64| {
@@ -357,7 +356,7 @@ impl LocalModel {
         for _ in 0..n {
             let Ok(shape) = next else { break };
             put(shape, log_size, flight);
-            next = map.step(&shape).map(|step| {
+            next = self.step(&shape).map(|step| {
                 log_size += libm::log(step.factor);
                 flight = step.flight;
                 step.shape
@@ -371,7 +370,7 @@ impl LocalModel {
     ///
     /// # Errors
     ///
-    /// As [`LocalModel::orbit`].
+    /// As [`ReducedMap::orbit`].
     pub fn exponents(
         &self,
         gaps: [f64; 2],
@@ -383,11 +382,11 @@ impl LocalModel {
             .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
     }
 
-    /// As [`LocalModel::exponents`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    /// As [`ReducedMap::exponents`]; `cancel` is asked now and then, and `None` is returned once it says so.
     ///
     /// # Errors
     ///
-    /// As [`LocalModel::orbit`].
+    /// As [`ReducedMap::orbit`].
     pub fn exponents_until(
         &self,
         gaps: [f64; 2],
@@ -396,8 +395,7 @@ impl LocalModel {
         transient: usize,
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Exponents>, Error> {
-        let map = ReducedMap::new(self)?;
-        let mut next = map.start(gaps, rates)?.first;
+        let mut next = self.start(gaps, rates)?.first;
         let mut frame = [1.0, 0.0];
         let mut means = Means::new(n);
         for k in 0..transient.saturating_add(n) {
@@ -405,7 +403,7 @@ impl LocalModel {
             if k % PATIENCE == PATIENCE - 1 && cancel() {
                 return Ok(None);
             }
-            next = map.step(&shape).map(|step| {
+            next = self.step(&shape).map(|step| {
                 let stretch = stretched(&mut frame, &step.tangent);
                 if k >= transient {
                     means.add([step.factor, stretch[0], stretch[1]].map(libm::log));

@@ -12,8 +12,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::posture::{Geometry, Posture};
-use crate::zero::UnsignedZero;
+use crate::body::posture::{Geometry, Posture};
+use crate::math::unsigned_zero::UnsignedZero;
 
 /// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]

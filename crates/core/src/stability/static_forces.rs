@@ -7,11 +7,11 @@
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
-use super::region::region;
-use crate::modes::maximise;
-use crate::posture::Posture;
+use crate::body::posture::Posture;
+use crate::math::simplex::maximise;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::stability::region::region;
 use crate::tolerance::TOUCH;
-use crate::zero::UnsignedZero;
 
 /// The family of contact forces that hold a body at rest in its nominal posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::Contact;
+use crate::body::contact::Contact;
+use crate::body::posture::{Fields, Geometry, Posture};
+use crate::body::state::State;
 use crate::error::Error;
-use crate::posture::{Fields, Geometry, Posture};
-use crate::simulate::{Model, Options, State, simulate_until};
-use crate::trajectory::Outcome;
+use crate::options::{Model, Options};
+use crate::outcome::Outcome;
+use crate::simulate::simulate_until;
 
 /// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model knows no scale:
 /// what comes of a kick is that of all smaller ones.

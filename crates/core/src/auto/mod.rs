@@ -1,0 +1,673 @@
+//! `model = "auto"`: the smallest model that keeps the tolerance.
+//!
+//! The local model is exact where the body cannot turn ([`is_exact`]). Elsewhere its error is measured, not guessed. The
+//! local run says which contact lands when; its *shadow* is the motion of the full model with the same events in the same
+//! order. Between two events of a flight both are the same parabola in q and q̇, so that the shadow needs nothing but
+//!
+//! ```text
+//! h = n·δr + b₀ δθ − b₀(θ − sin θ) − c₀(1 − cos θ)     the full gap where the local one is zero
+//! δt = 2h/(√(u² + 2Gh) − u),   G = g + cω²             how much later the full one is zero
+//! q̇⁺ = q̇⁻ − (1+e) u M⁻¹N(θ)ᵀ/(N(θ)M⁻¹N(θ)ᵀ)           the impact there
+//! ```
+//!
+//! with δ = full − local at matching events. A motion that obeys the full equations from event to event, with no contact
+//! below the terrain in between, *is* the full motion: the differences at the end are the errors of the local run. What is
+//! left out is of the third order (the change of G within δt). What is estimated is small beside the rest: a slide or a roll,
+//! by Boole's rule, and the last part of a sum, by bounds on what the geometry can still change in it. [`SAFETY`] covers
+//! all of this. Where the order of events is in doubt there is no shadow, and the full model is solved.
+
+use nalgebra::Vector3;
+
+mod arm;
+mod slide;
+mod tails;
+
+use crate::body::local_model::LocalModel;
+use crate::body::posture::{Geometry, Posture, couplings};
+use crate::body::state::State;
+use crate::collisions::local::time_to_rest;
+use crate::math::clock::Clock;
+use crate::modes::Mode;
+use crate::motion::frame::Base;
+use crate::motion::record::{Kind, Record, Span, ZenoRecord};
+use crate::options::{Impact, Options, Stop};
+use crate::outcome::{Method, Outcome};
+use crate::zeno::{Frozen, Gaps};
+
+use arm::{Angle, Arm};
+use slide::Until;
+
+/// The error found must be below the tolerance by this factor: for what the shadow leaves out.
+const SAFETY: f64 = 2.0;
+
+/// First defect of the local model (see [`first_defect`]), relative to the tolerance, above which its run is not even tried.
+/// The error of a whole run is seldom smaller; a larger value costs runs in vain, a smaller one runs that would have served.
+const HOPELESS: f64 = 4.0;
+
+/// Change 2Gh/u² of the squared landing speed between the models above which their events no longer match.
+const APART: f64 = 0.25;
+
+/// Share of the tolerance that what is not followed may take.
+const SMALL: f64 = 1.0 / 32.0;
+
+/// Collisions between two looks at whether the rest is so short.
+const LOOK: usize = 8;
+
+/// Rotation beyond which no shadow is followed, in rad: its polynomials are good to 1e-9 below.
+const LARGEST_TURN: f64 = 0.1;
+
+/// Events up to which a local run is tried, counted as in [`Options::event_limit`], and collisions up to which it is
+/// followed. The full model freezes its geometry in the last moments of an accumulation, too: beyond so many there is
+/// little left to save.
+pub(crate) const LONGEST: usize = 256;
+const MOST_COLLISIONS: usize = 96;
+
+/// Whether the local model is exact: neither gravity nor impacts nor friction turn the body. All arms have b_i = 0, so that
+/// no normal force turns it; and what friction there is has no arm either (c_i = 0), or no speed to act against.
+pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
+    let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
+    let every = |holds: &dyn Fn(&Geometry, f64) -> bool| {
+        posture.contacts().iter().enumerate().all(|(i, contact)| match posture.ground(i) {
+            Some(pieces) => {
+                pieces.iter().all(|piece| holds(&posture.on_piece(i, piece), contact.friction))
+            }
+            None => holds(&posture.geometry()[i], contact.friction),
+        })
+    };
+    let falls = state.qdot.x == 0.0 && every(&|k, _| k.normal.x == 0.0);
+    upright
+        && every(&|k, _| k.b == 0.0)
+        && (falls || every(&|k, friction| friction == 0.0 || k.c == 0.0))
+}
+
+/// Whether the events of a run can be followed by a shadow: two contacts at most, and impacts without friction, on
+/// terrain and in a neighbourhood without ends.
+pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
+    posture.contacts().len() <= 2
+        && options.impact == Impact::Newton
+        && options.neighbourhood == f64::INFINITY
+        && posture.ground(0).is_none()
+}
+
+/// Whether the motion asked for comes to an end: up to the first Zeno point, up to a time, or to a rest on two contacts.
+/// What is not level has to rub for that; on one contact a body tips over.
+pub(crate) fn has_end(posture: &Posture, options: &Options) -> bool {
+    let contacts = posture.contacts();
+    let level = contacts.iter().all(|contact| contact.slope == 0.0);
+    options.stop != Stop::Rest
+        || contacts.len() == 2 && (level || contacts.iter().any(|contact| contact.friction > 0.0))
+}
+
+/// Whether a look at the start alone says that the local model misses the tolerance.
+pub(crate) fn is_hopeless(
+    posture: &Posture,
+    state: &State,
+    heights: &[f64],
+    options: &Options,
+) -> bool {
+    !(first_defect(posture, state, heights) <= HOPELESS * options.tolerance)
+}
+
+/// Relative change of the first flight, of the first impact and of gravity after it between the models: the crudest
+/// estimate of the local model's error.
+fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
+    let rho2 = posture.gyration_squared();
+    let landing = |k: &Geometry, h: f64| {
+        let u = k.local_rate(&state.qdot);
+        let speed = (u * u + 2.0 * k.gravity * h.max(0.0)).sqrt();
+        ((u + speed) / k.gravity, speed)
+    };
+    let landings = posture.geometry().iter().zip(heights).map(|(k, h)| (k, landing(k, *h)));
+    let Some((k, (t, speed))) = landings.min_by(|x, y| x.1.0.total_cmp(&y.1.0)) else { return 0.0 };
+    if speed == 0.0 {
+        return 0.0;
+    }
+    let theta = state.q.z + state.qdot.z * t;
+    let own = k.b * k.b + rho2;
+    let omega = state.qdot.z + (1.0 + k.restitution) * speed * k.b / own;
+    // From here on the body turns for about as long as an impact of this speed takes to be undone.
+    let later = theta.abs().max((omega * speed / k.gravity).abs());
+    let change = later * (k.c * k.b).abs() / own + 0.5 * later * later;
+    let early = if t > 0.0 { Arm::of(k, Angle::of(theta)).sag.abs() / (speed * t) } else { 0.0 };
+    let pull = k.c.abs() * omega * omega / k.gravity;
+    if t < f64::INFINITY { early.max(change).max(pull) } else { f64::INFINITY }
+}
+
+/// Why a run has no shadow.
+type Lost = &'static str;
+const ORDER: Lost =
+    "the local model was tried: the full one may have its collisions in another order";
+const MODES: Lost = "the local model was tried: the full one may go on in other contact modes";
+const TURNS: Lost = "the local model was tried: the body turns too far";
+const MANY: Lost = "the local model was tried: it has too many events to follow them for less than the full model costs";
+const ENDS: Lost = "the local model was tried: its error is not known where a motion goes on for ever or a limit cuts it";
+const TIPS: Lost =
+    "the local model was tried: it comes to rest on one contact, where a body that turns tips over";
+
+/// The local run at an event, and what its shadow is off at the same event.
+struct Shadow<'a> {
+    posture: &'a Posture,
+    contacts: &'a [Geometry],
+    rho2: f64,
+    fall: Vector3<f64>,
+    /// Of the start, in m/s.
+    speed: f64,
+    /// Size of the body over ρ.
+    lever: f64,
+    /// The longest arm over gravity into its terrain, in s².
+    reach: f64,
+    clock: Clock,
+    q: Vector3<f64>,
+    qdot: Vector3<f64>,
+    /// Gap rates of the local run, as recorded: near an accumulation q̇ does not have their digits.
+    u: [f64; 2],
+    /// Full − local.
+    dq: Vector3<f64>,
+    dqdot: Vector3<f64>,
+    /// The arms of the shadow.
+    arms: [Arm; 2],
+    /// The shadow is so much later, in s.
+    late: f64,
+    /// The largest |late| of a Zeno point.
+    latest: f64,
+    /// Bound of what is not followed, in s.
+    slack: f64,
+    /// The same for q, relative to the size of the body.
+    loose: f64,
+    /// What is this short need not be followed, in s.
+    small: f64,
+    /// Duration of the local run, in s.
+    whole: f64,
+    /// Contacts with zero gap.
+    touching: [bool; 2],
+}
+
+/// The error of a local run: of its times, relative to its duration, or of its final q, relative to the size of the body,
+/// whichever is larger; [`SAFETY`] included.
+pub(crate) fn error(
+    posture: &Posture,
+    start: &State,
+    record: &Record,
+    options: &Options,
+) -> Result<f64, Lost> {
+    let contacts = posture.geometry();
+    let level = contacts.iter().all(|k| k.normal == contacts[0].normal);
+    match record.outcome {
+        Outcome::EventLimit => return Err(MANY),
+        _ if record.hits > MOST_COLLISIONS => return Err(MANY),
+        Outcome::Rest if record.end.gaps.h.iter().any(|h| *h > 0.0) => return Err(TIPS),
+        Outcome::Rest | Outcome::Zeno => {}
+        Outcome::TimeLimit if options.stop == Stop::Time => {}
+        // Two contacts on level ground slide on as they do now; other motions change their minds.
+        Outcome::Sliding if level && contacts.len() == 2 => {}
+        _ => return Err(ENDS),
+    }
+    let elapsed = record.end.clock.hi;
+    let mut shadow = Shadow::new(posture, start, elapsed, options.tolerance);
+    shadow.follow(record)?;
+    let time = if elapsed > 0.0 {
+        (shadow.latest.max(shadow.late.abs()) + shadow.slack) / elapsed
+    } else {
+        0.0
+    };
+    if record.outcome != Outcome::TimeLimit && elapsed * (1.0 + SAFETY * time) > options.end() {
+        return Err(ENDS);
+    }
+    let size = posture.size();
+    let length = |q: &Vector3<f64>| (libm::hypot(q.x, q.y) / size).max(q.z.abs());
+    let moved = length(&shadow.dq) + length(&shadow.velocity()) * shadow.slack + shadow.loose;
+    let error = SAFETY * time.max(moved);
+    if error.is_finite() { Ok(error) } else { Err(ORDER) }
+}
+
+impl<'a> Shadow<'a> {
+    fn new(posture: &'a Posture, start: &State, whole: f64, tolerance: f64) -> Self {
+        let contacts = posture.geometry();
+        let reach = |k: &Geometry| libm::hypot(k.b, k.c) / k.gravity;
+        let mut shadow = Self {
+            posture,
+            contacts,
+            rho2: posture.gyration_squared(),
+            fall: Vector3::new(0.0, -posture.fields().gravity, 0.0),
+            speed: libm::hypot(start.qdot.x, start.qdot.y) + posture.size() * start.qdot.z.abs(),
+            lever: posture.size() / posture.fields().gyration_radius,
+            reach: contacts.iter().map(reach).fold(0.0, f64::max),
+            clock: Clock::default(),
+            q: start.q,
+            qdot: start.qdot,
+            u: [0.0; 2],
+            dq: Vector3::zeros(),
+            dqdot: Vector3::zeros(),
+            arms: [Arm::nominal(&Geometry::ABSENT); 2],
+            late: 0.0,
+            latest: 0.0,
+            slack: 0.0,
+            loose: 0.0,
+            small: SMALL * tolerance * whole,
+            whole,
+            touching: [false; 2],
+        };
+        shadow.turn();
+        shadow.measure();
+        shadow
+    }
+
+    /// The rates of the local run, from q̇.
+    fn measure(&mut self) {
+        for (u, k) in self.u.iter_mut().zip(self.contacts) {
+            *u = along(k, &self.qdot);
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// q̇ of the shadow.
+    fn velocity(&self) -> Vector3<f64> {
+        self.qdot + self.dqdot
+    }
+
+    /// The arms follow the rotation.
+    fn turn(&mut self) {
+        let angle = Angle::of(self.q.z + self.dq.z);
+        for (arm, k) in self.arms.iter_mut().zip(self.contacts) {
+            *arm = Arm::of(k, angle);
+        }
+    }
+
+    /// Rate of the shadow's gap i.
+    fn rate(&self, i: usize) -> f64 {
+        self.u[i] + self.rate_off(i)
+    }
+
+    /// The same less the local one.
+    fn rate_off(&self, i: usize) -> f64 {
+        let (k, d) = (&self.contacts[i], &self.dqdot);
+        let turned = self.arms[i].change * (self.qdot.z + d.z);
+        k.normal.x * d.x + k.normal.y * d.y + k.b * d.z + turned
+    }
+
+    /// Tangential speeds of contact i: of the local run, and of its shadow.
+    fn slips(&self, i: usize) -> [f64; 2] {
+        let (k, v) = (&self.contacts[i], self.velocity());
+        let slip = |c: f64, v: &Vector3<f64>| k.tangent.x * v.x + k.tangent.y * v.y - c * v.z;
+        [slip(k.c, &self.qdot), slip(self.arms[i].c, &v)]
+    }
+
+    /// The shadow's gap less the local one.
+    fn gap_off(&self, i: usize) -> f64 {
+        let (k, d) = (&self.contacts[i], &self.dq);
+        k.normal.x * d.x + k.normal.y * d.y + k.b * d.z + self.arms[i].sag
+    }
+
+    fn agrees(&self) -> bool {
+        self.q.z == 0.0 && self.dq == Vector3::zeros() && self.dqdot == Vector3::zeros()
+    }
+
+    /// All events of a run.
+    fn follow(&mut self, record: &Record) -> Result<(), Lost> {
+        let mut zeno = 0;
+        let mut k = 0;
+        while k < record.spans.len() {
+            if let Err(lost) = self.span(record, k, &mut zeno) {
+                // The shadow lost sight of the local run: of no matter once both have all but come to rest, unless what
+                // kind of Zeno point comes first is not known yet.
+                if zeno == 0 {
+                    return Err(lost);
+                }
+                let at = record.zeno[zeno..].iter().position(|point| point.closed == [true, true]);
+                zeno += at.ok_or(lost)?;
+                let point = &record.zeno[zeno];
+                self.skip(point).ok_or(lost)?;
+                zeno += 1;
+                let later = |span: &Span| span.raw.clock.since(point.at.clock) >= 0.0;
+                let rest = record.spans[k + 1..].iter().position(later);
+                k += rest.map_or(record.spans.len(), |more| more + 1);
+            } else {
+                k += 1;
+            }
+        }
+        if record.outcome == Outcome::TimeLimit {
+            // Both are asked for at the same time.
+            self.shift(-self.late, self.fall);
+        }
+        Ok(())
+    }
+
+    /// The events of a span, and the Zeno points up to its end.
+    fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), Lost> {
+        let (span, next) = (&record.spans[k], record.spans.get(k + 1));
+        let end = next.map_or(record.end.clock, |next| next.raw.clock);
+        let last = next.map_or(record.collisions.len(), |next| next.first_collision);
+        let collisions = &record.collisions[span.first_collision..last];
+        let point = record.zeno.get(*zeno).filter(|point| point.at.clock.since(end) <= 0.0);
+        match span.kind {
+            Kind::Flight => {}
+            Kind::Modes(word, _) => {
+                let State { q, qdot } = Base::state(&span.raw);
+                (self.q, self.qdot) = (q, qdot);
+                let until = collisions.first().map_or(end, |c| c.elapsed);
+                // Where a landing brings all to rest, no collision is listed.
+                let sums = next.is_some_and(|next| matches!(next.kind, Kind::Tail(_)));
+                let stops = point.is_some_and(|point| point.method == Method::Chatter);
+                let stop = match collisions.first() {
+                    Some(c) => Until::Landing(c.contact),
+                    None if sums || stops => Until::Landing(usize::from(word[0] != Mode::Separate)),
+                    None if next.is_some() => Until::Stop,
+                    None => Until::End,
+                };
+                self.slide(&word, until.since(self.clock), stop)?;
+                self.clock = until;
+            }
+            Kind::Tail(tail) => {
+                let point = point.ok_or(ENDS)?;
+                self.u = span.raw.gaps.u;
+                self.sum(tail, point, &span.raw.gaps, end.since(self.clock), next.is_none())?;
+                self.clock = end;
+            }
+            Kind::Held(_) | Kind::Stretch(_) => return Err(ENDS),
+        }
+        for (n, c) in collisions.iter().enumerate() {
+            if *zeno > 0 && n % LOOK == LOOK - 1 && self.is_all_but_over(record, *zeno) {
+                return Err(ORDER);
+            }
+            let dt = c.elapsed.since(self.clock);
+            if dt > 0.0 {
+                self.fly(dt)?;
+                self.clock = c.elapsed;
+                self.u = c.before;
+                self.land(c.contact, self.fall)?;
+                self.clears(1 - c.contact, c.other_gap)?;
+            }
+            self.u = c.before;
+            if !self.touching[c.contact] {
+                // Together with another: only two motions that agree do so together.
+                self.touching[c.contact] = true;
+                self.agrees().then_some(()).ok_or(ORDER)?;
+            }
+            self.hit(c.contact, c.jump)?;
+            self.u = c.after;
+        }
+        let left = end.since(self.clock);
+        if left > 0.0 {
+            self.fly(left)?;
+            self.clock = end;
+            self.measure();
+        }
+        while let Some(point) = record.zeno.get(*zeno)
+            && point.at.clock.since(end) <= 0.0
+        {
+            match point.method {
+                Method::Chatter => self.chatter()?,
+                Method::Rest if k == 0 => self.touching = point.closed,
+                _ if matches!(span.kind, Kind::Tail(_)) => {}
+                _ => return Err(ORDER),
+            }
+            self.latest = self.latest.max(self.late.abs());
+            *zeno += 1;
+        }
+        Ok(())
+    }
+
+    /// Whether both contacts are at rest so soon that how they get there is of no matter.
+    fn is_all_but_over(&self, record: &Record, zeno: usize) -> bool {
+        let soon = |point: &&ZenoRecord| {
+            point.closed == [true, true] && point.at.clock.since(self.clock) <= self.small
+        };
+        let point = record.zeno.get(zeno).filter(soon);
+        point.is_some() && self.time_to_rest().is_some_and(|t| t <= self.small)
+    }
+
+    /// Within this time both contacts of the shadow come to rest, by the energy argument.
+    fn time_to_rest(&self) -> Option<f64> {
+        let full = self.frozen(&self.arms, self.qdot.z + self.dqdot.z);
+        let mut gaps = Gaps::default();
+        for i in 0..self.count() {
+            gaps.h[i] = along(&self.contacts[i], &self.q).abs() + self.gap_off(i).abs();
+            gaps.u[i] = self.rate(i);
+        }
+        time_to_rest(&full, &gaps)
+    }
+
+    /// Both contacts come to rest at a Zeno point of the local run, and before long in its shadow, too. How they do is not
+    /// followed.
+    fn skip(&mut self, point: &ZenoRecord) -> Option<()> {
+        if self.count() < 2 {
+            return None;
+        }
+        self.slack += self.time_to_rest()?.max(point.at.clock.since(self.clock));
+        self.arrive(point);
+        self.latest = self.latest.max(self.late.abs());
+        Some(())
+    }
+
+    /// Both fly for `dt`; what touches has to leave in both.
+    #[inline]
+    fn fly(&mut self, dt: f64) -> Result<(), Lost> {
+        let v = self.velocity();
+        for i in 0..self.count() {
+            if self.touching[i] && !(self.rate(i) > 0.0) {
+                return Err(ORDER);
+            }
+        }
+        self.touching = [false; 2];
+        self.advance(dt, self.fall);
+        self.dq += self.dqdot * dt;
+        self.turn();
+        // Concave arcs are above the ground between two points above it.
+        let concave = v.z * v.z * self.reach <= CONCAVE;
+        let small = (self.q.z + self.dq.z).abs() <= LARGEST_TURN;
+        if concave && small { Ok(()) } else { Err(TURNS) }
+    }
+
+    /// The local run moves on.
+    #[inline]
+    fn advance(&mut self, dt: f64, acceleration: Vector3<f64>) {
+        self.q += (self.qdot + acceleration * (0.5 * dt)) * dt;
+        self.qdot += acceleration * dt;
+    }
+
+    /// The shadow moves on by itself.
+    #[inline]
+    fn shift(&mut self, dt: f64, acceleration: Vector3<f64>) {
+        let step = (self.velocity() + acceleration * (0.5 * dt)) * dt;
+        self.dq += step;
+        self.dqdot += acceleration * dt;
+        self.late += dt;
+        for (arm, k) in self.arms.iter_mut().zip(self.contacts) {
+            arm.sag += arm.change * step.z;
+            arm.change -= arm.c * step.z;
+            arm.c += arm.b * step.z;
+            arm.b = k.b + arm.change;
+        }
+    }
+
+    /// Contact j has landed in the local run: the shadow's lands where its own gap is zero.
+    #[inline]
+    fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), Lost> {
+        let (h, u) = (self.gap_off(j), self.rate(j));
+        let (n, arm) = (self.contacts[j].normal, &self.arms[j]);
+        let omega = self.qdot.z + self.dqdot.z;
+        let pull = arm.c * omega * omega
+            - (n.x * acceleration.x + n.y * acceleration.y + arm.b * acceleration.z);
+        let change = 2.0 * pull * h;
+        if !(u < 0.0 && change.abs() <= APART * u * u) {
+            return Err(ORDER);
+        }
+        self.shift(2.0 * h / ((u * u + change).sqrt() - u), acceleration);
+        self.touching[j] = true;
+        Ok(())
+    }
+
+    /// The other contact, at this gap in the local run, is above the terrain in the shadow, too.
+    #[inline]
+    fn clears(&self, i: usize, gap: f64) -> Result<(), Lost> {
+        let clear = i >= self.count() || self.touching[i] || gap + self.gap_off(i) > 0.0;
+        if clear { Ok(()) } else { Err(ORDER) }
+    }
+
+    /// Impact at contact j with the own-rate jump `jump` in the local run.
+    #[inline]
+    fn hit(&mut self, j: usize, jump: f64) -> Result<(), Lost> {
+        let off = self.rate_off(j);
+        if !(self.u[j] + off < 0.0) {
+            return Err(ORDER);
+        }
+        let (k, arm) = (&self.contacts[j], &self.arms[j]);
+        let local = self.kick(k, k.b, jump);
+        if !self.agrees() {
+            // The difference of both kicks, without taking one from the other.
+            let (own, own_full) = (k.b * k.b + self.rho2, arm.b * arm.b + self.rho2);
+            let per_own = jump / own;
+            let more =
+                (-(1.0 + k.restitution) * off - per_own * arm.change * (arm.b + k.b)) / own_full;
+            let push = self.rho2 * more;
+            let turn = arm.b * more + arm.change * per_own;
+            self.dqdot += Vector3::new(k.normal.x * push, k.normal.y * push, turn);
+        }
+        self.qdot += local;
+        Ok(())
+    }
+
+    /// Change of q̇ by an impulse that changes the rate of contact k, with this b, by `jump`.
+    #[inline]
+    fn kick(&self, k: &Geometry, b: f64, jump: f64) -> Vector3<f64> {
+        let per_own = jump / (b * b + self.rho2);
+        let push = self.rho2 * per_own;
+        Vector3::new(k.normal.x * push, k.normal.y * push, b * per_own)
+    }
+
+    /// Change of q̇ by own-rate jumps at both contacts; of q by their paths.
+    fn kicks(&self, arms: &[Arm; 2], jumps: [f64; 2]) -> Vector3<f64> {
+        let each = self.contacts.iter().zip(arms).zip(jumps);
+        each.map(|((k, arm), jump)| self.kick(k, arm.b, jump)).sum()
+    }
+
+    /// The arms of the local run.
+    fn nominal(&self) -> [Arm; 2] {
+        let mut arms = self.arms;
+        for (arm, k) in arms.iter_mut().zip(self.contacts) {
+            *arm = Arm::nominal(k);
+        }
+        arms
+    }
+
+    /// The geometry of these arms, frozen, for a body that turns at `omega`.
+    fn frozen(&self, arms: &[Arm; 2], omega: f64) -> Frozen {
+        let one = &self.contacts[0];
+        let two = self.contacts.get(1).unwrap_or(&Geometry::ABSENT);
+        let normal = one.normal.dot(&two.normal);
+        let (psi, phi) = couplings(arms[0].b, arms[1].b, normal, self.rho2);
+        let pull = |k: &Geometry, arm: &Arm| k.gravity + arm.c * omega * omega;
+        let gravity = [pull(one, &arms[0]), pull(two, &arms[1])];
+        Frozen::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
+    }
+
+    /// As the local run has it, and as its shadow has it now.
+    fn both_frozen(&self) -> (Frozen, Frozen) {
+        let omega = self.qdot.z + self.dqdot.z;
+        (self.frozen(&self.nominal(), 0.0), self.frozen(&self.arms, omega))
+    }
+}
+
+/// N·q, plainly summed.
+fn along(k: &Geometry, q: &Vector3<f64>) -> f64 {
+    k.normal.x * q.x + k.normal.y * q.y + k.b * q.z
+}
+
+/// ω²|d|/g up to which the arcs of a flight count as concave: below 1.
+const CONCAVE: f64 = 0.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::contact::Contact;
+    use crate::body::posture::Fields;
+    use crate::options::Model;
+    use crate::simulate::simulate;
+
+    fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
+        let foot =
+            |&(x, slope): &(f64, f64)| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
+        Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.0, height],
+            contacts: feet.iter().map(foot).collect(),
+            restitution: 0.3,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn exact_where_nothing_turns_the_body() {
+        let dropped = State::at_rest([0.1, 1.0, 0.0]);
+        let thrown = State::new([0.0, 1.0, 0.0], [0.5, 0.0, 0.0]);
+        let spinning = State::new([0.0, 1.0, 0.0], [0.0, 0.0, 1e-9]);
+        let ball = |friction| standing(&[(0.0, 0.0)], friction, 0.2);
+        assert!(is_exact(&ball(0.0), &dropped) && is_exact(&ball(0.0), &thrown));
+        assert!(!is_exact(&ball(0.0), &spinning));
+        assert!(is_exact(&ball(0.5), &dropped)); // friction has no speed to act against
+        assert!(!is_exact(&ball(0.5), &thrown)); // here it turns the ball
+        assert!(is_exact(&standing(&[(0.0, 0.0)], 0.5, 0.0), &thrown)); // a point mass
+        assert!(!is_exact(&standing(&[(0.0, 0.3)], 0.5, 0.2), &dropped)); // the arm is not along the normal
+    }
+
+    /// Both runs of the same scene: the shadow's error is their difference.
+    #[test]
+    fn the_error_is_the_difference_of_the_models() {
+        let feet = [(-0.5, 0.0), (0.4, 0.0)];
+        let valley = [(-0.5, -0.3), (0.4, 0.2)];
+        let mut compared = 0;
+        for (feet, friction, stop) in [
+            (&feet, 0.0, Stop::Zeno),
+            (&feet, 0.5, Stop::Rest),
+            (&valley, 0.0, Stop::Zeno),
+            (&valley, 0.6, Stop::Rest),
+        ] {
+            for scale in [1e-6, 1e-4, 1e-3] {
+                let posture = standing(feet, friction, 0.3);
+                let state = State::at_rest([0.0, 2.0 * scale, 0.7 * scale]);
+                let options = Options { model: Model::Local, stop, ..Options::default() };
+                let local = simulate(&posture, &state, &options).unwrap();
+                let full =
+                    simulate(&posture, &state, &Options { model: Model::Full, ..options }).unwrap();
+                let size = posture.size();
+                let off = full.state().q - local.state().q;
+                let moved = (libm::hypot(off.x, off.y) / size).max(off.z.abs());
+                let zeno = [&local, &full].map(|run| run.zeno_points().last().unwrap().elapsed);
+                let late = (full.elapsed() - local.elapsed()).abs().max((zeno[1] - zeno[0]).abs());
+                let truth = moved.max(late / local.elapsed());
+                let loose = Options { tolerance: 1e-2, ..options };
+                if let Ok(error) = local.shadow_error(&state, &loose) {
+                    assert!(truth <= error, "{feet:?} {scale}: {truth} {error}");
+                    let rest = SAFETY * loose.tolerance * 4.0 * SMALL;
+                    assert!(
+                        error <= SAFETY * 1.1 * truth + rest,
+                        "{feet:?} {scale}: {truth} {error}"
+                    );
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared >= 8, "{compared}");
+    }
+
+    #[test]
+    fn the_tolerance_decides() {
+        let posture = standing(&[(-0.5, 0.0), (0.4, 0.0)], 0.4, 0.3);
+        let state = State::at_rest([0.0, 2e-5, 7e-6]);
+        let run = |tolerance| {
+            simulate(&posture, &state, &Options { tolerance, ..Options::default() }).unwrap()
+        };
+        let (loose, tight) = (run(1e-3), run(1e-12));
+        assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
+        let off = (loose.elapsed() - tight.elapsed()).abs() / tight.elapsed();
+        assert!(off > 1e-9 && off < 1e-3, "{off}");
+        assert!(loose.model_reason().contains("below the tolerance"));
+        assert!(tight.model_reason().contains("turns too far"));
+    }
+}

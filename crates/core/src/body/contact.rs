@@ -1,0 +1,158 @@
+//! One body point on one straight piece of terrain: its own, the line of its slope through its point, unless the posture has a
+//! terrain for all contacts.
+//!
+//! ```text
+//!        n  (out of the terrain)
+//!        |
+//!        |    t  (to the right: n turned by -90 degrees)
+//!        +-----> t = (cos slope, sin slope), n = (-sin slope, cos slope)
+//!   ////////////
+//! ```
+//!
+//! Angles count counterclockwise, in rad. Pairs are always (tangential, normal).
+
+use nalgebra::Vector2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, finite, friction, in_range, restitution};
+
+/// An entry for each contact: up to two of them without allocation.
+pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
+
+/// A number or a word for each contact: up to eight of them without allocation.
+pub(crate) type ContactValues<T> = smallvec::SmallVec<[T; 8]>;
+
+/// A frictional point contact: a point of the body, and the ground that this point alone can touch.
+///
+/// Unless the posture has a `terrain`, that is the straight line of `slope` through `point`, without ends unless `segment` says
+/// where they are. The ground of the other contacts it passes through; a run warns where that cannot be meant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Where the point touches in the nominal posture, world axes, in m. Its ground goes through it.
+    #[serde(deserialize_with = "crate::serial::values::exactly")]
+    pub point: [f64; 2],
+    /// Slope angle of the terrain, |slope| < π/2, in rad.
+    #[serde(default)]
+    pub slope: f64,
+    /// Coulomb friction coefficient μ, from 0 to 1e12, dimensionless.
+    #[serde(default)]
+    pub friction: f64,
+    /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the posture's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
+    #[serde(default, skip_serializing_if = "is_default_tangential_restitution")]
+    pub tangential_restitution: f64,
+    /// Extent of the terrain along `t` from `point`, in m; `(-∞, ∞)` unless given.
+    #[serde(default = "everywhere", skip_serializing_if = "is_everywhere")]
+    #[serde(with = "crate::serial::numbers::extended_pair")]
+    #[schemars(with = "[crate::serial::numbers::Extended; 2]")]
+    pub segment: [f64; 2],
+}
+
+fn everywhere() -> [f64; 2] {
+    [f64::NEG_INFINITY, f64::INFINITY]
+}
+
+fn is_everywhere(segment: &[f64; 2]) -> bool {
+    *segment == everywhere()
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_default_tangential_restitution(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl Contact {
+    /// A frictionless contact on level ground at `point`.
+    #[must_use]
+    pub fn at(x: f64, y: f64) -> Self {
+        Self {
+            point: [x, y],
+            slope: 0.0,
+            friction: 0.0,
+            restitution: None,
+            tangential_restitution: 0.0,
+            segment: everywhere(),
+        }
+    }
+
+    /// The same contact on terrain of another slope, in rad.
+    #[must_use]
+    pub fn on_slope(self, slope: f64) -> Self {
+        Self { slope, ..self }
+    }
+
+    /// Unit tangent `t = (cos, sin)` of the terrain.
+    #[must_use]
+    pub fn tangent(&self) -> Vector2<f64> {
+        Vector2::new(libm::cos(self.slope), libm::sin(self.slope))
+    }
+
+    /// Unit normal `n = (−sin, cos)`, out of the terrain.
+    #[must_use]
+    pub fn normal(&self) -> Vector2<f64> {
+        Vector2::new(-libm::sin(self.slope), libm::cos(self.slope))
+    }
+
+    /// Checks every field; `at` is the path written in front of a field's name in an error.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub fn validate(&self, at: &str) -> Result<(), Error> {
+        const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+        finite(format_args!("{at}point.x"), self.point[0])?;
+        finite(format_args!("{at}point.y"), self.point[1])?;
+        in_range(
+            format_args!("{at}slope"),
+            self.slope,
+            self.slope.abs() < RIGHT_ANGLE,
+            "|slope| < pi/2, so that the normal points up",
+        )?;
+        friction(format_args!("{at}friction"), self.friction)?;
+        if let Some(value) = self.restitution {
+            restitution(format_args!("{at}restitution"), value)?;
+        }
+        in_range(
+            format_args!("{at}tangential_restitution"),
+            self.tangential_restitution,
+            (0.0..1.0).contains(&self.tangential_restitution),
+            "0 <= tangential_restitution < 1",
+        )?;
+        let [low, high] = self.segment;
+        if !(low <= 0.0 && high >= 0.0 && low < high) {
+            return Err(Error::Unusable {
+                field: format!("{at}segment"),
+                value: format!("({low:?}, {high:?})"),
+                allowed: "low <= 0 <= high with low < high".into(),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normal_is_the_tangent_turned_left() {
+        let c = Contact::at(0.0, 0.0).on_slope(0.3);
+        let (t, n) = (c.tangent(), c.normal());
+        assert_eq!((n.x, n.y), (-t.y, t.x));
+    }
+
+    #[test]
+    fn a_wall_is_no_terrain() {
+        let wall = Contact::at(0.0, 0.0).on_slope(std::f64::consts::FRAC_PI_2);
+        let error = wall.validate("contacts.1.").unwrap_err().to_string();
+        assert!(error.contains("contacts.1.slope") && error.contains("pi/2"), "{error}");
+        assert!(Contact { segment: [0.0, 0.0], ..wall.on_slope(0.0) }.validate("").is_err());
+        for friction in [f64::NAN, -0.1, 2e12] {
+            assert!(Contact { friction, ..wall.on_slope(0.0) }.validate("").is_err());
+        }
+    }
+}

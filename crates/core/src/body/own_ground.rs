@@ -1,0 +1,168 @@
+//! Ground lines that cannot be meant: without a terrain each contact meets only its own straight line, and nothing keeps a
+//! contact above the line of another.
+//!
+//! ```text
+//!   (i)   1 |  2 falls below the line of 1      (ii)  3 ┌───┐ 4   the line of 3 and 4 is no floor of 1 and 2:
+//!           |                                           │   │     turned over, the box rests on it
+//!   ────────2────────                               ────1───2────
+//! ```
+//!
+//! A line has been meant where a contact has a `segment`: such a line binds no other contact.
+
+use nalgebra::{Vector2, Vector3};
+use smallvec::SmallVec;
+
+use crate::body::contact::Contact;
+use crate::body::posture::{Geometry, Posture};
+use crate::math::turn::Turn;
+use crate::tolerance::SAME_GROUND;
+
+/// A contact that is on or above the line of another one in the nominal posture, and that its own line does not keep there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Above {
+    contact: usize,
+    other: usize,
+    /// Height over that line in the nominal posture, in m.
+    height: f64,
+}
+
+/// What is to be looked at in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OwnGround {
+    above: SmallVec<[Above; 2]>,
+    /// A contact below the line of another one in the nominal posture: the lines cannot be one ground.
+    below: Option<[usize; 2]>,
+    /// How far the contacts may move from the nominal posture before anything can be wrong, in m.
+    room: f64,
+}
+
+/// Whether the line of a contact has no ends.
+fn is_endless(contact: &Contact) -> bool {
+    contact.segment == [f64::NEG_INFINITY, f64::INFINITY]
+}
+
+/// Height of one contact over the line of another in the nominal posture, in m.
+fn height(contacts: &[Contact], lines: &[Geometry], one: usize, other: usize) -> f64 {
+    let [from, to] = [other, one].map(|k| Vector2::from(contacts[k].point));
+    lines[other].normal.dot(&(to - from))
+}
+
+impl OwnGround {
+    /// `None`: nothing can go wrong with the lines of these contacts. `lines`: theirs. `size`: of the body, in m.
+    pub(crate) fn of(contacts: &[Contact], lines: &[Geometry], size: f64) -> Option<Self> {
+        let mut own = Self { above: SmallVec::new(), below: None, room: f64::INFINITY };
+        let count = contacts.len();
+        for j in (0..count).filter(|&j| is_endless(&contacts[j])) {
+            for i in (0..count).filter(|&i| i != j) {
+                let height = height(contacts, lines, i, j);
+                if height < -SAME_GROUND * size {
+                    own.below.get_or_insert([i, j]);
+                    own.room = own.room.min(size);
+                } else if !(is_endless(&contacts[i]) && lines[i].normal == lines[j].normal) {
+                    own.above.push(Above { contact: i, other: j, height });
+                    own.room = own.room.min((height + SAME_GROUND * size) * (1.0 - SAME_GROUND));
+                }
+            }
+        }
+        (own.below.is_some() || !own.above.is_empty()).then_some(own)
+    }
+
+    /// How far the contacts may move, in m, from where they are at `q` before anything can be wrong with the ground; or what is
+    /// wrong. `local`: in the local model. `touches`: whether a contact is on its own line.
+    fn room(
+        &self,
+        posture: &Posture,
+        q: &Vector3<f64>,
+        local: bool,
+        touches: impl Fn(usize) -> bool,
+        time: impl Fn() -> f64,
+    ) -> Result<f64, String> {
+        let (contacts, lines, size) = (posture.contacts(), posture.geometry(), posture.size());
+        let turn = if local { Turn { sin: q.z, ..Turn::default() } } else { Turn::by(q.z) };
+        let center = Vector2::from(posture.fields().center_of_mass);
+        let moved = |i: usize| {
+            let arm = Vector2::from(contacts[i].point) - center;
+            q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.versed
+        };
+        let mut room = f64::INFINITY;
+        for Above { contact, other, height } in &self.above {
+            let way = moved(*contact);
+            let left = height + lines[*other].normal.dot(&way) + SAME_GROUND * (size + way.norm());
+            if left < 0.0 {
+                return Err(format!(
+                    "contact {} is below the ground line of contact {} at t = {:?} s, but on or above it in the nominal posture: {REMEDY}",
+                    contact + 1,
+                    other + 1,
+                    time()
+                ));
+            }
+            room = room.min(left * (1.0 - SAME_GROUND)); // what is allowed may shrink with the way
+        }
+        let Some([lower, upper]) = self.below else { return Ok(room) };
+        let mut far = None;
+        for k in (0..contacts.len()).filter(|&k| is_endless(&contacts[k])) {
+            let left = size - moved(k).norm();
+            if left < 0.0 && touches(k) {
+                far = far.or(Some(k));
+            }
+            room = room.min(left.max(0.0));
+        }
+        let Some(k) = far else { return Ok(room) };
+        // The line that is touched, if that is one which cannot be.
+        let under = |&i: &usize| height(contacts, lines, i, k) < -SAME_GROUND * size;
+        let [lower, upper] =
+            (0..contacts.len()).find(under).map_or([lower, upper], |lower| [lower, k]);
+        Err(format!(
+            "contact {} touches its own ground line at t = {:?} s, farther from its nominal point than the size of the body, but contact {} lies below the ground line of contact {} in the nominal posture, so that the lines cannot be one ground: {REMEDY}",
+            k + 1,
+            time(),
+            lower + 1,
+            upper + 1
+        ))
+    }
+}
+
+const REMEDY: &str = "without terrain= each contact meets only the straight line of its own slope through its own point; give one ground by terrain=, or the extent of each line by segment=";
+
+/// Looks at the ground while a run goes on, until there is something to say of it: once a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Watch {
+    posture: Posture,
+    /// Where the body was at the last look, and how far its contacts may move from there before anything can be wrong, in m.
+    at: Vector3<f64>,
+    room: f64,
+}
+
+impl Watch {
+    /// `None`: of most postures there is nothing to be looked at.
+    pub(crate) fn new(posture: &Posture) -> Option<Box<Self>> {
+        let room = posture.own_ground()?.room;
+        Some(Box::new(Self { posture: posture.clone(), at: Vector3::zeros(), room }))
+    }
+
+    /// Looks at a moment of a run: whether there is more to be looked at. The arguments: see [`OwnGround::room`].
+    pub(crate) fn look(
+        &mut self,
+        q: &Vector3<f64>,
+        local: bool,
+        touches: impl Fn(usize) -> bool,
+        time: impl Fn() -> f64,
+        warnings: &mut Vec<String>,
+    ) -> bool {
+        let way = q - self.at;
+        if way.x.abs() + way.y.abs() + self.posture.size() * way.z.abs() < self.room {
+            return true;
+        }
+        let Some(own) = self.posture.own_ground() else { return false };
+        match own.room(&self.posture, q, local, touches, time) {
+            Ok(room) => {
+                (self.at, self.room) = (*q, room);
+                true
+            }
+            Err(warning) => {
+                warnings.push(warning);
+                false
+            }
+        }
+    }
+}

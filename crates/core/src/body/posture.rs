@@ -1,0 +1,570 @@
+//! The body and its contacts.
+//!
+//! A planar rigid body of mass m and radius of gyration ρ stands in its *nominal posture*: centre of
+//! mass at x, contact point i at x_i on terrain with normal n_i. A configuration q = (r_x, r_y, θ) is
+//! the displacement r of the centre of mass from x and the rotation θ, counterclockwise, so that q = 0
+//! is the nominal posture. The arm of contact i is d_i = x_i − x.
+//!
+//! ```text
+//!            x (centre of mass)             h_i = n_i·(r + R(θ)d_i − d_i)        gap
+//!           / \                             b_i = t_i·R(θ)d_i = ∂h_i/∂θ
+//!      d_1 /   \ d_2                        c_i = n_i·R(θ)d_i,  db/dθ = −c,  dc/dθ = b
+//!         /     \
+//!   ____x_1_____x_2____                     gravity g points down, −e_y
+//! ```
+
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::body::contact::{Contact, PerContact};
+use crate::body::local_model::LocalModel;
+use crate::body::own_ground::OwnGround;
+use crate::body::terrain;
+use crate::body::terrain::Piece;
+use crate::error;
+use crate::error::{Error, finite, in_range, positive, restitution};
+use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::tolerance::TOUCH;
+
+/// The largest number of contacts a posture may have.
+pub const MAX_CONTACTS: usize = 64;
+
+/// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
+///
+/// Each contact meets a straight ground of its own, and no other, unless [`Fields::terrain`] is the ground of all: see
+/// [`Contact`].
+///
+/// ```
+/// use standfast::{Contact, Posture};
+///
+/// let rod = Posture::rod(0.5, 0.5, 0.1, 0.0, 9.81)?; // all mass at the ends: ρ = L
+/// assert_eq!(rod.psi()?, [0.0, 0.0]);                // so the ends do not feel each other
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Fields", into = "Fields")]
+pub struct Posture(Arc<Parts>);
+
+/// What a posture holds: shared by its copies, for every run keeps one.
+#[derive(Debug, Clone, PartialEq)]
+struct Parts {
+    fields: Fields,
+    geometry: PerContact<Geometry>,
+    /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
+    grounds: Vec<Vec<Piece>>,
+    /// See [`Posture::point_of`].
+    points: PerContact<usize>,
+    /// The longest arm or ρ, in m.
+    size: f64,
+    /// What may be wrong with the ground that the contacts have without a terrain.
+    own_ground: Option<OwnGround>,
+}
+
+/// Roundings in the gap and in the rate of a contact that rests or slides, of a state that a run ends in: those of the steps of its
+/// rotation add up.
+const GIVEN_BACK: f64 = 32.0;
+
+/// What a posture is made of, before validation. SI units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fields {
+    /// Mass m > 0, in kg.
+    pub mass: f64,
+    /// Radius of gyration ρ > 0, in m.
+    pub gyration_radius: f64,
+    /// Nominal centre of mass x, world axes, in m.
+    pub center_of_mass: [f64; 2],
+    /// The contacts, numbered from 1.
+    pub contacts: Vec<Contact>,
+    /// Coefficient of restitution e in [0, 1), dimensionless.
+    pub restitution: f64,
+    /// Gravity g ≥ 0, downwards, in m/s².
+    pub gravity: f64,
+    /// Vertices of the terrain, x increasing, world axes, in m: each contact meets the piece under it, and `slope` and
+    /// `segment` of the contacts follow. Without any each contact meets its own line alone, see [`Contact`].
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "terrain::deserialize_some"
+    )]
+    pub terrain: Vec<[f64; 2]>,
+}
+
+/// Constants of one contact: its frame and arm in the nominal posture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Geometry {
+    /// t_i
+    pub(crate) tangent: Vector2<f64>,
+    /// n_i
+    pub(crate) normal: Vector2<f64>,
+    /// b_i at θ = 0, in m.
+    pub(crate) b: f64,
+    /// c_i at θ = 0, in m.
+    pub(crate) c: f64,
+    /// Gap in the nominal posture, in m: not zero only over a terrain of several pieces.
+    pub(crate) offset: f64,
+    /// g_i = g n_i·e_y, in m/s².
+    pub(crate) gravity: f64,
+    /// e_i
+    pub(crate) restitution: f64,
+    /// μ_i
+    pub(crate) friction: f64,
+}
+
+impl Geometry {
+    /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
+    /// more, of the length that they have to have.
+    pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
+        if theta.abs() <= Turn::<f64>::FEW {
+            return self.turned(&Turn::by(theta));
+        }
+        let length = libm::hypot(b, c);
+        let scale = if length > 0.0 { libm::hypot(self.b, self.c) / length } else { 1.0 };
+        (b * scale, c * scale)
+    }
+
+    /// How far apart two contacts are along either axis, in units of `size`, or their normals if that is more; 0: they are one.
+    pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
+        let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
+        off.max((self.normal - other.normal).amax())
+    }
+}
+
+impl TryFrom<Fields> for Posture {
+    type Error = Error;
+
+    fn try_from(fields: Fields) -> Result<Self, Error> {
+        Self::new(fields)
+    }
+}
+
+impl From<Posture> for Fields {
+    fn from(posture: Posture) -> Self {
+        Arc::unwrap_or_clone(posture.0).fields
+    }
+}
+
+/// The longest arm or ρ, in m.
+fn size(geometry: &[Geometry], gyration_radius: f64) -> f64 {
+    geometry.iter().map(|k| libm::hypot(k.b, k.c)).fold(gyration_radius, f64::max)
+}
+
+impl Posture {
+    /// Validates `fields`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
+    pub fn new(mut fields: Fields) -> Result<Self, Error> {
+        positive("mass", fields.mass)?;
+        positive("gyration_radius", fields.gyration_radius)?;
+        finite("center_of_mass.x", fields.center_of_mass[0])?;
+        finite("center_of_mass.y", fields.center_of_mass[1])?;
+        restitution("restitution", fields.restitution)?;
+        error::gravity("gravity", fields.gravity)?;
+        let count = fields.contacts.len();
+        if count == 0 || count > MAX_CONTACTS {
+            return Err(Error::Unusable {
+                field: "contacts".into(),
+                value: format!("[{count} contacts]"),
+                allowed: format!("1 to {MAX_CONTACTS} contacts"),
+            });
+        }
+        let mut grounds = Vec::new();
+        if !fields.terrain.is_empty() {
+            let pieces = terrain::polyline(&fields.terrain)?;
+            for (index, contact) in fields.contacts.iter_mut().enumerate() {
+                terrain::place_on(&pieces, contact, &format!("contacts.{}.", index + 1))?;
+            }
+            grounds.push(pieces);
+        }
+        let mut geometry = PerContact::with_capacity(count);
+        for (index, contact) in fields.contacts.iter().enumerate() {
+            let at = format!("contacts.{}.", index + 1);
+            contact.validate(&at)?;
+            let (tangent, normal) = (contact.tangent(), contact.normal());
+            let arm = Vector2::from(contact.point) - Vector2::from(fields.center_of_mass);
+            // The impact matrix holds b²/ρ²: it must not overflow.
+            let reach = arm.norm() / fields.gyration_radius;
+            in_range(
+                format_args!("{at}point"),
+                reach,
+                reach < 1e150,
+                "distance from the centre of mass over gyration_radius < 1e150",
+            )?;
+            geometry.push(Geometry {
+                tangent,
+                normal,
+                b: tangent.dot(&arm),
+                c: normal.dot(&arm),
+                offset: 0.0,
+                gravity: fields.gravity * normal.y,
+                restitution: contact.restitution.unwrap_or(fields.restitution),
+                friction: contact.friction,
+            });
+        }
+        if grounds.is_empty() {
+            grounds = terrain::own(&fields.contacts);
+        }
+        let longest = size(&geometry, fields.gyration_radius);
+        let on_polyline = !fields.terrain.is_empty();
+        let points = PerContact::new();
+        let own_ground =
+            (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
+        let parts = Parts { fields, geometry, grounds, points, size: longest, own_ground };
+        let mut posture = Self(Arc::new(parts));
+        for i in 0..if on_polyline { count } else { 0 } {
+            let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
+            Arc::make_mut(&mut posture.0).geometry[i] = geometry;
+            let (gap, touch) = (geometry.offset, TOUCH * posture.size());
+            if gap < -touch {
+                return Err(Error::Unusable {
+                    field: format!("contacts.{}.point", i + 1),
+                    value: format!("{:?}", posture.contacts()[i].point),
+                    allowed: format!("on the terrain or above it; it lies {:?} m below", -gap),
+                });
+            }
+        }
+        let parts = Arc::make_mut(&mut posture.0);
+        parts.size = size(&parts.geometry, parts.fields.gyration_radius);
+        let (contacts, geometry) = (&parts.fields.contacts, &parts.geometry);
+        for i in 0..count {
+            let as_one = |&j: &usize| {
+                let [one, other] = [i, j].map(|k| (&contacts[k], &geometry[k]));
+                one.1 == other.1
+                    && one.0.segment == other.0.segment
+                    && one.0.tangential_restitution == other.0.tangential_restitution
+            };
+            let new = parts.points.iter().map(|k| k + 1).max().unwrap_or(0);
+            let point = (0..i).find(as_one).map_or(new, |j| parts.points[j]);
+            parts.points.push(point);
+        }
+        Ok(posture)
+    }
+
+    /// Contacts at one point of the body, on the same terrain and of the same surface, move as one. Each contact's, counted
+    /// from 0 in the order of the contacts.
+    pub(crate) fn point_of(&self, contact: usize) -> usize {
+        self.0.points[contact]
+    }
+
+    /// A value for each contact: that of its point.
+    pub(crate) fn per_contact<T>(&self, of: impl Fn(usize) -> T) -> impl Iterator<Item = T> {
+        self.0.points.iter().map(move |&k| of(k))
+    }
+
+    /// The contacts that are the first ones at their points.
+    pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
+        let points = &self.0.points;
+        (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
+    }
+
+    /// What may be wrong with the ground that the contacts have without a terrain; `None`: nothing.
+    pub(crate) fn own_ground(&self) -> Option<&OwnGround> {
+        self.0.own_ground.as_ref()
+    }
+
+    /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.
+    pub(crate) fn ground(&self, i: usize) -> Option<&[Piece]> {
+        self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1))).map(Vec::as_slice)
+    }
+
+    /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.
+    ///
+    /// | argument | meaning | unit |
+    /// | --- | --- | --- |
+    /// | `half_length` | L | m |
+    /// | `gyration_radius` | ρ | m |
+    /// | `restitution`, `friction` | e, μ of both ends | 1 |
+    /// | `gravity` | g | m/s² |
+    ///
+    /// # Errors
+    ///
+    /// As [`Posture::new`]; `half_length` must be finite and > 0.
+    pub fn rod(
+        half_length: f64,
+        gyration_radius: f64,
+        restitution: f64,
+        friction: f64,
+        gravity: f64,
+    ) -> Result<Self, Error> {
+        positive("half_length", half_length)?;
+        let end = |x| Contact { friction, ..Contact::at(x, 0.0) };
+        Self::new(Fields {
+            mass: 1.0,
+            gyration_radius,
+            center_of_mass: [0.0, 0.0],
+            contacts: vec![end(-half_length), end(half_length)],
+            restitution,
+            gravity,
+            terrain: Vec::new(),
+        })
+    }
+
+    /// A copy that shares nothing with this one.
+    pub(crate) fn detached(&self) -> Self {
+        Self(Arc::new(Parts::clone(&self.0)))
+    }
+
+    /// The validated fields.
+    #[must_use]
+    pub fn fields(&self) -> &Fields {
+        &self.0.fields
+    }
+
+    /// The contacts, in order.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        &self.0.fields.contacts
+    }
+
+    pub(crate) fn geometry(&self) -> &[Geometry] {
+        &self.0.geometry
+    }
+
+    /// ρ², in m².
+    pub(crate) fn gyration_squared(&self) -> f64 {
+        self.0.fields.gyration_radius * self.0.fields.gyration_radius
+    }
+
+    /// Size of the body: the longest arm or ρ, in m.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        self.0.size
+    }
+
+    /// Gaps h_i = n_i·(r + R(θ)d_i − d_i) at configuration `q`, in m [Or & Rimon 2008, (1)].
+    ///
+    /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller
+    /// than the displacements keeps its digits. Terrain with ends: over the piece under the point; ∞ where there is none.
+    #[must_use]
+    pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
+        let turn = Turn::by(q.z);
+        (0..self.0.geometry.len())
+            .map(|i| {
+                let under = self.under(i, q, false);
+                if under.exists {
+                    under.geometry.gap(q, &turn).unsigned_zero()
+                } else {
+                    f64::INFINITY
+                }
+            })
+            .collect()
+    }
+
+    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; where nothing is under a point, those over the nearest piece.
+    #[must_use]
+    pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
+        let turn = Turn::by(q.z);
+        (0..self.0.geometry.len())
+            .map(|i| self.under(i, q, false).geometry.gap_rate(qdot, &turn).unsigned_zero())
+            .collect()
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
+    #[must_use]
+    pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
+        let f = &self.0.fields;
+        let kinetic = qdot.x * qdot.x + qdot.y * qdot.y + self.gyration_squared() * qdot.z * qdot.z;
+        (f.mass * (0.5 * kinetic + f.gravity * q.y)).unsigned_zero()
+    }
+
+    /// The two contacts of a two-contact posture.
+    fn pair(&self) -> Result<[Geometry; 2], Error> {
+        <[Geometry; 2]>::try_from(self.0.geometry.as_slice()).map_err(|_| Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{} contacts]", self.0.geometry.len()),
+            allowed: "exactly 2 contacts for this question".into(),
+        })
+    }
+
+    /// Couplings (ψ_1, ψ_2) at q = 0, dimensionless [Or & Rimon 2008, (6)]; see [`LocalModel`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn psi(&self) -> Result<[f64; 2], Error> {
+        Ok(self.local(0.0)?.psi())
+    }
+
+    /// Couplings (φ_1, φ_2) at q = 0, in 1/m [Or & Rimon 2008, (6)]; see [`LocalModel`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn phi(&self) -> Result<[f64; 2], Error> {
+        Ok(self.local(0.0)?.phi())
+    }
+
+    /// Gravity (g_1, g_2) into the terrain, g_i = g n_i·e_y, in m/s².
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn normal_gravity(&self) -> Result<[f64; 2], Error> {
+        Ok(self.pair()?.map(|k| k.gravity.unsigned_zero()))
+    }
+
+    /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] naming `contacts` unless there are two.
+    pub fn local(&self, theta: f64) -> Result<LocalModel, Error> {
+        let pair = self.pair()?;
+        let arms = pair.map(|k| k.turned(&Turn::by(theta)));
+        let n12 = pair[0].normal.dot(&pair[1].normal);
+        let (psi, phi) = couplings(arms[0].0, arms[1].0, n12, self.gyration_squared());
+        let gravity = pair.map(|k| k.gravity.unsigned_zero());
+        let (psi, phi) = (psi.unsigned_zero(), phi.unsigned_zero());
+        LocalModel::new(gravity, psi, phi, pair.map(|k| k.restitution))
+    }
+}
+
+impl Geometry {
+    /// An absent contact: no normal, no arm, no gravity. Infinitely high, it never takes part.
+    pub(crate) const ABSENT: Self = Self {
+        tangent: Vector2::new(1.0, 0.0),
+        normal: Vector2::new(0.0, 0.0),
+        b: 0.0,
+        c: 0.0,
+        offset: 0.0,
+        gravity: 0.0,
+        restitution: 0.0,
+        friction: 0.0,
+    };
+
+    /// (b, c) after a turn.
+    pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
+        let (b, c) = (self.b, self.c);
+        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
+    }
+
+    /// Gap at `q`; `turn`: by its rotation.
+    pub(crate) fn gap(&self, q: &Vector3<f64>, turn: &Turn) -> f64 {
+        compensated_sum([
+            (self.normal.x, q.x),
+            (self.normal.y, q.y),
+            (self.b, turn.sin),
+            (self.c, -turn.versed),
+            (self.offset, 1.0),
+        ])
+    }
+
+    /// Some roundings of the place of a contact, by what it has moved, and of its speed, of a state with these q and q̇. `turn`: by
+    /// q, or none in the local model.
+    pub(crate) fn roundings(
+        &self,
+        q: &Vector3<f64>,
+        qdot: &Vector3<f64>,
+        turn: Option<&Turn>,
+    ) -> [f64; 2] {
+        let arm = self.b.abs() + self.c.abs();
+        let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.versed);
+        let moved = q.x.abs() + q.y.abs() + arm * angle + self.offset.abs();
+        let speed = qdot.x.abs() + qdot.y.abs() + arm * qdot.z.abs();
+        [moved, speed].map(|size| GIVEN_BACK * f64::EPSILON * size)
+    }
+
+    /// Gap of the local model, N_i·q with the rows frozen at q = 0.
+    pub(crate) fn local_gap(&self, q: &Vector3<f64>) -> f64 {
+        compensated_sum([
+            (self.normal.x, q.x),
+            (self.normal.y, q.y),
+            (self.b, q.z),
+            (self.offset, 1.0),
+        ])
+    }
+
+    /// Gap rate of the local model, N_i·q̇.
+    pub(crate) fn local_rate(&self, qdot: &Vector3<f64>) -> f64 {
+        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (self.b, qdot.z)])
+    }
+
+    pub(crate) fn gap_rate(&self, qdot: &Vector3<f64>, turn: &Turn) -> f64 {
+        let (b, _) = self.turned(turn);
+        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (b, qdot.z)])
+    }
+}
+
+/// (ψ, φ) of a pair: ψ_i = −(b_1b_2 + ρ² n_1·n_2)/(b_i² + ρ²), φ_i = −b_i/(b_i² + ρ²).
+pub(crate) fn couplings(b1: f64, b2: f64, n12: f64, rho2: f64) -> ([f64; 2], [f64; 2]) {
+    let cross = b1 * b2 + rho2 * n12;
+    let (own1, own2) = (b1 * b1 + rho2, b2 * b2 + rho2);
+    ([-cross / own1, -cross / own2], [-b1 / own1, -b2 / own2])
+}
+
+/// Σ aᵢbᵢ as if computed with twice the digits and rounded once (Ogita, Rump & Oishi 2005, Dot2).
+fn compensated_sum<const N: usize>(products: [(f64, f64); N]) -> f64 {
+    let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
+    for (a, b) in products {
+        let product = a * b;
+        let product_error = a.mul_add(b, -product);
+        let total = sum + product;
+        let part = total - sum;
+        rest += (sum - (total - part)) + (product - part) + product_error;
+        sum = total;
+    }
+    sum + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rod_couplings_by_hand() {
+        // ψ = (L² − ρ²)/(L² + ρ²): ½ for the uniform rod, ρ² = L²/3.
+        let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), 0.1, 0.0, 9.81).unwrap();
+        let [psi1, psi2] = rod.psi().unwrap();
+        assert!((psi1 - 0.5).abs() < 1e-15 && (psi2 - 0.5).abs() < 1e-15);
+        let [phi1, phi2] = rod.phi().unwrap();
+        assert!((phi1 - 1.5).abs() < 1e-15 && (phi2 + 1.5).abs() < 1e-15);
+        assert_eq!(rod.normal_gravity().unwrap(), [9.81, 9.81]);
+    }
+
+    #[test]
+    fn a_small_gap_keeps_its_digits() {
+        // Ends at .01 and .012: r_y = .011, sin θ = .002.
+        let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+        let gaps = rod.gaps(&Vector3::new(0.0, 0.011, 0.002f64.asin()));
+        assert!((gaps[0] - 0.01).abs() < 2e-18 && (gaps[1] - 0.012).abs() < 2e-18, "{gaps:?}");
+    }
+
+    #[test]
+    fn rates_are_derivatives_of_gaps() {
+        let fields = Fields {
+            mass: 2.0,
+            gyration_radius: 0.4,
+            center_of_mass: [0.1, 0.7],
+            contacts: vec![
+                Contact::at(-1.0, 0.1).on_slope(-0.4),
+                Contact::at(0.8, 0.3).on_slope(0.7),
+            ],
+            restitution: 0.3,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        };
+        let posture = Posture::new(fields).unwrap();
+        let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));
+        let dt = 1e-5;
+        let (later, before) = (posture.gaps(&(q + v * dt)), posture.gaps(&(q - v * dt)));
+        for (i, rate) in posture.gap_rates(&q, &v).into_iter().enumerate() {
+            let difference = (later[i] - before[i]) / (2.0 * dt);
+            assert!((rate - difference).abs() < 1e-8, "contact {i}: {rate} {difference}");
+        }
+    }
+
+    #[test]
+    fn wrong_fields_are_named() {
+        let rod = |e: f64, rho: f64| Posture::rod(0.5, rho, e, 0.0, 9.81).unwrap_err().to_string();
+        assert!(rod(1.0, 0.2).starts_with("restitution = 1.0"), "{}", rod(1.0, 0.2));
+        assert!(rod(0.1, 0.0).starts_with("gyration_radius = 0.0"));
+        assert!(rod(f64::NAN, 0.2).starts_with("restitution = NaN"));
+        assert!(rod(0.1, f64::INFINITY).starts_with("gyration_radius = inf"));
+    }
+}

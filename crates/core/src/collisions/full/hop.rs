@@ -1,0 +1,426 @@
+//! The plain collision of a body that turns slowly: the contact hit last is in the air, the other one lands. It is what most
+//! collisions are, and it is the same arithmetic whether the numbers are those of one body or of the lanes of a register.
+
+use fearless_simd::Simd;
+
+use crate::body::posture::Geometry;
+use crate::collisions::full::{Body, LONG, REFRESH, Tumble};
+use crate::flight::{Arc, longest};
+use crate::math::clock::{Clock, renormalised, unnormalised_after};
+use crate::math::lanes::{Columns, Lanes, Real};
+use crate::math::turn::Turn;
+use crate::tolerance::TRY_TAIL;
+
+/// What does not change at one contact.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side<T> {
+    gravity: T,
+    restitution: T,
+    normal: [T; 2],
+    /// b and c at θ = 0.
+    arm: [T; 2],
+    /// (g/|d|)²: an arc is concave for ever where ω⁴ is below.
+    slow: T,
+}
+
+/// What does not change in a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<T> {
+    sides: [Side<T>; 2],
+    rho2: T,
+    /// ρ² n_1·n_2
+    cross: T,
+    gravity: T,
+    least_loss: T,
+    /// The time limit, or the largest double.
+    end: T,
+    /// The longest flight of which nothing is lost, in s.
+    longest: T,
+}
+
+/// The state of a body, right after an impact, and the clock.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment<T> {
+    h: [T; 2],
+    u: [T; 2],
+    b: [T; 2],
+    c: [T; 2],
+    r: [T; 2],
+    v: [T; 2],
+    theta: T,
+    omega: T,
+    hi: T,
+    lo: T,
+}
+
+/// A collision, if it is of the plain kind.
+pub(crate) struct Hop<T: Real> {
+    pub(crate) after: Moment<T>,
+    pub(crate) plain: T::Mask,
+    /// Whether what follows may be summed or frozen, or the contact just hit stays: a look is due.
+    pub(crate) look: T::Mask,
+    /// Rates before the impact, and its own-rate jump.
+    pub(crate) before: [T; 2],
+    pub(crate) jump: T,
+    /// Duration of the flight.
+    pub(crate) dt: T,
+}
+
+/// Which ends of an accumulation are worth a look, after an impact at contact a: bouncing at a, clattering, and both contacts
+/// at rest so soon that the geometry may be frozen. Each is tested without a root or a division.
+pub(crate) struct Near<T: Real> {
+    pub(crate) bounce: T::Mask,
+    pub(crate) clatter: T::Mask,
+    pub(crate) brief: T::Mask,
+}
+
+/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`LONG`] of the time elapsed: freezing is
+/// considered. `squares`: u² + 2gh of both contacts.
+#[inline(always)]
+pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
+    let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
+    let brief = now * LONG * most * loss;
+    let bound = brief * brief;
+    let quick = (squares[0] * 64.0).at_most(bound) & (squares[1] * 64.0).at_most(bound);
+    now.like(0.0).below(brief) & quick
+}
+
+impl<T: Real> Moment<T> {
+    fn arc(&self, i: usize, course: &Course<T>) -> Arc<T> {
+        let (g, omega) = (course.sides[i].gravity, self.omega);
+        Arc { h: self.h[i], u: self.u[i], g, b: self.b[i], c: self.c[i], omega }
+    }
+
+    /// −ψ_i (b_i² + ρ²)
+    #[inline(always)]
+    fn cross(&self, course: &Course<T>) -> T {
+        self.b[0] * self.b[1] + course.cross
+    }
+
+    /// g_i + c_iω²
+    #[inline(always)]
+    fn pull(&self, i: usize, course: &Course<T>) -> T {
+        course.sides[i].gravity + self.c[i] * self.omega * self.omega
+    }
+
+    /// What to look at after an impact at `A` that ended a flight of `tau`.
+    #[inline(always)]
+    pub(crate) fn near<const A: usize>(&self, course: &Course<T>, tau: T) -> Near<T> {
+        let b = 1 - A;
+        let (u_a, u_b, h_b, e) = (self.u[A], self.u[b], self.h[b], course.sides[A].restitution);
+        let gravity = [self.pull(0, course), self.pull(1, course)];
+        let (cross, own) = (self.cross(course), self.b[A] * self.b[A] + course.rho2);
+        let zero = u_a.like(0.0);
+
+        // Bouncing at a, T = 2u/(g(1−e)): whether h_b(T) ≥ 0.
+        let (scale, t) = (gravity[A] * (-e + 1.0), u_a * 2.0);
+        let fall = gravity[b] * own - e * cross * gravity[A];
+        let bounce = zero.below(gravity[A])
+            & (t * 0.5 * t * fall).at_most((h_b * scale + t * u_b) * scale * own);
+
+        let (drop, square) = (gravity[b] * 2.0 * h_b, u_b * u_b);
+        let clatter = u_b.below(zero)
+            & cross.below(zero)
+            & (drop * drop * tau).at_most(self.hi * TRY_TAIL * (square * square));
+
+        // h_a = 0
+        let brief = is_brief([u_a * u_a, square + drop], gravity, course.least_loss, self.hi);
+        Near { bounce, clatter, brief }
+    }
+
+    /// The arms by the rotation itself, and whether it is small enough.
+    #[inline(always)]
+    pub(crate) fn arms(&self, course: &Course<T>) -> ([[T; 2]; 2], T::Mask) {
+        let turn = Turn::small(self.theta);
+        let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
+        // No closure: what is called from a vector loop and not part of it has no vectors of its own.
+        let [one, two] = &course.sides;
+        ([turn.turned(one.arm), turn.turned(two.arm)], small)
+    }
+
+    /// The next collision, at the contact that was not hit last. `A`: that was.
+    #[inline(always)]
+    pub(crate) fn hop<const A: usize>(&self, course: &Course<T>) -> Hop<T> {
+        let b = 1 - A;
+        let (omega, zero) = (self.omega, self.omega.like(0.0));
+        let (arc_a, arc_b) = (self.arc(A, course), self.arc(b, course));
+        let w4 = omega * omega * (omega * omega);
+        let slow = w4.below(course.sides[0].slow) & w4.below(course.sides[1].slow);
+        let (landing, found) = arc_b.concave_touchdown();
+        let (dt, turn) = (landing.dt, &landing.turn);
+
+        // A concave arc from the ground is above it until it lands: its sign decides.
+        let height = arc_a.gap_turned(dt, turn);
+        let rates = [arc_a.rate_turned(dt, turn), arc_b.rate_turned(dt, turn)];
+        let plain = slow
+            & found
+            & zero.below(height)
+            & rates[1].below(zero)
+            & (self.hi + dt).at_most(course.end)
+            & dt.at_most(course.longest);
+
+        let mut after = *self;
+        (after.hi, after.lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
+        after.theta = self.theta + omega * dt;
+        after.r = [self.r[0] + self.v[0] * dt, self.r[1] + self.v[1] * dt];
+        after.r[1] = after.r[1] - course.gravity * 0.5 * dt * dt;
+        after.v[1] = self.v[1] - course.gravity * dt;
+        for i in 0..2 {
+            [after.b[i], after.c[i]] = turn.turned([self.b[i], self.c[i]]);
+        }
+
+        let (s, e, normal) = (-rates[1], course.sides[b].restitution, course.sides[b].normal);
+        let jump = (e + 1.0) * s;
+        let per_own = jump / (after.b[b] * after.b[b] + course.rho2);
+        let push = course.rho2 * per_own;
+        (after.h[A], after.h[b]) = (height, zero);
+        after.u[b] = e * s;
+        after.u[A] = rates[0] + after.cross(course) * per_own;
+        after.omega = omega + after.b[b] * per_own;
+        after.v = [after.v[0] + normal[0] * push, after.v[1] + normal[1] * push];
+
+        let near = if A == 0 { after.near::<1>(course, dt) } else { after.near::<0>(course, dt) };
+        let look = near.bounce | near.clatter | near.brief | after.u[b].at_most(zero);
+        let before = if A == 0 { rates } else { [rates[1], rates[0]] };
+        Hop { after, plain, look, before, jump, dt }
+    }
+}
+
+/// A body in its lane.
+#[derive(Debug, Clone, Copy)]
+struct Place<T> {
+    moment: Moment<T>,
+    /// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+    granted: T,
+    fresh: T,
+}
+
+impl<T: Real> Place<T> {
+    fn numbers(self) -> [T; 18] {
+        let Self { moment, granted, fresh } = self;
+        let Moment { h, u, b, c, r, v, theta, omega, hi, lo } = moment;
+        let [[h0, h1], [u0, u1], [b0, b1], [c0, c1], [r0, r1], [v0, v1]] = [h, u, b, c, r, v];
+        [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh]
+    }
+
+    fn from_numbers(numbers: [T; 18]) -> Self {
+        let [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh] =
+            numbers;
+        let (h, u, b, c) = ([h0, h1], [u0, u1], [b0, b1], [c0, c1]);
+        let moment = Moment { h, u, b, c, r: [r0, r1], v: [v0, v1], theta, omega, hi, lo };
+        Self { moment, granted, fresh }
+    }
+}
+
+impl<T: Real> Course<T> {
+    fn numbers(self) -> [T; 20] {
+        let side = |s: Side<T>| {
+            let ([x, y], [b, c]) = (s.normal, s.arm);
+            [s.gravity, s.restitution, x, y, b, c, s.slow]
+        };
+        let [[a, b, c, d, e, f, g], [h, i, j, k, l, m, n]] = self.sides.map(side);
+        let Self { rho2, cross, gravity, least_loss, end, longest, .. } = self;
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rho2, cross, gravity, least_loss, end, longest]
+    }
+
+    fn from_numbers(numbers: [T; 20]) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, rest @ ..] = numbers;
+        let [rho2, cross, gravity, least_loss, end, longest] = rest;
+        let side = |[gravity, restitution, x, y, b, c, slow]: [T; 7]| Side {
+            gravity,
+            restitution,
+            normal: [x, y],
+            arm: [b, c],
+            slow,
+        };
+        let sides = [side([a, b, c, d, e, f, g]), side([h, i, j, k, l, m, n])];
+        Self { sides, rho2, cross, gravity, least_loss, end, longest }
+    }
+}
+
+/// Bodies side by side, each in the middle of plain collisions or stopped.
+#[derive(Debug, Default)]
+pub(crate) struct Pool {
+    course: Columns<20>,
+    /// The bodies where some have stopped, as [`Place::numbers`], at each of the [`STAGES`]; those that go on are at the last.
+    stages: [Columns<18>; STAGES],
+    /// Durations of the last flights.
+    dt: [Columns<1>; STAGES],
+    /// A bit for each body that has stopped there.
+    stopped: [u64; STAGES],
+    /// A bit for each body that goes on, after an impact at contact 1.
+    on: u64,
+}
+
+/// In a pair of collisions: before that at contact 2, where it is not a plain one; after it, where a look is due; and the same of
+/// the collision at contact 1.
+const STAGES: usize = 4;
+
+/// Where a body has stopped.
+pub(crate) struct Stopped {
+    pub(crate) moment: Moment<f64>,
+    /// The contact hit last.
+    pub(crate) a: usize,
+    pub(crate) left: Left,
+    /// Where a look is due: the duration of the flight before.
+    pub(crate) look: Option<f64>,
+}
+
+/// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Left {
+    pub(crate) granted: usize,
+    pub(crate) fresh: usize,
+}
+
+/// Bodies in the lanes of registers.
+struct Vector<S: Simd> {
+    course: Course<Lanes<S>>,
+    place: Place<Lanes<S>>,
+    /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
+    on: u64,
+}
+
+impl<S: Simd> Vector<S> {
+    #[inline(always)]
+    fn stop(&mut self, lanes: u64, pool: &mut Pool, stage: usize, dt: Lanes<S>) {
+        if lanes != 0 {
+            pool.stages[stage].store(&self.place.numbers());
+            pool.dt[stage].store(&[dt]);
+            pool.stopped[stage] |= lanes;
+            self.on &= !lanes;
+        }
+    }
+
+    /// Computes arms that are due, but in lanes that have turned too far for it.
+    #[cold]
+    #[inline(always)]
+    fn refresh(&mut self) {
+        let Place { moment, fresh, .. } = &mut self.place;
+        let (arms, small) = moment.arms(&self.course);
+        let due = small & fresh.at_most(fresh.like(0.0));
+        for i in 0..2 {
+            moment.b[i] = Lanes::choose(due, arms[i][0], moment.b[i]);
+            moment.c[i] = Lanes::choose(due, arms[i][1], moment.c[i]);
+        }
+        *fresh = Lanes::choose(due, fresh.like(REFRESH as f64), *fresh);
+    }
+
+    /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which a look is due
+    /// behind it.
+    #[inline(always)]
+    fn hop<const A: usize>(&mut self, pool: &mut Pool) {
+        let zero = self.place.fresh.like(0.0);
+        if self.on & Lanes::<S>::bits(self.place.fresh.at_most(zero)) != 0 {
+            self.refresh();
+        }
+        let Place { moment, granted, fresh, .. } = self.place;
+        let hop = moment.hop::<A>(&self.course);
+        let plain = hop.plain & zero.below(granted) & zero.below(fresh);
+        self.stop(self.on & !Lanes::<S>::bits(plain), pool, 2 * A, hop.dt);
+        let (granted, fresh) = (granted + -1.0, fresh + -1.0);
+        self.place = Place { moment: hop.after, granted, fresh };
+        self.stop(self.on & Lanes::<S>::bits(hop.look), pool, 2 * A + 1, hop.dt);
+    }
+}
+
+impl Pool {
+    /// Takes a body in whose loop plain collisions are next, after an impact at contact 1.
+    pub(crate) fn put(&mut self, run: usize, moment: Moment<f64>, course: Course<f64>, left: Left) {
+        let (granted, fresh) = (left.granted as f64, left.fresh as f64);
+        self.course.put(run, course.numbers());
+        let place = Place { moment, granted, fresh };
+        self.stages[STAGES - 1].put(run, place.numbers());
+        self.on |= 1 << run;
+    }
+
+    /// Gives a body back that has stopped.
+    pub(crate) fn take(&mut self, run: usize) -> Stopped {
+        let is_in = |stage: usize| self.stopped[stage] >> run & 1 == 1;
+        let stage = (0..STAGES).find(|&stage| is_in(stage)).unwrap_or(STAGES - 1);
+        self.stopped[stage] &= !(1 << run);
+        let Place { moment, granted, fresh } = Place::from_numbers(self.stages[stage].get(run));
+        Stopped {
+            moment,
+            a: usize::from(stage == 1 || stage == 2),
+            left: Left { granted: granted as usize, fresh: fresh as usize },
+            look: (stage % 2 == 1).then(|| self.dt[stage].get(run)[0]),
+        }
+    }
+
+    /// The bodies that go on, a bit for each.
+    pub(crate) fn on(&self) -> u64 {
+        self.on
+    }
+
+    /// Plain collisions, until one of the bodies has come to something else.
+    #[inline(always)]
+    pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
+        let all = self.on;
+        let mut vector = Vector {
+            course: Course::from_numbers(self.course.load(simd)),
+            place: Place::from_numbers(self.stages[STAGES - 1].load(simd)),
+            on: all,
+        };
+        while vector.on == all {
+            vector.hop::<0>(self);
+            vector.hop::<1>(self);
+        }
+        self.on = vector.on;
+        self.stages[STAGES - 1].store(&vector.place.numbers());
+    }
+}
+
+impl Course<f64> {
+    pub(crate) fn new(body: &Body, end: f64) -> Self {
+        let side = |i: usize| {
+            let k = &body.contacts[i];
+            let (gravity, restitution) = (k.gravity, k.restitution);
+            let slow = gravity * gravity / (k.b * k.b + k.c * k.c);
+            Side { gravity, restitution, normal: k.normal.into(), arm: [k.b, k.c], slow }
+        };
+        let [one, two] = &body.contacts;
+        let square = |k: &Geometry| k.b * k.b + k.c * k.c;
+        let size = square(one).max(square(two)).sqrt();
+        Self {
+            sides: [side(0), side(1)],
+            rho2: body.rho2,
+            cross: body.rho2 * body.n12,
+            gravity: body.gravity,
+            least_loss: body.least_loss,
+            end: end.min(f64::MAX),
+            longest: longest(size, one.gravity.max(two.gravity)),
+        }
+    }
+}
+
+impl Moment<f64> {
+    pub(crate) fn take_arms(&mut self, arms: [[f64; 2]; 2]) {
+        (self.b, self.c) = (arms.map(|arm| arm[0]), arms.map(|arm| arm[1]));
+    }
+
+    pub(crate) fn of(state: &Tumble, clock: Clock) -> Self {
+        let (center, spin) = (&state.center, state.spin);
+        Self {
+            h: state.gaps.h,
+            u: state.gaps.u,
+            b: state.b,
+            c: state.c,
+            r: center.r.into(),
+            v: center.v.into(),
+            theta: spin.theta,
+            omega: spin.omega,
+            hi: clock.hi,
+            lo: clock.lo,
+        }
+    }
+
+    /// Puts the state back; returns the clock.
+    pub(crate) fn put(&self, state: &mut Tumble) -> Clock {
+        (state.gaps.h, state.gaps.u) = (self.h, self.u);
+        (state.b, state.c) = (self.b, self.c);
+        (state.center.r, state.center.v) = (self.r.into(), self.v.into());
+        (state.spin.theta, state.spin.omega) = (self.theta, self.omega);
+        Clock { hi: self.hi, lo: self.lo }
+    }
+}

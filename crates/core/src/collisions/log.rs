@@ -1,0 +1,273 @@
+//! What a run writes down while it goes: the clock, the collisions, and the limits it must keep.
+
+use nalgebra::Vector2;
+
+use crate::body::contact::PerContact;
+use crate::math::clock::Clock;
+use crate::modes::Mode;
+use crate::options::Options;
+
+/// One collision, as it was simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Collision {
+    pub(crate) elapsed: Clock,
+    pub(crate) contact: usize,
+    pub(crate) before: [f64; 2],
+    pub(crate) after: [f64; 2],
+    /// Own-rate jump (1+e)|w| of the impact, in m/s.
+    pub(crate) jump: f64,
+    /// Gap of the contact that is not hit, in m.
+    pub(crate) other_gap: f64,
+}
+
+/// Rotation right after a collision of the full model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Spin {
+    pub(crate) theta: f64,
+    pub(crate) omega: f64,
+}
+
+/// The centre of mass: its displacement (m) and velocity (m/s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Center {
+    pub(crate) r: Vector2<f64>,
+    pub(crate) v: Vector2<f64>,
+}
+
+impl Default for Center {
+    fn default() -> Self {
+        Self { r: Vector2::zeros(), v: Vector2::zeros() }
+    }
+}
+
+impl Center {
+    /// After a flight of `dt` under gravity `g`.
+    #[inline]
+    pub(crate) fn fly(&mut self, g: f64, dt: f64) {
+        self.r += self.v * dt;
+        self.r.y -= 0.5 * g * dt * dt;
+        self.v.y -= g * dt;
+    }
+}
+
+/// Collisions between two looks at the limits and at the cancel flag.
+pub(crate) const CHUNK: usize = 1024;
+
+/// Steps of integration, and of the loop over the pieces of a motion, that bring neither a collision nor a change of the contact
+/// modes, beyond one for each of those, after which a run is given up: a second of computing time, and a quarter of a gigabyte
+/// that is recorded. A body that swings or rolls takes some ten steps a turn, a slender one some hundred.
+pub(crate) const MOST_STEPS: usize = 250_000;
+
+/// Clock, collisions and limits of one run.
+pub(crate) struct Log<'a> {
+    pub(crate) clock: Clock,
+    pub(crate) collisions: Vec<Collision>,
+    /// The body after each collision of the full model; elsewhere default values. A replay that summed the impulses anew
+    /// would round them anew.
+    pub(crate) bodies: Vec<(Center, Spin)>,
+    pub(crate) record: bool,
+    /// Elapsed time at which the run ends, in s.
+    pub(crate) end: f64,
+    /// Collisions so far.
+    pub(crate) hits: usize,
+    /// Whether each contact of a pair has been hit.
+    pub(crate) struck: [bool; 2],
+    /// Changes of the contact modes so far.
+    changes: usize,
+    /// The contact modes now; none before the first piece.
+    word: PerContact<Mode>,
+    /// Events at the last step, and steps that brought no new one.
+    seen: usize,
+    steps: usize,
+    /// Steps since the last look at the cancel flag.
+    unasked: usize,
+    pub(crate) event_limit: usize,
+    pub(crate) cancelled: bool,
+    /// Whether a flight turned so far that its rotation is not known any more.
+    pub(crate) phase_lost: bool,
+    cancel: &'a dyn Fn() -> bool,
+}
+
+impl<'a> Log<'a> {
+    /// Of a body with `count` contacts.
+    pub(crate) fn new(options: &Options, count: usize, cancel: &'a dyn Fn() -> bool) -> Self {
+        Self {
+            clock: Clock::default(),
+            collisions: Vec::new(),
+            bodies: Vec::new(),
+            record: options.record,
+            end: options.end(),
+            hits: 0,
+            struck: [false; 2],
+            changes: 0,
+            word: PerContact::new(),
+            seen: 0,
+            steps: 0,
+            unasked: 0,
+            event_limit: options.events(count),
+            cancelled: false,
+            phase_lost: false,
+            cancel,
+        }
+    }
+
+    /// How many collisions may come before the next look at the limits; zero: the run is over.
+    pub(crate) fn chunk(&mut self) -> usize {
+        self.cancelled = self.cancelled || (self.cancel)();
+        if self.cancelled { 0 } else { CHUNK.min(self.event_limit.saturating_sub(self.events())) }
+    }
+
+    /// Collisions and changes of the contact modes so far.
+    pub(crate) fn events(&self) -> usize {
+        self.hits + self.changes
+    }
+
+    /// From now on the contacts are in these modes.
+    pub(crate) fn enter(&mut self, word: &[Mode]) {
+        if self.word.as_slice() != word {
+            self.changes += usize::from(!self.word.is_empty());
+            self.word = word.into();
+        }
+    }
+
+    /// Whether the run may take another step, of integration or of the loop over the pieces of a motion.
+    pub(crate) fn step(&mut self) -> bool {
+        let events = self.events();
+        self.steps += usize::from(events == self.seen);
+        self.seen = events;
+        if events >= self.event_limit || self.steps >= MOST_STEPS + events {
+            return false;
+        }
+        self.unasked += 1;
+        if self.unasked == CHUNK {
+            self.unasked = 0;
+            self.cancelled = self.cancelled || (self.cancel)();
+        }
+        !self.cancelled
+    }
+
+    /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
+    pub(crate) fn limit(&self) -> Option<String> {
+        let steps = if self.events() >= self.event_limit {
+            String::new()
+        } else if self.steps >= MOST_STEPS + self.events() {
+            format!("{} steps of integration and ", self.steps)
+        } else {
+            return None;
+        };
+        Some(format!(
+            "ended after {steps}{}, {} and {} of the contact modes",
+            counted(self.events(), "event"),
+            counted(self.hits, "collision"),
+            counted(self.changes, "change")
+        ))
+    }
+
+    /// Time left before the limit, in s.
+    pub(crate) fn left(&self) -> f64 {
+        Clock { hi: self.end, lo: 0.0 }.since(self.clock)
+    }
+}
+
+/// Impacts between two looks at whether they become slower.
+const STRETCH: usize = 1024;
+
+/// Factor between the fastest impacts of two stretches from which on they become slower, or faster.
+const ALIKE: f64 = 1.02;
+
+/// The fastest impact of a stretch of them, in m/s, when it began, and which contacts were hit (bit by bit).
+#[derive(Debug, Clone, Copy, Default)]
+struct Stretch {
+    impacts: usize,
+    fastest: f64,
+    began: Clock,
+    contacts: u64,
+}
+
+/// The last impacts of a run, for the reason why it does not end.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LastImpacts {
+    now: Stretch,
+    before: Stretch,
+    /// Changes of the contact modes before the last of them.
+    changes: usize,
+}
+
+impl LastImpacts {
+    /// An impact of a contact, counted from 0, with this speed.
+    pub(crate) fn follow(&mut self, contact: usize, speed: f64, log: &Log<'_>) {
+        self.changes = log.changes;
+        if self.now.impacts == STRETCH {
+            (self.before, self.now) = (self.now, Stretch::default());
+        }
+        if self.now.impacts == 0 {
+            self.now.began = log.clock;
+        }
+        self.now.impacts += 1;
+        self.now.fastest = self.now.fastest.max(speed);
+        self.now.contacts |= 1 << contact;
+    }
+
+    /// What the impacts before the end of a run have in common.
+    pub(crate) fn family(&self, log: &Log<'_>) -> String {
+        let quiet = log.changes - self.changes;
+        if quiet > STRETCH {
+            return format!(
+                "contacts stick, slip and lift off without an impact within the last {quiet} changes"
+            );
+        }
+        let clock = log.clock;
+        let (now, before) = (&self.now, &self.before);
+        let hit = now.contacts | before.contacts;
+        let contacts = names((0..64).filter(|i| hit >> i & 1 == 1));
+        let count = before.impacts + now.impacts;
+        let (speed, earlier) = (in_words(now.fastest), in_words(before.fastest));
+        let ratio = now.fastest / before.fastest;
+        if count == 0 {
+            "without an impact".into()
+        } else if before.impacts == 0 {
+            format!("impacts of {contacts} at up to {speed}")
+        } else if clock.since(before.began) == 0.0 {
+            format!(
+                "the last {count} impacts, of {contacts} at up to {speed}, come in one instant: each brings the next one about"
+            )
+        } else if ratio * ALIKE < 1.0 {
+            format!(
+                "the impacts of {contacts} become slower, but slowly: from {earlier} to {speed} within the last {count}"
+            )
+        } else if ratio > ALIKE {
+            format!(
+                "the impacts of {contacts} become faster: from {earlier} to {speed} within the last {count}"
+            )
+        } else {
+            format!(
+                "the impacts of {contacts}, at up to {speed}, become neither slower nor faster within the last {count}"
+            )
+        }
+    }
+}
+
+/// "1 event", "2 events".
+fn counted(number: usize, name: &str) -> String {
+    format!("{number} {name}{}", if number == 1 { "" } else { "s" })
+}
+
+/// A speed (m/s) with three digits.
+pub(crate) fn in_words(speed: f64) -> String {
+    if (1e-3..1e4).contains(&speed) {
+        let digits = (2.0 - libm::log10(speed).floor()).clamp(0.0, 5.0) as usize;
+        format!("{speed:.digits$} m/s")
+    } else {
+        format!("{speed:.2e} m/s")
+    }
+}
+
+/// "contact 1", "contacts 1 and 2", "contacts 1, 2 and 4", of contacts counted from 0.
+pub(crate) fn names(contacts: impl Iterator<Item = usize>) -> String {
+    let all: Vec<String> = contacts.map(|i| (i + 1).to_string()).collect();
+    match all.as_slice() {
+        [] => "no contact".into(),
+        [one] => format!("contact {one}"),
+        [most @ .., last] => format!("contacts {} and {last}", most.join(", ")),
+    }
+}

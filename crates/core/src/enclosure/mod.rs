@@ -1,0 +1,459 @@
+//! Verified enclosures of a motion: for each collision, and in the local model for the Zeno point they accumulate at, an
+//! interval that contains its time.
+//!
+//! Of the local model (`full.rs` has the other) flights and impacts are those of `collisions/local.rs`, in balls of 106 bits: the order in
+//! which contacts land is decided where the balls are apart, and where they are not, the enclosure ends and says so. The infinite
+//! rest is enclosed by two theorems, for parameters that are what the doubles say.
+//!
+//! **Bouncing** at a, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap of b stays
+//! positive.
+//!
+//! **Clattering.** After an impact at a, let b be next, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the smaller
+//! solution c of these two equations, r_i = e_i c_1c_2 < 1, and
+//!
+//! ```text
+//! d = −u_b − c_b u_a,   T0 = h_b/d,   w = c_b u_a/|u_b|,   ν = h_b/(2u_a|u_b|),   G = g_b + c_b g_a.
+//! ```
+//!
+//! A flight of τ and the impact of b, with s = −u_b + g_bτ, give *exactly* d' = (d + Gτ)/c_b, and
+//!
+//! ```text
+//! w' ≤ r_b/(1 + r_b − w),   ν' ≤ ν w²w'/(c_b²c_a e_b²),   0 ≤ T0 − τ − T0' ≤ G T0²/(2d),   T0' ≤ w T0.
+//! ```
+//!
+//! Once d is known, u_b = −(d + c_b u_a): then nothing cancels from impact to impact but what gravity does, and relative errors
+//! add up instead of multiplying.
+//!
+//! Two impacts keep 1 and W* = r_a(1 + r_b)/(1 + r_a): so if d > 0 and w < 1, then with W_b = max(w, W*) < 1 and
+//! W_a = r_b/(1 + r_b − W_b) all later w are at most W_b before b is hit, and W_a before a is. Contacts alternate as long as
+//! g_aν < 1 (b lands before a is back), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2 < 1,
+//! f_b = W_b²W_a/(c_b²c_a e_b²). The time that is left is then between T0 − L and T0,
+//!
+//! ```text
+//! L = T0²/(2d) · (G_b + c_b W_b² G_a)/(1 − c_1c_2 W_1²W_2²).
+//! ```
+
+use crate::body::local_model::LocalModel;
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::log::CHUNK;
+use crate::math::ball::Ball;
+use crate::options::Options;
+use crate::outcome::{Bounds, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
+
+mod full;
+
+pub(crate) use full::enclose_full;
+
+/// What is claimed so far of a motion under way.
+struct Claims<'a> {
+    /// Time elapsed.
+    clock: Ball,
+    impacts: Vec<EnclosedImpact>,
+    event_limit: usize,
+    /// Longest time, in s.
+    time: f64,
+    cancel: &'a dyn Fn() -> bool,
+    cancelled: bool,
+}
+
+impl<'a> Claims<'a> {
+    /// Of a body with `count` contacts. They are kept: there are no more of them than of recorded events.
+    fn new(count: usize, options: &Options, cancel: &'a dyn Fn() -> bool) -> Self {
+        Self {
+            clock: Ball::ZERO,
+            impacts: Vec::new(),
+            event_limit: Options { record: true, ..*options }.events(count),
+            time: options.end(),
+            cancel,
+            cancelled: false,
+        }
+    }
+
+    /// The time elapsed after a further `dt`, which is not negative.
+    fn after(&self, dt: Ball) -> Bounds {
+        let [low, high] = (self.clock + dt).bounds();
+        Bounds { low: low.max(0.0), high }
+    }
+
+    /// A collision of contact i after a further `dt`.
+    fn collide(&mut self, i: usize, dt: Ball) -> Result<(), Uncertain> {
+        let elapsed = self.after(dt);
+        self.cancelled = self.impacts.len().is_multiple_of(CHUNK) && (self.cancel)();
+        if self.cancelled || self.impacts.len() >= self.event_limit || elapsed.high > self.time {
+            return Err(Uncertain::Limit);
+        }
+        if !(elapsed.low <= elapsed.high && elapsed.high.is_finite()) {
+            return Err(Uncertain::Order);
+        }
+        self.clock = self.clock + dt;
+        self.impacts.push(EnclosedImpact { contact: ContactNumber::of(i), elapsed });
+        Ok(())
+    }
+
+    /// All of them, and how they end; `None` if cancelled.
+    fn end(self, end: Result<EnclosedZeno, Uncertain>) -> Option<Enclosure> {
+        if self.cancelled {
+            return None;
+        }
+        let (zeno, reason) = match end {
+            Ok(zeno) if zeno.elapsed.high <= self.time => (Some(zeno), None),
+            Ok(_) => (None, Some(Uncertain::Limit)),
+            Err(reason) => (None, Some(reason)),
+        };
+        Some(Enclosure { impacts: self.impacts, zeno, reason })
+    }
+}
+
+/// Nothing is certain from the start.
+const NOTHING: Enclosure =
+    Enclosure { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
+
+/// One contact in the air, or touching.
+#[derive(Debug, Clone, Copy)]
+struct Gap {
+    h: Ball,
+    u: Ball,
+}
+
+/// A landing.
+enum Landing {
+    /// After this time, with this speed.
+    In(Ball, Ball),
+    Never,
+    Unknown,
+}
+
+/// A local model in balls.
+struct Model {
+    g: [Ball; 2],
+    e: [Ball; 2],
+    /// k_i = (1 + e_i)ψ_i
+    kick: [Ball; 2],
+    psi: [Ball; 2],
+    /// What is not there never lands.
+    count: usize,
+    clatter: Option<Clatter>,
+}
+
+/// Constants of a clattering tail; index: the contact that is hit next.
+struct Clatter {
+    c: [Ball; 2],
+    /// r_i
+    r: [Ball; 2],
+    /// W*
+    limit: [Ball; 2],
+    /// G_b
+    gravity: [Ball; 2],
+}
+
+fn ball(x: f64) -> Ball {
+    Ball::from(x)
+}
+
+impl Clatter {
+    /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, what repels two impacts without gravity.
+    fn new(g: [Ball; 2], kick: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
+        let product = kick[0] * kick[1];
+        let c = |a: usize| {
+            let b = 1 - a;
+            let sum = product + e[a] - e[b];
+            let root = (sum.square() - (e[a] * product).scaled(4.0)).sqrt()?;
+            kick[a].scaled(2.0).over(sum + root)
+        };
+        let c = [c(1)?, c(0)?];
+        let r = e.map(|e| e * c[0] * c[1]);
+        let one = ball(1.0);
+        let limit = |b: usize| (r[1 - b] * (one + r[b])).over(one + r[1 - b]);
+        let limit = [limit(0)?, limit(1)?];
+        let positive = |x: Ball| x.is_positive();
+        let usable = positive(kick[0]) && c.into_iter().chain(r.map(|r| one - r)).all(positive);
+        let gravity = [0, 1].map(|b| g[b] + c[b] * g[1 - b]);
+        usable.then_some(Self { c, r, limit, gravity })
+    }
+
+    /// d after an impact at `a`, if it is positive.
+    fn inside(&self, a: usize, u_a: Ball, next: Gap) -> Option<Ball> {
+        let d = -next.u - self.c[1 - a] * u_a;
+        d.is_positive().then_some(d)
+    }
+
+    /// d' after an impact at `b` that ends a flight of `dt`.
+    fn after(&self, b: usize, d: Ball, dt: Ball) -> Option<Ball> {
+        (d + self.gravity[b] * dt).over(self.c[b])
+    }
+
+    /// The time that is left after an impact at `a`, from T0 − L to T0, if impacts alternate for ever.
+    fn rest(&self, m: &Model, a: usize, u_a: Ball, next: Gap, d: Ball) -> Option<[Ball; 2]> {
+        let b = 1 - a;
+        let speed = -next.u;
+        let most = next.h.over(d)?;
+        let one = ball(1.0);
+        let w = (self.c[b] * u_a).over(speed)?.max(self.limit[b]);
+        let after = self.r[b].over(one + self.r[b] - w)?;
+        let share = one - self.c[0] * self.c[1] * (w * after).square();
+        if !((one - w).is_positive() && (one - after).is_positive() && share.is_positive()) {
+            return None;
+        }
+        if !next.h.is_zero() {
+            let nu = next.h.over((u_a * speed).scaled(2.0))?;
+            let factor = |b: usize, w: Ball, after: Ball| {
+                let cube = w.square() * after;
+                cube.over(self.c[b].square() * self.c[1 - b] * m.e[b].square())
+            };
+            let (one_more, two_more) = (factor(b, w, after)?, factor(a, after, w)?);
+            let lands = |bound: Ball| (one - bound).is_positive();
+            let alternates =
+                lands(m.g[a] * nu) && lands(m.g[b] * nu * one_more) && lands(one_more * two_more);
+            if !alternates {
+                return None;
+            }
+        }
+        let pull = self.gravity[b] + self.c[b] * w.square() * self.gravity[a];
+        let loss = (most.square() * pull).over((d * share).scaled(2.0))?;
+        Some([most - loss, most])
+    }
+}
+
+impl Model {
+    fn of(g: [Ball; 2], psi: [Ball; 2], e: [Ball; 2], count: usize) -> Self {
+        let kick = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
+        let clatter = if count == 2 { Clatter::new(g, kick, e) } else { None };
+        Self { g, e, kick, psi, count, clatter }
+    }
+
+    /// Whether gravity presses both contacts down, and either one presses the other down when it is hit.
+    fn presses(&self) -> bool {
+        self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
+    }
+
+    /// The next landing of contact i: s² = u² + 2gh, and 2h/(s − u) or (u + s)/g.
+    fn landing(&self, i: usize, Gap { h, u }: Gap) -> Landing {
+        let g = self.g[i];
+        if i >= self.count {
+            return Landing::Never;
+        }
+        if h.is_zero() && u.is_negative() {
+            return Landing::In(Ball::ZERO, -u);
+        }
+        let falls = u.is_negative();
+        if g.is_zero() && !falls {
+            return if u.is_not_negative() { Landing::Never } else { Landing::Unknown };
+        }
+        let square = u.square() + (g * h).scaled(2.0);
+        let Some(s) = square.sqrt() else { return Landing::Unknown };
+        let t = if falls { h.scaled(2.0).over(s - u) } else { (u + s).over(g) };
+        t.map_or(Landing::Unknown, |t| Landing::In(t, s))
+    }
+
+    /// Duration of the bouncing at a, if the gap of b is certain to be positive all along: at the impacts at a, where b is
+    /// kicked, it is h + py − qy² with y = 1 − eʲ, and between them it is concave.
+    fn bounces(&self, a: usize, u_a: Ball, other: Gap) -> Option<Ball> {
+        let (one, e) = (ball(1.0), self.e[a]);
+        if !self.g[a].is_positive() {
+            return None;
+        }
+        let left = one - e;
+        let t = u_a.scaled(2.0).over(self.g[a] * left)?;
+        if t.is_zero() && (other.h.is_positive() || other.u.is_positive()) {
+            return Some(t); // it rests already
+        }
+        if self.count == 1 {
+            return Some(t);
+        }
+        let b = 1 - a;
+        let fall = (self.g[b] + e * self.psi[a] * self.g[a]).scaled(0.5);
+        let end = other.h + t * (other.u - t * fall);
+        // Kicks that press b down leave its gap concave: its ends decide.
+        let pressed = self.psi[a].is_not_negative();
+        let clear = || {
+            let lift = (self.kick[a] * u_a * t).over(left)?;
+            let p = other.u * t + (lift * left).over(one + e)?;
+            let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
+            let turns = p.square() + (q * other.h).scaled(4.0);
+            let falls = (p - q.scaled(2.0)).is_negative(); // to the end
+            let clear = q.is_positive() || p.is_positive() || falls || turns.is_negative();
+            clear.then_some(())
+        };
+        (end.is_positive() && (pressed || clear().is_some())).then_some(t)
+    }
+}
+
+/// A motion under way.
+struct Course<'a> {
+    model: Model,
+    gaps: [Gap; 2],
+    /// d after the last impact, where it is positive.
+    inside: Option<Ball>,
+    claims: Claims<'a>,
+}
+
+/// Part of the time elapsed below which it does not pay to narrow the enclosure of a Zeno point: less than a rounding of its
+/// ends.
+const NARROW: f64 = f64::EPSILON / 8.0;
+
+impl Course<'_> {
+    /// All contacts fly for `dt`.
+    fn fly(&mut self, dt: Ball) {
+        for (gap, g) in self.gaps.iter_mut().zip(self.model.g).take(self.model.count) {
+            let u = gap.u - g * dt;
+            gap.h = gap.h + (dt * (gap.u + u)).scaled(0.5);
+            gap.u = u;
+        }
+    }
+
+    /// Flies to the landing of contact i, after `dt` and with the speed s, and collides.
+    fn land(&mut self, i: usize, dt: Ball, s: Ball) -> Result<(), Uncertain> {
+        self.claims.collide(i, dt)?;
+        self.fly(dt);
+        self.gaps[i] = Gap { h: Ball::ZERO, u: self.model.e[i] * s };
+        let other = &mut self.gaps[1 - i];
+        other.u = other.u - self.model.kick[i] * s;
+        self.inside = None;
+        Ok(())
+    }
+
+    /// The first contact to land, from a start at which none has just been hit.
+    fn begin(&mut self) -> Result<usize, Uncertain> {
+        let landings = [0, 1].map(|i| self.model.landing(i, self.gaps[i]));
+        let (i, dt, s) = match landings {
+            [Landing::Unknown, _] | [_, Landing::Unknown] => return Err(Uncertain::Order),
+            [Landing::Never, Landing::Never] => return Err(Uncertain::Never),
+            [Landing::In(t, s), Landing::Never] => (0, t, s),
+            [Landing::Never, Landing::In(t, s)] => (1, t, s),
+            [Landing::In(t, s), Landing::In(other, _)] if (other - t).is_positive() => (0, t, s),
+            [Landing::In(other, _), Landing::In(t, s)] if (other - t).is_positive() => (1, t, s),
+            _ => return Err(Uncertain::Order),
+        };
+        if s.is_zero() {
+            return Err(Uncertain::Order); // nothing hits a contact at rest
+        }
+        self.land(i, dt, s)?;
+        Ok(i)
+    }
+
+    /// The next collision after one at `a`.
+    fn next(&mut self, a: usize) -> Result<usize, Uncertain> {
+        let b = 1 - a;
+        let (u_a, g_a) = (self.gaps[a].u, self.model.g[a]);
+        let back = if g_a.is_zero() { None } else { u_a.scaled(2.0).over(g_a) };
+        match self.model.landing(b, self.gaps[b]) {
+            Landing::Unknown => return Err(Uncertain::Order),
+            Landing::In(dt, s) => {
+                // (u_a + u_a − g_aτ) > 0: a is still in the air. One at rest is hit by nothing.
+                let rests = u_a.is_zero() && dt.is_zero() && self.gaps[b].u.is_negative();
+                if rests || (u_a.scaled(2.0) - g_a * dt).is_positive() {
+                    let inside = self.inside;
+                    self.land(b, dt, s)?;
+                    if let (Some(clatter), Some(d)) = (&self.model.clatter, inside)
+                        && let Some(d) = clatter.after(b, d, dt)
+                    {
+                        self.gaps[a].u = -(d + clatter.c[a] * self.gaps[b].u);
+                        self.inside = Some(d);
+                    }
+                    return Ok(b);
+                }
+                if !back.is_some_and(|back| (dt - back).is_positive()) {
+                    return Err(Uncertain::Order);
+                }
+            }
+            Landing::Never => {}
+        }
+        if u_a.is_zero() {
+            return Err(Uncertain::Order); // nothing hits a contact at rest
+        }
+        let Some(back) = back else { return Err(Uncertain::Never) };
+        self.land(a, back, u_a)?;
+        Ok(a)
+    }
+
+    fn zeno(&self, contacts: &[usize], rest: [Ball; 2]) -> EnclosedZeno {
+        let [least, most] = rest.map(|t| self.claims.after(t));
+        let contacts = contacts.iter().map(|&i| ContactNumber::of(i)).collect();
+        EnclosedZeno { contacts, elapsed: Bounds { low: least.low, high: most.high } }
+    }
+
+    /// Collision after collision until all that follow are enclosed, as narrowly as it pays.
+    fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
+        let (gaps, g) = (self.gaps, self.model.g);
+        if !gaps.iter().all(|gap| gap.h.is_not_negative()) {
+            return Err(Uncertain::Order);
+        }
+        let rests = |i: &usize| gaps[*i].h.is_zero() && gaps[*i].u.is_zero() && g[*i].is_positive();
+        let all = 0..self.model.count;
+        if self.model.count == 2 && all.clone().all(|i| rests(&i)) && self.model.presses() {
+            return Ok(self.zeno(&[0, 1], [Ball::ZERO; 2]));
+        }
+        let mut a = match all.clone().find(rests) {
+            Some(i) => i,
+            None => self.begin()?,
+        };
+        let mut found: Option<EnclosedZeno> = None;
+        loop {
+            let (u_a, other) = (self.gaps[a].u, self.gaps[1 - a]);
+            if let Some(t) = self.model.bounces(a, u_a, other) {
+                return Ok(self.zeno(&[a], [t, t]));
+            }
+            let tail = self.model.clatter.as_ref();
+            self.inside = self.inside.or_else(|| tail?.inside(a, u_a, other));
+            let rest = self.inside.and_then(|d| tail?.rest(&self.model, a, u_a, other, d));
+            if let Some(rest) = rest {
+                let zeno = self.zeno(&[0, 1], rest);
+                let before = found.as_ref().map_or(f64::INFINITY, |found| found.elapsed.width());
+                let elapsed =
+                    found.as_ref().map_or(zeno.elapsed, |found| found.elapsed.and(zeno.elapsed));
+                let tight = (rest[1] - rest[0]).bounds()[1] <= NARROW * elapsed.high;
+                let narrower = elapsed.width() < before;
+                found = Some(EnclosedZeno { elapsed, ..zeno });
+                if tight || !narrower {
+                    break;
+                }
+            }
+            match self.next(a) {
+                Ok(hit) => a = hit,
+                Err(_) if found.is_some() => break,
+                Err(uncertain) => return Err(uncertain),
+            }
+        }
+        found.ok_or(Uncertain::Order)
+    }
+}
+
+/// Encloses the motion of a model in balls; `None` if cancelled.
+fn enclose(
+    model: Model,
+    gaps: [Gap; 2],
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let claims = Claims::new(model.count, options, cancel);
+    let mut course = Course { model, gaps, inside: None, claims };
+    let end = course.run();
+    course.claims.end(end)
+}
+
+/// Encloses the motion of a body in its local model; `None` if cancelled.
+pub(crate) fn enclose_local(
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let Some((model, gaps)) = full::local_of(posture, state) else {
+        return Some(NOTHING);
+    };
+    enclose(model, gaps, options, cancel)
+}
+
+/// Encloses the motion of a model that is given by its parameters.
+pub(crate) fn enclose_given(
+    model: &LocalModel,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Option<Enclosure> {
+    let [g, psi, e] = [model.gravity(), model.psi(), model.restitution()].map(|x| x.map(ball));
+    let gaps = [0, 1].map(|i| Gap { h: ball(gaps[i]), u: ball(rates[i]) });
+    enclose(Model::of(g, psi, e, 2), gaps, options, cancel)
+}

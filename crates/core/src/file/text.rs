@@ -1,0 +1,181 @@
+//! TOML and JSON texts, and the line and column of what is wrong in them.
+
+use std::collections::BTreeMap;
+
+use serde::de::DeserializeOwned;
+use serde_json::value::RawValue;
+use serde_path_to_error::{Path, Segment};
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, shortened};
+use crate::serial::values::Table;
+
+/// How a text is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// TOML.
+    Toml,
+    /// JSON.
+    Json,
+}
+
+impl Format {
+    /// The table that a text is; [`Error::File`] has line, column and field of what is wrong.
+    pub(crate) fn read<T: DeserializeOwned>(self, text: &str) -> Result<T, Error> {
+        match self {
+            Self::Toml => of_toml(text),
+            Self::Json => of_json(text),
+        }
+    }
+
+    /// An error that names a field, with the line and the column of its value.
+    pub(crate) fn placed(self, text: &str, error: Error) -> Error {
+        let (Error::OutOfRange { field, .. } | Error::Unusable { field, .. }) = &error else {
+            return error;
+        };
+        let start = match self {
+            Self::Toml => toml_start(text, field),
+            Self::Json => json_start(text, field),
+        };
+        let (line, column) = place(text, start.unwrap_or(0));
+        Error::File {
+            path: "scene".into(),
+            problem: format!("line {line}, column {column}: {error}"),
+            error: Some(Box::new(error)),
+        }
+    }
+}
+
+fn of_toml<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
+    let read = || {
+        let tree = toml::Deserializer::parse(text).map_err(|e| (String::new(), e))?;
+        let table = serde_path_to_error::deserialize::<_, Table<T>>(tree);
+        table.map_err(|e| (dotted(e.path()), e.into_inner()))
+    };
+    read().map(|table| table.0).map_err(|(field, error)| {
+        let span = error.span().unwrap_or_default();
+        let said = match error.message() {
+            "duplicate key" => format!("duplicate key `{}`", &text[span.clone()]),
+            said => said.to_owned(),
+        };
+        malformed(place(text, span.start), &field, &said)
+    })
+}
+
+fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
+    let mut tree = serde_json::Deserializer::from_str(text);
+    let table = serde_path_to_error::deserialize::<_, Table<T>>(&mut tree);
+    let table = table.map_err(|e| (dotted(e.path()), e.into_inner()));
+    let whole = table.and_then(|table| {
+        tree.end().map_err(|e| (String::new(), e))?;
+        Ok(table.0)
+    });
+    whole.map_err(|(field, error)| {
+        let lines = text.split_inclusive('\n').take(error.line().saturating_sub(1));
+        let reached = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
+        let value = if error.is_data() { json_start(text, &field) } else { None };
+        let said = error.to_string();
+        let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
+        let said = match said {
+            "expected value" => "a value of JSON is needed: no NaN, no Infinity, no comment",
+            "number out of range" => "a number within the range of doubles is needed",
+            said => said,
+        };
+        malformed(place(text, value.unwrap_or(reached)), &field, said)
+    })
+}
+
+/// Line and column, from 1, of a byte of a text.
+fn place(text: &str, byte: usize) -> (usize, usize) {
+    // A parser may stop within a character.
+    let before = String::from_utf8_lossy(&text.as_bytes()[..byte.min(text.len())]);
+    let before = before.trim_start_matches('\u{feff}');
+    let line = before.rfind('\n').map_or(before, |end| &before[end + 1..]);
+    (before.matches('\n').count() + 1, line.chars().count() + 1)
+}
+
+/// The path of a field as messages write it: entries of arrays count from 1.
+fn dotted(path: &Path) -> String {
+    let segments = path.iter().filter_map(|segment| match segment {
+        Segment::Seq { index } => Some((index + 1).to_string()),
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    segments.collect::<Vec<_>>().join(".")
+}
+
+/// The index of an entry of an array, as messages write it.
+fn entry(key: &str) -> Option<usize> {
+    match key {
+        "x" => Some(0),
+        "y" => Some(1),
+        "theta" => Some(2),
+        number => number.parse::<usize>().ok()?.checked_sub(1),
+    }
+}
+
+/// Where the value of a field begins, or else what is around it.
+fn toml_start(text: &str, field: &str) -> Option<usize> {
+    let root = DeTable::parse(text).ok()?;
+    let mut start = root.span().start;
+    let root = DeValue::Table(root.into_inner());
+    let mut value = &root;
+    for key in field.split('.') {
+        let inner = match value {
+            DeValue::Table(table) => table.get(key),
+            DeValue::Array(array) => entry(key).and_then(|index| array.get(index)),
+            _ => None,
+        };
+        let Some(inner) = inner else { break };
+        (start, value) = (inner.span().start, inner.get_ref());
+    }
+    Some(start)
+}
+
+/// Where the value of a field begins, or else what is around it; `None`: the text is no JSON.
+fn json_start(text: &str, field: &str) -> Option<usize> {
+    let mut value: &RawValue = serde_json::from_str(text).ok()?;
+    for key in field.split('.') {
+        let inner = match entry(key) {
+            Some(index) => serde_json::from_str::<Vec<&RawValue>>(value.get())
+                .ok()
+                .and_then(|array| array.get(index).copied()),
+            None => serde_json::from_str::<BTreeMap<String, &RawValue>>(value.get())
+                .ok()
+                .and_then(|table| table.get(key).copied()),
+        };
+        let Some(inner) = inner else { break };
+        value = inner;
+    }
+    Some(value.get().as_ptr().addr() - text.as_ptr().addr())
+}
+
+/// A parser's message, with the names of types as a reader of the file calls them.
+fn malformed((line, column): (usize, usize), field: &str, said: &str) -> Error {
+    let (found, expected) = match said.rsplit_once(", expected ") {
+        Some((found, expected)) => (found, format!(", expected {}", in_words(expected))),
+        None => (said, String::new()),
+    };
+    let found = match found.trim_end_matches(" as i128").trim_end_matches(" as u128") {
+        "invalid type: map" => "invalid type: table".into(),
+        "invalid type: sequence" => "invalid type: array".into(),
+        found => shortened(found),
+    };
+    let field = if field.is_empty() { String::new() } else { format!(", {}", shortened(field)) };
+    Error::File {
+        path: "scene".into(),
+        problem: format!("line {line}, column {column}{field}: {found}{expected}"),
+        error: None,
+    }
+}
+
+/// What a parser expected, without the names of Rust.
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "usize" => "an integer >= 0",
+        "a boolean" => "true or false",
+        "a sequence" => "an array",
+        other => other,
+    }
+}

@@ -1,0 +1,4 @@
+//! Laws of impact.
+
+pub(crate) mod friction;
+pub(crate) mod newton;

@@ -1,0 +1,254 @@
+//! Numbers, one by one or side by side: what a collision computes is written once and serves a single run as well as the
+//! lanes of a vector register. Additions, multiplications, divisions and square roots are those of IEEE 754 in either, and
+//! none is fused with another, so that a run has the same bits in a lane as by itself.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
+
+use crate::math::turn::Turn;
+
+/// A double, or one in each lane.
+pub(crate) trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// Yes or no, in each lane.
+    type Mask: Copy
+        + BitAnd<Output = Self::Mask>
+        + BitOr<Output = Self::Mask>
+        + Not<Output = Self::Mask>;
+
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    /// The same number in each lane of this one.
+    fn like(self, value: f64) -> Self;
+    /// self < other
+    fn below(self, other: Self) -> Self::Mask;
+    /// self ≤ other
+    fn at_most(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask says so, else `no`.
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    fn any(mask: Self::Mask) -> bool;
+    /// The functions of a turn by this angle (rad), and where they are known.
+    fn turn(self) -> (Turn<Self>, Self::Mask);
+}
+
+impl Real for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn like(self, value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+
+    #[inline(always)]
+    fn turn(self) -> (Turn, bool) {
+        (Turn::by(self), self.abs() <= Turn::<f64>::FEW)
+    }
+}
+
+/// The lanes of two vector registers side by side, so that one computes while the other waits for its root or its quotient.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lanes<S: Simd>(S::f64s, S::f64s);
+
+/// Yes or no in each lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Masks<S: Simd>(S::mask64s, S::mask64s);
+
+impl<S: Simd> Lanes<S> {
+    /// Lanes of one register.
+    const HALF: usize = <S::f64s as SimdBase<S>>::LEN;
+    pub(crate) const COUNT: usize = 2 * Self::HALF;
+
+    /// A bit for each lane.
+    #[inline(always)]
+    pub(crate) fn bits(mask: Masks<S>) -> u64 {
+        mask.0.to_bitmask() | mask.1.to_bitmask() << Self::HALF
+    }
+}
+
+/// Runs side by side, at most: two registers of the widest kind.
+pub(crate) const MOST: usize = 16;
+
+/// N numbers of each run, kind by kind.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Columns<const N: usize>([[f64; MOST]; N]);
+
+impl<const N: usize> Default for Columns<N> {
+    fn default() -> Self {
+        Self([[0.0; MOST]; N])
+    }
+}
+
+impl<const N: usize> Columns<N> {
+    pub(crate) fn put(&mut self, run: usize, values: [f64; N]) {
+        for (column, value) in self.0.iter_mut().zip(values) {
+            column[run] = value;
+        }
+    }
+
+    pub(crate) fn get(&self, run: usize) -> [f64; N] {
+        std::array::from_fn(|n| self.0[n][run])
+    }
+
+    /// The first runs, as many as there are lanes.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> [Lanes<S>; N] {
+        std::array::from_fn(|n| {
+            let (one, two) = self.0[n].split_at(Lanes::<S>::HALF);
+            let two = &two[..Lanes::<S>::HALF];
+            Lanes(S::f64s::from_slice(simd, one), S::f64s::from_slice(simd, two))
+        })
+    }
+
+    #[inline(always)]
+    pub(crate) fn store<S: Simd>(&mut self, values: &[Lanes<S>; N]) {
+        for n in 0..N {
+            let (one, two) = self.0[n].split_at_mut(Lanes::<S>::HALF);
+            values[n].0.store_slice(one);
+            values[n].1.store_slice(&mut two[..Lanes::<S>::HALF]);
+        }
+    }
+}
+
+/// Runs side by side in the lanes of this kind.
+#[inline(always)]
+pub(crate) fn count<S: Simd>(_: S) -> usize {
+    Lanes::<S>::COUNT
+}
+
+impl<S: Simd> Real for Lanes<S> {
+    type Mask = Masks<S>;
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+
+    #[inline(always)]
+    fn like(self, value: f64) -> Self {
+        let all = S::f64s::splat(self.0.token(), value);
+        Self(all, all)
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> Self::Mask {
+        Masks(self.0.simd_lt(other.0), self.1.simd_lt(other.1))
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> Self::Mask {
+        Masks(self.0.simd_le(other.0), self.1.simd_le(other.1))
+    }
+
+    #[inline(always)]
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self(mask.0.select(yes.0, no.0), mask.1.select(yes.1, no.1))
+    }
+
+    #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        (mask.0 | mask.1).any_true()
+    }
+
+    #[inline(always)]
+    fn turn(self) -> (Turn<Self>, Self::Mask) {
+        (Turn::small(self), self.abs().at_most(self.like(Turn::<Self>::SMALL)))
+    }
+}
+
+macro_rules! lane_by_lane {
+    ($of:ident: $($operation:ident $method:ident),*) => {
+        $(
+            impl<S: Simd> $operation for $of<S> {
+                type Output = Self;
+
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    Self($operation::$method(self.0, other.0), $operation::$method(self.1, other.1))
+                }
+            }
+        )*
+    };
+}
+
+lane_by_lane!(Lanes: Add add, Sub sub, Mul mul, Div div);
+lane_by_lane!(Masks: BitAnd bitand, BitOr bitor);
+
+impl<S: Simd> Not for Masks<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0, !self.1)
+    }
+}
+
+impl<S: Simd> Add<f64> for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: f64) -> Self {
+        Self(self.0 + other, self.1 + other)
+    }
+}
+
+impl<S: Simd> Mul<f64> for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        Self(self.0 * other, self.1 * other)
+    }
+}
+
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0, -self.1)
+    }
+}

@@ -1,0 +1,11 @@
+//! Arithmetic without mechanics: roots, rotations, power series, intervals, and lanes of several doubles.
+
+pub(crate) mod ball;
+pub(crate) mod clock;
+pub(crate) mod interval;
+pub(crate) mod lanes;
+pub(crate) mod roots;
+pub(crate) mod series;
+pub(crate) mod simplex;
+pub(crate) mod turn;
+pub(crate) mod unsigned_zero;

@@ -1,0 +1,78 @@
+//! Power series in the time since the start of a step.
+
+use crate::math::roots::ORDER;
+
+pub(crate) type Series = [f64; ORDER];
+pub(crate) const ZERO: Series = [0.0; ORDER];
+
+/// Coefficient k of the product of two series.
+pub(crate) fn product(a: &Series, b: &Series, k: usize) -> f64 {
+    (0..=k).map(|j| a[j] * b[k - j]).sum()
+}
+
+pub(crate) fn times(a: &Series, b: &Series, order: usize) -> Series {
+    let mut series = ZERO;
+    for (k, c) in series[..order].iter_mut().enumerate() {
+        *c = product(a, b, k);
+    }
+    series
+}
+
+/// Determinant of the first n rows and columns.
+pub(crate) fn determinant(m: &[[Series; 3]; 3], n: usize, order: usize) -> Series {
+    let minor = |i: usize, j: usize, k: usize, l: usize| {
+        let (one, two) = (times(&m[i][k], &m[j][l], order), times(&m[i][l], &m[j][k], order));
+        std::array::from_fn(|k| one[k] - two[k])
+    };
+    match n {
+        0 => constant(1.0),
+        1 => m[0][0],
+        2 => minor(0, 1, 0, 1),
+        _ => {
+            let parts = [
+                times(&m[0][0], &minor(1, 2, 1, 2), order),
+                times(&m[0][1], &minor(1, 2, 0, 2), order),
+                times(&m[0][2], &minor(1, 2, 0, 1), order),
+            ];
+            std::array::from_fn(|k| parts[0][k] - parts[1][k] + parts[2][k])
+        }
+    }
+}
+
+/// The constant series.
+pub(crate) fn constant(value: f64) -> Series {
+    let mut series = ZERO;
+    series[0] = value;
+    series
+}
+
+/// Time up to which the last two terms of each series stay below `share` of its first three ones: these say how large the
+/// quantity is, even where it passes zero. With a unit of time in which the body turns by about a radian they count in
+/// full, but where forces soon grow beyond all bounds, only for as much as they are by then.
+pub(crate) fn radius<'s>(
+    all: impl Iterator<Item = &'s Series> + Clone,
+    share: f64,
+    order: usize,
+) -> f64 {
+    let mut time = 1.0_f64;
+    // The size enters by a root so high that each round gains a digit.
+    for _ in 0..3 {
+        let t = time.min(1.0);
+        let (mut last, mut before) = (0.0_f64, 0.0_f64);
+        for series in all.clone() {
+            let size = series[0].abs().max(t * series[1].abs()).max(t * t * series[2].abs());
+            if size > 0.0 {
+                last = last.max(series[order - 1].abs() / size);
+                before = before.max(series[order - 2].abs() / size);
+            }
+        }
+        let reach = |term: f64, power: usize| {
+            if term == 0.0 { f64::INFINITY } else { libm::pow(share / term, 1.0 / power as f64) }
+        };
+        time = reach(last, order - 1).min(reach(before, order - 2));
+        if time.min(1.0) == t {
+            break;
+        }
+    }
+    time
+}

@@ -1,0 +1,212 @@
+//! Impacts: one by one by the law asked for, together, or at a contact that jams.
+
+use crate::body::contact::ContactValues;
+use crate::impact::friction;
+use crate::impact::friction::{Material, NO_FRICTION};
+use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
+use crate::motion::any::{General, Struck};
+use crate::options::{Impact, Simultaneous};
+use crate::outcome::{Cause, ContactNumber, Outcome};
+use crate::sustained::Point;
+
+impl General<'_> {
+    /// Contacts with zero gap approach: one impact, or several at once.
+    pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
+        let arriving: ContactValues<usize> =
+            coming.iter().copied().filter(|&i| !self.resting[i]).collect();
+        let chosen = if arriving.is_empty() { coming } else { &arriving };
+        if chosen.len() > 1 {
+            let mut contacts: ContactValues<usize> =
+                chosen.iter().map(|&i| self.number(i)).collect();
+            contacts.dedup();
+            let names: Vec<String> = contacts.iter().map(usize::to_string).collect();
+            let tie = format!(
+                "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
+                names.join(", ")
+            );
+            if names.len() > 1 && !self.warnings.contains(&tie) {
+                self.warnings.push(tie);
+            }
+            if self.options.policy() == Simultaneous::Newton {
+                return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
+            }
+        }
+        let last = self.options.policy() == Simultaneous::LastContactFirst;
+        let i = if last { *chosen.last()? } else { chosen[0] };
+        let owner = self.state.points[i].place.contact;
+        let material = self.material(i);
+        let restitution = material.restitution;
+        let w = self.state.impact_matrix(i);
+        let (rate, rounding) = (self.state.points[i].u, self.state.points[i].rounding);
+        let law = self.options.impact;
+        if self.sum_up(i) {
+            return self.stop_slow(0.0);
+        }
+        let Some([p_t, mut p_n]) =
+            friction::impulse(law, &w, [self.state.slip(i), rate], &material)
+        else {
+            self.warnings.push(format!("the law of impact has no answer at contact {}", owner + 1));
+            return Some(Outcome::Inconsistent);
+        };
+        let before = self.rates();
+        let newton = restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge);
+        if newton {
+            // On long arms the parts of the impulse cancel: what is left of u⁺ + e u⁻ is taken from it.
+            p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
+        }
+        let impulse = [p_t, p_n];
+        self.kick(i, impulse);
+        let p = &mut self.state.points[i];
+        if newton {
+            p.u = -restitution * rate; // the law itself, not its rounding
+        }
+        // Each law returns a share of the rate, and of its rounding.
+        p.rounding.rate = (p.u / rate).abs() * rounding.rate + f64::EPSILON * p.u.abs();
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
+        self.write_down(i, before, rate, impulse);
+        if self.state.points.len() == self.contacts && (self.wedge(i, 0) || self.wedge(i, 1)) {
+            let g = self.state.gravity;
+            return self.settle(&[i], false, 2.0 * self.wedged(i) / g, rate.abs());
+        }
+        self.stop_slow(rate.abs())
+    }
+
+    /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
+    pub(super) fn jam(&mut self) -> bool {
+        let points = &self.state.points;
+        let mut closed: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
+        if self.options.policy() == Simultaneous::LastContactFirst {
+            closed.reverse();
+        }
+        let law = self.options.impact;
+        let found = closed.into_iter().find_map(|i| {
+            let w = self.state.impact_matrix(i);
+            let impulse = friction::jam(law, &w, self.state.slip(i), &self.material(i));
+            impulse.map(|impulse| (i, impulse))
+        });
+        let Some((i, impulse)) = found else { return false };
+        let contact = self.state.points[i].place.contact;
+        let warning = format!(
+            "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
+            contact + 1
+        );
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+        let (before, rate) = (self.rates(), self.state.points[i].u);
+        self.kick(i, impulse);
+        if self.material(i).restitution == 0.0 {
+            self.state.points[i].u = 0.0; // the end of compression, not its rounding
+        }
+        self.resting[i] = false;
+        self.undecided = None;
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+        self.write_down(i, before, rate, impulse);
+        true
+    }
+
+    /// Of the contact of point `i`, from 1.
+    fn number(&self, i: usize) -> usize {
+        self.state.points[i].place.contact + 1
+    }
+
+    /// What point `i` is made of.
+    pub(super) fn material(&self, i: usize) -> Material {
+        let owner = self.state.points[i].place.contact;
+        let contact = self.posture.contacts()[owner];
+        Material {
+            friction: contact.friction,
+            restitution: self.posture.geometry()[owner].restitution,
+            tangential_restitution: contact.tangential_restitution,
+        }
+    }
+
+    /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
+    pub(super) fn rates(&self) -> Vec<f64> {
+        let count = if self.log.record { self.contacts } else { 0 };
+        self.state.points.iter().take(count).map(|p| p.u).collect()
+    }
+
+    /// Point `i` has been hit, with this rate: of a contact in a vertex the one over the piece that hits it is told.
+    pub(super) fn write_down(
+        &mut self,
+        i: usize,
+        mut before: Vec<f64>,
+        rate: f64,
+        impulse: [f64; 2],
+    ) {
+        let rubs = self.options.impact == Impact::Newton && self.state.points[i].friction > 0.0;
+        if rubs && !self.told_of_friction {
+            self.told_of_friction = true;
+            self.warnings.push(NO_FRICTION.into());
+        }
+        let Point { place, u, .. } = self.state.points[i];
+        let contact = place.contact;
+        self.last.follow(contact, -rate, &self.log);
+        if self.log.record {
+            let (clock, mut after) = (self.log.clock, self.rates());
+            let at = self.posture.point_of(contact);
+            (before[at], after[at]) = (rate, u);
+            self.collisions.push(Struck { clock, contact, before, after, impulse });
+        }
+    }
+
+    /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
+    pub(super) fn together(&mut self) -> Option<Outcome> {
+        let (n, state) = (self.state.points.len(), &self.state);
+        let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
+        let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
+        let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
+        // Rates of one body: those that are kept for each contact have roundings of their own, of faster motions.
+        let (v, omega) = (state.center.v, state.spin.omega);
+        let rate = |p: &Point| (p.normal.dot(&v) + p.b * omega).min(0.0);
+        let listed = self.rates();
+        let touching: Vec<bool> = state.points.iter().map(|p| p.h == 0.0).collect();
+        let problem = ContactProblem::new(ProblemFields {
+            friction: vec![0.0; n],
+            // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
+            sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
+            bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
+            // Beside a fast slide, which nothing here depends on, slow landings would be ties.
+            free_acceleration: state.seen(&touching),
+            level: Level::Impulse,
+            ..state.fields(1.0) // impulses per unit mass
+        });
+        let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
+        let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
+        let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
+            self.warnings.push("the impacts of one instant could not be solved".into());
+            return Some(Outcome::Inconsistent);
+        };
+        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
+            self.kick(i, [0.0, force[1]]);
+        }
+        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
+            self.state.points[i].u = -restitutions[i] * before[i].min(0.0);
+            self.log.hits += 1;
+            let contact = self.state.points[i].place.contact;
+            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+            self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
+        }
+        self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
+    }
+
+    /// These contacts stop.
+    pub(super) fn arrest(&mut self, stopped: &[bool]) {
+        let change = self.state.arrest(stopped);
+        for round in &mut self.sequence.rounds {
+            round.change += change;
+        }
+    }
+
+    /// An impulse (tangential, normal) per unit mass acts at point `i`.
+    pub(super) fn kick(&mut self, i: usize, impulse: [f64; 2]) {
+        let change = self.state.kick(i, impulse);
+        for round in &mut self.sequence.rounds {
+            round.change += change;
+        }
+    }
+}

@@ -1,0 +1,504 @@
+//! The completed hybrid system for any number of contacts and every law of impact, event by event.
+//!
+//! The same loop as for two contacts without friction in their impacts, but without its closed sums of bounces and clatter: an
+//! accumulation is followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends
+//! there. Impacts in turn in one instant are summed, and rounds of two contacts on the ground that repeat themselves.
+
+mod impacts;
+mod slow;
+mod vertices;
+
+use std::collections::BTreeSet;
+
+use slow::{Ripple, Sequence};
+
+use crate::body::contact::{ContactValues, PerContact};
+use crate::body::own_ground::Watch;
+use crate::body::posture::Posture;
+use crate::collisions::log::{LastImpacts, Log};
+use crate::flight::{LOST_PHASE, is_lost};
+use crate::math::clock::Clock;
+use crate::modes::{ContactProblem, Mode};
+use crate::motion::rounds::Rounds;
+use crate::options::{Options, Stop};
+use crate::outcome::{Cause, Outcome};
+use crate::sustained::phase::{ContactPhase, PhaseEnd};
+use crate::sustained::{Point, Stance};
+use crate::tolerance::{BEYOND, STILL};
+
+/// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
+const REFRESH: usize = 32;
+
+/// One collision.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Struck {
+    pub(crate) clock: Clock,
+    pub(crate) contact: usize,
+    pub(crate) before: Vec<f64>,
+    pub(crate) after: Vec<f64>,
+    /// (tangential, normal), per unit mass.
+    pub(crate) impulse: [f64; 2],
+}
+
+/// Contacts that come to rest at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Settled {
+    pub(crate) clock: Clock,
+    pub(crate) contacts: Vec<usize>,
+    /// Collisions before it.
+    pub(crate) hits: usize,
+    /// Whether they were at rest from the start of the run.
+    pub(crate) from_start: bool,
+    /// Whether rounds that repeat themselves were summed.
+    pub(crate) nested: bool,
+    /// Whether each came to rest in an impact without rebound.
+    pub(crate) plastic: bool,
+    /// Time that their last bounces would still have taken, or error of the sum, in s.
+    pub(crate) error: f64,
+    pub(crate) stance: Stance,
+}
+
+/// From here on the contacts are in this word; all S in flight.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stretch {
+    pub(crate) clock: Clock,
+    pub(crate) stance: Stance,
+    pub(crate) word: Vec<Mode>,
+    /// `None`: the phase goes on.
+    pub(crate) cause: Option<Cause>,
+    /// Whether it is the sum of infinitely many rounds.
+    pub(crate) summed: bool,
+}
+
+/// What a run hands over.
+#[derive(Debug, Clone)]
+pub(crate) struct GeneralRecord {
+    pub(crate) posture: Posture,
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) collisions: Vec<Struck>,
+    pub(crate) zeno: Vec<Settled>,
+    pub(crate) end: Stance,
+    pub(crate) clock: Clock,
+    pub(crate) hits: usize,
+    pub(crate) outcome: Outcome,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) undecided: Option<ContactProblem>,
+    pub(crate) acceleration: Option<[f64; 3]>,
+}
+
+/// Looks whether the ground of the contacts can be meant at a moment of a run.
+fn look(
+    watch: &mut Option<Box<Watch>>,
+    posture: &Posture,
+    options: &Options,
+    stance: &Stance,
+    clock: Clock,
+    warnings: &mut Vec<String>,
+) {
+    let Some(looks) = watch else { return };
+    let touches = |i: usize| stance.points[posture.point_of(i)].h == 0.0;
+    let (q, local, time) = (stance.state().q, stance.frozen.is_some(), || options.clock(clock));
+    if !looks.look(&q, local, touches, time, warnings) {
+        *watch = None;
+    }
+}
+
+/// The loop.
+pub(crate) struct General<'a> {
+    posture: Posture,
+    /// Number of contacts that differ: each has a point, and a second one behind them all while it is in a vertex.
+    contacts: usize,
+    options: Options,
+    log: Log<'a>,
+    state: Stance,
+    /// Contacts that rest or slide.
+    resting: ContactValues<bool>,
+    /// The last event; `None`: one that changes no mode.
+    cause: Option<Cause>,
+    /// The largest speed there has been, in m/s.
+    fastest: f64,
+    stretches: Vec<Stretch>,
+    collisions: Vec<Struck>,
+    zeno: Vec<Settled>,
+    sequence: Sequence,
+    /// Rounds on the ground, of a body with two contacts.
+    rounds: Rounds,
+    /// Impacts for which a contact that is slow enough to stop has waited for others.
+    waiting: usize,
+    ripple: Ripple,
+    /// Contacts that were taken to rest as they rattled, and below which speed, in m/s.
+    rattled: (BTreeSet<usize>, f64),
+    /// Whether it has been said that friction acts between impacts only.
+    told_of_friction: bool,
+    /// Whether the ground of the contacts can be meant.
+    watch: Option<Box<Watch>>,
+    last: LastImpacts,
+    warnings: Vec<String>,
+    undecided: Option<ContactProblem>,
+    acceleration: Option<[f64; 3]>,
+}
+
+impl<'a> General<'a> {
+    pub(crate) fn new(
+        posture: &Posture,
+        state: Stance,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        Self {
+            resting: ContactValues::from_elem(false, state.points.len()),
+            posture: posture.clone(),
+            contacts: posture.distinct().count(),
+            options: *options,
+            log: Log::new(options, state.points.len(), cancel),
+            state,
+            cause: Some(Cause::Start),
+            fastest: 0.0,
+            stretches: Vec::new(),
+            collisions: Vec::new(),
+            zeno: Vec::new(),
+            sequence: Sequence::default(),
+            rounds: Rounds::default(),
+            waiting: 0,
+            ripple: Ripple::default(),
+            rattled: (BTreeSet::new(), 0.0),
+            told_of_friction: false,
+            watch: Watch::new(posture),
+            last: LastImpacts::default(),
+            warnings,
+            undecided: None,
+            acceleration: None,
+        }
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    pub(crate) fn run(mut self) -> Option<GeneralRecord> {
+        self.write(&ContactValues::from_elem(Mode::Separate, self.state.points.len()), false); // a run that ends at once has one, too
+        let outcome = self.motion();
+        if self.log.cancelled {
+            return None;
+        }
+        if outcome == Outcome::TimeLimit {
+            self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
+        }
+        self.look();
+        let rattle = self.rattle();
+        self.warnings.extend(rattle);
+        if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
+            self.warnings.push(format!("{limit}: {}", self.last.family(&self.log)));
+        }
+        Some(GeneralRecord {
+            posture: self.posture,
+            stretches: self.stretches,
+            collisions: self.collisions,
+            zeno: self.zeno,
+            end: self.state,
+            clock: self.log.clock,
+            hits: self.log.hits,
+            outcome,
+            warnings: self.warnings,
+            undecided: self.undecided,
+            acceleration: self.acceleration,
+        })
+    }
+
+    fn motion(&mut self) -> Outcome {
+        let mut fresh = true;
+        loop {
+            if !self.log.step() {
+                return Outcome::EventLimit;
+            }
+            if self.state.center.r.norm() > self.options.neighbourhood.min(BEYOND) {
+                return Outcome::Escape;
+            }
+            let speed =
+                self.state.center.v.norm() + self.posture.size() * self.state.spin.omega.abs();
+            self.fastest = self.fastest.max(speed);
+            if self.state.points.iter().any(|p| p.h == 0.0) {
+                self.look();
+            }
+            let n = self.state.points.len(); // two for a contact in a vertex
+            let touching = |i: usize| self.state.points[i].h == 0.0;
+            let coming: ContactValues<usize> =
+                (0..n).filter(|&i| touching(i) && self.state.points[i].u < 0.0).collect();
+            let end = if !coming.is_empty() {
+                self.impact(&coming)
+            } else if (0..n).any(|i| touching(i) && self.state.points[i].u == 0.0) {
+                self.rest(fresh)
+            } else {
+                self.fly()
+            };
+            fresh = false;
+            if let Some(outcome) = end {
+                return outcome;
+            }
+        }
+    }
+
+    /// Looks whether the ground of the contacts can be meant.
+    fn look(&mut self) {
+        let Self { posture, options, state, watch, warnings, .. } = self;
+        look(watch, posture, options, state, self.log.clock, warnings);
+    }
+
+    fn note(&mut self, word: &[Mode], summed: bool) {
+        self.log.enter(word);
+        self.write(word, summed);
+    }
+
+    /// Begins a stretch of the record.
+    fn write(&mut self, word: &[Mode], summed: bool) {
+        if self.log.record {
+            let word = word.to_vec();
+            let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
+            self.stretches.push(Stretch { clock, stance, word, cause, summed });
+        }
+    }
+
+    /// Whether a flight of a duration and over a way loses the place of the body: of one contact there is only the rotation.
+    fn loses_place(&self, dt: f64, way: f64) -> bool {
+        let Stance { points, spin, .. } = &self.state;
+        let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);
+        let size = self.posture.size();
+        is_lost(spin.omega * dt, if turned { way } else { 0.0 }, size * size)
+    }
+
+    /// Flight to the next touchdown, or to an end of a piece of terrain.
+    fn fly(&mut self) -> Option<Outcome> {
+        self.leave_vertices();
+        let n = self.state.points.len();
+        self.resting.fill(false);
+        self.note(&ContactValues::from_elem(Mode::Separate, n), false);
+        let lost = self.is_lost();
+        let landings: ContactValues<Option<f64>> =
+            (0..n).map(|i| self.state.touchdown(i)).collect();
+        let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let crossing = (0..n)
+            .filter_map(|i| self.state.crossing(i).map(|(t, side)| (t, i, side)))
+            .filter(|(t, ..)| !lost && *t < first)
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = crossing.map_or(first, |(t, ..)| t);
+        let left = self.log.left();
+        let surfacing = (0..n)
+            .filter(|_| !lost)
+            .filter_map(|i| self.state.surfacing(i, t.min(left)).map(|t| (t, i)))
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = surfacing.map_or(t, |(t, _)| t);
+        // What lies beyond all bounds is never come to.
+        let fall = |t: f64| t * (self.state.center.v.norm() + 0.5 * t * self.state.gravity);
+        if t > left || t == f64::INFINITY || fall(t) > BEYOND {
+            if left == f64::INFINITY || fall(left) > BEYOND {
+                return Some(Outcome::Escape);
+            }
+            self.state = self.state.flown(left.max(0.0));
+            self.log.clock = self.log.clock.after(left.max(0.0));
+            return Some(Outcome::TimeLimit);
+        }
+        if self.state.frozen.is_none() && self.loses_place(t, fall(t)) {
+            self.warnings.push(LOST_PHASE.into());
+            return Some(Outcome::EventLimit);
+        }
+        self.state = self.state.flown(t);
+        self.log.clock = self.log.clock.after(t);
+        if self.log.hits.is_multiple_of(REFRESH) {
+            self.refresh();
+        }
+        if let Some((_, i)) = surfacing {
+            self.state.points[i].surfaces();
+            return None;
+        }
+        if let Some((_, i, side)) = crossing {
+            self.state.points[i].place.sides[side] = 0.0;
+            self.cross(i, side);
+            return None;
+        }
+        let now = |(p, landing): (&Point, &Option<f64>)| (*landing == Some(first)).then_some(*p);
+        let firsts: PerContact<Point> =
+            self.state.points.iter().zip(&landings).filter_map(now).collect();
+        for (p, landing) in self.state.points.iter_mut().zip(landings) {
+            if landing == Some(first) || firsts.iter().any(|first| p.lands_with(first)) {
+                (p.h, p.u) = (0.0, p.u.min(0.0));
+            }
+        }
+        None
+    }
+
+    /// Takes back what roundings have added up to: b, c from θ itself, and gaps and their rates of one rigid body.
+    fn refresh(&mut self) {
+        if self.state.frozen.is_none() {
+            let theta = self.state.spin.theta;
+            for p in &mut self.state.points {
+                (p.b, p.c) = self.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
+            }
+        }
+        self.state.reconcile(self.posture.size());
+    }
+
+    /// Whether the body has fallen below all of its terrain: nothing is ever met again.
+    fn is_lost(&self) -> bool {
+        let Stance { center, gravity, .. } = &self.state;
+        let lowest = self.posture.lowest_ground();
+        let rise = 0.5 * center.v.y.max(0.0) * center.v.y / gravity;
+        let top = self.posture.fields().center_of_mass[1] + center.r.y + rise;
+        lowest > f64::NEG_INFINITY && top + self.posture.size() < lowest
+    }
+
+    /// Notes that these contacts have come to rest, by an impact with the speed `hit` (m/s): 0 where impacts were summed, infinite
+    /// where none was needed.
+    fn settle(
+        &mut self,
+        points: &[usize],
+        from_start: bool,
+        error: f64,
+        hit: f64,
+    ) -> Option<Outcome> {
+        let mut contacts = Vec::new();
+        let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
+        let plastic = stops && !self.fades(hit);
+        for &i in points {
+            self.resting[i] = true;
+            contacts.push(self.state.points[i].place.contact);
+        }
+        if !from_start {
+            self.cause = Some(Cause::Zeno);
+        }
+        let clock = self.log.clock;
+        match self.zeno.last_mut() {
+            // One accumulation ends contact by contact, within the rounding of the clock.
+            Some(last) if clock.since(last.clock) <= 2.0 * f64::EPSILON * clock.hi => {
+                last.contacts.append(&mut contacts);
+                last.contacts.sort_unstable();
+                last.contacts.dedup();
+                last.stance = self.state.clone();
+                last.error = last.error.max(error);
+                last.plastic &= plastic;
+            }
+            _ => self.zeno.push(Settled {
+                clock,
+                contacts,
+                hits: self.log.hits,
+                from_start,
+                nested: false,
+                plastic,
+                error,
+                stance: self.state.clone(),
+            }),
+        }
+        (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
+    }
+
+    /// Sliding speed that counts as none, in m/s.
+    fn still(&self) -> f64 {
+        STILL * self.fastest.max(self.posture.fields().gravity * self.log.clock.hi)
+    }
+
+    /// Contacts at rest on the terrain go on in their mode.
+    fn rest(&mut self, fresh: bool) -> Option<Outcome> {
+        if fresh {
+            self.rest_in_vertices();
+        }
+        let n = self.state.points.len();
+        let mut rests: ContactValues<bool> =
+            self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        let (options, record) = (self.options, self.log.record);
+        let still = self.still();
+        let mut phase = ContactPhase::new(
+            &self.posture,
+            self.state.clone(),
+            still,
+            false,
+            &options,
+            self.cause,
+        );
+        phase.close(&mut rests);
+        self.state = phase.stance.clone();
+        // What the rotation takes off the ground has not come to rest, nor at the start what gravity does not press down.
+        let held =
+            |i: usize| self.resting[i] || self.state.twin(i).is_some_and(|j| self.resting[j]);
+        let new: ContactValues<usize> = (0..n)
+            .filter(|&i| rests[i] && !held(i))
+            .filter(|&i| match self.state.arc(i).effective_gravity() {
+                0.0 => !fresh,
+                pull => pull > 0.0,
+            })
+            .collect();
+        if !new.is_empty()
+            && let Some(outcome) = self.settle(&new, fresh, 0.0, f64::INFINITY)
+        {
+            return Some(outcome);
+        }
+        phase.cause = self.cause;
+        let (stretches, rounds) = (&mut self.stretches, &mut self.rounds);
+        let (posture, watch, warnings) = (&self.posture, &mut self.watch, &mut self.warnings);
+        rounds.drop(phase.dropped);
+        let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
+            rounds.hold(word, clock);
+            look(watch, posture, &options, stance, clock, warnings);
+            if record {
+                let (stance, word) = (stance.clone(), word.to_vec());
+                stretches.push(Stretch { clock, stance, word, cause, summed: false });
+            }
+        });
+        self.resting = phase.word.iter().map(|mode| *mode != Mode::Separate).collect();
+        self.resting.resize(n, false);
+        (self.state, self.cause) = (phase.stance, phase.cause);
+        self.warnings.extend(phase.warning);
+        (self.undecided, self.acceleration) = (phase.undecided, phase.acceleration);
+        match end {
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_after_jam(),
+            PhaseEnd::Outcome(outcome) => Some(outcome),
+            PhaseEnd::Free => self.fly(),
+            PhaseEnd::Leave(i, side) => {
+                self.cross_together(i, side);
+                None
+            }
+            PhaseEnd::Landing(b) => self.round(b),
+            PhaseEnd::Thaw => None,
+        }
+    }
+
+    /// Contact `b` lands while another is held: where there are these two only, what all rounds that come after this one lead
+    /// to may be known.
+    fn round(&mut self, b: usize) -> Option<Outcome> {
+        if self.state.points.len() != 2 {
+            return None;
+        }
+        let (size, fastest) = (self.posture.size(), self.fastest);
+        let clock = self.log.clock;
+        let limit = self.rounds.land(b, &self.state, clock, size, fastest, self.log.left())?;
+        self.note(&[Mode::Separate; 2], true);
+        self.log.clock = clock.after(limit.duration);
+        let before = std::mem::replace(&mut self.state, limit.end);
+        // Each stays on its piece; how far along it has come, not where its rounded place lies.
+        for (p, old) in self.state.points.iter_mut().zip(&before.points) {
+            let turn = self.state.spin.theta - before.spin.theta;
+            let way = self.state.center.r.x - before.center.r.x - old.arm().y * turn;
+            let [left, right] = old.place.sides;
+            p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
+        }
+        let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
+        if let Some(last) = self.zeno.last_mut() {
+            last.nested = limit.repeats;
+        }
+        outcome
+    }
+
+    /// The state `dt` into a sum of rounds, round by round; `None` if too many events come before. `options`: of the run.
+    pub(crate) fn glance(
+        posture: &Posture,
+        sum: &Stretch,
+        options: &Options,
+        dt: f64,
+    ) -> Option<Stance> {
+        let options = options.of_glance(dt);
+        let never = || false;
+        let start = sum.stance.clone();
+        let resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        // What counts as no speed is what did in the run.
+        let fastest = start.gravity * sum.clock.hi;
+        let run = General::new(posture, start, &options, Vec::new(), &never);
+        let run = General { resting, fastest, ..run }.run()?;
+        (run.outcome == Outcome::TimeLimit).then_some(run.end)
+    }
+}

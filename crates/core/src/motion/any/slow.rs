@@ -1,0 +1,261 @@
+//! Where impacts end: those in turn in one instant that are summed, and those so slow that all that is left is rounding.
+
+use nalgebra::Vector3;
+
+use crate::body::contact::ContactValues;
+use crate::collisions::log::{in_words, names};
+use crate::math::clock::Clock;
+use crate::motion::any::General;
+use crate::outcome::Outcome;
+use crate::sustained::Point;
+use crate::tolerance::TOUCH;
+
+/// √(u² + 2gh) of a contact, relative to the largest speed there has been, below which it has come to rest: the rounding of
+/// the speeds of the body.
+const STOPPED: f64 = 1e-16;
+
+/// How much faster than that a contact may be to be hit in turn with one that is below.
+const IN_TURN: f64 = 1e3;
+
+/// Impacts of one instant that are followed one by one before a limit of theirs is looked for.
+const LISTED: usize = 64;
+
+/// Roundings in the changes of velocity between two impacts of a contact in one instant.
+const ROUNDINGS: f64 = 64.0;
+
+/// Error of a velocity from the rounding of the ratio by which impacts are summed, relative to the largest speed there has
+/// been, at most: half of the digits.
+const KNOWN: f64 = 1e-8;
+
+/// Impacts in one instant, without a flight between them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sequence {
+    clock: Clock,
+    hits: usize,
+    /// For each point: since it was hit last.
+    pub(super) rounds: Vec<Round>,
+}
+
+/// From one impact at a point to the next at the same, in one instant.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Round {
+    /// Gap rates at its beginning; none before the first.
+    rates: ContactValues<f64>,
+    /// Change of velocity in this round, and in the one before.
+    pub(super) change: Vector3<f64>,
+    before: Option<Vector3<f64>>,
+}
+
+/// Impacts that are all nearly slow enough to stop.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Ripple {
+    impacts: usize,
+    /// The largest speed of a slow contact in this stretch of them, and in the one before, in m/s.
+    largest: f64,
+    before: f64,
+    /// Two stretches were alike.
+    goes_on: bool,
+    /// How often contacts have been taken to rest because of that.
+    ends: i32,
+}
+
+impl Ripple {
+    /// Impacts between two looks at whether they grow or shrink.
+    const STRETCH: usize = 256;
+
+    /// Factor between two stretches below which they do neither: contacts that lose a hundredth of their speed in each impact
+    /// come down by more.
+    const ALIKE: f64 = 8.0;
+
+    /// Doublings of the speed below which impacts are watched, at most: one each time that contacts have been taken to rest.
+    const DOUBLINGS: i32 = 10;
+
+    /// The speed of impacts that are watched, in m/s, for a speed below which contacts stop.
+    fn limit(&self, stopped: f64) -> f64 {
+        IN_TURN * stopped * f64::from(1 << self.ends.min(Self::DOUBLINGS))
+    }
+
+    /// After an impact with the speed `hit`, by which contacts of these speeds are left.
+    fn follow(&mut self, hit: f64, speeds: &[f64], limit: f64) {
+        if hit > limit {
+            *self = Self { ends: self.ends, ..Self::default() };
+            return;
+        }
+        let slow = speeds.iter().filter(|speed| **speed <= limit);
+        self.largest = slow.fold(self.largest, |most, speed| most.max(*speed)).max(hit);
+        self.impacts += 1;
+        if self.impacts == Self::STRETCH {
+            let (now, before) = (self.largest, self.before);
+            let alike = now <= Self::ALIKE * before && before <= Self::ALIKE * now;
+            *self = Self {
+                before: now,
+                goes_on: self.goes_on || alike,
+                ends: self.ends,
+                ..Self::default()
+            };
+        }
+    }
+}
+
+impl General<'_> {
+    /// Point `i` is about to be hit, after others in the same instant. Where the rounds of impacts from one at `i` to the
+    /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + Δv r/(1 − r)
+    /// ```
+    ///
+    /// Contacts whose rates come to zero with it are hit infinitely often; they come to rest.
+    pub(super) fn sum_up(&mut self, i: usize) -> bool {
+        let rates: ContactValues<f64> = self.state.points.iter().map(|p| p.u).collect();
+        let sequence = &mut self.sequence;
+        if sequence.clock != self.log.clock || sequence.rounds.len() != rates.len() {
+            (sequence.clock, sequence.hits) = (self.log.clock, 0);
+            sequence.rounds.clear();
+            sequence.rounds.resize(rates.len(), Round::default());
+        }
+        sequence.hits += 1;
+        let round = &mut sequence.rounds[i];
+        let before = (!round.rates.is_empty()).then_some(round.change);
+        let next = Round { rates: rates.clone(), change: Vector3::zeros(), before };
+        let Round { rates: start, change, before } = std::mem::replace(round, next);
+        let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
+        let ratio = rates[i] / start[i];
+        if !(0.0 < ratio && ratio < 1.0) {
+            return false;
+        }
+        let sum = ratio / (1.0 - ratio);
+        let few = ROUNDINGS * f64::EPSILON;
+        let gyration = self.state.rho2.sqrt();
+        let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
+        if !(size(change - last * ratio) <= few * size(change)) {
+            return false;
+        }
+        // Rounds that are nothing but rounding do not shrink, and their sum were anything.
+        if !(few * (1.0 + sum) * sum * size(change) <= KNOWN * self.fastest) {
+            return false;
+        }
+        let mut end = self.state.clone();
+        end.center.v += change.xy() * sum;
+        end.spin.omega += change.z * sum;
+        for (j, p) in end.points.iter_mut().enumerate() {
+            if p.h > 0.0 {
+                p.u += sum * (p.normal.dot(&change.xy()) + p.b * change.z);
+                continue;
+            }
+            p.u += (rates[j] - start[j]) * sum;
+            if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
+                p.u = 0.0;
+            } else if p.u < 0.0 && !(rates[j] < 0.0 && start[j] < 0.0) {
+                return false; // it is hit before; one that waits for its turn has it after all of these
+            }
+        }
+        // Who slides through all of it has to slide the same way at its end.
+        let turns_back = |j: usize| {
+            let (slip, after) = (self.state.slip(j), end.slip(j));
+            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.fastest
+        };
+        if (0..rates.len()).any(turns_back) {
+            return false;
+        }
+        self.state = end;
+        true
+    }
+
+    /// Contacts that are so slow and so near the ground that the rest of their motion is rounding come to rest, after an impact with
+    /// the speed `hit` (m/s). A slow contact waits while another one is nearly as slow, since the two may be hit in turn. Impacts that
+    /// are nearly as slow and become neither slower nor faster end, too: roundings of faster motions keep them up.
+    pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
+        self.stop(hit, hit)
+    }
+
+    /// As `stop_slow`, after an impact without collision.
+    pub(super) fn stop_after_jam(&mut self) -> Option<Outcome> {
+        self.stop(0.0, f64::INFINITY)
+    }
+
+    /// Whether an impact with this speed (m/s) is one of many that fade away.
+    pub(super) fn fades(&self, hit: f64) -> bool {
+        hit <= IN_TURN * STOPPED * self.fastest
+    }
+
+    /// What the run has to say of contacts that were taken to rest without becoming slower.
+    pub(super) fn rattle(&self) -> Option<String> {
+        let (contacts, limit) = &self.rattled;
+        let who = names(contacts.iter().copied());
+        let [slow, fast] = [*limit, self.fastest].map(in_words);
+        (!contacts.is_empty()).then(|| {
+            format!(
+                "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
+            )
+        })
+    }
+
+    /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
+    fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
+        let limit = STOPPED * self.fastest;
+        let pulls: ContactValues<f64> =
+            (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
+        // Without gravity, or with next to none, a contact may be slow anywhere.
+        let near = TOUCH * self.posture.size();
+        let speed = |(p, pull): (&Point, &f64)| match (p.h, *pull > 0.0) {
+            (0.0, _) => p.u.abs(),
+            (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
+            _ => f64::INFINITY,
+        };
+        let speeds: ContactValues<f64> = self.state.points.iter().zip(&pulls).map(speed).collect();
+        let in_turn = |one: f64, other: f64| {
+            other > limit && other <= IN_TURN * limit && one > STOPPED * other
+        };
+        // In turn for ever at the edge of what counts: they stop together.
+        let slow = speeds.iter().any(|&speed| speed <= limit);
+        self.waiting = if slow { self.waiting + 1 } else { 0 };
+        let rattle = self.ripple.limit(limit);
+        self.ripple.follow(hit, &speeds, rattle);
+        // The speed below which contacts stop that are hit in turn.
+        let together = if self.ripple.goes_on {
+            rattle
+        } else if self.waiting > LISTED {
+            IN_TURN * limit
+        } else {
+            0.0
+        };
+        let (mut stopped, mut error, mut found) = (ContactValues::new(), 0.0_f64, false);
+        let mut stops: ContactValues<bool> =
+            self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        for (i, &speed) in speeds.iter().enumerate() {
+            let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
+            if !(alone || speed <= together) {
+                continue;
+            }
+            (stops[i], found) = (true, true);
+            let loss = 1.0 - self.material(i).restitution;
+            // What the rotation takes off the ground does not come to rest.
+            if !self.resting[i] && pulls[i] >= 0.0 {
+                if pulls[i] > 0.0 {
+                    error = error.max(2.0 * speed / (pulls[i] * loss));
+                }
+                stopped.push(i);
+            }
+        }
+        if found {
+            self.arrest(&stops);
+            self.state.reconcile(self.posture.size());
+            let (v, omega) = (self.state.center.v.norm(), self.state.spin.omega);
+            if self.ripple.goes_on && v + self.posture.size() * omega.abs() <= rattle {
+                self.state.stand();
+            }
+        }
+        if stopped.is_empty() {
+            return None;
+        }
+        if self.ripple.goes_on {
+            self.ripple.ends += 1;
+            self.rattled.0.extend(stopped.iter().map(|&i| self.state.points[i].place.contact));
+            self.rattled.1 = rattle;
+        }
+        self.waiting = 0;
+        self.ripple.goes_on = false;
+        self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity), by)
+    }
+}

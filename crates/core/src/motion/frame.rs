@@ -1,0 +1,271 @@
+//! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::body::local_model::LocalModel;
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::full::{Body, Tumble};
+use crate::collisions::local::{advance, fly_for};
+use crate::collisions::log::{Center, Spin};
+use crate::math::clock::Clock;
+use crate::math::turn::Turn;
+use crate::sustained::Stance;
+use crate::zeno::{Frozen, Gaps, Impulses};
+
+/// Everything that determines the motion from an instant on: in a frozen frame gaps and impulses since its
+/// start, in the full model gaps, centre of mass and rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Snapshot {
+    pub(crate) clock: Clock,
+    pub(crate) gaps: Gaps,
+    pub(crate) impulses: Impulses,
+    pub(crate) center: Center,
+    pub(crate) spin: Spin,
+}
+
+impl Snapshot {
+    /// Of the full model.
+    pub(crate) fn of_full(state: &Tumble, clock: Clock) -> Self {
+        let Tumble { gaps, center, spin, .. } = *state;
+        Self { clock, gaps, impulses: Impulses::default(), center, spin }
+    }
+
+    /// Of a body with two contacts at most.
+    pub(crate) fn of_stance(stance: &Stance, clock: Clock) -> Self {
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, p) in stance.points.iter().enumerate() {
+            (gaps.h[i], gaps.u[i]) = (p.h, p.u);
+        }
+        let Stance { center, spin, .. } = *stance;
+        Self { clock, gaps, impulses: Impulses::default(), center, spin }
+    }
+}
+
+/// The start of a run and the body it moves.
+#[derive(Debug, Clone)]
+pub(crate) struct Base {
+    pub(crate) posture: Option<Posture>,
+    pub(crate) body: Option<Body>,
+    pub(crate) start: State,
+    /// Number of contacts.
+    pub(crate) count: usize,
+    /// A model without a body, its gaps and its rates.
+    pub(crate) reduced: Option<(LocalModel, [f64; 2], [f64; 2])>,
+}
+
+impl Base {
+    pub(crate) fn of_body(posture: &Posture, body: Body, start: &State) -> Self {
+        let count = posture.contacts().len();
+        Self {
+            posture: Some(posture.clone()),
+            body: Some(body),
+            start: *start,
+            count,
+            reduced: None,
+        }
+    }
+
+    pub(crate) fn of_parameters(
+        model: &LocalModel,
+        gaps: [f64; 2],
+        rates: [f64; 2],
+        [theta, omega]: [f64; 2],
+    ) -> Self {
+        let reduced = Some((*model, gaps, rates));
+        let start = State::new([0.0, 0.0, theta], [0.0, 0.0, omega]);
+        Self { posture: None, body: None, start, count: 2, reduced }
+    }
+
+    pub(crate) fn spin(&self) -> Spin {
+        Spin { theta: self.start.q.z, omega: self.start.qdot.z }
+    }
+
+    pub(crate) fn center(&self) -> Center {
+        let State { q, qdot } = &self.start;
+        Center { r: Vector2::new(q.x, q.y), v: Vector2::new(qdot.x, qdot.y) }
+    }
+
+    /// (q, q̇) from a snapshot of the full model. Without a body only θ and ω mean anything.
+    pub(crate) fn state(at: &Snapshot) -> State {
+        let Snapshot { center, spin, .. } = at;
+        State {
+            q: Vector3::new(center.r.x, center.r.y, spin.theta),
+            qdot: Vector3::new(center.v.x, center.v.y, spin.omega),
+        }
+    }
+
+    /// ρ²/(b_i² + ρ²) at rotation `theta`.
+    pub(crate) fn share(&self, i: usize, theta: f64) -> f64 {
+        self.body.as_ref().map_or(1.0, |body| {
+            let (b, _) = body.contacts[i].turned(&Turn::by(theta));
+            body.rho2 / (b * b + body.rho2)
+        })
+    }
+}
+
+/// A set of equations and the instant from which they are used.
+#[derive(Debug, Clone)]
+pub(crate) struct Frame {
+    /// In the coordinates of the full model.
+    pub(crate) start: Snapshot,
+    /// Frozen geometry; `None`: the full model.
+    pub(crate) frozen: Option<Frozen>,
+    /// Rotation at which it is frozen.
+    pub(crate) spin: Spin,
+    /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
+    share: [f64; 2],
+    body: Option<Body>,
+}
+
+/// Corrections of a place, at most: falls are up to 1e32 sizes of the body, and each gains sixteen digits.
+const AGREES: usize = 3;
+
+impl Frame {
+    /// The full model.
+    pub(crate) fn full(start: Snapshot) -> Self {
+        let spin = start.spin;
+        Self { start, frozen: None, spin, share: [1.0; 2], body: None }
+    }
+
+    /// The geometry of `at`, frozen.
+    pub(crate) fn frozen(start: Snapshot, at: &Tumble) -> Self {
+        Self::with(start, at, Frozen::new(&at.frozen()))
+    }
+
+    /// The same, with that model known.
+    pub(crate) fn with(start: Snapshot, at: &Tumble, model: Frozen) -> Self {
+        Self {
+            start,
+            frozen: Some(model),
+            spin: at.spin,
+            share: [at.share(0), at.share(1)],
+            body: Some(at.body),
+        }
+    }
+
+    /// A local model without a body.
+    pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
+        let frozen = Some(Frozen::new(model));
+        Self { start, frozen, spin: start.spin, share: [1.0; 2], body: None }
+    }
+
+    /// Translational impulse per unit mass and own-rate jump at contact `i`.
+    pub(crate) fn share(&self, i: usize) -> f64 {
+        self.share[i]
+    }
+
+    /// A snapshot of this frame in the coordinates of the full model.
+    pub(crate) fn to_full(&self, raw: &Snapshot) -> Snapshot {
+        let Some(frozen) = &self.frozen else { return *raw };
+        let (start, sum) = (&self.start, &raw.impulses);
+        let dt = raw.clock.since(start.clock);
+        let mut full = *raw;
+        full.spin = Spin {
+            theta: start.spin.theta + start.spin.omega * dt
+                - (frozen.phi[0] * sum.path[0] + frozen.phi[1] * sum.path[1]),
+            omega: start.spin.omega - (frozen.phi[0] * sum.jump[0] + frozen.phi[1] * sum.jump[1]),
+        };
+        full.center = start.center;
+        if let Some(body) = &self.body {
+            full.center.fly(body.gravity, dt);
+            for i in 0..2 {
+                let n = body.contacts[i].normal;
+                full.center.r += n * (self.share[i] * sum.path[i]);
+                full.center.v += n * (self.share[i] * sum.jump[i]);
+            }
+            self.agree(frozen, body, &mut full);
+        }
+        full
+    }
+
+    /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
+    /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
+    /// linear in its state, without spin at the start.
+    fn agree(&self, frozen: &Frozen, body: &Body, full: &mut Snapshot) {
+        let turn = Turn::by(self.spin.theta);
+        let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
+        if !linear || self.spin.omega != 0.0 {
+            return;
+        }
+        for _ in 0..AGREES {
+            let path = self.correct(frozen, body, &turn, full);
+            if path.iter().all(|way| way * way <= body.rho2) {
+                break;
+            }
+        }
+    }
+
+    /// One such correction; returns its own-rate paths.
+    fn correct(&self, frozen: &Frozen, body: &Body, turn: &Turn, full: &mut Snapshot) -> [f64; 2] {
+        let start = &self.start;
+        let (mut gaps, mut rates) = ([0.0; 2], [0.0; 2]);
+        for i in (0..2).filter(|&i| full.gaps.h[i].is_finite()) {
+            let (n, (b, _)) = (body.contacts[i].normal, body.contacts[i].turned(turn));
+            let moved =
+                n.dot(&(full.center.r - start.center.r)) + b * (full.spin.theta - start.spin.theta);
+            let sped =
+                n.dot(&(full.center.v - start.center.v)) + b * (full.spin.omega - start.spin.omega);
+            gaps[i] = full.gaps.h[i] - start.gaps.h[i] - moved;
+            rates[i] = full.gaps.u[i] - start.gaps.u[i] - sped;
+        }
+        let single = full.gaps.h.iter().any(|h| h.is_infinite());
+        let own = |y: [f64; 2]| if single { y } else { frozen.share(y) };
+        let (path, jump) = (own(gaps), own(rates));
+        for i in 0..2 {
+            let n = body.contacts[i].normal;
+            full.center.r += n * (self.share[i] * path[i]);
+            full.center.v += n * (self.share[i] * jump[i]);
+            full.spin.theta -= frozen.phi[i] * path[i];
+            full.spin.omega -= frozen.phi[i] * jump[i];
+        }
+        path
+    }
+
+    /// Own-rate accelerations by which the held contacts keep their gaps at zero.
+    pub(crate) fn hold(frozen: &Frozen, held: [bool; 2]) -> [f64; 2] {
+        match held {
+            [true, true] => frozen.share(frozen.g),
+            [true, false] => [frozen.g[0], 0.0],
+            [false, true] => [0.0, frozen.g[1]],
+            [false, false] => [0.0, 0.0],
+        }
+    }
+
+    /// Own-rate jumps, their paths or their rates in the full model's measure.
+    pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
+        [self.share[0] * own_rate[0], self.share[1] * own_rate[1]]
+    }
+
+    /// The state `dt` after `raw` in smooth motion: in flight, or with contacts held.
+    pub(crate) fn smooth(&self, base: &Base, raw: &Snapshot, held: [bool; 2], dt: f64) -> Snapshot {
+        let mut after = *raw;
+        after.clock = raw.clock.after(dt);
+        let Some(frozen) = &self.frozen else {
+            let Some(body) = base.body else { unreachable!("the full model has a body") };
+            let state = Tumble::new(body, raw.gaps, raw.center, raw.spin);
+            let mut next = state;
+            next.fly(dt, &Turn::by(raw.spin.omega * dt));
+            return Snapshot::of_full(&next, after.clock);
+        };
+        let push = Self::hold(frozen, held);
+        let fall = [
+            frozen.g[0] - push[0] + frozen.psi[1] * push[1],
+            frozen.g[1] - push[1] + frozen.psi[0] * push[0],
+        ];
+        after.gaps = fly_for(fall, &raw.gaps, dt);
+        for i in 0..2 {
+            if held[i] {
+                (after.gaps.h[i], after.gaps.u[i]) = (0.0, 0.0);
+            }
+            after.impulses.jump[i] += push[i] * dt;
+            after.impulses.path[i] += 0.5 * push[i] * dt * dt;
+        }
+        let mut drift = raw.impulses;
+        advance(&mut drift, dt);
+        for i in 0..2 {
+            after.impulses.path[i] += drift.path[i] - raw.impulses.path[i];
+        }
+        after
+    }
+}

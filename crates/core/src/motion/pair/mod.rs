@@ -1,0 +1,1019 @@
+//! The completed hybrid system of two contacts and frictionless impacts: collisions, their accumulation, and on through
+//! the limit. What contacts at rest do, with friction or without, is in `rest.rs`.
+//!
+//! ```text
+//! flight ── collisions ──► accumulation (Zeno point) ──► one contact held ──► the other lands (corner)
+//!   ▲                          │                              │                     │
+//!   └── lift-off ◄─────────────┼──────────────────────────────┘◄────────────────────┘
+//!                              └──► both held: at rest, or sliding without end
+//! ```
+
+mod rest;
+
+use crate::body::own_ground::Watch;
+use crate::body::state::State;
+use crate::collisions::full::Tumble;
+use crate::collisions::local::{Halt, are_one};
+use crate::collisions::log::{Collision, Log, in_words, names};
+use crate::collisions::{full, local};
+use crate::flight::{LOST_PHASE, parabola_touchdown};
+use crate::impact::friction::NO_FRICTION;
+use crate::impact::newton;
+use crate::impact::newton::{Hit, Sequence};
+use crate::math::clock::Clock;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::{ContactProblem, Mode};
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::record::{Kind, Record, Span, Tail, ZenoRecord};
+use crate::motion::rounds::{ROUNDINGS, Rounds};
+use crate::options::{Options, Simultaneous, Stop};
+use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Method, Outcome};
+use crate::tolerance::{BEYOND, REACHED};
+use crate::zeno::{Frozen, Gaps, Impulses};
+
+/// The loop over the pieces of a motion.
+pub(crate) struct Driver<'a> {
+    base: Base,
+    frames: Vec<Frame>,
+    spans: Vec<Span>,
+    zeno: Vec<ZenoRecord>,
+    warnings: Vec<String>,
+    log: Log<'a>,
+    options: Options,
+    gaps: Gaps,
+    sum: Impulses,
+    /// The full model's own state; unused in a frozen frame.
+    tumble: Option<Tumble>,
+    /// For each held contact: speed and time of the last landing of the other in this frame.
+    landings: [Option<(f64, Clock)>; 2],
+    acceleration: Option<[f64; 3]>,
+    /// Whether all rows are those of the nominal posture, in the whole run.
+    local: bool,
+    /// Rounds on the ground.
+    rounds: Rounds,
+    /// Whether the ground of the contacts can be meant.
+    watch: Option<Box<Watch>>,
+    /// Contacts whose coming to rest has been noted, and that have not left since.
+    resting: [bool; 2],
+    /// Contacts that have no mode to go on in, or several.
+    undecided: Option<Box<ContactProblem>>,
+    /// The last event.
+    cause: Option<Cause>,
+    /// Whether nothing has happened yet.
+    fresh: bool,
+}
+
+/// Collisions under way, in a frozen geometry or in the full model.
+pub(crate) enum Flight {
+    Local(local::Clatter),
+    Full(full::Clatter),
+}
+
+/// What a flight does next.
+pub(crate) enum Then {
+    /// A collision of any kind.
+    Any,
+    /// Plain collisions, if they are.
+    Plain,
+    Halt(Halt),
+}
+
+impl Then {
+    /// As the loops of plain collisions say it.
+    pub(crate) fn after(stop: Option<Option<Halt>>) -> Self {
+        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::Halt))
+    }
+}
+
+/// What a motion does next.
+pub(crate) enum Next {
+    /// Another piece.
+    Piece,
+    /// Flight and collisions.
+    Flight,
+    End(Outcome),
+}
+
+impl<'a> Driver<'a> {
+    pub(crate) fn new(
+        first: Frame,
+        base: Base,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let tumble = match (&first.frozen, base.body) {
+            (None, Some(body)) => {
+                Some(Tumble::new(body, first.start.gaps, first.start.center, first.start.spin))
+            }
+            _ => None,
+        };
+        let log = Log::new(options, base.count, cancel);
+        Self {
+            gaps: first.start.gaps,
+            sum: first.start.impulses,
+            local: first.frozen.is_some(),
+            undecided: None,
+            cause: Some(Cause::Start),
+            rounds: Rounds::default(),
+            watch: base.posture.as_ref().and_then(Watch::new),
+            resting: [false; 2],
+            frames: vec![first],
+            base,
+            spans: Vec::new(),
+            zeno: Vec::new(),
+            warnings,
+            log,
+            options: *options,
+            tumble,
+            landings: [None; 2],
+            acceleration: None,
+            fresh: true,
+        }
+    }
+
+    /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
+    /// collisions come before. `options`: of the run.
+    pub(crate) fn glance(
+        frame: &Frame,
+        base: &Base,
+        options: &Options,
+        raw: &Snapshot,
+        tail: Tail,
+        dt: f64,
+    ) -> Option<Snapshot> {
+        let frozen = frame.frozen.as_ref()?;
+        let mut near = *raw;
+        let mut skip = |t: f64, gaps: Gaps, own: Impulses| {
+            for i in 0..2 {
+                near.impulses.path[i] += near.impulses.jump[i] * t + own.path[i];
+                near.impulses.jump[i] += own.jump[i];
+            }
+            (near.gaps, near.clock) = (gaps, raw.clock.after(t));
+            dt - t
+        };
+        let rest = match tail {
+            Tail::Bounce { contact } => {
+                let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
+                let rest = skip(t, gaps, own).max(0.0);
+                return Some(frame.to_full(&frame.smooth(base, &near, [false; 2], rest)));
+            }
+            Tail::Cycle { ratio, duration } => {
+                let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
+                let scale = libm::pow(ratio, cycles);
+                let t = duration * (1.0 - scale);
+                let rates = raw.gaps.u.map(|u| u * scale);
+                let own = frozen.lead_to(rates, &raw.gaps, t);
+                skip(t, Gaps { h: [0.0; 2], u: rates }, own).max(0.0)
+            }
+            Tail::Collisions => dt,
+        };
+        let options = options.of_glance(rest);
+        let never = || false;
+        // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
+        let mut own = frame.clone();
+        own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
+        let mut driver = Driver::new(own, base.clone(), &options, Vec::new(), &never);
+        (driver.gaps, driver.sum) = (near.gaps, near.impulses);
+        let outcome = driver.motion();
+        let full = driver.frame().to_full(&driver.raw());
+        let clock = raw.clock.after(dt);
+        (outcome == Outcome::TimeLimit).then_some(Snapshot { clock, ..full })
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    pub(crate) fn run(mut self) -> Option<Box<Record>> {
+        self.write(Kind::Flight); // impacts of the first instant belong to a span, too
+        let outcome = self.motion();
+        let (end, state) = self.arrive(outcome)?;
+        Some(Box::new(Record {
+            outcome,
+            base: self.base,
+            frames: self.frames,
+            spans: self.spans,
+            zeno: self.zeno,
+            warnings: self.warnings,
+            collisions: self.log.collisions,
+            bodies: self.log.bodies,
+            hits: self.log.hits,
+            end,
+            state,
+            acceleration: self.acceleration,
+            undecided: self.undecided,
+            general: None,
+        }))
+    }
+
+    /// The end of a motion; `None` if it was cancelled.
+    fn arrive(&mut self, outcome: Outcome) -> Option<(Snapshot, State)> {
+        if self.log.cancelled {
+            return None;
+        }
+        if outcome == Outcome::TimeLimit {
+            self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
+        }
+        if self.log.phase_lost {
+            self.warnings.push(LOST_PHASE.into());
+        } else if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
+            self.warnings.push(format!("{limit}: {}", self.next_landing()));
+        }
+        let mut end = self.frame().to_full(&self.raw());
+        self.look_at(&end);
+        self.warn_of_friction();
+        let mut state = Base::state(&end);
+        if outcome == Outcome::Rest {
+            state.qdot.fill(0.0);
+            end.spin.omega = 0.0;
+        }
+        Some((end, state.unsigned_zero()))
+    }
+
+    /// Which contacts are on the ground, or which one lands next, and how fast, in words: by the gravity into the contacts as it is
+    /// now.
+    fn next_landing(&self) -> String {
+        let (gaps, gravity) = (self.gaps(), self.model().g);
+        let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
+        if (0..self.base.count).any(|i| stays(&i)) {
+            return format!("with {} on the ground", names((0..self.base.count).filter(stays)));
+        }
+        let after = |i: usize| {
+            if i < self.base.count {
+                parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i])
+            } else {
+                f64::INFINITY
+            }
+        };
+        let first = usize::from(after(1) < after(0));
+        if !after(first).is_finite() {
+            return "no contact lands any more".into();
+        }
+        let (h, u) = (gaps.h[first], gaps.u[first]);
+        let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
+        format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
+    }
+
+    /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
+    #[inline(never)]
+    fn look(&mut self) {
+        if self.watch.is_some() {
+            self.look_at(&self.frame().to_full(&self.raw()));
+        }
+    }
+
+    /// As `look`, at this state of the full model.
+    fn look_at(&mut self, full: &Snapshot) {
+        let Some(mut watch) = self.watch.take() else { return };
+        let goes_on = watch.look(
+            &Base::state(full).q,
+            self.local,
+            |i| full.gaps.h[i] == 0.0,
+            || self.options.clock(full.clock),
+            &mut self.warnings,
+        );
+        self.watch = goes_on.then_some(watch);
+    }
+
+    /// The impacts of this loop are frictionless.
+    fn warn_of_friction(&mut self) {
+        let Some(posture) = &self.base.posture else { return };
+        let mut contacts = posture.contacts().iter().zip(self.log.struck);
+        if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
+            self.warnings.push(NO_FRICTION.into());
+        }
+    }
+
+    fn frame(&self) -> &Frame {
+        &self.frames[self.frames.len() - 1]
+    }
+
+    /// Whether the full model is frozen for the last moments of an accumulation.
+    fn is_brief(&self) -> bool {
+        !self.local && self.frame().frozen.is_some()
+    }
+
+    /// The state in the coordinates of the current frame.
+    fn raw(&self) -> Snapshot {
+        let clock = self.log.clock;
+        match &self.tumble {
+            Some(state) => Snapshot::of_full(state, clock),
+            None => Snapshot { clock, gaps: self.gaps, impulses: self.sum, ..Snapshot::default() },
+        }
+    }
+
+    fn note(&mut self, kind: Kind) {
+        let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
+        let word = match kind {
+            Kind::Held(held) => held.map(mode),
+            _ => [Mode::Separate; 2],
+        };
+        self.log.enter(&word[..self.base.count]);
+        self.write(kind);
+    }
+
+    /// Begins a span of the record.
+    fn write(&mut self, kind: Kind) {
+        if self.log.record {
+            let raw = self.raw();
+            // Without a body nothing is known of motion along the terrain: a held contact reads F.
+            let mode = match kind {
+                Kind::Held(held) => held.map(|held| if held { b'F' } else { b'S' }),
+                _ => *b"SS",
+            };
+            let first_collision = self.log.collisions.len();
+            self.spans.push(Span {
+                raw,
+                frame: self.frames.len() - 1,
+                kind,
+                mode,
+                cause: self.cause,
+                first_collision,
+            });
+        }
+    }
+
+    /// The largest speed there can have been, roughly, in m/s.
+    fn speed_scale(&self) -> f64 {
+        let start = &self.base.start;
+        let Some(posture) = &self.base.posture else { return 0.0 };
+        libm::hypot(start.qdot.x, start.qdot.y)
+            + posture.size() * start.qdot.z.abs()
+            + posture.fields().gravity * self.log.clock.hi
+    }
+
+    /// The coupling of the contacts and the gravity into them at this moment.
+    fn model(&self) -> Frozen {
+        match &self.tumble {
+            Some(state) => Frozen::new(&state.frozen()),
+            None => *frozen(&self.frames),
+        }
+    }
+
+    fn gaps(&self) -> Gaps {
+        self.tumble.as_ref().map_or(self.gaps, |state| state.gaps)
+    }
+
+    fn set_gaps(&mut self, gaps: Gaps) {
+        match &mut self.tumble {
+            Some(state) => state.gaps = gaps,
+            None => self.gaps = gaps,
+        }
+    }
+
+    /// Piece after piece until an outcome.
+    fn motion(&mut self) -> Outcome {
+        loop {
+            let end = match self.piece() {
+                Next::Piece => None,
+                Next::Flight => {
+                    let halt = match self.begin_flight() {
+                        Ok(mut flight) => self.fly(&mut flight, Then::Any, &mut |_, _| false),
+                        Err(halt) => Some(halt),
+                    };
+                    halt.and_then(|halt| self.land(halt))
+                }
+                Next::End(outcome) => Some(outcome),
+            };
+            if let Some(outcome) = end {
+                return outcome;
+            }
+        }
+    }
+
+    /// The next piece, up to the flight after it.
+    pub(crate) fn piece(&mut self) -> Next {
+        if !self.log.step() {
+            return Next::End(Outcome::EventLimit);
+        }
+        if self.is_far() {
+            return Next::End(Outcome::Escape);
+        }
+        self.look();
+        let fresh = std::mem::take(&mut self.fresh);
+        let gaps = self.gaps();
+        let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
+        if coming != [false, false] {
+            return self.impact(coming).map_or(Next::Piece, Next::End);
+        }
+        // A body's contacts at rest are asked for more than gravity: their modes.
+        let asked = fresh || self.base.body.is_none();
+        let held = if asked { self.pressed(&gaps) } else { [false; 2] };
+        if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
+            return Next::End(Outcome::Zeno);
+        }
+        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
+        if fresh {
+            self.resting = rests; // they have been: nothing brought them there
+        }
+        // One impact without rebound is all the accumulation there is.
+        let stopped = [0, 1].map(|i| held[i] && !self.resting[i]);
+        if stopped != [false, false] && self.zeno_here(stopped, Method::Bounce) {
+            return Next::End(Outcome::Zeno);
+        }
+        match held {
+            _ if self.base.body.is_some() && rests != [false, false] => self.contact_phase(rests),
+            [false, false] => Next::Flight,
+            [true, true] => Next::End(self.stay(held)),
+            _ => self.hold(held).map_or(Next::Piece, Next::End),
+        }
+    }
+
+    fn is_far(&self) -> bool {
+        let limit = self.options.neighbourhood.min(BEYOND);
+        // Nobody comes that far in the age of the universe.
+        let may = self.options.neighbourhood.is_finite() || self.log.clock.hi > EARLY;
+        may && self.base.body.is_some() && {
+            let q = Base::state(&self.frame().to_full(&self.raw())).q;
+            libm::hypot(q.x, q.y) > limit
+        }
+    }
+
+    /// Which resting contacts gravity presses into the terrain: 0 ≤ λ ⊥ acceleration ≥ 0.
+    fn pressed(&self, gaps: &Gaps) -> [bool; 2] {
+        let model = self.model();
+        let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
+        match rests {
+            [true, true] => {
+                let force = model.share(model.g);
+                if force[0] > 0.0 && force[1] >= 0.0 || force[0] >= 0.0 && force[1] > 0.0 {
+                    [true, true]
+                } else {
+                    [0, 1].map(|i| {
+                        let other = -model.g[1 - i] - model.psi[i] * model.g[i];
+                        model.g[i] > 0.0 && other >= 0.0
+                    })
+                }
+            }
+            _ => [0, 1].map(|i| rests[i] && model.g[i] > 0.0),
+        }
+    }
+
+    /// Contacts with zero gap approach: the impacts of this instant.
+    fn impact(&mut self, coming: [bool; 2]) -> Option<Outcome> {
+        let model = self.model();
+        let gaps = self.gaps();
+        let mut rates = gaps.u;
+        let mut hits: Vec<Hit> = Vec::new();
+        let both_touch = gaps.h == [0.0, 0.0];
+        let mut end = Sequence::Finite;
+        let (mut together, mut in_step) = (false, false);
+        if coming == [true, true] {
+            self.warn_of_tie();
+            together = self.options.policy() == Simultaneous::Newton;
+        }
+        let first = match (coming, self.options.policy()) {
+            ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,
+            _ => 0,
+        };
+        let (mut jump, mut count) = ([0.0; 2], 0);
+        if together {
+            (jump, in_step) = newton::newton_together(&model, rates);
+            let mut after = newton::kicked(&model, rates, jump);
+            if in_step {
+                after = [0, 1].map(|i| -model.e[i] * rates[i]); // the law itself, not its rounding
+            }
+            for contact in (0..2).filter(|&i| jump[i] > 0.0) {
+                hits.push(Hit { contact, before: rates, after });
+            }
+            rates = after;
+        } else if both_touch {
+            end = newton::in_zero_time(&model, first, &mut rates, |hit| {
+                count += 1;
+                jump[hit.contact] += hit.after[hit.contact] - hit.before[hit.contact];
+                if hits.len() < LISTED {
+                    hits.push(*hit);
+                }
+            });
+            // One impact on each may leave no speed: without restitution and without coupling.
+            if end == Sequence::Infinite || count > 2 && rates == [0.0; 2] {
+                end = Sequence::Infinite; // or so long that its speeds are below any double
+                jump = model.share([-gaps.u[0], -gaps.u[1]]);
+                rates = [0.0; 2];
+                hits.clear();
+            } else if count > 1 {
+                // The jumps of many impacts cancel; what they leave says what they come to.
+                jump = model.share([0, 1].map(|i| rates[i] - gaps.u[i]));
+            }
+        } else {
+            rates = newton::newton(&model, first, rates);
+            jump[first] = rates[first] - gaps.u[first];
+            hits.push(Hit { contact: first, before: gaps.u, after: rates });
+        }
+        for hit in &hits {
+            self.log.struck[hit.contact] = true;
+        }
+        if end == Sequence::Infinite {
+            self.log.struck = [true; 2];
+            // Both gaps are zero and stay so.
+            self.kick(jump, rates);
+            self.landings = [None; 2];
+            let certified = model.chatters();
+            return self
+                .zeno_point([true, true], Method::Chatter, certified, 0.0)
+                .then_some(Outcome::Zeno);
+        }
+        let before = gaps;
+        let mut turns = self.turns();
+        self.kick(jump, rates);
+        turns |= self.turns();
+        if count > 1
+            && let Some(state) = &mut self.tumble
+        {
+            state.follow([true, true]);
+        }
+        self.log.hits += count.max(hits.len());
+        let last = hits.last().map_or(first, |hit| hit.contact);
+        self.cause = Some(Cause::Impact(ContactNumber::of(last)));
+        for hit in &hits {
+            if self.log.record {
+                self.log.collisions.push(Collision {
+                    elapsed: self.log.clock,
+                    contact: hit.contact,
+                    before: hit.before,
+                    after: hit.after,
+                    jump: if together {
+                        jump[hit.contact]
+                    } else {
+                        hit.after[hit.contact] - hit.before[hit.contact]
+                    },
+                    other_gap: before.h[1 - hit.contact],
+                });
+            }
+        }
+        self.align_bodies();
+        self.note(Kind::Flight);
+        if in_step && let Some(t) = self.bounce_together(rates, turns) {
+            let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
+            return self.settle(t, Method::Bounce, true, 0.0, tail);
+        }
+        // Ties without end, one after the other, until what is left of them is below the rounding of the clock.
+        if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
+            let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
+            let left = 0.5 * left[0].max(left[1]);
+            if 0.0 < left && left <= 0.5 * REACHED * self.log.clock.hi {
+                return self.settle(left, Method::Mixed, false, left, Tail::Collisions);
+            }
+        }
+        self.freeze_if_brief();
+        None
+    }
+
+    /// Own-rate jumps act; the rates they lead to are given exactly.
+    fn kick(&mut self, jump: [f64; 2], rates: [f64; 2]) {
+        match &mut self.tumble {
+            Some(state) => {
+                state.kick(jump);
+                state.gaps.u = rates;
+                state.forget_rounding();
+            }
+            None => {
+                self.gaps.u = rates;
+                self.sum.jump[0] += jump[0];
+                self.sum.jump[1] += jump[1];
+            }
+        }
+    }
+
+    /// One body beside each collision.
+    fn align_bodies(&mut self) {
+        let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
+        self.log.bodies.resize(self.log.collisions.len(), body);
+    }
+
+    fn warn_of_tie(&mut self) {
+        const TIE: &str = "contacts 1 and 2 collided at the same instant; the outcome depends on \
+                           the policy `simultaneous`";
+        if !self.warnings.iter().any(|warning| warning == TIE) {
+            self.warnings.push(TIE.into());
+        }
+    }
+
+    /// Whether the geometry changes with time.
+    fn turns(&self) -> bool {
+        self.tumble.as_ref().is_some_and(|state| state.spin.omega != 0.0)
+    }
+
+    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
+    /// after it, so that they keep step only if what is left is short.
+    fn bounce_together(&self, rates: [f64; 2], turns: bool) -> Option<f64> {
+        let model = self.model();
+        let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
+        let in_step = flight[0] > 0.0 && flight[0] < f64::INFINITY && are_one(flight[0], flight[1]);
+        let t = model.bounce[0] * rates[0];
+        if !in_step
+            || model.e[0] != model.e[1]
+            || !(self.log.clock.hi + t <= self.log.end)
+            || turns && self.tumble.is_some_and(|state| !state.keeps_step(t, &self.log))
+        {
+            return None;
+        }
+        Some(t)
+    }
+
+    /// Both contacts come to rest after `t`: the limit of an accumulation.
+    fn settle(
+        &mut self,
+        t: f64,
+        method: Method,
+        certified: bool,
+        error: f64,
+        tail: Tail,
+    ) -> Option<Outcome> {
+        let raw = self.raw();
+        let model = self.model();
+        let impulses = model.settle(&raw.gaps, t);
+        self.tail(&model, t, impulses, Gaps::default(), [true, true], tail);
+        self.zeno_point([true, true], method, certified, error).then_some(Outcome::Zeno)
+    }
+
+    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
+    /// contacts have come to rest. `model`: the geometry at its start.
+    fn tail(
+        &mut self,
+        model: &Frozen,
+        t: f64,
+        own: Impulses,
+        end: Gaps,
+        closed: [bool; 2],
+        tail: Tail,
+    ) {
+        // A tail of the full model is evaluated in the geometry frozen at its start.
+        if let Some(state) = self.tumble {
+            let start = Snapshot::of_full(&state, self.log.clock);
+            let frame = Frame::with(start, &state, *model);
+            let clock = self.log.clock.after(t);
+            if self.log.record {
+                self.frames.push(frame.clone());
+                self.spans.push(Span {
+                    raw: start,
+                    frame: self.frames.len() - 1,
+                    kind: Kind::Tail(tail),
+                    mode: *b"SS",
+                    cause: self.cause,
+                    first_collision: self.log.collisions.len(),
+                });
+            }
+            let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
+            let full = frame.to_full(&raw);
+            self.log.clock = clock;
+            let mut after = Tumble::new(state.body, full.gaps, full.center, full.spin);
+            after.turn_tail(
+                &state,
+                t,
+                frame.translational(own.jump),
+                frame.translational(own.path),
+            );
+            after.follow(closed);
+            if let Tail::Bounce { contact } = tail {
+                // The other one, out of reach, moves as the body does: its rate in the frozen geometry misses that.
+                let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);
+                if after.gaps.h[i].is_finite() {
+                    after.gaps.u[i] = k.normal.dot(&after.center.v) + after.b[i] * after.spin.omega;
+                }
+            }
+            let full = Snapshot::of_full(&after, clock);
+            self.tumble = Some(after);
+            if self.log.record {
+                self.frames.push(Frame::full(full));
+            }
+        } else {
+            self.note(Kind::Tail(tail));
+            for i in 0..2 {
+                self.sum.path[i] += self.sum.jump[i] * t + own.path[i];
+                self.sum.jump[i] += own.jump[i];
+            }
+            self.gaps = end;
+            self.log.clock = self.log.clock.after(t);
+        }
+    }
+
+    /// A Zeno point at this instant that needed no sum.
+    fn zeno_here(&mut self, closed: [bool; 2], method: Method) -> bool {
+        self.zeno_point(closed, method, true, 0.0)
+    }
+
+    /// Notes the Zeno point at this instant; true if the run ends here.
+    fn zeno_point(
+        &mut self,
+        closed: [bool; 2],
+        method: Method,
+        certified: bool,
+        error: f64,
+    ) -> bool {
+        let full = self.frame().to_full(&self.raw());
+        for i in (0..2).filter(|&i| closed[i]) {
+            self.resting[i] = true;
+        }
+        if method != Method::Rest {
+            self.cause = Some(Cause::Zeno);
+        }
+        self.zeno.push(ZenoRecord {
+            closed,
+            method,
+            certified,
+            error,
+            first_summed: self.log.hits,
+            state: Base::state(&full),
+            at: full,
+        });
+        self.options.stop == Stop::Zeno
+    }
+
+    /// Freezes the full model's geometry if what remains is too short to change it.
+    fn freeze_if_brief(&mut self) {
+        if let Some(state) = self.tumble
+            && state.may_freeze(&self.log)
+        {
+            self.freeze(&state);
+        }
+    }
+
+    fn freeze(&mut self, state: &Tumble) {
+        self.frames.push(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
+        (self.gaps, self.sum) = (state.gaps, Impulses::default());
+        self.tumble = None;
+        self.landings = [None; 2];
+    }
+
+    /// Back to the full model.
+    fn thaw(&mut self) {
+        if self.is_brief()
+            && let Some(body) = self.base.body
+        {
+            let full = self.frame().to_full(&self.raw());
+            self.frames.push(Frame::full(full));
+            self.tumble = Some(Tumble::new(body, full.gaps, full.center, full.spin));
+        }
+    }
+
+    /// The first collision of a flight; an error: something else came before.
+    pub(crate) fn begin_flight(&mut self) -> Result<Flight, Halt> {
+        self.note(Kind::Flight);
+        if let Some(state) = &self.tumble {
+            return Ok(Flight::Full(full::Clatter::begin(&state.body, &mut self.log)));
+        }
+        let frozen = frozen(&self.frames);
+        let begun = local::Clatter::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)?;
+        self.look();
+        Ok(Flight::Local(begun))
+    }
+
+    /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
+    #[inline(never)] // the collisions have the registers to themselves
+    pub(crate) fn fly(
+        &mut self,
+        flight: &mut Flight,
+        mut then: Then,
+        enter: &mut impl FnMut(&Self, &Flight) -> bool,
+    ) -> Option<Halt> {
+        let halt = loop {
+            match then {
+                Then::Plain => {}
+                Then::Any => {
+                    let halt = self.next_collision(flight);
+                    if self.tumble.is_some() {
+                        self.look();
+                    }
+                    if let Some(halt) = halt {
+                        break halt;
+                    }
+                }
+                Then::Halt(halt) => break halt,
+            }
+            let stop = match self.come_to_first(flight) {
+                None if enter(self, flight) => return None,
+                None => self.alternate(flight),
+                stop => stop,
+            };
+            then = Then::after(stop);
+        };
+        Some(self.end_flight(flight, halt))
+    }
+
+    /// The next collision, whatever it is.
+    fn next_collision(&mut self, flight: &mut Flight) -> Option<Halt> {
+        match (flight, &mut self.tumble) {
+            (Flight::Local(clatter), _) => clatter.next(frozen(&self.frames), &mut self.log),
+            (Flight::Full(clatter), Some(state)) => clatter.next(state, &mut self.log),
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
+    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => {
+                let hits = self.log.hits;
+                let stop = clatter.come_to_first(state, &mut self.log);
+                self.log.struck[0] |= self.log.hits > hits;
+                stop
+            }
+            (Flight::Local(clatter), _) => (!clatter.is_at_first()).then_some(None),
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// Plain collisions after that; `None`: many, and nothing else.
+    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => {
+                let hits = self.log.hits;
+                let stop = clatter.alternate(MANY, state, &mut self.log);
+                self.log.struck[1] |= self.log.hits > hits; // the first of them
+                stop
+            }
+            (Flight::Local(clatter), _) => {
+                clatter.alternate(&mut self.log);
+                Some(None)
+            }
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
+        match (flight, &mut self.tumble) {
+            (Flight::Full(clatter), Some(state)) => clatter.end(halt, state, &mut self.log),
+            (Flight::Local(clatter), _) => {
+                let frozen = frozen(&self.frames);
+                clatter.end(halt, frozen, &mut self.gaps, &mut self.sum, &mut self.log)
+            }
+            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        }
+    }
+
+    /// As [`full::Clatter::enter`].
+    pub(crate) fn enter(&self, clatter: &full::Clatter, pool: &mut full::Pool, run: usize) -> bool {
+        self.tumble.as_ref().is_some_and(|state| clatter.enter(state, &self.log, pool, run))
+    }
+
+    /// As [`full::Clatter::leave`].
+    pub(crate) fn leave_lane(
+        &mut self,
+        clatter: &mut full::Clatter,
+        pool: &mut full::Pool,
+        run: usize,
+    ) -> Option<Option<Halt>> {
+        let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
+        let hits = self.log.hits;
+        let stop = clatter.leave(&pool.take(run), state, &mut self.log);
+        self.log.struck[1] |= self.log.hits > hits; // the first of them
+        stop
+    }
+
+    /// The end of a run that recorded nothing; `None` if it was cancelled.
+    pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
+        let (end, state) = self.arrive(outcome)?;
+        let time = |clock: Clock| self.options.clock(clock);
+        let zeno = self.zeno.first().map(|zeno| FirstZeno {
+            count: zeno.closed.iter().filter(|closed| **closed).count(),
+            contact: match zeno.closed {
+                [true, false] => Some(ContactNumber::of(0)),
+                [false, true] => Some(ContactNumber::of(1)),
+                _ => None,
+            },
+            time: time(zeno.at.clock),
+            elapsed: zeno.at.clock.hi,
+        });
+        Some(End {
+            outcome,
+            time: time(end.clock),
+            elapsed: end.clock.hi,
+            state,
+            zeno,
+            collisions: self.log.hits,
+            warned: !self.warnings.is_empty(),
+        })
+    }
+
+    /// What a flight and its collisions have come to.
+    pub(crate) fn land(&mut self, halt: Halt) -> Option<Outcome> {
+        self.align_bodies();
+        match halt {
+            Halt::Bounce { contact, duration } => {
+                let model = self.model();
+                let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
+                let closed = [contact == 0, contact == 1];
+                self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
+                self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
+            }
+            Halt::Clatter(tail) => self.settle(
+                tail.duration,
+                Method::Clatter,
+                tail.proved,
+                tail.error,
+                Tail::Collisions,
+            ),
+            Halt::Reached { remaining, self_similar } => {
+                let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
+                // The bound is crude, but below the rounding of the time.
+                self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
+            }
+            Halt::Freeze => {
+                if let Some(state) = self.tumble {
+                    self.freeze(&state);
+                }
+                None
+            }
+            Halt::Tie => None,
+            Halt::TimeLimit => Some(Outcome::TimeLimit),
+            Halt::EventLimit => Some(Outcome::EventLimit),
+            Halt::Never => Some(self.never(Outcome::Escape)),
+        }
+    }
+
+    /// Nothing ends this motion any more.
+    fn never(&mut self, outcome: Outcome) -> Outcome {
+        if self.log.end == f64::INFINITY {
+            return outcome;
+        }
+        let left = self.log.left().max(0.0);
+        let held = match self.spans.last() {
+            Some(Span { kind: Kind::Held(held), .. }) => *held,
+            _ => [false, false],
+        };
+        self.move_smoothly(held, left);
+        Outcome::TimeLimit
+    }
+
+    fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
+        let after = self.frame().smooth(&self.base, &self.raw(), held, dt);
+        self.log.clock = after.clock;
+        match &mut self.tumble {
+            Some(state) => {
+                *state = Tumble::new(state.body, after.gaps, after.center, after.spin);
+            }
+            None => (self.gaps, self.sum) = (after.gaps, after.impulses),
+        }
+    }
+
+    /// One contact is held, the other is in the air, until it lands or the held one lifts off.
+    fn hold(&mut self, held: [bool; 2]) -> Option<Outcome> {
+        self.note(Kind::Held(held));
+        let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
+        let model = self.model();
+        let gaps = self.gaps;
+        let gravity = model.held_gravity(b);
+        let resting = gaps.h[b] == 0.0 && gaps.u[b] == 0.0;
+        let t =
+            if resting { f64::INFINITY } else { parabola_touchdown(gaps.h[b], gaps.u[b], gravity) };
+        if self.log.clock.hi + t > self.log.end {
+            let left = self.log.left().max(0.0);
+            self.move_smoothly(held, left);
+            return Some(Outcome::TimeLimit);
+        }
+        if t == f64::INFINITY {
+            return Some(Outcome::Escape);
+        }
+        self.move_smoothly(held, t);
+        let speed = (gaps.u[b] * gaps.u[b] + 2.0 * gravity * gaps.h[b]).max(0.0).sqrt();
+        let mut landed = Gaps::default();
+        landed.u[b] = -speed;
+        self.set_gaps(landed);
+        self.nested(a, speed)
+    }
+
+    /// A landing while `a` is held: everything after it is determined by its speed, up to scale. If the
+    /// same landing came before at a higher speed, the motion in between repeats on a smaller and smaller
+    /// scale, with all times and speeds multiplied by `ratio`: a Zeno point of Zeno points.
+    fn nested(&mut self, a: usize, speed: f64) -> Option<Outcome> {
+        let now = self.log.clock;
+        let last = self.landings[a].replace((speed, now));
+        let (before, then) = last?;
+        let ratio = speed / before;
+        if !(ratio < 1.0) {
+            return None;
+        }
+        let t = now.since(then) * ratio / (1.0 - ratio);
+        if !(now.hi + t <= self.log.end) {
+            return None;
+        }
+        // Rounding of the ratio is amplified by the sum.
+        let error = ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
+        self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
+    }
+
+    /// Both contacts are held, and nothing is known of any motion along the terrain: at rest.
+    fn stay(&mut self, held: [bool; 2]) -> Outcome {
+        self.note(Kind::Held(held));
+        if self.options.stop != Stop::Time {
+            return Outcome::Rest;
+        }
+        let left = self.log.left().max(0.0);
+        self.move_smoothly(held, left);
+        Outcome::TimeLimit
+    }
+}
+
+/// The frozen geometry of the current frame.
+fn frozen(frames: &[Frame]) -> &Frozen {
+    match frames.last().map(|frame| &frame.frozen) {
+        Some(Some(frozen)) => frozen,
+        _ => unreachable!("without the full model's state a frame is frozen"),
+    }
+}
+
+/// Pairs of plain collisions after which a run that goes on by itself is looked at again.
+const MANY: usize = 8;
+/// Time, in s, before which no body is looked for beyond all bounds.
+const EARLY: f64 = 1e18;
+/// Impacts of one instant that are listed one by one.
+const LISTED: usize = 64;

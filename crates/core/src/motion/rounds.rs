@@ -1,0 +1,176 @@
+//! Rounds of a motion on the ground, from one landing of a contact to its next while the other is held, that come again on
+//! a smaller and smaller scale: infinitely many of them are summed.
+
+use nalgebra::Vector3;
+
+use crate::body::contact::PerContact;
+use crate::collisions::log::Spin;
+use crate::math::clock::Clock;
+use crate::math::turn::Turn;
+use crate::modes::Mode;
+use crate::motion::frame::{Base, Snapshot};
+use crate::sustained::{Point, Stance};
+use crate::tolerance::{REACHED, STILL};
+
+/// Roundings in the ratio of two landing speeds.
+pub(crate) const ROUNDINGS: f64 = 64.0;
+
+/// Factor on the estimate of what is left, where speeds are taken for none.
+pub(crate) const SEVERAL: f64 = 4.0;
+
+/// The rounds of two contacts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Rounds {
+    /// For each contact: the last round that ended with its landing.
+    last: [Option<Round>; 2],
+    /// For each contact: which way it slid when it was held last, and since when.
+    slides: [(f64, Clock); 2],
+    /// The largest sliding speed that was taken for none, in m/s.
+    dropped: f64,
+}
+
+/// A round, at its end.
+#[derive(Debug, Clone, Copy)]
+struct Round {
+    at: Snapshot,
+    /// Ratio of the landing speeds of this round and the one before.
+    ratio: f64,
+    /// Change of q̇ in this round.
+    change: Vector3<f64>,
+    /// In s.
+    duration: f64,
+}
+
+/// Where infinitely many rounds lead to.
+#[derive(Debug, Clone)]
+pub(crate) struct Limit {
+    /// Both contacts on the ground.
+    pub(crate) end: Stance,
+    /// Until then, in s.
+    pub(crate) duration: f64,
+    /// Whether rounds repeat themselves; if not, so little time is left that they need not.
+    pub(crate) repeats: bool,
+    /// Estimate of the error of that time, in s.
+    pub(crate) error: f64,
+}
+
+impl Rounds {
+    /// From now on the contacts are in these modes.
+    pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
+        for (way, mode) in self.slides.iter_mut().zip(word) {
+            if *mode != Mode::Separate {
+                *way = (mode.direction(), clock);
+            }
+        }
+    }
+
+    /// This sliding speed has been taken for none.
+    pub(crate) fn drop(&mut self, speed: f64) {
+        self.dropped = self.dropped.max(speed);
+    }
+
+    /// Error of the time of a rest, in s: a speed that was taken for none is missing in all rounds since, for about as long as
+    /// gravity takes to undo it.
+    pub(crate) fn missing(&self, gravity: f64) -> f64 {
+        if self.dropped > 0.0 { SEVERAL * self.dropped / gravity } else { 0.0 }
+    }
+
+    pub(crate) fn forget(&mut self) {
+        self.last = [None; 2];
+    }
+
+    /// Contact `b` lands while the other is held. Rounds from one such landing to the next that shrink in one ratio r, all
+    /// times and all changes of velocity with it, are summed:
+    ///
+    /// ```text
+    /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
+    /// ```
+    ///
+    /// `size`: of the body; `fastest`: the largest speed there can have been; `left`: time to the end of the run.
+    pub(crate) fn land(
+        &mut self,
+        b: usize,
+        stance: &Stance,
+        clock: Clock,
+        size: f64,
+        fastest: f64,
+        left: f64,
+    ) -> Option<Limit> {
+        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let now = Snapshot::of_stance(stance, clock);
+        let start =
+            Round { at: now, ratio: f64::NAN, change: Vector3::zeros(), duration: f64::NAN };
+        let last = self.last[b].replace(start)?;
+        let before = &last.at;
+        let ratio = now.gaps.u[b] / before.gaps.u[b];
+        let gained = Base::state(&now).qdot - Base::state(before).qdot;
+        let dt = now.clock.since(before.clock);
+        self.last[b] = Some(Round { at: now, ratio, change: gained, duration: dt });
+        let sum = ratio / (1.0 - ratio);
+        let t = dt * sum;
+        // The geometry has to stay what it is, too: then times shrink in the same ratio. How far they do not is of the order
+        // of the angle of the body, which shrinks with the rounds.
+        let turned = if stance.frozen.is_some() {
+            0.0
+        } else {
+            let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
+            (angle * angle).max((dt / (ratio * last.duration) - 1.0).abs())
+        };
+        let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
+        // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
+        // round before and sticks in this one may leave the ratio of the landing speeds as it is.
+        let unlike = speed(&(gained - last.change * ratio)) * sum;
+        let alike = unlike <= STILL * fastest;
+        let repeats = alike && change <= f64::EPSILON * now.clock.hi;
+        let reached = t <= REACHED * now.clock.hi;
+        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
+            return None;
+        }
+        // No point may come to an end of its terrain on the way.
+        let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
+        let room = |p: &Point| p.place.sides.iter().all(|side| *side > SEVERAL * way);
+        if !stance.points.iter().all(room) {
+            return None;
+        }
+        let rest = ratio * ratio / (1.0 - ratio * ratio);
+        let (state, old) = (Base::state(&now), Base::state(before));
+        // At the end both contacts are on the ground, and so they are now: of a body whose geometry stays as it is, what a
+        // velocity or a way has across the ground is rounding, and the time may be long.
+        let along = |change: Vector3<f64>| {
+            if stance.frozen.is_none() {
+                return change;
+            }
+            let mut moved = stance.clone();
+            (moved.center.v, moved.spin.omega) = (change.xy(), change.z);
+            moved.close(&stance.points.iter().map(|_| true).collect::<PerContact<_>>());
+            Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
+        };
+        let v = along(state.qdot + (state.qdot - old.qdot) * sum);
+        let way = along(v * t + (state.q - old.q - v * dt) * rest);
+        let mut end = stance.clone();
+        (end.center.v, end.center.r) = (v.xy(), stance.center.r + way.xy());
+        end.spin = Spin { theta: stance.spin.theta + way.z, omega: v.z };
+        // A contact that slides in all rounds has to slide the same way at their end, and one that sticks has to stand still there:
+        // up to the rounding of the sum, and to the speeds that count as none.
+        let still = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
+        let turns_back = |i: usize| {
+            let ((way, when), slip) = (self.slides[i], end.slip(i));
+            let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
+            stance.slip(i) * slip < 0.0 && slip.abs() > still
+                || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
+        };
+        if !reached && (0..end.points.len()).any(turns_back) {
+            return None;
+        }
+        let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { way.z });
+        for p in &mut end.points {
+            (p.h, p.u) = (0.0, 0.0);
+            (p.b, p.c) = p.turned(&onward);
+        }
+        self.forget();
+        let missing = self.missing(stance.gravity);
+        let rounding = ROUNDINGS * f64::EPSILON * t;
+        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
+        Some(Limit { end, duration: t, repeats, error })
+    }
+}

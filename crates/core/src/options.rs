@@ -1,0 +1,215 @@
+//! What a run is asked for.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, finite, in_range, positive};
+use crate::math::clock::Clock;
+
+/// Which equations are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Model {
+    /// The smallest that keeps [`Options::tolerance`]: local where that is exact or its error, measured along the run
+    /// against the full equations, is below the tolerance; else full.
+    #[default]
+    Auto,
+    /// All Jacobian rows frozen at q = 0: the paper's linearisation.
+    Local,
+    /// Finite rotation.
+    Full,
+}
+
+/// The law of impact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Impact {
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run says so where a
+    /// contact with friction is hit.
+    #[default]
+    Newton,
+    /// Routh's process with friction; the impulse of restitution is e times that of compression.
+    Poisson,
+    /// Routh's process with friction; the normal work of restitution is −e² times that of compression.
+    Stronge,
+    /// Chatterjee & Ruina 1998: v_n⁺ = −e v_n, with friction and tangential restitution.
+    ChatterjeeRuina,
+    /// Moreau: v_n⁺ = −e v_n and v_t⁺ = −e_t v_t, or sliding; may have no answer.
+    Moreau,
+}
+
+/// What happens when several contacts with zero gap approach at the same instant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Simultaneous {
+    /// All together: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0.
+    #[default]
+    Newton,
+    /// The lowest number first, then again the lowest that still approaches.
+    FirstContactFirst,
+    /// The highest number first, then again the highest that still approaches.
+    LastContactFirst,
+}
+
+/// Where a run ends, unless a limit ends it before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stop {
+    /// At rest, or when it is decided that there will be none.
+    #[default]
+    Rest,
+    /// At the first Zeno point.
+    Zeno,
+    /// At `time_limit`, whatever happens until then.
+    Time,
+}
+
+/// How a run is made. The field names are the keywords of the Python face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Which equations are solved.
+    #[serde(deserialize_with = "crate::serial::values::word")]
+    pub model: Model,
+    /// The law of impact.
+    #[serde(deserialize_with = "crate::serial::values::word")]
+    pub impact: Impact,
+    /// What happens when several contacts arrive together. Unless given: `newton` with the law of impact of this name, and
+    /// `first-contact-first` with the others.
+    #[serde(
+        deserialize_with = "crate::serial::values::some_word",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(with = "Simultaneous")]
+    pub simultaneous: Option<Simultaneous>,
+    /// Where the run ends.
+    #[serde(deserialize_with = "crate::serial::values::word")]
+    pub stop: Stop,
+    /// Time on the clock at the start, in s.
+    pub time: f64,
+    /// Time on the clock at which the run ends at the latest, in s.
+    #[serde(
+        with = "crate::serial::numbers::extended_option",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(with = "Option<crate::serial::numbers::Extended>")]
+    pub time_limit: Option<f64>,
+    /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
+    /// of impacts that ends), one each. Impacts in one instant are not parted: those of the last one may pass the limit. A run that
+    /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration do not count: 250 000 more of them than events end a run in the same way.
+    pub event_limit: usize,
+    /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
+    /// the kind of motion changes.
+    #[serde(with = "crate::serial::numbers::extended")]
+    #[schemars(with = "crate::serial::numbers::Extended")]
+    pub neighbourhood: f64,
+    /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
+    /// relative to the size of the body. The time of a Zeno point early in a long run is promised to within this times the whole
+    /// time elapsed; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
+    pub tolerance: f64,
+    /// Whether the trajectory is kept.
+    pub record: bool,
+    /// Whether the run comes with intervals that are proved to contain the times of its collisions and, in the local model, of
+    /// its first Zeno point: `Trajectory::enclosure`.
+    pub certify: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            model: Model::Auto,
+            impact: Impact::Newton,
+            simultaneous: None,
+            stop: Stop::Rest,
+            time: 0.0,
+            time_limit: None,
+            event_limit: 1_000_000,
+            neighbourhood: f64::INFINITY,
+            tolerance: 1e-12,
+            record: true,
+            certify: false,
+        }
+    }
+}
+
+impl Options {
+    /// Checks every field.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub fn validate(&self) -> Result<(), Error> {
+        finite("time", self.time)?;
+        let unusable = |value: String, allowed: &str| Error::Unusable {
+            field: "time_limit".into(),
+            value,
+            allowed: allowed.into(),
+        };
+        match self.time_limit {
+            Some(limit) if limit.is_nan() || limit < self.time => {
+                Err(unusable(format!("{limit:?}"), "at or after `time`"))
+            }
+            None | Some(f64::INFINITY) if self.stop == Stop::Time => {
+                let value = self.time_limit.map_or("none", |_| "inf");
+                Err(unusable(value.into(), "a finite time_limit, because stop = \"time\""))
+            }
+            _ => Ok(()),
+        }?;
+        in_range(
+            "neighbourhood",
+            self.neighbourhood,
+            self.neighbourhood > 0.0,
+            "> 0 (inf allowed)",
+        )?;
+        positive("tolerance", self.tolerance)?;
+        Ok(())
+    }
+
+    /// What a run does when several contacts arrive together: [`Options::simultaneous`] or, where that is `None`,
+    /// [`Simultaneous::Newton`] with [`Impact::Newton`] and [`Simultaneous::FirstContactFirst`] with every other law.
+    #[must_use]
+    pub fn policy(&self) -> Simultaneous {
+        self.simultaneous.unwrap_or(match self.impact {
+            Impact::Newton => Simultaneous::Newton,
+            _ => Simultaneous::FirstContactFirst,
+        })
+    }
+
+    /// Of a look into a sum of this run, `dt` after its beginning, event by event.
+    pub(crate) fn of_glance(&self, dt: f64) -> Self {
+        Self {
+            stop: Stop::Time,
+            time: 0.0,
+            time_limit: Some(dt),
+            event_limit: GLANCE,
+            record: false,
+            ..*self
+        }
+    }
+
+    /// Events until a run of a body with `count` contacts ends: those asked for, or as many as can be recorded.
+    pub(crate) fn events(&self, count: usize) -> usize {
+        if self.record {
+            self.event_limit.min(MOST_RECORDED / count.max(1))
+        } else {
+            self.event_limit
+        }
+    }
+
+    /// The clock, rounded once, and not beyond the limit: that is the difference from the start, which was rounded as well.
+    pub(crate) fn clock(&self, elapsed: Clock) -> f64 {
+        let time = elapsed.added_to(self.time);
+        self.time_limit.map_or(time, |limit| time.min(limit))
+    }
+
+    /// Elapsed time at which the run ends at the latest.
+    pub(crate) fn end(&self) -> f64 {
+        self.time_limit.map_or(f64::INFINITY, |limit| limit - self.time)
+    }
+}
+
+/// Recorded events times contacts: 3 GB at most.
+pub(crate) const MOST_RECORDED: usize = 20_000_000;
+
+/// Events after which a look into a sum is given up.
+const GLANCE: usize = 100_000;

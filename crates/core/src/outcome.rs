@@ -1,0 +1,385 @@
+//! What a run tells: how it ends, its impacts, Zeno points and phases.
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::body::state::State;
+
+/// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
+/// all give the number from 1.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContactNumber(usize);
+
+impl ContactNumber {
+    pub(crate) const fn of(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// From 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+
+    /// From 1.
+    #[must_use]
+    pub fn number(self) -> usize {
+        self.0 + 1
+    }
+}
+
+impl std::fmt::Display for ContactNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.number().fmt(f)
+    }
+}
+
+impl std::fmt::Debug for ContactNumber {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Display::fmt(self, f)
+    }
+}
+
+impl Serialize for ContactNumber {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.number().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for ContactNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let index = usize::deserialize(deserializer)?.checked_sub(1);
+        index.map(Self).ok_or_else(|| D::Error::custom("contacts are numbered from 1"))
+    }
+}
+
+/// How a run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Outcome {
+    /// All motion has ceased.
+    Rest,
+    /// The first Zeno point, where the run was asked to end.
+    Zeno,
+    /// The body leaves for ever, or left the neighbourhood asked for.
+    Escape,
+    /// The body slides on its contacts without end.
+    Sliding,
+    /// No contact mode is consistent: no motion with bounded forces obeys Coulomb's law (Painlevé).
+    Inconsistent,
+    /// Several contact modes are consistent: the law does not say how the motion goes on.
+    Ambiguous,
+    /// The time limit came first.
+    TimeLimit,
+    /// The event limit came first.
+    EventLimit,
+}
+
+impl Outcome {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Rest,
+        Self::Zeno,
+        Self::Escape,
+        Self::Sliding,
+        Self::Inconsistent,
+        Self::Ambiguous,
+        Self::TimeLimit,
+        Self::EventLimit,
+    ];
+
+    /// The outcome as the Python face and the files spell it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Zeno => "zeno",
+            Self::Escape => "escape",
+            Self::Sliding => "sliding",
+            Self::Inconsistent => "inconsistent",
+            Self::Ambiguous => "ambiguous",
+            Self::TimeLimit => "time-limit",
+            Self::EventLimit => "event-limit",
+        }
+    }
+}
+
+/// One collision that was simulated by itself.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImpactRecord {
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// The contact that is hit.
+    pub contact: ContactNumber,
+    /// Gap rates before, contact by contact, in m/s.
+    pub rates_before: Vec<f64>,
+    /// Gap rates after, contact by contact, in m/s.
+    pub rates_after: Vec<f64>,
+    /// Impulse (tangential, normal), in N s; NaN for a model without a mass.
+    pub impulse: [f64; 2],
+}
+
+/// A point in time at which contacts come to rest: where infinitely many impacts accumulate, in an impact without rebound
+/// ([`ZenoPoint::plastic`]), or because they rest from the start (method "rest").
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ZenoPoint {
+    /// "1-zeno", "2-zeno", …: how many contacts come to rest.
+    pub kind: String,
+    /// The contacts that come to rest.
+    pub contacts: Vec<ContactNumber>,
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s. The error of the local model, which
+    /// [`Options::tolerance`](crate::Options::tolerance) bounds, is not in it.
+    pub time_error: f64,
+    /// Configuration there; `None` for a model without a body.
+    pub q: Option<[f64; 3]>,
+    /// Velocity there.
+    pub qdot: Option<[f64; 3]>,
+    /// Rotation θ (rad) and angular velocity ω (rad/s) there.
+    pub rotation: [f64; 2],
+    /// Gaps there, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates there, in m/s.
+    pub gap_rates: Vec<f64>,
+    /// Whether the argument is a proof (within rounding), not an estimate.
+    pub certified: bool,
+    /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
+    pub method: &'static str,
+    /// Whether these contacts, all of restitution 0, come to rest in an impact, without rebound: nothing accumulates. The
+    /// method is "bounce", or "mixed" where there are several contacts.
+    pub plastic: bool,
+    /// Index of the first collision that was summed instead of simulated.
+    pub first_summed: usize,
+}
+
+/// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces is
+/// in one phase S.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Phase {
+    /// One letter a contact: S separate, F fixed, R or L sliding right or left (at the start of the phase).
+    pub mode: String,
+    /// On the clock, in s.
+    pub start: f64,
+    /// On the clock, in s.
+    pub end: f64,
+    /// The event at its start.
+    pub cause: Cause,
+    /// How many of [`Trajectory::impacts`](crate::Trajectory::impacts) lie strictly between its start and its end. The infinitely
+    /// many that end in a Zeno point, which are summed, are not among them.
+    pub impacts: usize,
+}
+
+/// Why a phase begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The run starts.
+    Start,
+    /// A collision of this contact, or several.
+    Impact(ContactNumber),
+    /// Contacts have come to rest: see the Zeno points.
+    Zeno,
+    /// The force of this contact has come down to zero.
+    LiftOff(ContactNumber),
+    /// This contact has stopped sliding.
+    Stop(ContactNumber),
+    /// The force of this contact has reached the edge of its friction cone: it breaks loose.
+    Slip(ContactNumber),
+    /// This contact has come to the end of a piece of its terrain.
+    LeftSegment(ContactNumber),
+}
+
+impl Cause {
+    /// The cause as the Python face and the files spell it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Impact(_) => "impact",
+            Self::Zeno => "zeno",
+            Self::LiftOff(_) => "lift-off",
+            Self::Stop(_) => "stop",
+            Self::Slip(_) => "slip",
+            Self::LeftSegment(_) => "left-segment",
+        }
+    }
+
+    /// The contact that it is about, if it is one.
+    #[must_use]
+    pub fn contact(self) -> Option<ContactNumber> {
+        match self {
+            Self::Start | Self::Zeno => None,
+            Self::Impact(contact)
+            | Self::LiftOff(contact)
+            | Self::Stop(contact)
+            | Self::Slip(contact)
+            | Self::LeftSegment(contact) => Some(contact),
+        }
+    }
+}
+
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.as_str().serialize(serializer)
+    }
+}
+
+/// The motion at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// q and q̇; without a body only θ and ω mean anything.
+    pub state: State,
+    /// Gaps, in m.
+    pub gaps: Vec<f64>,
+    /// Gap rates, in m/s.
+    pub rates: Vec<f64>,
+}
+
+/// The argument by which a Zeno point was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Method {
+    Bounce,
+    Clatter,
+    Chatter,
+    Rest,
+    SelfSimilar,
+    Mixed,
+    Nested,
+}
+
+impl Method {
+    pub(crate) fn as_str(self) -> &'static str {
+        match self {
+            Self::Bounce => "bounce",
+            Self::Clatter => "clatter",
+            Self::Chatter => "chatter",
+            Self::Rest => "rest",
+            Self::SelfSimilar => "self-similar",
+            Self::Mixed => "mixed",
+            Self::Nested => "nested",
+        }
+    }
+}
+
+/// Where one of many runs has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Time on the clock when the outcome was reached, in s.
+    pub time: f64,
+    /// Time from the start to the outcome, in s: not rounded to the clock.
+    pub elapsed: f64,
+    /// Final state.
+    pub state: State,
+    /// The first Zeno point.
+    pub zeno: Option<FirstZeno>,
+    /// Number of collisions simulated one by one.
+    pub collisions: usize,
+    /// Whether the run has warnings: [`simulate`](crate::simulate) tells which.
+    pub warned: bool,
+}
+
+/// The first Zeno point of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstZeno {
+    /// How many contacts come to rest.
+    pub count: usize,
+    /// The only one of them, or `None`.
+    pub contact: Option<ContactNumber>,
+    /// Time on the clock, in s.
+    pub time: f64,
+    /// Time since the start, in s.
+    pub elapsed: f64,
+}
+
+/// An interval of time, in s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Bounds {
+    /// The lower end.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+}
+
+impl Bounds {
+    /// Its width, in s.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        self.high - self.low
+    }
+
+    /// What two intervals that contain the same number have in common.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { low: self.low.max(other.low), high: self.high.min(other.high) }
+    }
+}
+
+/// A collision, and when it happens after the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnclosedImpact {
+    /// The contact that is hit.
+    pub contact: ContactNumber,
+    /// Contains the time elapsed, in s.
+    pub elapsed: Bounds,
+}
+
+/// A Zeno point, and when it is reached after the start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnclosedZeno {
+    /// The contacts at which infinitely many impacts accumulate, or that are at rest from the start.
+    pub contacts: Vec<ContactNumber>,
+    /// Contains the time elapsed, in s.
+    pub elapsed: Bounds,
+}
+
+/// Why an enclosure ends before a Zeno point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(into = "&'static str")]
+pub enum Uncertain {
+    /// Which contact lands next, and whether one does, is beyond what the intervals can tell: a tie, a graze, or roundings.
+    Order,
+    /// The time limit, or the event limit.
+    Limit,
+    /// It is certain that no contact lands again.
+    Never,
+    /// What follows is shorter than a rounding of the time, and its end is not enclosed: in the full model.
+    Rest,
+}
+
+impl Uncertain {
+    /// In words.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Order => "which contact lands next is not certain",
+            Self::Limit => "a limit of the run is reached",
+            Self::Never => "no contact lands again",
+            Self::Rest => {
+                "what follows is shorter than a rounding of the time: only the local model encloses its end"
+            }
+        }
+    }
+}
+
+impl From<Uncertain> for &'static str {
+    fn from(uncertain: Uncertain) -> Self {
+        uncertain.as_str()
+    }
+}
+
+/// Collisions up to the first Zeno point, each with an interval that is proved to contain its time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Enclosure {
+    /// Collisions one by one, in order: that they happen, and at these contacts, is proved as well.
+    pub impacts: Vec<EnclosedImpact>,
+    /// Where all that follow accumulate.
+    pub zeno: Option<EnclosedZeno>,
+    /// Without such a point: why nothing is certain after the last of the collisions.
+    pub reason: Option<Uncertain>,
+}

@@ -1,0 +1,333 @@
+//! Many runs at once.
+//!
+//! Runs do not know of each other: each ends as it does by itself, to the bit. Threads take blocks of them. Within a block the
+//! collisions of several go on side by side in the lanes of vector registers ([`crate::math::lanes`]); a run whose next event is of
+//! another kind leaves its lane for it.
+
+use std::num::NonZero;
+use std::ops::Range;
+use std::thread::available_parallelism;
+
+use fearless_simd::{Level, dispatch};
+
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::{full, local};
+use crate::error::Error;
+use crate::math::lanes;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::motion::pair::{Driver, Flight, Next, Then};
+use crate::options::{Model, Options};
+use crate::outcome::{End, FirstZeno, Outcome};
+use crate::simulate::parallel::{Wrong, in_blocks};
+use crate::simulate::trajectory::Trajectory;
+use crate::simulate::{Start, simulate_until, solvable};
+
+/// Runs that make up for the start of a thread.
+const LEAST: usize = 16;
+
+/// What many runs may use of the machine. No result depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resources {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Runs side by side in a register, at most: 1, 2, 4 or 8; what the machine does not have is not used.
+    pub lanes: usize,
+}
+
+impl Default for Resources {
+    /// All that there is.
+    fn default() -> Self {
+        Self { threads: available_parallelism().map_or(1, NonZero::get), lanes: 8 }
+    }
+}
+
+/// The ends of many runs: of one posture from each of the states, or of as many postures, each from its own. Nothing is
+/// recorded; [`simulate`](crate::simulate) makes the same run, to the bit, with its events.
+///
+/// ```
+/// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
+///
+/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let starts: Vec<State> = (1..100).map(|k| State::at_rest([0.0, 0.01, 1e-4 * f64::from(k)])).collect();
+/// let ends = simulate_many(&[rod], &starts, &Options { model: Model::Local, ..Options::default() })?;
+/// assert!(ends.iter().all(|end| end.outcome == Outcome::Rest));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Unusable`] unless there is one posture, or as many as states; [`Error::At`] with the number of the first run
+/// that cannot be made, from 0, and why: as [`simulate`](crate::simulate).
+pub fn simulate_many(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+) -> Result<Vec<End>, Error> {
+    simulate_many_until(postures, states, options, Resources::default(), &|| false)
+        .map(|ends| ends.unwrap_or_else(|| unreachable!("runs that nobody cancels")))
+}
+
+/// As [`simulate_many`], with these resources; `cancel` is asked now and then, and `None` is returned once it says so.
+///
+/// # Errors
+///
+/// As [`simulate_many`].
+pub fn simulate_many_until(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+    resources: Resources,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Vec<End>>, Error> {
+    options.validate()?;
+    if postures.len() != 1 && postures.len() != states.len() {
+        return Err(Error::Unusable {
+            field: "posture".into(),
+            value: format!("[{} postures]", postures.len()),
+            allowed: format!("one posture, or one for each of the {} states", states.len()),
+        });
+    }
+    let options = Options { record: false, certify: false, ..*options };
+    let level = level(resources.lanes);
+    let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
+        // A posture of their own: all threads would count the runs that share one.
+        let own = (postures.len() == 1).then(|| postures[0].detached());
+        let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
+        Block { posture: &posture, states, options: &options, level, stop }.run(runs)
+    };
+    match in_blocks(states.len(), LEAST, resources.threads, cancel, &work) {
+        Ok(blocks) => Ok(blocks.map(|blocks| {
+            let mut ends = Vec::with_capacity(states.len());
+            blocks.into_iter().for_each(|block| ends.extend(block));
+            ends
+        })),
+        Err((run, error)) => Err(Error::At { place: format!("run {run}"), error: error.into() }),
+    }
+}
+
+/// What a register of so many lanes at most is used by; `None`: runs go one by one.
+fn level(lanes: usize) -> Option<Level> {
+    let level = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let level = match lanes {
+        8.. => level,
+        4..8 => level.as_avx2().map_or(level, Level::Avx2),
+        _ => level.as_sse2().map_or(level, Level::Sse2),
+    };
+    (lanes > 1).then_some(level)
+}
+
+/// Some of the runs, one after the other or side by side.
+struct Block<'a> {
+    posture: &'a dyn Fn(usize) -> &'a Posture,
+    states: &'a [State],
+    options: &'a Options,
+    level: Option<Level>,
+    stop: &'a dyn Fn() -> bool,
+}
+
+/// A run on its way.
+struct Run<'a> {
+    number: usize,
+    driver: Driver<'a>,
+    flight: Option<Flight>,
+}
+
+/// How far a run has come.
+enum Stage {
+    /// Plain collisions are next, in its lane.
+    Lane,
+    Over(Outcome),
+}
+
+/// The lanes of one of the models. Runs have numbers from 0.
+trait Lanes: Default {
+    /// Takes a run in whose loop plain collisions are next, if it may.
+    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool;
+
+    /// Plain collisions of all that are there, until one of them has stopped.
+    fn alternate(&mut self, level: Level);
+
+    /// Runs that have not stopped, a bit for each.
+    fn on(&self) -> u64;
+
+    /// Gives one back that has.
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
+}
+
+impl Lanes for local::Pool {
+    fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
+        matches!(flight, Flight::Local(clatter) if self.put(run, clatter))
+    }
+
+    fn alternate(&mut self, level: Level) {
+        dispatch!(level, simd => self.alternate(simd));
+    }
+
+    fn on(&self) -> u64 {
+        self.on()
+    }
+
+    fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
+        if let Flight::Local(clatter) = flight {
+            self.take(run, clatter);
+        }
+        Then::Any
+    }
+}
+
+impl Lanes for full::Pool {
+    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool {
+        matches!(flight, Flight::Full(clatter) if driver.enter(clatter, self, run))
+    }
+
+    fn alternate(&mut self, level: Level) {
+        dispatch!(level, simd => self.alternate(simd));
+    }
+
+    fn on(&self) -> u64 {
+        self.on()
+    }
+
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
+        match flight {
+            Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self, run)),
+            Flight::Local(..) => Then::Any,
+        }
+    }
+}
+
+impl<'a> Block<'a> {
+    fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+        match self.options.model {
+            Model::Local => self.in_lanes::<local::Pool>(runs),
+            Model::Full => self.in_lanes::<full::Pool>(runs),
+            Model::Auto => runs.map(|run| self.alone(run)).collect(),
+        }
+    }
+
+    /// A run by itself; `None` if it was stopped.
+    fn alone(&self, number: usize) -> Result<Option<End>, Wrong> {
+        simulate_until((self.posture)(number), &self.states[number], self.options, self.stop)
+            .map(|run| run.map(|run| end_of(&run)))
+            .map_err(|error| (number, error))
+    }
+
+    /// The ends of these runs, which go on side by side where they can; `None` if they were stopped.
+    fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+        let first = numbers.start;
+        let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
+        let width = self.level.map_or(1, lanes_of);
+        let mut pool = L::default();
+        let mut runs: Vec<Option<Run>> = (0..width).map(|_| None).collect();
+        loop {
+            let on = pool.on();
+            for (k, slot) in runs.iter_mut().enumerate().filter(|(k, _)| on >> k & 1 == 0) {
+                let mut then = Then::Any;
+                if let Some(Run { driver, flight: Some(flight), .. }) = slot {
+                    then = pool.take(k, driver, flight);
+                }
+                // The next run, and the next, until one wants the lane.
+                loop {
+                    let Some(run) = slot else {
+                        let Some(number) = numbers.next() else { break };
+                        self.begin(number, slot).map_err(|error| (number, error))?;
+                        if slot.is_none() {
+                            let Some(end) = self.alone(number)? else { return Ok(None) };
+                            ends[number - first] = Some(end);
+                        }
+                        continue;
+                    };
+                    let lanes = self.level.map(|_| (&mut pool, k));
+                    match run.go_on(std::mem::replace(&mut then, Then::Any), lanes) {
+                        Stage::Lane => break,
+                        Stage::Over(outcome) => {
+                            let Some(end) = run.driver.finish(outcome) else { return Ok(None) };
+                            ends[run.number - first] = Some(end);
+                            *slot = None;
+                        }
+                    }
+                }
+            }
+            match self.level {
+                Some(level) if pool.on() != 0 => pool.alternate(level),
+                _ => break,
+            }
+        }
+        Ok(ends.into_iter().collect())
+    }
+
+    /// Puts a run at its start; leaves the place empty if it has no lanes, ever.
+    fn begin(&self, number: usize, place: &mut Option<Run<'a>>) -> Result<(), Error> {
+        let (posture, state, options) =
+            ((self.posture)(number), &self.states[number].unsigned_zero(), self.options);
+        if Start::is_pair(posture, options) {
+            solvable(posture, options)?;
+            state.validate()?;
+            let start = Start::new(posture, state, options.model)?;
+            let driver = start.driver(posture, state, options, self.stop);
+            *place = Some(Run { number, driver, flight: None });
+        }
+        Ok(())
+    }
+}
+
+impl Run<'_> {
+    /// Goes on by itself to where its lane serves, or to the end.
+    fn go_on<L: Lanes>(&mut self, mut then: Then, mut lanes: Option<(&mut L, usize)>) -> Stage {
+        loop {
+            if let Some(flight) = &mut self.flight {
+                let mut enter = |driver: &Driver<'_>, flight: &Flight| match &mut lanes {
+                    Some((pool, k)) => pool.put(*k, driver, flight),
+                    None => false,
+                };
+                match self.driver.fly(flight, then, &mut enter) {
+                    None => return Stage::Lane,
+                    Some(halt) => then = Then::Halt(halt),
+                }
+                self.flight = None;
+            }
+            if let Then::Halt(halt) = then
+                && let Some(outcome) = self.driver.land(halt)
+            {
+                return Stage::Over(outcome);
+            }
+            then = Then::Any;
+            match self.driver.piece() {
+                Next::Piece => {}
+                Next::End(outcome) => return Stage::Over(outcome),
+                Next::Flight => match self.driver.begin_flight() {
+                    Ok(flight) => self.flight = Some(flight),
+                    Err(halt) => then = Then::Halt(halt),
+                },
+            }
+        }
+    }
+}
+
+fn lanes_of(level: Level) -> usize {
+    dispatch!(level, simd => lanes::count(simd))
+}
+
+/// Where a run has ended.
+fn end_of(run: &Trajectory) -> End {
+    let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
+        count: zeno.contacts.len(),
+        contact: match zeno.contacts.as_slice() {
+            [only] => Some(*only),
+            _ => None,
+        },
+        time: zeno.time,
+        elapsed: zeno.elapsed,
+    });
+    End {
+        outcome: run.outcome(),
+        time: run.time(),
+        elapsed: run.elapsed(),
+        state: *run.state(),
+        zeno,
+        collisions: run.collisions(),
+        warned: !run.warnings().is_empty(),
+    }
+}

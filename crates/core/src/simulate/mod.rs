@@ -1,0 +1,440 @@
+//! What a run is asked for: its start, its options, and their checks.
+
+pub(crate) mod batch;
+mod limits;
+pub(crate) mod parallel;
+pub(crate) mod trajectory;
+
+use crate::body::contact::PerContact;
+use crate::body::local_model::LocalModel;
+use crate::body::posture::{Geometry, Posture};
+use crate::body::state::State;
+use crate::collisions::full::{Body, Tumble};
+use crate::collisions::log::{Center, Spin};
+use crate::error::{Error, finite, in_range};
+use crate::flight::PHASE_LOST;
+use crate::math::clock::Clock;
+use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::motion::any::General;
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::pair::Driver;
+use crate::motion::record::Record;
+use crate::options::{Impact, Model, Options};
+pub(crate) use crate::simulate::limits::solvable;
+use crate::simulate::limits::{clatters, reachable, returns, touch};
+use crate::simulate::trajectory::Trajectory;
+use crate::sustained::{Point, Rounding, Stance};
+use crate::tolerance::TOUCH;
+use crate::zeno::Gaps;
+use crate::{auto, enclosure};
+
+/// The motion of `posture` from `state` on.
+///
+/// # Errors
+///
+/// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
+/// the body; [`Simultaneous::Newton`](crate::Simultaneous::Newton) asked for with another law of impact.
+pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
+    simulate_until(posture, state, options, &|| false)
+        .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+}
+
+/// As [`simulate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+///
+/// # Errors
+///
+/// As [`simulate`].
+pub fn simulate_until(
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trajectory>, Error> {
+    options.validate()?;
+    solvable(posture, options)?;
+    state.validate()?;
+    let state = &state.unsigned_zero();
+    let mut start = Start::new(posture, state, options.model)?;
+    let reason = match options.model {
+        Model::Local | Model::Full => "asked for",
+        Model::Auto => match try_local(posture, state, &start, options, cancel) {
+            Tried::Run(None) => return Ok(None),
+            Tried::Run(Some(run)) => return Ok(enclosed(*run, posture, state, options, cancel)),
+            Tried::No(reason) => {
+                start.model = Model::Full;
+                reason
+            }
+        },
+    };
+    let Some(run) = start.run(posture, state, options, cancel) else { return Ok(None) };
+    Ok(enclosed(run.into_trajectory(reason, *options), posture, state, options, cancel))
+}
+
+/// The run with bounds of its times, if they are asked for; `None`: cancelled.
+fn enclosed(
+    run: Trajectory,
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Option<Trajectory> {
+    if !options.certify {
+        return Some(run);
+    }
+    let enclosure = match run.model() {
+        Model::Local => enclosure::enclose_local(posture, state, options, cancel),
+        _ => enclosure::enclose_full(posture, state, options, cancel),
+    };
+    enclosure.map(|enclosure| run.with(enclosure))
+}
+
+/// What came of the local model.
+enum Tried {
+    /// It keeps the tolerance; `None`: cancelled.
+    Run(Option<Box<Trajectory>>),
+    /// It does not, and why.
+    No(&'static str),
+}
+
+const EXACT: &str = "exact here: nothing turns the body";
+const MEASURED: &str =
+    "its error, measured along the run against the full equations, is below the tolerance";
+const TURNS: &str = "the body turns too far for the tolerance: the start alone shows it";
+const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
+const START: &str = "another contact touches at the start than in the local model";
+const ENDLESS: &str = "the body turns, and nothing brings it to rest: over a motion without an end no error stays small";
+const UNKNOWN: &str = "the body turns, and with three contacts, friction in impacts, bounded terrain or neighbourhood the local model's error is not known";
+
+/// The local model, where it keeps the tolerance. `full`: the start in the full model.
+fn try_local(
+    posture: &Posture,
+    state: &State,
+    full: &Start,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Tried {
+    let exact = auto::is_exact(posture, state);
+    if !exact {
+        if !auto::has_shadow(posture, options) {
+            return Tried::No(UNKNOWN);
+        }
+        if !auto::has_end(posture, options) {
+            return Tried::No(ENDLESS);
+        }
+        if auto::is_hopeless(posture, state, &full.heights, options) {
+            return Tried::No(TURNS);
+        }
+    }
+    let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
+    let start = match Start::new(posture, state, Model::Local) {
+        Ok(start) if (0..start.heights.len()).all(|i| touches(&start, i) == touches(full, i)) => {
+            start
+        }
+        _ => return Tried::No(START),
+    };
+    if exact {
+        let run = start.run(posture, state, options, cancel);
+        return Tried::Run(run.map(|run| Box::new(run.into_trajectory(EXACT, *options))));
+    }
+    let event_limit = options.event_limit.min(auto::LONGEST);
+    let recorded = Options { record: true, event_limit, ..*options };
+    let Some(mut run) = start.run(posture, state, &recorded, cancel) else {
+        return Tried::Run(None);
+    };
+    match auto::error(posture, state, &run.record, options) {
+        Ok(error) if error <= options.tolerance => {
+            if !options.record {
+                run.record.forget();
+            }
+            Tried::Run(Some(Box::new(run.into_trajectory(MEASURED, *options))))
+        }
+        Ok(_) => Tried::No(MISSES),
+        Err(lost) => Tried::No(lost),
+    }
+}
+
+/// Gaps and rates at the start, in one of the models.
+pub(crate) struct Start {
+    model: Model,
+    heights: PerContact<f64>,
+    rates: PerContact<f64>,
+    warnings: Vec<String>,
+}
+
+/// A run before it is handed over.
+struct Run {
+    model: Model,
+    record: Box<Record>,
+}
+
+impl Run {
+    fn into_trajectory(self, reason: &'static str, options: Options) -> Trajectory {
+        Trajectory::new(self.record, self.model, reason, options)
+    }
+}
+
+impl Start {
+    pub(crate) fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
+        let local = model == Model::Local;
+        let known = local || state.q.z.abs() <= PHASE_LOST;
+        in_range(
+            "q.theta",
+            state.q.z,
+            known,
+            "in [-1e12, 1e12] rad unless model = \"local\": beyond, at most four digits of a rotation are left",
+        )?;
+        let v = state.qdot;
+        in_range(
+            "qdot.theta",
+            v.z,
+            v.z.abs().max(posture.size() * v.z.abs()) <= FASTEST_SPIN,
+            "at most 1e70 rad/s in size, and 1e70 m/s times the size of the body",
+        )?;
+        let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
+        returns("speed of qdot", speed, posture.fields().gravity)?;
+        let turn = Turn::by(if local { 0.0 } else { state.q.z });
+        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = (0..posture
+            .geometry()
+            .len())
+            .map(|i| {
+                let under = posture.under(i, &state.q, local);
+                let k = &under.geometry;
+                let (mut gap, mut rate) = if local {
+                    (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                } else {
+                    (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
+                };
+                // As far as the state can tell it touches, and neither leaves nor lands.
+                let [place, speed] = k.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                if gap.abs() <= place && rate.abs() <= speed {
+                    (gap, rate) = (0.0, 0.0);
+                }
+                (if under.exists { gap } else { f64::INFINITY }, rate)
+            })
+            .unzip();
+        let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        if heights.len() > 1 {
+            let gravity = posture.geometry().iter().map(|k| k.gravity);
+            let starts = heights.iter().zip(&rates).zip(gravity);
+            clatters(starts.map(|((h, u), g)| (*h, *u, g)))?;
+        }
+        Ok(Self { model, heights, rates, warnings })
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    fn run(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Option<Run> {
+        let model = self.model;
+        if !Self::is_pair(posture, options) {
+            let Self { heights, rates, warnings, .. } = self;
+            let local = model == Model::Local;
+            let body =
+                Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+            let base = Base::of_body(posture, body, state);
+            let theta = if local { 0.0 } else { state.q.z };
+            let turn = Turn::by(theta);
+            let points = posture.distinct().map(|i| {
+                let under = posture.under(i, &state.q, local);
+                let Geometry { tangent, normal, .. } = under.geometry;
+                let (b, c) = under.geometry.turned(&turn);
+                let friction = posture.contacts()[i].friction;
+                let (mut place, h, u) = (under.place, heights[i], rates[i]);
+                if (h, u) == (0.0, 0.0) {
+                    let [known, _] =
+                        under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                    let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
+                    place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
+                }
+                let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
+                let rounding = Rounding::new(
+                    state.q.xy().norm() + place_terms,
+                    state.qdot.xy().norm() + spin.abs(),
+                );
+                Point {
+                    normal,
+                    tangent,
+                    friction,
+                    b,
+                    c,
+                    held: None,
+                    place,
+                    h,
+                    depth: 0.0,
+                    u,
+                    rounding,
+                }
+            });
+            let start = Stance {
+                points: points.collect(),
+                center: base.center(),
+                spin: base.spin(),
+                rho2: posture.gyration_squared(),
+                gravity: posture.fields().gravity,
+                frozen: local.then_some(0.0),
+            };
+            let general = General::new(posture, start, options, warnings, cancel).run()?;
+            return Some(Run { model, record: Box::new(Record::of_general(base, general)) });
+        }
+        let record = self.driver(posture, state, options, cancel).run()?;
+        Some(Run { model, record })
+    }
+
+    /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends. Two contacts at
+    /// one point (ψ = 1) are not such a pair: no impact parts them.
+    pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
+        let apart = match posture.geometry() {
+            [one, two] => one.apart(two, 1.0) > 0.0,
+            few => few.len() <= 1,
+        };
+        apart && options.impact == Impact::Newton && posture.ground(0).is_none()
+    }
+
+    /// The driver of such a motion.
+    pub(crate) fn driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c> {
+        let Self { model, heights, rates, warnings, .. } = self;
+        let body =
+            Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
+            (gaps.h[i], gaps.u[i]) = (h, u);
+        }
+        let start = Tumble::new(body, gaps, base.center(), base.spin());
+        let first = match model {
+            Model::Local => {
+                let nominal = Tumble::new(body, gaps, Center::default(), Spin::default());
+                Frame::frozen(Snapshot::of_full(&start, Clock::default()), &nominal)
+            }
+            _ => Frame::full(Snapshot::of_full(&start, Clock::default())),
+        };
+        Driver::new(first, base, options, warnings, cancel)
+    }
+}
+
+/// The motion of the gaps and of θ from a state on. `theta` in rad, `omega` in rad/s.
+///
+/// # Errors
+///
+/// A wrong option, a state that is not finite, or a negative gap.
+pub fn simulate_local(
+    model: &LocalModel,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    theta: f64,
+    omega: f64,
+    options: &Options,
+) -> Result<Trajectory, Error> {
+    simulate_local_until(model, gaps, rates, theta, omega, options, &|| false)
+        .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+}
+
+/// As [`simulate_local`]; `cancel` is asked now and then, and `None` is returned once it says so.
+///
+/// # Errors
+///
+/// As [`simulate_local`].
+pub fn simulate_local_until(
+    model: &LocalModel,
+    gaps: [f64; 2],
+    rates: [f64; 2],
+    theta: f64,
+    omega: f64,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trajectory>, Error> {
+    let (gaps, rates) = (gaps.unsigned_zero(), rates.unsigned_zero());
+    let theta = finite("theta", theta)?.unsigned_zero();
+    let omega = finite("omega", omega)?.unsigned_zero();
+    let (h, warnings) = checked(model, gaps, rates, options)?;
+    let base = Base::of_parameters(model, gaps, rates, [theta, omega]);
+    let gaps = Gaps { h, u: rates };
+    let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
+    let run = Driver::new(Frame::reduced(start, model), base, options, warnings, cancel).run();
+    let Some(run) = run else { return Ok(None) };
+    let run = Trajectory::new(run, Model::Local, "given by its parameters", *options);
+    if !options.certify {
+        return Ok(Some(run));
+    }
+    let enclosure = enclosure::enclose_given(model, h, rates, options, cancel);
+    Ok(enclosure.map(|enclosure| run.with(enclosure)))
+}
+
+/// The gaps that a run with these options may start from, and what there is to say of them.
+pub(crate) fn checked(
+    model: &LocalModel,
+    mut gaps: [f64; 2],
+    rates: [f64; 2],
+    options: &Options,
+) -> Result<([f64; 2], Vec<String>), Error> {
+    options.validate()?;
+    let gain = model.psi().iter().fold(1.0_f64, |most, psi| most.max(psi.abs()));
+    for i in 0..2 {
+        finite(format_args!("gaps.{}", i + 1), gaps[i])?;
+        finite(format_args!("rates.{}", i + 1), rates[i])?;
+        finite(format_args!("rates.{} times the larger psi", i + 1), gain * rates[i])?;
+    }
+    let most = |values: [f64; 2]| values.iter().fold(0.0_f64, |most, v| v.abs().max(most));
+    reachable(gain * most(model.gravity()), options)?;
+    let least = model.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
+    returns("largest of rates times the larger psi", gain * most(rates), least)?;
+    let warnings = touch(&mut gaps, 0.0)?;
+    clatters([0, 1].map(|i| (gaps[i], rates[i], model.gravity()[i])))?;
+    Ok((gaps, warnings))
+}
+
+/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: forces of the rotation that bear on each other are
+/// of its fourth power.
+const FASTEST_SPIN: f64 = 1e70;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::MOST_RECORDED;
+
+    /// A ball that bounces 10¹⁶ times.
+    fn endless(record: bool, event_limit: usize) -> Trajectory {
+        let fields = crate::body::posture::Fields {
+            mass: 1.0,
+            gyration_radius: 1.0,
+            center_of_mass: [0.0, 0.0],
+            contacts: vec![crate::body::contact::Contact::at(0.0, 0.0)],
+            restitution: 1.0 - f64::EPSILON,
+            gravity: 10.0,
+            terrain: Vec::new(),
+        };
+        let options = Options { model: Model::Full, record, event_limit, ..Options::default() };
+        let posture = Posture::new(fields).unwrap();
+        simulate(&posture, &State::at_rest([0.0, 1.0, 0.1]), &options).unwrap()
+    }
+
+    #[test]
+    fn a_record_has_an_end() {
+        let recorded = Options { event_limit: usize::MAX, ..Options::default() };
+        let events = |record: bool, count: usize| Options { record, ..recorded }.events(count);
+        assert_eq!((events(true, 2), events(true, 64)), (10_000_000, 312_500));
+        assert_eq!(events(false, 2), usize::MAX);
+        assert_eq!(Options::default().events(2), 1_000_000);
+        assert_eq!(endless(true, 1000).warnings(), [""; 0]);
+    }
+
+    #[test]
+    #[ignore = "long: two gigabytes are recorded"]
+    fn a_full_record_says_so() {
+        let run = endless(true, usize::MAX);
+        assert_eq!(run.outcome(), crate::outcome::Outcome::EventLimit);
+        assert!(run.collisions() <= MOST_RECORDED);
+        assert!(run.warnings()[0].starts_with("the record is full after 20000000 events"));
+    }
+}

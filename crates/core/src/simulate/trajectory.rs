@@ -1,0 +1,732 @@
+//! What a run returns: events, phases, and the motion at any time.
+
+use std::sync::OnceLock;
+
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::body::local_model::LocalModel;
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::local::advance;
+use crate::error::Error;
+use crate::flight::LOST_PHASE;
+use crate::math::clock::Clock;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::ContactProblem;
+use crate::motion::any::{General, Settled, Stretch, Struck};
+use crate::motion::frame::{Base, Snapshot};
+use crate::motion::pair::Driver;
+use crate::motion::record::{Kind, Record, Span, ZenoRecord};
+use crate::options::{Model, Options};
+use crate::outcome::{
+    Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Method, Outcome, Phase, ZenoPoint,
+};
+use crate::simulate::{simulate, simulate_local};
+
+/// A piece of smooth motion: between two collisions, or a whole span.
+#[derive(Debug, Clone)]
+struct Piece {
+    frame: usize,
+    raw: Snapshot,
+    kind: Kind,
+}
+
+/// The pieces of a run, and the normal impulse per own-rate jump and unit mass of each collision.
+#[derive(Debug, Clone, Default)]
+struct Expanded {
+    pieces: Vec<Piece>,
+    shares: Vec<f64>,
+}
+
+/// A run: its outcome, its events, and the motion at any time of it.
+///
+/// Serde writes it in the form of [`to_json`](Self::to_json). It is read by simulating from the same start again, which gives the
+/// same run to the last bit; the outcome, the final state and the number of collisions are compared with the file, and a file
+/// that another version of this crate wrote may be refused for that. Only self-describing formats such as JSON can hold it.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    record: Box<Record>,
+    options: Options,
+    model: Model,
+    model_reason: &'static str,
+    enclosure: Option<Box<Enclosure>>,
+    // Made when they are first asked for.
+    expanded: OnceLock<Expanded>,
+    impacts: OnceLock<Vec<ImpactRecord>>,
+    zeno_points: OnceLock<Vec<ZenoPoint>>,
+    phases: OnceLock<Vec<Phase>>,
+}
+
+/// A run as it is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    outcome: Outcome,
+    model: Model,
+    model_reason: &'a str,
+    time: f64,
+    elapsed: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    theta: f64,
+    omega: f64,
+    gaps: Vec<f64>,
+    rates: Vec<f64>,
+    acceleration: Option<[f64; 3]>,
+    collisions: usize,
+    impacts: &'a [ImpactRecord],
+    zeno_points: &'a [ZenoPoint],
+    phases: &'a [Phase],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    enclosure: Option<&'a Enclosure>,
+    warnings: &'a [String],
+    options: &'a Options,
+    posture: Option<&'a Posture>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    local_model: Option<&'a LocalModel>,
+    start: WrittenStart,
+}
+
+/// Where a run starts, with a body and without.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum WrittenStart {
+    Body(State),
+    Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
+}
+
+/// What is read of a run: the question, and the answer in so far as it is compared.
+#[derive(Deserialize)]
+struct Question {
+    posture: Option<Posture>,
+    local_model: Option<LocalModel>,
+    start: WrittenStart,
+    options: Options,
+    outcome: Outcome,
+    elapsed: f64,
+    q: Option<[f64; 3]>,
+    qdot: Option<[f64; 3]>,
+    theta: f64,
+    omega: f64,
+    collisions: usize,
+}
+
+/// Distance of a Zeno point from its proved bounds, relative to the time elapsed, that is no more than some roundings.
+const STRAYED: f64 = 1e-13;
+
+/// Roundings in the clock of a run, counted into the error of a Zeno time.
+const CLOCK_ROUNDINGS: f64 = 4.0;
+
+/// No state is known at `t`, within a sum.
+fn too_deep(t: f64) -> Error {
+    Error::Unusable {
+        field: "t".into(),
+        value: format!("{t:?}"),
+        allowed: "too many collisions of a summed tail come before this time".into(),
+    }
+}
+
+impl Trajectory {
+    pub(crate) fn new(
+        mut record: Box<Record>,
+        model: Model,
+        model_reason: &'static str,
+        options: Options,
+    ) -> Self {
+        record.acceleration = record.acceleration.unsigned_zero();
+        let options = Options { simultaneous: Some(options.policy()), ..options };
+        let most = options.events(record.base.count);
+        let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
+        if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
+            record.warnings.push(format!(
+                "the record is full after {most} events: record = false goes on to event_limit"
+            ));
+        }
+        Self {
+            record,
+            options,
+            model,
+            model_reason,
+            enclosure: None,
+            expanded: OnceLock::new(),
+            impacts: OnceLock::new(),
+            zeno_points: OnceLock::new(),
+            phases: OnceLock::new(),
+        }
+    }
+
+    /// With bounds of its times. A run whose roundings have grown so far that it leaves them says so.
+    pub(crate) fn with(mut self, enclosure: Enclosure) -> Self {
+        if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
+            let (t, bounds) = (own.at.clock.hi, zeno.elapsed);
+            let off = (bounds.low - t).max(t - bounds.high);
+            if off > STRAYED * t {
+                self.record.warnings.push(format!(
+                    "the first Zeno point is {off:.1e} s outside its proved bounds: roundings on the way to it have grown"
+                ));
+            }
+        }
+        Self { enclosure: Some(Box::new(enclosure)), ..self }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn shadow_error(
+        &self,
+        state: &State,
+        options: &Options,
+    ) -> Result<f64, &'static str> {
+        let posture = self.posture().ok_or("no body")?;
+        crate::auto::error(posture, state, &self.record, options)
+    }
+
+    /// How the run ended.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.record.outcome
+    }
+
+    /// The model that was solved: `Local` or `Full`.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        self.model
+    }
+
+    /// Why it was that model.
+    #[must_use]
+    pub fn model_reason(&self) -> &'static str {
+        self.model_reason
+    }
+
+    /// The options of the run, with what it did where contacts arrived together in [`Options::simultaneous`].
+    #[must_use]
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The posture; `None` for a run of a [`LocalModel`](crate::LocalModel) given by parameters.
+    #[must_use]
+    pub fn posture(&self) -> Option<&Posture> {
+        self.record.base.posture.as_ref()
+    }
+
+    /// The state at the start; of a model without a body only θ and ω mean anything.
+    #[must_use]
+    pub fn start(&self) -> &State {
+        &self.record.base.start
+    }
+
+    /// The model without a body whose motion this is, if so, with the gaps (m) and rates (m/s) at the start.
+    #[must_use]
+    pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
+        self.record.base.reduced.as_ref().map(|(model, gaps, rates)| (model, *gaps, *rates))
+    }
+
+    /// Time on the clock when the outcome was reached, in s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.clock(self.record.end.clock)
+    }
+
+    /// Time from the start to the outcome, in s: not rounded to the clock.
+    #[must_use]
+    pub fn elapsed(&self) -> f64 {
+        self.record.end.clock.hi
+    }
+
+    /// The final state. Without a body only θ and ω mean anything.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.record.state
+    }
+
+    /// Final gaps, in m.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<f64> {
+        match &self.record.general {
+            Some(general) => general.end.gaps(&general.posture),
+            None => self.each(self.record.end.gaps.h),
+        }
+    }
+
+    /// Final gap rates, in m/s.
+    #[must_use]
+    pub fn rates(&self) -> Vec<f64> {
+        match &self.record.general {
+            Some(general) => general.end.rates(&general.posture),
+            None => self.each(self.record.end.gaps.u),
+        }
+    }
+
+    /// Things the user should know: ties, a start taken as touching, ground that cannot be meant (see
+    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::Impact::Newton) leaves out.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.record.warnings
+    }
+
+    /// Acceleration q̈ at the start of an endless slide, in m/s², m/s², rad/s².
+    #[must_use]
+    pub fn acceleration(&self) -> Option<[f64; 3]> {
+        self.record.acceleration
+    }
+
+    /// The contacts at the end of a run that is inconsistent or ambiguous: their modes are for
+    /// [`contact_modes`](crate::contact_modes) to say.
+    #[must_use]
+    pub fn undecided(&self) -> Option<&ContactProblem> {
+        self.record.undecided.as_deref()
+    }
+
+    /// Number of collisions simulated one by one, recorded or not.
+    #[must_use]
+    pub fn collisions(&self) -> usize {
+        self.record.hits
+    }
+
+    /// The collisions simulated one by one, in order; empty unless recorded.
+    #[must_use]
+    pub fn impacts(&self) -> &[ImpactRecord] {
+        self.impacts.get_or_init(|| self.make_impacts())
+    }
+
+    fn make_impacts(&self) -> Vec<ImpactRecord> {
+        let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
+        if let Some(general) = &self.record.general {
+            let rates = |posture: &Posture, of: &[f64]| {
+                posture.per_contact(|k| of[k].unsigned_zero()).collect()
+            };
+            let record = |struck: &Struck| ImpactRecord {
+                time: self.clock(struck.clock),
+                elapsed: struck.clock.hi,
+                contact: ContactNumber::of(struck.contact),
+                rates_before: rates(&general.posture, &struck.before),
+                rates_after: rates(&general.posture, &struck.after),
+                impulse: struck.impulse.map(|part| (mass * part).unsigned_zero()),
+            };
+            return general.collisions.iter().map(record).collect();
+        }
+        let shares = &self.expanded().shares;
+        let record = &self.record;
+        record
+            .collisions
+            .iter()
+            .zip(shares)
+            .map(|(c, share)| ImpactRecord {
+                time: self.clock(c.elapsed),
+                elapsed: c.elapsed.hi,
+                contact: ContactNumber::of(c.contact),
+                rates_before: self.each(c.before),
+                rates_after: self.each(c.after),
+                impulse: [mass * 0.0, mass * share * c.jump].unsigned_zero(),
+            })
+            .collect()
+    }
+
+    /// The Zeno points, in order.
+    #[must_use]
+    pub fn zeno_points(&self) -> &[ZenoPoint] {
+        self.zeno_points.get_or_init(|| self.make_zeno_points())
+    }
+
+    fn make_zeno_points(&self) -> Vec<ZenoPoint> {
+        match &self.record.general {
+            Some(general) => {
+                general.zeno.iter().map(|zeno| self.settled(zeno, &general.posture)).collect()
+            }
+            None => self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect(),
+        }
+    }
+
+    fn settled(&self, zeno: &Settled, posture: &Posture) -> ZenoPoint {
+        let (elapsed, stance) = (zeno.clock.hi, &zeno.stance);
+        let state = stance.state();
+        let settled =
+            |&i: &usize| zeno.contacts.iter().any(|&k| posture.point_of(k) == posture.point_of(i));
+        let contacts: Vec<_> =
+            (0..posture.contacts().len()).filter(settled).map(ContactNumber::of).collect();
+        let method = match (zeno.from_start, zeno.contacts.len()) {
+            (true, _) => Method::Rest,
+            (_, 1) => Method::Bounce,
+            _ if zeno.nested => Method::Nested,
+            _ => Method::Mixed,
+        };
+        ZenoPoint {
+            kind: format!("{}-zeno", contacts.len()),
+            contacts,
+            time: self.clock(zeno.clock),
+            elapsed,
+            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
+            q: Some(state.q.into()),
+            qdot: Some(state.qdot.into()),
+            rotation: [state.q.z, state.qdot.z],
+            gaps: stance.gaps(posture),
+            gap_rates: stance.rates(posture),
+            certified: zeno.from_start,
+            method: method.as_str(),
+            plastic: zeno.plastic && !zeno.from_start,
+            first_summed: zeno.hits,
+        }
+    }
+
+    fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
+        let closed: Vec<usize> = (0..self.count()).filter(|&i| zeno.closed[i]).collect();
+        let without_rebound = |&i: &usize| match (&self.record.base.reduced, self.posture()) {
+            (Some((model, ..)), _) => model.restitution()[i] == 0.0,
+            (None, Some(posture)) => posture.geometry()[i].restitution == 0.0,
+            (None, None) => unreachable!("a run is of a posture or of a local model"),
+        };
+        let contacts: Vec<_> = closed.iter().map(|&i| ContactNumber::of(i)).collect();
+        let elapsed = zeno.at.clock.hi;
+        let vector =
+            |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z].unsigned_zero());
+        ZenoPoint {
+            kind: format!("{}-zeno", contacts.len()),
+            contacts,
+            time: self.clock(zeno.at.clock),
+            elapsed,
+            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
+            q: vector(&zeno.state.q),
+            qdot: vector(&zeno.state.qdot),
+            rotation: [zeno.at.spin.theta, zeno.at.spin.omega].unsigned_zero(),
+            gaps: self.each(zeno.at.gaps.h),
+            gap_rates: self.each(zeno.at.gaps.u),
+            certified: zeno.certified,
+            method: zeno.method.as_str(),
+            plastic: zeno.method == Method::Bounce && closed.iter().all(without_rebound),
+            first_summed: zeno.first_summed,
+        }
+    }
+
+    /// The contact modes in order; empty unless recorded.
+    #[must_use]
+    pub fn phases(&self) -> &[Phase] {
+        self.phases.get_or_init(|| self.make_phases())
+    }
+
+    fn make_phases(&self) -> Vec<Phase> {
+        let mut phases: Vec<Phase> = Vec::new();
+        // Of each phase; finer than the time on the clock.
+        let mut starts: Vec<Clock> = Vec::new();
+        let of_span = |span: &Span| {
+            let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
+            (letters.collect::<String>(), span.raw.clock, span.cause)
+        };
+        let of_stretch = |stretch: &Stretch, posture: &Posture| {
+            (stretch.stance.letters(&stretch.word, posture), stretch.clock, stretch.cause)
+        };
+        let words: Vec<(String, Clock, Option<Cause>)> = match &self.record.general {
+            Some(general) => {
+                let posture = &general.posture;
+                general.stretches.iter().map(|stretch| of_stretch(stretch, posture)).collect()
+            }
+            None => self.record.spans.iter().map(of_span).collect(),
+        };
+        for (mode, clock, cause) in words {
+            let start = self.clock(clock);
+            let held = mode.contains(|letter| letter != 'S');
+            let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
+            match phases.last_mut() {
+                Some(last) if last.mode == mode && last.start < start && !leaves => {}
+                Some(last) if last.start == start => {
+                    (last.mode, last.cause) = (mode, cause.unwrap_or(last.cause));
+                }
+                last => {
+                    let mut begin = Cause::Start;
+                    if let Some(last) = last {
+                        (last.end, begin) = (start, last.cause);
+                    }
+                    let cause = cause.unwrap_or(begin);
+                    phases.push(Phase { mode, start, end: start, cause, impacts: 0 });
+                    starts.push(clock);
+                }
+            }
+        }
+        for k in 0..phases.len() {
+            let end = starts.get(k + 1).map_or(self.record.end.clock, |next| *next);
+            let before_end = self.impacts_while(|t| t.since(end) < 0.0);
+            let up_to_start = self.impacts_while(|t| t.since(starts[k]) <= 0.0);
+            phases[k].impacts = before_end.saturating_sub(up_to_start);
+        }
+        if let Some(last) = phases.last_mut() {
+            last.end = self.time();
+        }
+        phases
+    }
+
+    /// How many of the recorded collisions come while the time elapsed is early enough for this.
+    fn impacts_while(&self, early: impl Fn(Clock) -> bool) -> usize {
+        match &self.record.general {
+            Some(general) => general.collisions.partition_point(|struck| early(struck.clock)),
+            None => self.record.collisions.partition_point(|collision| early(collision.elapsed)),
+        }
+    }
+
+    /// The motion at time `t` on the clock, exact within a phase. At an impact: after it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if it lies so close to the end of a sum of
+    /// impacts that more than 100 000 events of it come before.
+    pub fn at(&self, t: f64) -> Result<Instant, Error> {
+        let pieces = self.pieces()?;
+        let (start, end) = (self.options.time, self.time());
+        if !(t >= start && t <= end) {
+            return Err(Error::Unusable {
+                field: "t".into(),
+                value: format!("{t:?}"),
+                allowed: format!("from {start:?} to {end:?}, the time of the run"),
+            });
+        }
+        if t == end {
+            let state = self.record.state;
+            return Ok(Instant { state, gaps: self.gaps(), rates: self.rates() });
+        }
+        let elapsed = t - start;
+        let next = pieces.partition_point(|piece| piece.raw.clock.hi <= elapsed);
+        let piece = &pieces[next.max(1) - 1];
+        // The clock of the pieces is finer than `t`: none is followed beyond its end.
+        let end = pieces.get(next).map_or(self.record.end.clock, |next| next.raw.clock);
+        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock);
+        let dt = dt.min(end.since(piece.raw.clock)).max(0.0);
+        if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
+            let stretch = &general.stretches[k];
+            let posture = &general.posture;
+            if stretch.summed {
+                let stance = General::glance(posture, stretch, &self.options, dt);
+                return stance.map(|stance| stance.instant(posture)).ok_or_else(|| too_deep(t));
+            }
+            return Ok(stretch.stance.moved(&stretch.word, dt).instant(posture));
+        }
+        let frame = &self.record.frames[piece.frame];
+        let base = &self.record.base;
+        let full = match piece.kind {
+            Kind::Flight => frame.to_full(&frame.smooth(base, &piece.raw, [false, false], dt)),
+            Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
+            Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
+            Kind::Stretch(_) => unreachable!("stretches belong to general runs"),
+            Kind::Tail(tail) => Driver::glance(frame, base, &self.options, &piece.raw, tail, dt)
+                .ok_or_else(|| too_deep(t))?,
+        };
+        Ok(self.instant(&full, Base::state(&full)))
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`Trajectory::at`].
+    pub fn energy(&self, t: f64) -> Result<f64, Error> {
+        let state = self.at(t)?.state;
+        let energy = |p: &Posture| p.energy(&state.q, &state.qdot);
+        Ok(self.posture().map_or(f64::NAN, energy))
+    }
+
+    /// `count` ≥ 2 times that show the run: half of them at its events and between them, so that they lie
+    /// dense where it is busy, the others evenly.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if nothing was recorded or `count < 2`.
+    pub fn sample_times(&self, count: usize) -> Result<Vec<f64>, Error> {
+        let pieces = self.pieces()?;
+        if count < 2 {
+            return Err(Error::Unusable {
+                field: "n".into(),
+                value: count.to_string(),
+                allowed: "at least 2".into(),
+            });
+        }
+        let (start, end) = (self.options.time, self.time());
+        // Without a phase the run ends where it begins.
+        let even = if pieces.is_empty() { count } else { count.div_ceil(2) };
+        let busy = count - even;
+        let at = |k: usize, n: usize| k as f64 / n as f64;
+        let mut times: Vec<f64> =
+            (0..even).map(|k| start + (end - start) * at(k, (even - 1).max(1))).collect();
+        for k in 0..busy {
+            // Evenly over the pieces: position x among them, in the middle of a share.
+            let x = (k as f64 + 0.5) / busy as f64 * pieces.len() as f64;
+            let index = (x as usize).min(pieces.len() - 1);
+            let from = self.clock(pieces[index].raw.clock);
+            let to = pieces.get(index + 1).map_or(end, |next| self.clock(next.raw.clock));
+            times.push(from + (to - from) * (x - index as f64));
+        }
+        for t in &mut times {
+            *t = t.clamp(start, end);
+        }
+        times.sort_by(f64::total_cmp);
+        Ok(times)
+    }
+
+    /// The whole run as JSON: outcome, final state, impacts, Zeno points, phases, warnings, options, the posture and the start.
+    /// Numbers that do not exist (the impulses of a model without a mass) are null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+    }
+
+    fn written(&self) -> Written<'_> {
+        let body = self.posture().is_some();
+        let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
+        let (start, local) = (*self.start(), self.local_start());
+        let spin =
+            |gaps, rates| WrittenStart::Gaps { gaps, rates, theta: start.q.z, omega: start.qdot.z };
+        Written {
+            outcome: self.outcome(),
+            model: self.model,
+            model_reason: self.model_reason,
+            time: self.time(),
+            elapsed: self.elapsed(),
+            q: vector(&self.state().q),
+            qdot: vector(&self.state().qdot),
+            theta: self.state().q.z,
+            omega: self.state().qdot.z,
+            gaps: self.gaps(),
+            rates: self.rates(),
+            acceleration: self.acceleration(),
+            collisions: self.collisions(),
+            impacts: self.impacts(),
+            zeno_points: self.zeno_points(),
+            phases: self.phases(),
+            enclosure: self.enclosure(),
+            warnings: self.warnings(),
+            options: &self.options,
+            posture: self.posture(),
+            local_model: local.map(|(model, ..)| model),
+            start: local.map_or(WrittenStart::Body(start), |(_, gaps, rates)| spin(gaps, rates)),
+        }
+    }
+
+    /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; `None` unless
+    /// [`Options::certify`] asks for them.
+    #[must_use]
+    pub fn enclosure(&self) -> Option<&Enclosure> {
+        self.enclosure.as_deref()
+    }
+
+    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        crate::file::write::write_whole(path.as_ref(), self.to_json().as_bytes())
+    }
+
+    fn count(&self) -> usize {
+        self.record.base.count
+    }
+
+    fn each(&self, pair: [f64; 2]) -> Vec<f64> {
+        pair[..self.count()].to_vec().unsigned_zero()
+    }
+
+    fn clock(&self, elapsed: Clock) -> f64 {
+        self.options.clock(elapsed).unsigned_zero()
+    }
+
+    fn instant(&self, full: &Snapshot, state: State) -> Instant {
+        let state = state.unsigned_zero();
+        Instant { state, gaps: self.each(full.gaps.h), rates: self.each(full.gaps.u) }
+    }
+
+    fn pieces(&self) -> Result<&[Piece], Error> {
+        if !self.options.record {
+            return Err(Error::Unusable {
+                field: "record".into(),
+                value: "false".into(),
+                allowed: "record = true, so that the trajectory is kept".into(),
+            });
+        }
+        Ok(&self.expanded().pieces)
+    }
+
+    fn expanded(&self) -> &Expanded {
+        self.expanded.get_or_init(|| self.expand())
+    }
+
+    /// Replays the collisions of each span into pieces of smooth motion.
+    fn expand(&self) -> Expanded {
+        let record = &self.record;
+        let mut expanded = Expanded::default();
+        if let Some(general) = &record.general {
+            for (k, stretch) in general.stretches.iter().enumerate() {
+                let raw = Snapshot { clock: stretch.clock, ..Snapshot::default() };
+                expanded.pieces.push(Piece { frame: 0, raw, kind: Kind::Stretch(k) });
+            }
+            return expanded;
+        }
+        for (k, span) in record.spans.iter().enumerate() {
+            let frame = &record.frames[span.frame];
+            let last = record
+                .spans
+                .get(k + 1)
+                .map_or(record.collisions.len(), |next| next.first_collision);
+            let mut raw = span.raw;
+            expanded.pieces.push(Piece { frame: span.frame, raw, kind: span.kind });
+            for index in span.first_collision..last {
+                let c = &record.collisions[index];
+                let i = c.contact;
+                let dt = c.elapsed.since(raw.clock);
+                (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);
+                raw.gaps.u = c.after;
+                raw.clock = c.elapsed;
+                let share = if frame.frozen.is_some() {
+                    advance(&mut raw.impulses, dt);
+                    raw.impulses.jump[i] += c.jump;
+                    frame.share(i)
+                } else {
+                    (raw.center, raw.spin) = record.bodies[index];
+                    record.base.share(i, raw.spin.theta)
+                };
+                expanded.shares.push(share);
+                expanded.pieces.push(Piece { frame: span.frame, raw, kind: Kind::Flight });
+            }
+        }
+        expanded
+    }
+}
+
+impl Serialize for Trajectory {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.written().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Trajectory {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let asked = Question::deserialize(deserializer)?;
+        let run = match (&asked.posture, &asked.local_model, asked.start) {
+            (Some(posture), None, WrittenStart::Body(start)) => {
+                simulate(posture, &start, &asked.options)
+            }
+            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
+                simulate_local(model, gaps, rates, theta, omega, &asked.options)
+            }
+            _ => {
+                return Err(D::Error::custom(
+                    "a run has a posture and starts with q and qdot, or it has a local_model and starts with gaps, rates, theta and omega",
+                ));
+            }
+        }
+        .map_err(D::Error::custom)?;
+        let made = run.written();
+        let same = (made.outcome, made.elapsed, made.q, made.qdot)
+            == (asked.outcome, asked.elapsed, asked.q, asked.qdot)
+            && (made.theta, made.omega, made.collisions)
+                == (asked.theta, asked.omega, asked.collisions);
+        if same {
+            Ok(run)
+        } else {
+            Err(D::Error::custom(format!(
+                "another run: its start leads to {} after {:?} s and {} collisions, the file says {} after {:?} s and {} collisions; it was changed, or written by another version",
+                made.outcome.as_str(),
+                made.elapsed,
+                made.collisions,
+                asked.outcome.as_str(),
+                asked.elapsed,
+                asked.collisions,
+            )))
+        }
+    }
+}

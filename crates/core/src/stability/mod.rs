@@ -1,0 +1,398 @@
+//! Whether a posture on two frictional contacts is stable: after any small kick the body comes back to rest near it.
+//!
+//! The verdict of the paper, with its evidence, and what goes beyond it [Or & Rimon 2008]:
+//!
+//! 1. equilibrium: the centre of mass lies over the equilibrium region;
+//! 2. kinematic-strong equilibrium: no word other than FF fits kinematics and forces;
+//! 3. clattering convergence (10): with 2. it is Theorem 3, frictional stability;
+//! 4. where these are silent: Goyal's bound instead of (10), and the corner map, in intervals.
+//!
+//! [`static_forces`] and [`friction_margin`] say by which forces, and with how much friction to spare, a body stands.
+//!
+//! Everything here speaks of the local model: small motions, to first order.
+
+mod amplification;
+mod certify;
+mod clattering;
+mod conditions;
+mod corner;
+mod fate;
+mod reduced;
+mod region;
+mod static_forces;
+mod trials;
+
+pub use amplification::NoBound;
+pub use clattering::{
+    SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
+    coupling, neimark_sacker, self_similar,
+};
+pub use conditions::{Conditions, conditions};
+pub use fate::{Fate, FateKind};
+pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
+pub use region::equilibrium_region;
+pub use static_forces::{StaticForces, friction_margin, static_forces};
+pub use trials::{Trials, trials};
+
+use serde::{Deserialize, Serialize};
+
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::error::Error;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::ContactProblem;
+use crate::modes::{Method, ModeAnswer, contact_modes};
+use crate::outcome::ContactNumber;
+pub use certify::{Potential, Reason};
+
+use certify::Decision;
+use conditions::moves;
+use corner::CornerMap;
+
+/// Whether a body comes back to rest after any small kick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stability {
+    /// It does.
+    Stable,
+    /// Some kicks, however small, lead away.
+    Unstable,
+    /// None of the arguments says which.
+    Undecided,
+}
+
+impl Stability {
+    /// As the Python face and the files spell it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// The argument of a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum By {
+    /// The contacts cannot hold the body.
+    NotEquilibrium,
+    /// Kinematic-strong in the strict reading, and (10): Theorem 3.
+    #[serde(rename = "theorem-3")]
+    Theorem3,
+    /// Kinematic-strong, and (10): Theorem 3.
+    #[serde(rename = "theorem-3-loose")]
+    Theorem3Loose,
+    /// Kinematic-strong, and Goyal's bound.
+    Goyal,
+    /// Every sequence of corners shrinks.
+    CornerMap,
+    /// A cycle of corners grows.
+    GrowingCycle,
+    /// A mode leads away, and does not come back.
+    AcceleratingMode,
+}
+
+impl By {
+    /// As the Python face and the files spell it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NotEquilibrium => "not-equilibrium",
+            Self::Theorem3 => "theorem-3",
+            Self::Theorem3Loose => "theorem-3-loose",
+            Self::Goyal => "goyal",
+            Self::CornerMap => "corner-map",
+            Self::GrowingCycle => "growing-cycle",
+            Self::AcceleratingMode => "accelerating-mode",
+        }
+    }
+}
+
+/// A corner: one contact on the terrain, the other one lands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CornerStep {
+    /// The contact that lands.
+    pub contact: ContactNumber,
+    /// φ, in rad: landing speed −u_j = r cos φ, sliding speed v_t,i = r sin φ of the other contact.
+    pub phi: f64,
+    /// ln r′/r to the next corner.
+    pub growth: f64,
+}
+
+/// The data of the argument.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Evidence {
+    /// None but what the verdict itself says: its argument, margins and words.
+    Margins,
+    /// No sequence of corners grows for ever.
+    Potential(Potential),
+    /// Corners that come again and again, larger every time.
+    Cycle(Vec<CornerStep>),
+    /// A word that is consistent at rest and leads away.
+    Word(String),
+    /// A corner that leads away.
+    Away(CornerStep),
+    /// Why the corner map does not decide, and what is left over.
+    Left {
+        /// Painlevé's jam, several modes, energy, a flight, or cells.
+        reason: Reason,
+        /// Cells per contact.
+        cells: usize,
+        /// The cells left over: (contact, [from, to]) in atan(ξ/y).
+        left: Vec<(ContactNumber, [f64; 2])>,
+    },
+}
+
+/// What is said of a posture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// The verdict.
+    pub frictional_stability: Stability,
+    /// Its argument.
+    pub by: Option<By>,
+    /// What closed forms say of it: Theorem 3 and its margins.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
+    pub energy: bool,
+    /// Whether rounding may decide: a margin that counts is below 1e-10.
+    pub delicate: bool,
+    /// How much larger than a kick the motion after it can become: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later
+    /// motion is at most this times that of the kick, a velocity given to the body at rest in its posture; at least 1.
+    #[serde(flatten, with = "bound_or_reason")]
+    pub amplification: Result<f64, NoBound>,
+    /// What came of random kicks, if any were asked for: evidence, no proof; see [`trials`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<Trials>,
+    /// The argument's data.
+    pub evidence: Evidence,
+    /// Every word at rest with its motion, forces and margins.
+    pub modes: Vec<ModeAnswer>,
+}
+
+/// The verdict on a posture with two contacts, in its nominal configuration q = 0.
+///
+/// # Errors
+///
+/// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
+pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
+    judge(posture, true)
+}
+
+/// As [`stability`]; `amplification`: whether that field is wanted, which may take most of the time.
+pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
+    let psi = conditions::on_two_feet(posture)?;
+    let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
+    let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
+    let found = conditions::of_words(posture, psi, &modes);
+    let map = if found.equilibrium { CornerMap::new(posture) } else { None };
+    let energy = map
+        .as_ref()
+        .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
+    let mut verdict = Verdict {
+        conditions: found,
+        energy,
+        frictional_stability: Stability::Undecided,
+        by: None,
+        evidence: Evidence::Margins,
+        delicate: false,
+        amplification: Err(NoBound::NotStable),
+        trials: None,
+        modes,
+    };
+    verdict.decide(map.as_ref(), posture.size());
+    if amplification && verdict.frictional_stability == Stability::Stable {
+        verdict.amplification = map.as_ref().map_or(Err(NoBound::Modes), amplification::bound);
+    }
+    Ok(verdict)
+}
+
+/// Margin below which rounding may decide a verdict, relative to the body or to the load.
+const DELICATE: f64 = 1e-10;
+
+/// The bound on the amplification in files: `amplification`, null where there is none, and then `amplification_reason`.
+mod bound_or_reason {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+    use super::NoBound;
+
+    #[derive(Serialize, Deserialize)]
+    struct Fields {
+        amplification: Option<f64>,
+        amplification_reason: Option<NoBound>,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        bound: &Result<f64, NoBound>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Fields { amplification: bound.ok(), amplification_reason: bound.err() }
+            .serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Result<f64, NoBound>, D::Error> {
+        let Fields { amplification, amplification_reason } = Fields::deserialize(deserializer)?;
+        match (amplification, amplification_reason) {
+            (Some(bound), None) => Ok(Ok(bound)),
+            (None, Some(reason)) => Ok(Err(reason)),
+            _ => Err(D::Error::custom("amplification or amplification_reason has to be null")),
+        }
+    }
+}
+
+impl Verdict {
+    /// All of it as JSON; infinities as the strings "inf" and "-inf", numbers that do not exist as null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self)
+            .unwrap_or_else(|e| unreachable!("a verdict is JSON: {e}"))
+    }
+
+    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if it cannot be written.
+    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+        crate::file::write::write_whole(path.as_ref(), self.to_json().as_bytes())
+    }
+
+    /// The evidence as JSON.
+    #[must_use]
+    pub fn evidence_json(&self) -> String {
+        serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
+    }
+
+    /// `size`: of the body, in m.
+    fn decide(&mut self, map: Option<&CornerMap>, size: f64) {
+        let found = self.conditions;
+        let stable = |by| (Stability::Stable, Some(by));
+        // Where one contact does not move while the other slides, words with a fixed contact are motions, too; and where both
+        // slide, one word has to be consistent.
+        let known = map.is_some_and(CornerMap::slides_known);
+        let strong = known && found.certainly_strong();
+        (self.frictional_stability, self.by) = if !found.equilibrium {
+            (Stability::Unstable, Some(By::NotEquilibrium))
+        } else if found.clattering && strong && found.kinematic_strong_strict {
+            stable(By::Theorem3)
+        } else if found.clattering && strong {
+            stable(By::Theorem3Loose)
+        } else if found.chatter && strong {
+            stable(By::Goyal)
+        } else {
+            self.look_further(map)
+        };
+        let mut margins = vec![found.equilibrium_margin / size];
+        if found.equilibrium {
+            margins.push(map.map_or(0.0, CornerMap::least_slide));
+        }
+        match self.by {
+            Some(By::Theorem3 | By::Theorem3Loose) => {
+                margins.extend([found.kinematic_margin, found.clattering_margin]);
+            }
+            Some(By::Goyal) => margins.extend([found.kinematic_margin, found.chatter_margin]),
+            None => margins.push(found.kinematic_margin),
+            _ => {}
+        }
+        self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE);
+    }
+
+    fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<By>) {
+        let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
+        if let Some(answer) = self.modes.iter().find(leaves) {
+            self.evidence = Evidence::Word(answer.word.to_string());
+            return (Stability::Unstable, Some(By::AcceleratingMode));
+        }
+        if !self.conditions.unambiguous {
+            return (Stability::Undecided, None);
+        }
+        let Some(map) = map else { return (Stability::Undecided, None) };
+        let step = |corner: &certify::Corner| {
+            let alpha = map.local().alpha[1 - corner.contact].middle();
+            CornerStep {
+                contact: ContactNumber::of(corner.contact),
+                phi: libm::atan(alpha * libm::tan(corner.phi)).unsigned_zero(),
+                growth: corner.growth.unsigned_zero(),
+            }
+        };
+        match certify::decide(map) {
+            Decision::Stable(potential) => {
+                self.evidence = Evidence::Potential(potential);
+                (Stability::Stable, Some(By::CornerMap))
+            }
+            Decision::Grows(cycle) => {
+                self.evidence = Evidence::Cycle(rescaled(cycle.iter().map(step).collect(), map));
+                (Stability::Unstable, Some(By::GrowingCycle))
+            }
+            Decision::Escapes(corner) => {
+                // Without a corner it is sliding on one contact or both that leads away.
+                self.evidence =
+                    corner.as_ref().map_or(Evidence::Margins, |c| Evidence::Away(step(c)));
+                (Stability::Unstable, Some(By::AcceleratingMode))
+            }
+            Decision::Undecided { reason, cells, left } => {
+                let number = |(contact, phi)| (ContactNumber::of(contact), phi);
+                let left = left.into_iter().map(number).collect();
+                self.evidence = Evidence::Left { reason, cells, left };
+                (Stability::Undecided, None)
+            }
+        }
+    }
+}
+
+/// The growths of a cycle in r² = v_t² + y² instead of ξ² + y²: the same around the cycle.
+fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
+    // ln of the new r per old one, at each corner.
+    let ratio = |corner: &CornerStep| {
+        let alpha = map.local().alpha[1 - corner.contact.index()].middle();
+        let t = libm::tan(corner.phi);
+        0.5 * (libm::log1p(t * t) - libm::log1p((t / alpha) * (t / alpha)))
+    };
+    let ratios: Vec<f64> = cycle.iter().map(ratio).collect();
+    let n = cycle.len();
+    for (k, corner) in cycle.iter_mut().enumerate() {
+        corner.growth += ratios[(k + 1) % n] - ratios[k];
+    }
+    cycle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::contact::Contact;
+    use crate::body::posture::Fields;
+
+    /// Kinematic-strong, and yet unstable at e = .26; at rest at .05.
+    fn odd(restitution: f64) -> Posture {
+        let contact =
+            |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };
+        Posture::new(Fields {
+            mass: 1.0,
+            gyration_radius: 0.38,
+            center_of_mass: [0.58, 0.95],
+            contacts: vec![contact(-1.0, 0.0, -0.31), contact(1.0, 0.25, 1.16)],
+            restitution,
+            gravity: 1.0,
+            terrain: Vec::new(),
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_growing_cycle_is_enclosed() {
+        let verdict = stability(&odd(0.26)).unwrap();
+        assert!(verdict.conditions.kinematic_strong);
+        assert_eq!(verdict.by, Some(By::GrowingCycle), "{:?}", verdict.evidence);
+        let Evidence::Cycle(cycle) = &verdict.evidence else { panic!() };
+        let total: f64 = cycle.iter().map(|corner| corner.growth).sum();
+        assert!((total - 0.744834).abs() < 2e-6, "{cycle:?}");
+        let verdict = stability(&odd(0.05)).unwrap();
+        assert_eq!(verdict.frictional_stability, Stability::Stable, "{verdict:?}");
+    }
+}

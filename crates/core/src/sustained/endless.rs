@@ -1,0 +1,160 @@
+//! Motions without end: paths in the plane of θ and ω do not cross, and one that has closed itself in is never left.
+
+use crate::collisions::log::Spin;
+use crate::modes::Mode;
+use crate::sustained::phase::Next;
+use crate::sustained::{Point, Stance};
+
+impl Stance {
+    /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
+    fn only(&self, word: &[Mode]) -> Option<usize> {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let i = closed.next()?;
+        let alone = closed.next().is_none() && self.frozen.is_none();
+        (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
+    }
+
+    /// Whether a body that slides on one contact slides away from the terrain of the others: downhill, or on level ground as
+    /// its centre of mass does, for ever.
+    fn slides_clear(&self, word: &[Mode]) -> bool {
+        let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+        let (Some(i), None) = (closed.next(), closed.next()) else { return true };
+        let tangent = self.points[i].tangent;
+        let speed = tangent.dot(&self.center.v);
+        let way = if tangent.y == 0.0 { speed } else { -tangent.y };
+        let clear = |p: &Point| p.normal.dot(&tangent) * way >= 0.0;
+        word[i] == Mode::Fixed || way * speed >= 0.0 && self.points.iter().all(clear)
+    }
+}
+
+/// Whether one contact is closed.
+fn is_single(word: &[Mode]) -> bool {
+    word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
+}
+
+/// A stretch of motion in which θ and ω determine each other's course, from its start.
+pub(super) struct Cycle {
+    kind: Course,
+    theta: f64,
+    omega: f64,
+    /// Where ω changed its sign, the last three times.
+    turned: [f64; 3],
+    /// How often it has.
+    turns: usize,
+}
+
+/// Relative difference of the energies of two swings that are the same: a swing takes some twenty steps of a rounding each.
+const REPEATS: f64 = 1e-14;
+
+/// What keeps a motion going.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Course {
+    /// Nothing rubs: one degree of freedom that keeps its energy.
+    Smooth,
+    /// One contact slides down terrain steeper than its friction holds: θ and ω follow from themselves alone.
+    Downhill,
+    /// Anything else.
+    Other,
+}
+
+impl Cycle {
+    pub(super) fn new(stance: &Stance, word: &[Mode]) -> Self {
+        let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
+        let downhill = |i: usize| {
+            let p = &stance.points[i];
+            word[i] != Mode::Separate
+                && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
+        };
+        let kind = if !stance.points.iter().zip(word).any(rubs) {
+            Course::Smooth
+        } else if is_single(word) && (0..word.len()).any(downhill) {
+            Course::Downhill
+        } else {
+            Course::Other
+        };
+        let Spin { theta, omega } = stance.spin;
+        Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
+    }
+
+    /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
+    /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
+    /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
+    pub(super) fn is_complete(&mut self, stance: &Stance, word: &[Mode]) -> bool {
+        let Spin { theta, omega } = stance.spin;
+        if self.omega * omega < 0.0 {
+            self.turns += 1;
+            self.turned = [self.turned[1], self.turned[2], theta];
+        }
+        self.omega = omega;
+        if stance.frozen.is_some() || !stance.slides_clear(word) {
+            return false;
+        }
+        let [first, other, last] = self.turned;
+        match self.kind {
+            Course::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
+            Course::Downhill => (last - other).abs() <= (first - other).abs(),
+            Course::Other => false,
+        }
+    }
+}
+
+/// A swing about a fixed contact that begins where its sliding has come to an end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Swing {
+    contact: usize,
+    /// Way in which it slid, and in which it turns.
+    way: Mode,
+    turns_left: bool,
+    /// Whether the centre of mass is on the left of it.
+    hangs_left: bool,
+    /// The least and the largest rotation since, in rad.
+    turned: [f64; 2],
+    /// Energy of the rotation about the contact, per unit mass.
+    energy: f64,
+}
+
+impl Swing {
+    pub(super) fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
+        let contact = stance.only(word)?;
+        let Some(Next::Stop(i, way)) = last else { return None };
+        if i != contact || word[i] != Mode::Fixed {
+            return None;
+        }
+        let (p, omega) = (&stance.points[contact], stance.spin.omega);
+        if p.place.sides != [f64::INFINITY; 2] {
+            return None; // it may slip to an end of its terrain
+        }
+        // The centre of mass is at −(t b + n c) from the contact.
+        let arm = p.arm();
+        let height = -arm.y;
+        let inertia = p.b * p.b + p.c * p.c + stance.rho2;
+        let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
+        let turned = [stance.spin.theta; 2];
+        let (turns_left, hangs_left) = (omega > 0.0, arm.x > 0.0);
+        Some(Self { contact, way, turns_left, hangs_left, turned, energy })
+    }
+
+    /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The swing
+    /// follows from its energy alone, so does the next one, and with less energy less happens: slips become smaller and
+    /// smaller, and the swing without any is never left.
+    pub(super) fn encloses(&self, later: &Self, stance: &Stance) -> bool {
+        let less = later.energy <= self.energy + REPEATS * self.energy.abs();
+        let arm = stance.points[self.contact].arm();
+        let bounds = |theta: f64| {
+            let (sin, cos) = libm::sincos(theta - stance.spin.theta);
+            let height = -(arm.x * sin + arm.y * cos);
+            stance.gravity * height >= later.energy - REPEATS * later.energy.abs()
+        };
+        self.is_like(later) && less && self.turned.into_iter().all(bounds)
+    }
+
+    /// The body has passed these rotations.
+    pub(super) fn passes(&mut self, [least, most]: [f64; 2]) {
+        self.turned = [self.turned[0].min(least), self.turned[1].max(most)];
+    }
+
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        let begin = |swing: &Self| (swing.contact, swing.way, swing.turns_left, swing.hangs_left);
+        begin(self) == begin(other)
+    }
+}

@@ -1,0 +1,223 @@
+//! Flights of a body with any number of contacts, and the state at any moment of a stretch.
+
+use nalgebra::Vector2;
+
+use crate::flight::{Arc, parabola_touchdown};
+use crate::math::roots::ORDER;
+use crate::math::turn::Turn;
+use crate::modes::Mode;
+use crate::sustained::{Point, Rounding, Stance, Step};
+use crate::tolerance::STILL;
+
+/// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
+/// body's own motion add to all gaps, a few times as much.
+const SIMULTANEOUS: f64 = 16.0;
+
+/// Speed of one contact relative to that of another that lands, up to which they may be taken to land together: with it the
+/// gap grows that counts as none.
+const LEVER: f64 = 8.0;
+
+/// Roundings of the terms of its horizontal speed up to which a contact right over a vertex has none: there, its acceleration says
+/// to which piece it goes. The speed has a few roundings, and others after each crossing.
+const OVER_VERTEX: f64 = 16.0;
+
+/// Time to the next zero of an arc.
+fn next(arc: &Arc) -> Option<f64> {
+    if arc.omega == 0.0 {
+        let t = parabola_touchdown(arc.h, arc.u, arc.g);
+        return (t < f64::INFINITY).then_some(t);
+    }
+    arc.touchdown()
+}
+
+impl Point {
+    /// Whether its gap is closing, and zero within its rounding and what it closes by in the doubt of the instant at which
+    /// `first` lands, δh/|u| of that one: then they land together.
+    pub(crate) fn lands_with(&self, first: &Self) -> bool {
+        let doubt = first.rounding.gap * (self.u / first.u).abs().min(LEVER);
+        let known = self.rounding.gap + doubt;
+        self.u < 0.0 && self.h <= SIMULTANEOUS * known && self.h < f64::INFINITY
+    }
+}
+
+impl Point {
+    /// It rises out of the terrain that it came under from beside.
+    pub(crate) fn surfaces(&mut self) {
+        (self.h, self.depth, self.u) = (0.0, 0.0, self.u.max(0.0));
+    }
+}
+
+impl Rounding {
+    /// At the start: of the terms of a gap and of its rate.
+    pub(crate) fn new(gap: f64, rate: f64) -> Self {
+        Self { gap: f64::EPSILON * gap, rate: f64::EPSILON * rate }
+    }
+
+    /// After an arc of `dt` from a gap `h` on, whose terms sum up to `gap`, and those of its rate to `rate`.
+    pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
+        if h == f64::INFINITY {
+            return self; // over nothing
+        }
+        let before = if h == 0.0 { 0.0 } else { self.gap };
+        let own = Self::new(gap, rate);
+        Self { gap: before + self.rate * dt + own.gap, rate: self.rate + own.rate }
+    }
+}
+
+impl Stance {
+    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
+    pub(crate) fn pull(&self, i: usize) -> f64 {
+        let p = &self.points[i];
+        self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
+    }
+
+    /// Distance of a point to the left (0) or right (1) end of the terrain under it, as an arc without gravity.
+    pub(crate) fn side(&self, i: usize, side: usize) -> Arc {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let (p, spin) = (&self.points[i], self.spin.omega);
+        let arm = p.arm();
+        let u = sign * (self.center.v.x - arm.y * spin);
+        let (b, c, omega) = match self.frozen {
+            Some(_) => (0.0, 0.0, 0.0),
+            None => (-sign * arm.y, sign * arm.x, spin),
+        };
+        Arc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
+    }
+
+    /// When a point in flight comes to an end of the terrain under it, and which.
+    pub(crate) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
+        let mut first: Option<(f64, usize)> = None;
+        for side in 0..2 {
+            let mut arc = self.side(i, side);
+            if arc.h == f64::INFINITY {
+                continue;
+            }
+            // At the end itself a rounding would send it to and fro between two pieces that each put it over the other one.
+            let size = libm::hypot(arc.b, arc.c);
+            let terms = self.center.v.x.abs() + size * self.spin.omega.abs();
+            if arc.h <= f64::EPSILON * size && arc.u.abs() <= OVER_VERTEX * f64::EPSILON * terms {
+                (arc.h, arc.u) = (0.0, 0.0);
+            }
+            // h = u t − c (ωt)²/2 − b (ωt)³/6 + …
+            let outwards = if arc.u != 0.0 {
+                arc.u < 0.0
+            } else if arc.c.abs() > f64::EPSILON * size {
+                arc.c > 0.0 && arc.omega != 0.0
+            } else {
+                arc.b * arc.omega > 0.0
+            };
+            let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
+            if let Some(t) = t
+                && first.is_none_or(|(earlier, _)| t < earlier)
+            {
+                first = Some((t, side));
+            }
+        }
+        first
+    }
+
+    pub(crate) fn arc(&self, i: usize) -> Arc {
+        let p = &self.points[i];
+        let omega = if self.frozen.is_some() { 0.0 } else { self.spin.omega };
+        Arc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
+    }
+
+    /// Time to the next touchdown of a contact in flight.
+    pub(crate) fn touchdown(&self, i: usize) -> Option<f64> {
+        next(&self.arc(i))
+    }
+
+    /// When a point in flight rises out of the terrain that it came under from beside, if it does so before `limit`, in s: its arc
+    /// seen from below.
+    pub(crate) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
+        let Point { depth, u, .. } = self.points[i];
+        if depth == 0.0 {
+            return None;
+        }
+        let Arc { g, b, c, omega, .. } = self.arc(i);
+        // Its height stays below (u + |ωb|) t − g t²/2 + 2|d|: from then on it only falls. Without gravity it rises in a turn, or by its mean.
+        let (drift, arm) = (u + (omega * b).abs(), libm::hypot(b, c));
+        let last = if g > 0.0 {
+            (drift.max(0.0) + (drift * drift + 4.0 * g * arm).sqrt()) / g
+        } else {
+            let turn = if omega == 0.0 { 0.0 } else { std::f64::consts::TAU / omega.abs() };
+            let mean = u - omega * b;
+            turn + if mean > 0.0 { (depth + 2.0 * arm) / mean } else { turn }
+        };
+        let below = Arc { h: depth, u: -u, g: -g, b: -b, c: -c, omega };
+        below.touchdown_before(limit.min(last))
+    }
+
+    /// The state after a flight of `dt`.
+    pub(crate) fn flown(&self, dt: f64) -> Self {
+        let mut after = self.clone();
+        let turn = Turn::by(if self.frozen.is_some() { 0.0 } else { self.spin.omega * dt });
+        for (i, p) in after.points.iter_mut().enumerate() {
+            let (arc, was) = (self.arc(i), &self.points[i]);
+            let [gap, rate] = arc.terms(dt, &turn);
+            p.rounding = was.rounding.after(dt, was.h, gap, rate);
+            for side in 0..2 {
+                if p.place.sides[side] < f64::INFINITY {
+                    p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
+                }
+            }
+            let below = Arc { h: -was.depth, ..arc };
+            if was.depth > 0.0 && self.frozen.is_some() {
+                p.depth = (dt * (0.5 * arc.g * dt - arc.u) + was.depth).max(f64::MIN_POSITIVE);
+            } else if was.depth > 0.0 {
+                p.depth = (-below.gap_turned(dt, &turn)).max(f64::MIN_POSITIVE);
+            }
+            if self.frozen.is_some() {
+                p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
+                p.u = arc.u - arc.g * dt;
+            } else {
+                p.h = arc.gap_turned(dt, &turn).max(0.0);
+                p.u = arc.rate_turned(dt, &turn);
+                (p.b, p.c) = was.turned(&turn);
+            }
+        }
+        after.spin.theta += self.spin.omega * dt;
+        after.center.fly(self.gravity, dt);
+        after
+    }
+
+    /// The state `dt` into a stretch in this word.
+    pub(crate) fn moved(&self, word: &[Mode], dt: f64) -> Self {
+        if word.iter().all(|&mode| mode == Mode::Separate) {
+            return self.flown(dt);
+        }
+        let step = |from: &Self, left: f64| {
+            if from.is_fixed(word) {
+                return None;
+            }
+            let mut step = Step::new(from, word, ORDER)?;
+            while let Some(longer) = step.longer(from, word, left.min(step.reach())) {
+                step = longer;
+            }
+            Some(step)
+        };
+        let Some(mut next) = step(self, dt) else { return self.clone() };
+        // A body at rest stays so where nothing but rounding accelerates it.
+        let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
+        let [ax, ay, turn] = next.acceleration();
+        let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
+        if still && most <= STILL * self.gravity {
+            return self.clone();
+        }
+        // As far as one series serves: where the motion has been as regular as its own, to the end.
+        let (mut from, mut left) = (self.clone(), dt);
+        for _ in 0..SERIES {
+            if left <= next.reach() {
+                break;
+            }
+            let after = next.at(&from, next.reach());
+            let Some(another) = step(&after, left - next.reach()) else { break };
+            left -= next.reach();
+            (from, next) = (after, another);
+        }
+        next.at(&from, left)
+    }
+}
+
+/// Number of series after which the last one is followed to the end: a stretch is a step of the motion, and needs one or two.
+const SERIES: usize = 1000;

@@ -1,0 +1,115 @@
+//! The end of a slide whose friction matrix becomes singular.
+//!
+//! M f = r gives the forces f that keep the held rows, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces are
+//! then p (l·r)/det M: they grow without bounds, and as det M shrinks by a factor with each impulse p J, they act until something
+//! else happens, in no time and with the geometry as it is. That is the end of a slide, where some J stops it: M p = 0 keeps the
+//! rows of the normals, and friction takes energy. The turn of the body, ω, may come to zero before, so that det M grows again, or
+//! l·r, so that the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion [Génot & Brogliato
+//! 1999; Nordmark, Várkonyi & Champneys 2018]).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::modes::Mode;
+use crate::sustained::Stance;
+
+impl Stance {
+    /// The slide that the impulse of a jam stops, after it; `None`, and nothing is changed, where it is not what happens first.
+    pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
+        let rows = self.independent(modes);
+        let (n, rho) = (rows.len(), self.rho2.sqrt());
+        // A force (tangential, normal), and its push in coordinates (x, y, ρθ).
+        let force = |k: usize| {
+            let i = rows[k].unknown.contact;
+            if rows[k].unknown.tangential {
+                [1.0, 0.0]
+            } else {
+                [-modes[i].direction() * self.points[i].friction, 1.0]
+            }
+        };
+        let along = |k: usize| {
+            let (p, [slope, _]) = (&self.points[rows[k].unknown.contact], force(k));
+            let side = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
+            if rows[k].unknown.tangential { rows[k].whole } else { rows[k].whole + side * slope }
+        };
+        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+            (true, true) => rows[i].whole.dot(&along(j)) / (rows[i].whole.norm() * along(j).norm()),
+            _ => f64::from(u8::from(i == j)),
+        });
+        let (left, right) = (annihilated(&matrix.transpose()), annihilated(&matrix));
+        let normal = |k: &usize| !rows[*k].unknown.tangential;
+        let sign = (0..n).filter(normal).map(|k| right[k]).sum::<f64>().signum();
+        if (0..n).filter(normal).any(|k| sign * right[k] < 0.0) {
+            return None;
+        }
+        let impulses: [f64; 3] =
+            std::array::from_fn(|k| if k < n { sign * right[k] / along(k).norm() } else { 0.0 });
+        let change: Vector3<f64> = (0..n).map(|k| along(k) * impulses[k]).sum();
+        let turn = change.z / rho;
+        let mut first: Option<(f64, usize)> = None;
+        for (i, p) in self.points.iter().enumerate() {
+            let slides = matches!(modes[i], Mode::Right | Mode::Left) && p.friction > 0.0;
+            let slower = p.tangent.dot(&change.xy()) - p.c * turn;
+            let until = -self.slip(i) / slower;
+            if slides && until >= 0.0 && first.is_none_or(|(before, _)| until < before) {
+                first = Some((until, i));
+            }
+        }
+        let (size, stopped) = first?;
+        // l·r is monotonic in ω²: it keeps its sign if it has it at both ends, and ω one of its own.
+        let omega = self.spin.omega;
+        let pull = |omega: f64| -> f64 {
+            let row = |k: usize| {
+                let p = &self.points[rows[k].unknown.contact];
+                let bend = if rows[k].unknown.tangential { p.b } else { p.c };
+                let weight = self.gravity * rows[k].whole.y;
+                left[k] * (bend * omega * omega + weight) / rows[k].whole.norm()
+            };
+            (0..n).map(row).sum()
+        };
+        let after = omega + turn * size;
+        let turns = |f: &dyn Fn(f64) -> f64| f(omega).signum() != f(after).signum();
+        if turns(&|omega| omega) || turns(&pull) {
+            return None;
+        }
+        let kicks: [[f64; 2]; 3] = std::array::from_fn(|k| {
+            if k < n { force(k).map(|part| part * impulses[k] * size) } else { [0.0; 2] }
+        });
+        for (row, kick) in rows.iter().zip(kicks) {
+            self.kick(row.unknown.contact, kick);
+        }
+        for (p, mode) in self.points.iter_mut().zip(modes) {
+            if *mode != Mode::Separate {
+                p.u = 0.0;
+            }
+        }
+        Some(stopped)
+    }
+}
+
+/// The unit vector x with Mx = 0 of a singular matrix M of rank two: it is orthogonal to all rows, so the cross product of the two
+/// that are the most independent.
+fn annihilated(matrix: &Matrix3<f64>) -> Vector3<f64> {
+    let row = |i: usize| matrix.row(i).transpose();
+    let products = [row(1).cross(&row(2)), row(2).cross(&row(0)), row(0).cross(&row(1))];
+    let longest = |a: &Vector3<f64>, b: &Vector3<f64>| if b.norm() > a.norm() { *b } else { *a };
+    products[1..].iter().fold(products[0], |a, b| longest(&a, b)).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_singular_matrix_annihilates_its_vector() {
+        for matrix in [
+            Matrix3::new(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+            Matrix3::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+            Matrix3::new(1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 1e-3),
+        ] {
+            for m in [matrix, matrix.transpose()] {
+                let x = annihilated(&m);
+                assert!((x.norm() - 1.0).abs() < 1e-15 && (m * x).amax() < 1e-14, "{m} {x}");
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Smooth motion while contacts are held in a mode, up to the event that ends it.
+//!
+//! A held contact keeps a_n = 0 by a normal force λ ≥ 0, a fixed one also a_t = 0 by a tangential force τ; where it
+//! slides, τ = −σμλ with σ = sign v_t (all per unit mass):
+//!
+//! ```text
+//! n_i·v̇ + b_i ω̇ = c_i ω²,   t_i·v̇ − c_i ω̇ = b_i ω²
+//! v̇ = (0, −g) + Σ_j (n_j λ_j + t_j τ_j),   ρ² ω̇ = Σ_j (b_j λ_j − c_j τ_j)
+//! ḃ_i = −c_i ω,   ċ_i = b_i ω
+//! ```
+//!
+//! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from
+//! each other exactly, to any order: the step is a polynomial, and its events are roots of polynomials.
+
+mod endless;
+mod flight;
+mod jam;
+pub(crate) mod next_order;
+pub(crate) mod phase;
+mod rows;
+mod step;
+
+use nalgebra::Vector2;
+
+use crate::body::contact::PerContact;
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::body::terrain::Place;
+use crate::collisions::log::{Center, Spin};
+use crate::impact::friction::Matrix;
+use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::Mode;
+use crate::outcome::Instant;
+pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
+use nalgebra::Vector3;
+
+/// Bounds of the rounding in a gap, since it was last exactly zero (in m), and in its rate (in m/s). In an accumulation of
+/// impacts they shrink with the gaps and the rates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Rounding {
+    pub(crate) gap: f64,
+    pub(crate) rate: f64,
+}
+
+/// A contact at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) normal: Vector2<f64>,
+    pub(crate) tangent: Vector2<f64>,
+    pub(crate) friction: f64,
+    pub(crate) b: f64,
+    pub(crate) c: f64,
+    /// (t·r + b, n·r + c) where it began to be held, if it is: its place, up to a constant.
+    pub(crate) held: Option<[f64; 2]>,
+    pub(crate) place: Place,
+    /// Gap and its rate; a gap of ∞ where there is nothing to meet.
+    pub(crate) h: f64,
+    /// Depth below the piece of terrain over the point, in m, if it came there from beside: its gap is ∞ until it has risen out of it.
+    /// Otherwise zero.
+    pub(crate) depth: f64,
+    pub(crate) u: f64,
+    pub(crate) rounding: Rounding,
+}
+
+impl Point {
+    /// Arm from the centre of mass, world axes, in m.
+    pub(crate) fn arm(&self) -> Vector2<f64> {
+        self.tangent * self.b + self.normal * self.c
+    }
+
+    /// b and c after a turn.
+    pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
+        let (b, c) = (self.b, self.c);
+        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
+    }
+}
+
+/// A body at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stance {
+    pub(crate) points: PerContact<Point>,
+    pub(crate) center: Center,
+    pub(crate) spin: Spin,
+    /// ρ²
+    pub(crate) rho2: f64,
+    pub(crate) gravity: f64,
+    /// ω² of the moment at which b, c and the bend of the paths were frozen; `None`: nothing is.
+    pub(crate) frozen: Option<f64>,
+}
+
+impl Stance {
+    /// Tangential speed v_t = t·v − c ω of a contact point.
+    pub(crate) fn slip(&self, i: usize) -> f64 {
+        let p = &self.points[i];
+        p.tangent.dot(&self.center.v) - p.c * self.spin.omega
+    }
+
+    /// Kinetic energy per unit mass.
+    fn kinetic(&self) -> f64 {
+        0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
+    }
+
+    /// The other point of a contact in a vertex of its terrain.
+    pub(crate) fn twin(&self, i: usize) -> Option<usize> {
+        let contact = |j: usize| self.points[j].place.contact;
+        (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
+    }
+
+    /// Whether point `i` is fixed by something: by friction, or in a vertex.
+    fn sticks(&self, i: usize, modes: &[Mode]) -> bool {
+        let held = self.points[i].friction > 0.0 || self.twin(i).is_some();
+        modes[i] == Mode::Fixed && held
+    }
+
+    /// The other of two fixed points that hold a contact in a vertex. The contact is held while the sum of their forces lies
+    /// in the hull of their friction cones; how the force is shared between them has no consequence, so that the rows of
+    /// the first of them represent both.
+    fn partner(&self, i: usize, modes: &[Mode]) -> Option<usize> {
+        let fixed = |j: &usize| modes[*j] == Mode::Fixed;
+        self.twin(i).filter(fixed).filter(|_| fixed(&i))
+    }
+
+    /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
+    /// velocity into the rates of the contacts.
+    fn has_rows(&self) -> bool {
+        self.frozen.is_none_or(|bend| bend == 0.0)
+    }
+}
+
+impl Stance {
+    pub(crate) fn state(&self) -> State {
+        let (r, v, spin) = (self.center.r, self.center.v, self.spin);
+        State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega]).unsigned_zero()
+    }
+
+    pub(crate) fn instant(&self, posture: &Posture) -> Instant {
+        Instant { state: self.state(), gaps: self.gaps(posture), rates: self.rates(posture) }
+    }
+
+    pub(crate) fn gaps(&self, posture: &Posture) -> Vec<f64> {
+        posture.per_contact(|k| self.points[k].h.unsigned_zero()).collect()
+    }
+
+    pub(crate) fn rates(&self, posture: &Posture) -> Vec<f64> {
+        posture.per_contact(|k| self.points[k].u.unsigned_zero()).collect()
+    }
+
+    /// One letter a contact. In a vertex, where it has a second point behind all first ones: that of the piece it is on, F if it is
+    /// on both.
+    pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> String {
+        let mut modes = word.to_vec();
+        for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
+            let first = &mut modes[posture.point_of(p.place.contact)];
+            if *first == Mode::Separate {
+                *first = *mode;
+            } else if *mode != Mode::Separate {
+                *first = Mode::Fixed;
+            }
+        }
+        posture.per_contact(|k| modes[k].letter()).collect()
+    }
+}
+
+impl Stance {
+    /// Impact matrix of a contact, per unit mass.
+    pub(crate) fn impact_matrix(&self, i: usize) -> Matrix {
+        let (p, rho2) = (&self.points[i], self.rho2);
+        Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * p.c / rho2, tt: 1.0 + p.c * p.c / rho2 }
+    }
+
+    /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
+    pub(crate) fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
+        let hit = self.points[i];
+        let force = hit.tangent * p_t + hit.normal * p_n;
+        let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;
+        self.center.v += force;
+        self.spin.omega += turn;
+        for p in &mut self.points {
+            let (push, twist) = (p.normal.dot(&force), p.b * turn);
+            p.u += push + twist;
+            p.rounding.rate += f64::EPSILON * (push.abs() + twist.abs());
+        }
+        Vector3::new(force.x, force.y, turn)
+    }
+}

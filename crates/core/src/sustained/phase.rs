@@ -1,0 +1,555 @@
+//! Contacts at rest on the terrain, or sliding along it: which mode they go on in, and until when.
+//!
+//! The word is chosen by the contact-mode problem where contacts come to rest and where a sliding speed comes down to
+//! zero. Where a force does (a contact lifts off, or breaks loose) the word follows from which one it is: at that
+//! instant the accelerations of both words agree, and a new choice could not tell them apart.
+
+use crate::sustained::endless::{Cycle, Swing};
+use nalgebra::{Vector2, Vector3};
+
+use crate::body::contact::PerContact;
+use crate::body::posture::Posture;
+use crate::collisions::log::Log;
+use crate::error::{Error, LARGEST};
+use crate::math::clock::Clock;
+use crate::modes::{
+    ContactProblem, Forces, LONGEST_ARM, Method, Mode, ProblemFields, Row, contact_modes,
+    only_mode, scale,
+};
+use crate::options::{Options, Stop};
+use crate::outcome::{Cause, ContactNumber, Outcome};
+use crate::sustained::next_order::{Onward, Search};
+use crate::sustained::{ORDERS, Stance, Step, StepEnd};
+use crate::tolerance::{BEYOND, STILL, TOUCH};
+
+impl Stance {
+    /// The body and its contacts as a contact-mode problem takes them, without state or load.
+    pub(crate) fn fields(&self, mass: f64) -> ProblemFields {
+        ProblemFields {
+            mass,
+            gyration_radius: self.rho2.sqrt(),
+            arms: self.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
+            tangents: self.points.iter().map(|p| p.tangent.into()).collect(),
+            friction: self.points.iter().map(|p| p.friction).collect(),
+            ..ProblemFields::default()
+        }
+    }
+
+    /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
+    fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
+        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        ContactProblem::new(ProblemFields {
+            sliding: ways.to_vec(),
+            bias: self.points.iter().map(|p| [-p.b * bend, -p.c * bend]).collect(),
+            free_acceleration: [0.0, -self.gravity, 0.0],
+            ..self.fields(mass)
+        })
+    }
+
+    /// The one word that up to two contacts may go on in and its q̈, where closed forms find it: what the problem says,
+    /// without allocation. `None`: ask the problem.
+    fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
+        let n = self.points.len();
+        if n > 2 {
+            return None;
+        }
+        let rho = self.rho2.sqrt();
+        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let mut rows = [Row::ABSENT; 2];
+        for (i, p) in self.points.iter().enumerate() {
+            rows[i] =
+                Row::new(p.tangent, p.arm() / rho, [-p.b * bend, -p.c * bend], p.friction, ways[i]);
+        }
+        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.gravity, rho)?;
+        Some((letters[..n].into(), acceleration))
+    }
+
+    /// Point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
+    /// if nothing rubs there, and the way in which it then slides up its piece.
+    fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
+        let left = &self.points[i];
+        let j = self.twin(i).filter(|&j| self.points[j].friction == 0.0)?;
+        let p = &self.points[j];
+        Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
+    }
+
+    /// The sliding speed of a contact has come down to zero. If it is the only one held, the body may turn about it;
+    /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
+    /// whether that is so.
+    fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
+        let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
+        if closed > 1 && slow {
+            (self.center.v, self.spin.omega) = (Vector2::zeros(), 0.0);
+        }
+        closed > 1 && !slow
+    }
+}
+
+/// The one consistent word of up to two contacts under gravity and its q̈, by closed forms. Rows beyond the range of a
+/// problem have none: the problem says what is wrong.
+pub(crate) fn only_mode_of(
+    rows: &mut [Row],
+    gravity: f64,
+    rho: f64,
+) -> Option<([Mode; 2], [f64; 3])> {
+    let in_range = |row: &Row| {
+        row.arm.norm_squared() <= LONGEST_ARM * LONGEST_ARM
+            && row.bias.iter().all(|b| b.abs() <= LARGEST)
+    };
+    if !rows.iter().all(in_range) {
+        return None;
+    }
+    let load = Vector3::new(0.0, -gravity, 0.0);
+    let scale = scale(rows, &load);
+    let (letters, y) = only_mode(rows, load / scale)?;
+    Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))
+}
+
+/// Contacts that rest or slide, and what they do.
+pub(crate) struct ContactPhase<'a> {
+    pub(crate) stance: Stance,
+    /// Signs of sliding; `None` where a contact is off.
+    ways: PerContact<Option<i8>>,
+    mass: f64,
+    /// Largest arm or ρ, in m.
+    size: f64,
+    /// Speed that counts as none, in m/s.
+    still: f64,
+    /// The largest such speed of a contact that friction then held, in m/s.
+    pub(crate) dropped: f64,
+    /// The least and the largest rotation in the last word, in rad.
+    turned: [f64; 2],
+    /// Whether the geometry is frozen for the last moments of an accumulation only.
+    pub(crate) brief: bool,
+    options: &'a Options,
+    /// The word that the contacts are in.
+    pub(crate) word: PerContact<Mode>,
+    /// What has no answer, or several.
+    pub(crate) undecided: Option<ContactProblem>,
+    /// q̈ of an endless slide.
+    pub(crate) acceleration: Option<[f64; 3]>,
+    pub(crate) warning: Option<String>,
+    /// Why it is in this word.
+    pub(crate) cause: Option<Cause>,
+}
+
+/// What hears of every stretch that begins: its start, its word, and why it begins.
+pub(crate) type Note<'n> = dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>) + 'n;
+
+/// How a phase of contact ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PhaseEnd {
+    Outcome(Outcome),
+    /// Another contact has landed: an impact.
+    Landing(usize),
+    /// This contact has come to the left (0) or right (1) end of the piece of terrain under it.
+    Leave(usize, usize),
+    /// All contacts have left.
+    Free,
+    /// Nothing for so long that the geometry may not be frozen any more.
+    Thaw,
+}
+
+/// What ends a stretch in one mode.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Next {
+    End(PhaseEnd),
+    LiftOff(usize),
+    /// The sliding speed of this contact has come down to zero; the way it slid.
+    Stop(usize, Mode),
+    Slip(usize, Mode),
+}
+
+/// Depth of a graze that is not known: so many roundings of the size of the body, or so many of the way that it has moved, whichever is
+/// less. A gap that follows from a swing about another contact has a few of them. A contact that passes through the ground by
+/// less does not touch it.
+const PLACE: f64 = 2.0;
+const GRAZE: f64 = 16.0;
+
+/// Speed of the body, in units of those that count as none, below which it has stopped with one of its points: its speeds
+/// have come down together, to the rounding of the time at which they do.
+const STOPPED: f64 = 1e3;
+
+/// Sliding speed relative to that of another contact, where both slide together, that is rounding.
+const SLOWER: f64 = 1e-10;
+
+/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode: what it then misses
+/// of the rates, of second order in it, is below their rounding from 1e-8 on, and small enough for the last moments.
+const LONG: f64 = 1e-6;
+
+impl<'a> ContactPhase<'a> {
+    /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
+    pub(crate) fn new(
+        posture: &Posture,
+        stance: Stance,
+        still: f64,
+        brief: bool,
+        options: &'a Options,
+        cause: Option<Cause>,
+    ) -> Self {
+        Self {
+            stance,
+            ways: PerContact::new(),
+            mass: posture.fields().mass,
+            size: posture.size(),
+            still,
+            dropped: 0.0,
+            turned: [0.0; 2],
+            brief,
+            options,
+            word: PerContact::new(),
+            undecided: None,
+            acceleration: None,
+            warning: None,
+            cause,
+        }
+    }
+
+    /// Contacts at rest become part of the phase, each with the sign of its sliding; and with them those that touch and
+    /// whose gaps follow from theirs (the third of three on one straight floor).
+    pub(crate) fn close(&mut self, rests: &mut [bool]) {
+        for i in 0..rests.len() {
+            let touches = !rests[i] && self.stance.points[i].h <= TOUCH * self.size;
+            rests[i] |= touches && self.stance.depends(i, rests);
+            if rests[i] {
+                (self.stance.points[i].h, self.stance.points[i].u) = (0.0, 0.0);
+            }
+        }
+        self.stance.close(rests);
+        let slips: PerContact<f64> = (0..rests.len()).map(|i| self.stance.slip(i)).collect();
+        // Without friction nothing but a vertex makes a contact stick.
+        let sticks =
+            |i: usize| self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
+        let still = |i: usize| if sticks(i) { self.still } else { 0.0 };
+        let closed = || (0..rests.len()).filter(|&i| rests[i]);
+        let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
+        // Contacts that leave the body one motion slide all together, or not at all.
+        let limit = closed().map(still).fold(0.0, f64::max);
+        // At an end of its terrain each by itself: there its own speed says whether it comes to rest in the vertex.
+        let endless = self.stance.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
+        let together = endless && self.stance.leaves_one_motion(rests);
+        let none = |i: usize| match together {
+            true if fastest > limit => slips[i].abs() <= SLOWER * fastest,
+            true => true,
+            false => slips[i].abs() <= still(i),
+        };
+        let sign = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
+        let ways = (0..rests.len())
+            .map(|i| rests[i].then(|| if none(i) { 0 } else { sign(slips[i]) }))
+            .collect();
+        let dropped = closed().filter(|&i| none(i)).map(|i| slips[i].abs());
+        self.dropped = dropped.fold(self.dropped, f64::max);
+        self.ways = ways;
+    }
+
+    /// The largest of the speeds of the body, in m/s.
+    fn speed(&self) -> f64 {
+        let Stance { center, spin, .. } = &self.stance;
+        center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
+    }
+
+    /// Mode after mode until something else happens. `note` hears of every stretch that begins.
+    pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut Note<'_>) -> PhaseEnd {
+        let mut last = None;
+        let mut swings: Vec<Swing> = Vec::new();
+        loop {
+            let Onward { word, changed, acceleration } = match self.choose() {
+                Ok(chosen) => chosen,
+                Err(outcome) => return PhaseEnd::Outcome(outcome),
+            };
+            self.word = word;
+            let starts =
+                |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
+            let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
+            for (way, mode) in self.ways.iter_mut().zip(&self.word) {
+                *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
+            }
+            if self.word.iter().all(|&mode| mode == Mode::Separate) {
+                return PhaseEnd::Free;
+            }
+            swings.iter_mut().for_each(|swing| swing.passes(self.turned));
+            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+                if swings.iter().any(|before| before.encloses(&now, &self.stance))
+                    && log.end == f64::INFINITY
+                {
+                    self.acceleration = Some(acceleration);
+                    log.enter(&self.word);
+                    note(&self.stance, &self.word, log.clock, self.cause);
+                    return PhaseEnd::Outcome(Outcome::Sliding);
+                }
+                swings.retain(|before| !before.is_like(&now));
+                swings.push(now);
+            }
+            let next = self.hold(acceleration, last, &starting, &changed, log, note);
+            match next {
+                Next::End(end) => {
+                    if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
+                        self.undecided = self.stance.problem(self.mass, &self.ways).ok();
+                    }
+                    return end;
+                }
+                Next::LiftOff(i) => {
+                    self.ways[i] = None;
+                    if let Some((j, way)) = self.stance.up_from_vertex(i)
+                        && self.ways[j] == Some(0)
+                    {
+                        self.ways[j] = Some(way);
+                    }
+                }
+                Next::Stop(i, _) => {
+                    let slow = self.speed() <= self.still * STOPPED;
+                    if self.stance.stop(&self.word, slow) {
+                        self.ways[i] = Some(0);
+                    } else {
+                        self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
+                    }
+                }
+                Next::Slip(i, mode) => {
+                    // In a vertex it slides up one piece, and with that leaves the other.
+                    if let Some(j) = self.stance.twin(i) {
+                        self.ways[j] = None;
+                    }
+                    self.ways[i] = Some(mode.direction() as i8);
+                }
+            }
+            let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
+            self.cause = match next {
+                Next::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
+                Next::Stop(i, _) => Some(Cause::Stop(contact(i))),
+                Next::Slip(i, _) => Some(Cause::Slip(contact(i))),
+                Next::End(_) => self.cause,
+            };
+            last = Some(next);
+        }
+    }
+
+    /// The one word in which the contacts go on; if there is not one, how the run ends.
+    fn choose(&mut self) -> Result<Onward, Outcome> {
+        let mut search = Search::default();
+        let (mut problem, mut vague) = (None, false);
+        if let Some((word, acceleration)) = self.stance.only_mode(&self.ways) {
+            let only = Onward::same(word, acceleration);
+            if !self.is_open(&only) {
+                return Ok(only);
+            }
+            self.stance.next_order(&only, &self.ways, &mut search);
+        } else {
+            let asked = self.stance.problem(self.mass, &self.ways);
+            let solved = asked.and_then(|problem| {
+                contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
+            });
+            let (asked, modes) = solved.map_err(|error| {
+                self.warning = Some(format!("the contact modes could not be solved: {error}"));
+                Outcome::EventLimit
+            })?;
+            problem = Some(asked);
+            for answer in modes.consistent() {
+                let one = Onward::same(answer.word.modes().collect(), answer.acceleration);
+                if self.is_open(&one) {
+                    self.stance.next_order(&one, &self.ways, &mut search);
+                } else {
+                    search.add(one.clone());
+                }
+                // Its motion depends on forces that nothing determines, and the next order does not end it.
+                vague |= answer.determined == Forces::Undetermined && search.found.contains(&one);
+            }
+        }
+        let none = search.found.is_empty();
+        match search.found.pop() {
+            Some(one) if search.found.is_empty() && !vague => Ok(one),
+            _ => {
+                self.undecided =
+                    problem.or_else(|| self.stance.problem(self.mass, &self.ways).ok());
+                Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            }
+        }
+    }
+
+    /// Whether the accelerations of a word may not tell how it goes on.
+    fn is_open(&self, word: &Onward) -> bool {
+        self.moves(word.acceleration) && self.stance.is_open(&word.word)
+    }
+
+    /// Whether the body moves, or is about to.
+    fn moves(&self, [ax, ay, turn]: [f64; 3]) -> bool {
+        let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
+        !(self.speed() <= self.still && most <= STILL * self.stance.gravity)
+    }
+
+    /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
+    /// contacts that begin to slide from rest, `changed`: whose letters follow from the next order of the motion.
+    fn hold(
+        &mut self,
+        mut acceleration: [f64; 3],
+        mut last: Option<Next>,
+        starting: &[bool],
+        changed: &[bool],
+        log: &mut Log<'_>,
+        note: &mut Note<'_>,
+    ) -> Next {
+        let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
+        // Rows that leave no motion leave no velocity either: what there is of it is rounding.
+        let rests = self.stance.is_fixed(&self.word) || !self.moves(acceleration);
+        let stance = &mut self.stance;
+        if rests {
+            (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
+            for (p, mode) in stance.points.iter_mut().zip(&mut self.word) {
+                p.u = 0.0;
+                if *mode != Mode::Separate && p.friction == 0.0 {
+                    *mode = Mode::Fixed; // the same forces
+                }
+            }
+        } else {
+            stance.hold(&self.word);
+        }
+        self.turned = [stance.spin.theta; 2];
+        // Where a slide has come to a pole of the forces.
+        let jams = |stance: &mut Stance, word: &[Mode]| match stance.jams(word) {
+            Some(i) => Next::Stop(i, word[i]),
+            None => outcome(Outcome::Inconsistent),
+        };
+        let mut side = None;
+        let mut cycle = Cycle::new(stance, &self.word);
+        let began = log.clock;
+        let mut fresh = true;
+        loop {
+            log.enter(&self.word);
+            note(stance, &self.word, log.clock, self.cause);
+            if rests {
+                if self.options.stop != Stop::Time {
+                    return outcome(Outcome::Rest);
+                }
+                log.clock = log.clock.after(log.left().max(0.0));
+                return outcome(Outcome::TimeLimit);
+            }
+            let (fresh, last) = (std::mem::take(&mut fresh), last.take());
+            // What is known of the start of the stretch and is rounding in the series.
+            let begins = |mut step: Step| {
+                if fresh {
+                    (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
+                    let changed = (0..changed.len()).filter(|&i| changed[i]);
+                    changed.for_each(|i| step.emerges(stance, i));
+                }
+                match last {
+                    Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                        step.lifts_off(i);
+                        if let Some((j, _)) = stance.up_from_vertex(i) {
+                            step.breaks_loose(j);
+                        }
+                    }
+                    Some(Next::Slip(i, mode)) if self.word[i] == mode => {
+                        if !step.breaks_loose(i) {
+                            return None;
+                        }
+                        // From a vertex it slides up one piece, and with it leaves the other.
+                        if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
+                            && self.word[j] == Mode::Separate
+                        {
+                            step.lifts_off(j);
+                        }
+                    }
+                    _ => {}
+                }
+                let (t, end) = step.first_event(stance, log.left());
+                Some((step, t, end))
+            };
+            let mut found = None;
+            let soon = stance.soon(&self.word, acceleration);
+            for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
+                found = Step::new(stance, &self.word, order).and_then(begins);
+                let Some((_, t, end)) = &found else { break };
+                if *end != StepEnd::Reach || *t >= log.left() || *t == f64::INFINITY {
+                    break;
+                }
+            }
+            while let Some((step, t, _)) = &found
+                && let Some(longer) = step.longer(stance, &self.word, *t)
+            {
+                found = begins(longer);
+            }
+            let before = side.take();
+            let on = found.filter(|(step, ..)| before.is_none_or(|side| side == step.side));
+            let Some((step, t, mut end)) = on else {
+                // At a pole, or past it by a rounding; from the start no way to it is known.
+                return match before {
+                    Some(_) => jams(stance, &self.word),
+                    None => outcome(Outcome::Inconsistent),
+                };
+            };
+            side = Some(step.side);
+            acceleration = step.acceleration();
+            if self.brief && t > LONG * log.clock.hi {
+                return Next::End(PhaseEnd::Thaw);
+            }
+            let [ax, ay, _] = acceleration;
+            let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
+            // Beyond all bounds nothing ever happens, either.
+            if t == f64::INFINITY
+                || way > BEYOND
+                || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
+            {
+                self.acceleration = Some(acceleration);
+                // Linearised, what flies while nothing ever happens flies away.
+                let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
+                return outcome(if closed || stance.frozen.is_none() {
+                    Outcome::Sliding
+                } else {
+                    Outcome::Escape
+                });
+            }
+            *stance = step.at(stance, t);
+            let [least, most] = self.turned;
+            self.turned = [least.min(stance.spin.theta), most.max(stance.spin.theta)];
+            log.clock = log.clock.after(t);
+            let counted = log.step();
+            if let StepEnd::Landing(i) = end
+                && stance.passes(i, step.lift(i, t), log.clock.since(began), self.size)
+            {
+                end = StepEnd::Reach;
+            }
+            match end {
+                StepEnd::Landing(i) => {
+                    let first = stance.points[i];
+                    for (j, p) in stance.points.iter_mut().enumerate() {
+                        if j == i || self.word[j] == Mode::Separate && p.lands_with(&first) {
+                            (p.h, p.u) = (0.0, p.u.min(0.0));
+                        }
+                    }
+                    return Next::End(PhaseEnd::Landing(i));
+                }
+                StepEnd::Leave(i, side) => {
+                    stance.points[i].place.sides[side] = 0.0;
+                    return Next::End(PhaseEnd::Leave(i, side));
+                }
+                StepEnd::Surface(i) => stance.points[i].surfaces(),
+                StepEnd::Jam => return jams(stance, &self.word),
+                StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
+                _ if !counted => return outcome(Outcome::EventLimit),
+                StepEnd::LiftOff(i) => return Next::LiftOff(i),
+                StepEnd::Stop(i) => return Next::Stop(i, self.word[i]),
+                StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
+                StepEnd::Reach => {
+                    if stance.center.r.norm() > self.options.neighbourhood {
+                        return outcome(Outcome::Escape);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Stance {
+    /// Whether a contact that this acceleration (m/s²) takes off the ground turns round so little below it, by u²/(2ḧ), that its gap
+    /// does not tell, which has followed from the speeds of the body for a time (s): then it passes over the ground.
+    fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
+        let (v, omega) = (self.center.v.norm(), self.spin.omega);
+        let p = &mut self.points[i];
+        let depth = p.u * p.u / (2.0 * lift);
+        let rounding = f64::EPSILON * (PLACE * size).min(GRAZE * time * (v + (p.b * omega).abs()));
+        let passes = lift > 0.0 && depth <= rounding;
+        if passes {
+            p.h += 2.0 * depth;
+        }
+        passes
+    }
+}

@@ -1,0 +1,733 @@
+//! The motion in a mode as Taylor series, and the first event on it.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use smallvec::SmallVec;
+
+use crate::body::contact::PerContact;
+use crate::collisions::log::Spin;
+use crate::flight::parabola_touchdown;
+use crate::math::roots::{ORDER, first_root};
+use crate::math::series::{Series, ZERO, constant, determinant, product, radius};
+use crate::modes::Mode;
+use crate::sustained::Stance;
+use crate::sustained::rows::{AGREES, Row, Unknown};
+use crate::tolerance::TOUCH;
+
+/// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
+/// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
+const SINGULAR: f64 = 1e-14;
+
+/// Distance of a force from the edge of a hull of half a turn or more, relative to the force, below which it is rounding.
+const EDGE: f64 = 64.0 * f64::EPSILON;
+
+/// Drift of a held point, relative to the distances of the body, that is taken back.
+const DRIFT: f64 = 2.0 * f64::EPSILON;
+
+/// Weight of such a drift, relative to the kinetic energy, above which it is left: a single rounding of a place may weigh more
+/// than all the energy of a small motion.
+const WEIGHT: f64 = 16.0 * f64::EPSILON;
+
+/// One contact during a step.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub(super) mode: Mode,
+    /// Fixed by something.
+    stuck: bool,
+    /// The other of two fixed points that hold a contact in a vertex.
+    pub(super) partner: Option<usize>,
+    /// Off, but at the place of the other point of its contact, which is fixed.
+    pinned: bool,
+    pub(super) friction: f64,
+    pub(super) b: Series,
+    pub(super) c: Series,
+    pub(super) h: Series,
+    pub(super) u: Series,
+    /// v_t
+    pub(super) slip: Series,
+    /// λ, τ
+    pub(super) normal: Series,
+    pub(super) tangential: Series,
+}
+
+/// The motion as Taylor series in the time since the start of a step, with `unit` as unit of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    theta: Series,
+    pub(super) omega: Series,
+    /// Displacement and velocity of the centre of mass, (x, y).
+    r: [Series; 2],
+    pub(super) v: [Series; 2],
+    pub(super) tracks: Vec<Track>,
+    /// Determinant of the friction matrix; positive at the start.
+    determinant: Series,
+    /// Its sign before, where it may vanish.
+    pub(crate) side: f64,
+    /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
+    unit: f64,
+    /// Time for which the series serve to the last digit, in units.
+    reach: f64,
+    /// Number of coefficients.
+    pub(super) order: usize,
+}
+
+/// Numbers of coefficients to be tried, and the time, in units, up to which each is expected to serve: most steps are short,
+/// and few coefficients reach to their end. The last one goes on step by step.
+pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
+
+/// Factor of the unit of time where coefficients are beyond all numbers; its inverse, up to which, in units, a turn is followed:
+/// what it does later may have fallen below all numbers. And units that are not made shorter, or longer: accelerations in
+/// them are to have squares.
+const SHORTER: f64 = 1.0 / LATE;
+const LATE: f64 = 4_294_967_296.0;
+const SHORTEST: f64 = 1e-100;
+const LONGEST: f64 = 1e50;
+/// Exponent of the longest unit of time at all, which has a square.
+const SQUARED: i32 = 500;
+
+/// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
+const FROZEN: usize = 5;
+
+/// How a step ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum StepEnd {
+    /// Nothing happened: go on with another step.
+    Reach,
+    /// This contact lands.
+    Landing(usize),
+    /// This contact, which came under its terrain from beside, rises out of it.
+    Surface(usize),
+    /// The force of this contact has come down to zero: it lifts off.
+    LiftOff(usize),
+    /// The sliding speed of this contact has come down to zero.
+    Stop(usize),
+    /// The force of this fixed contact has reached the edge of its cone: it begins to slide this way.
+    Slip(usize, Mode),
+    /// The friction matrix becomes singular: forces grow beyond all bounds (dynamic jam).
+    Jam,
+    /// This contact comes to an end of the piece of terrain under it: the one on the left (0) or on the right (1).
+    Leave(usize, usize),
+}
+
+impl Stance {
+    /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
+    /// where that is shorter; if it has a square.
+    fn unit_of_time(&self) -> f64 {
+        let arm = self.points.iter().map(|p| libm::hypot(p.b, p.c)).fold(0.0, f64::max);
+        let size = arm + self.rho2.sqrt();
+        let rate = self.spin.omega.abs().max((self.gravity / size).sqrt());
+        if rate > 0.0 { libm::ldexp(1.0, SQUARED.min(-libm::ilogb(rate))) } else { 1.0 }
+    }
+
+    /// About when a contact lands or stops sliding, in units of time, were this acceleration constant.
+    pub(crate) fn soon(&self, modes: &[Mode], [ax, ay, turn]: [f64; 3]) -> f64 {
+        let a = Vector2::new(ax, ay);
+        let event = |(i, mode): (usize, &Mode)| {
+            let p = &self.points[i];
+            match mode {
+                Mode::Separate => {
+                    let fall = p.c * self.spin.omega * self.spin.omega - p.normal.dot(&a);
+                    parabola_touchdown(p.h, p.u, fall - p.b * turn)
+                }
+                Mode::Fixed => f64::INFINITY,
+                _ => {
+                    let t = -self.slip(i) / (p.tangent.dot(&a) - p.c * turn);
+                    if t > 0.0 { t } else { f64::INFINITY }
+                }
+            }
+        };
+        modes.iter().enumerate().map(event).fold(f64::INFINITY, f64::min) / self.unit_of_time()
+    }
+}
+
+impl Step {
+    /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the forces do not
+    /// follow from it: the friction matrix is singular. `order`: the number of coefficients, at most [`ORDER`]; where the
+    /// geometry is frozen there are no more than three.
+    pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
+        let order = if state.frozen.is_some() { FROZEN } else { order };
+        let rows = state.independent(modes);
+        Self::on(&rows, state, modes, order).or_else(|| {
+            // Forces that cannot keep their own rows: those of rows that follow from these may.
+            rows.iter().find_map(|row| {
+                let others = state.independent_but(Some(row.unknown), modes);
+                let same = others.len() == rows.len();
+                same.then(|| Self::on(&others, state, modes, order)).flatten()
+            })
+        })
+    }
+
+    /// With these rows and their forces.
+    fn on(rows: &[Row], state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
+        let mut unit = state.unit_of_time();
+        let mut step = Self::in_units(rows, state, modes, order, unit)?;
+        while !step.is_finite() && unit >= SHORTEST {
+            unit *= SHORTER;
+            step = Self::in_units(rows, state, modes, order, unit)?;
+        }
+        Some(step)
+    }
+
+    /// The same step in a longer unit of time, for what happens so late that coefficients of a slow turn which matter by
+    /// then may have fallen below all numbers; `None` where they do not.
+    pub(crate) fn longer(&self, state: &Stance, modes: &[Mode], t: f64) -> Option<Self> {
+        let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
+        let rows = || state.independent(modes);
+        let step =
+            late.then(|| Self::in_units(&rows(), state, modes, self.order, LATE * self.unit));
+        step.flatten().filter(Self::is_finite)
+    }
+
+    /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.
+    fn is_finite(&self) -> bool {
+        let last = |series: &Series| series[self.order - 1].is_finite();
+        let forces = |track: &Track| last(&track.normal) && last(&track.tangential);
+        last(&self.omega) && self.v.iter().all(last) && self.tracks.iter().all(forces)
+    }
+
+    fn in_units(
+        independent: &[Row],
+        state: &Stance,
+        modes: &[Mode],
+        order: usize,
+        unit: f64,
+    ) -> Option<Self> {
+        let pull = Vector2::new(0.0, -state.gravity * unit * unit);
+        let mut tracks: Vec<Track> = (0..state.points.len())
+            .map(|i| {
+                let p = &state.points[i];
+                Track {
+                    mode: modes[i],
+                    stuck: state.sticks(i, modes),
+                    partner: state.partner(i, modes),
+                    pinned: modes[i] == Mode::Separate
+                        && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
+                    friction: p.friction,
+                    b: constant(p.b),
+                    c: constant(p.c),
+                    h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
+                    u: constant(p.u * unit),
+                    slip: constant(state.slip(i) * unit),
+                    normal: ZERO,
+                    tangential: ZERO,
+                }
+            })
+            .collect();
+        let parallel = state.parallel(independent);
+        let level = parallel.is_some_and(|pair| state.is_level(pair));
+        let spin = if level { 0.0 } else { state.spin.omega };
+        let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
+        let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
+        let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
+        let mut square = ZERO; // ω², as far as it bends the paths of the contact points
+
+        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
+        let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
+        let row = |u: Unknown| {
+            let p = &state.points[u.contact];
+            if u.tangential { p.tangent } else { p.normal }
+        };
+        let slope = |u: Unknown| {
+            let p = &state.points[u.contact];
+            if u.tangential { 0.0 } else { -modes[u.contact].direction() * p.friction }
+        };
+        let along = |u: Unknown| row(u) + state.points[u.contact].tangent * slope(u);
+        let n = unknowns.len();
+        let (mut lever, mut arm, mut force) = ([ZERO; 3], [ZERO; 3], [ZERO; 3]);
+        let mut matrix = [[ZERO; 3]; 3];
+        let mut first = None;
+        for k in 0..order {
+            square[k] = match state.frozen {
+                None => product(&omega, &omega, k),
+                Some(square) if k == 0 => square * unit * unit,
+                Some(_) => 0.0,
+            };
+            for (l, &u) in unknowns.iter().enumerate() {
+                let track = &tracks[u.contact];
+                lever[l][k] = if u.tangential { -track.c[k] } else { track.b[k] };
+                arm[l][k] = lever[l][k] - slope(u) * track.c[k];
+            }
+            let mut right = Vector3::zeros();
+            for m in 0..n {
+                let track = &tracks[unknowns[m].contact];
+                let bend = if unknowns[m].tangential { &track.b } else { &track.c };
+                right[m] = product(bend, &square, k);
+                if k == 0 {
+                    right[m] -= row(unknowns[m]).dot(&pull);
+                }
+                for l in 0..n {
+                    matrix[m][l][k] = product(&lever[m], &arm[l], k) / state.rho2;
+                    if k == 0 {
+                        matrix[m][l][0] += row(unknowns[m]).dot(&along(unknowns[l]));
+                    }
+                    right[m] -= (0..k).map(|j| force[l][j] * matrix[m][l][k - j]).sum::<f64>();
+                }
+            }
+            if k == 0 {
+                let m = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+                    (true, true) => matrix[i][j][0],
+                    _ => f64::from(u8::from(i == j)),
+                });
+                // Lengths before anything cancels: a single contact that jams has nothing else to be compared with.
+                let size: f64 = (0..n)
+                    .map(|l| {
+                        let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
+                        let side = state.points[u.contact].tangent * bent;
+                        let reach = lever[l][0].abs() + bent * tracks[u.contact].c[0].abs();
+                        let square = |m: usize| {
+                            let axis = row(unknowns[m]);
+                            let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
+                            let turn = lever[m][0].abs() * reach / state.rho2;
+                            (push + turn) * (push + turn)
+                        };
+                        (0..n).map(square).sum::<f64>().sqrt()
+                    })
+                    .product();
+                if !(m.determinant().abs() > SINGULAR * size) {
+                    return None;
+                }
+                first = Some(m.lu());
+            }
+            let solved = first.as_ref()?.solve(&right)?;
+            for (l, &u) in unknowns.iter().enumerate() {
+                force[l][k] = solved[l];
+                let track = &mut tracks[u.contact];
+                if u.tangential {
+                    track.tangential[k] = solved[l];
+                } else {
+                    track.normal[k] = solved[l];
+                    track.tangential[k] += slope(u) * solved[l];
+                }
+            }
+            if k + 1 == order {
+                break;
+            }
+            let next = 1.0 / (k + 1) as f64;
+            let mut turn: f64 = (0..n).map(|l| product(&arm[l], &force[l], k)).sum();
+            turn /= state.rho2;
+            let mut push = if k == 0 { pull } else { Vector2::zeros() };
+            for (l, &u) in unknowns.iter().enumerate() {
+                push += along(u) * force[l][k];
+            }
+            if let Some([i, j]) = parallel {
+                // (b_i − b_j) ω̇ = (c_i − c_j) ω² − (n_i − n_j)·v̇, and n_i·v̇ = c_i ω² − b_i ω̇
+                let (one, two) = (&tracks[i], &tracks[j]);
+                let normal = state.points[i].normal;
+                let bends = |bend: Series| if level { 0.0 } else { product(&bend, &square, k) };
+                let spun = |lever: &Series| -> f64 {
+                    (1..=k).map(|l| lever[l] * omega[k - l + 1] * (k - l + 1) as f64).sum()
+                };
+                let apart: Series = std::array::from_fn(|k| one.b[k] - two.b[k]);
+                let bend = std::array::from_fn(|k| one.c[k] - two.c[k]);
+                turn = (bends(bend) - (normal - state.points[j].normal).dot(&push) - spun(&apart))
+                    / apart[0];
+                let off = bends(one.c) - one.b[0] * turn - spun(&one.b);
+                push += normal * (off - normal.dot(&push));
+            }
+            theta[k + 1] = omega[k] * next;
+            omega[k + 1] = turn * next;
+            for axis in 0..2 {
+                r[axis][k + 1] = v[axis][k] * next;
+                v[axis][k + 1] = push[axis] * next;
+            }
+            for (track, p) in tracks.iter_mut().zip(&state.points) {
+                if state.frozen.is_none() {
+                    track.b[k + 1] = -product(&track.c, &omega, k) * next;
+                    track.c[k + 1] = product(&track.b, &omega, k) * next;
+                }
+                // u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
+                let change = |row: &Vector2<f64>, lever: &Series, side: f64, bend: &Series| {
+                    let turned: f64 =
+                        (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
+                    (row.dot(&push) + side * turned - product(bend, &square, k)) * next
+                };
+                if track.mode == Mode::Separate && !track.pinned {
+                    track.h[k + 1] = track.u[k] * next;
+                    track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);
+                }
+                if !track.stuck {
+                    track.slip[k + 1] = change(&p.tangent, &track.c, -1.0, &track.b);
+                }
+            }
+        }
+        let reach = {
+            let all = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
+            let mut all = all.chain([&omega]);
+            let reach = radius(all.clone(), f64::EPSILON * 0.1, order);
+            let turns = all.any(|series| series[1..].iter().any(|c| *c != 0.0));
+            if turns && state.frozen.is_none() { reach.min(LATE) } else { reach }
+        };
+        // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
+        let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
+        let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };
+        let side = if jams { determinant[0].signum() } else { 0.0 };
+        if side < 0.0 {
+            determinant = determinant.map(|c| -c);
+        }
+        Some(Self { theta, omega, r, v, tracks, determinant, side, unit, reach, order })
+    }
+
+    /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they
+    /// are here is rounding.
+    pub(crate) fn lifts_off(&mut self, i: usize) {
+        let track = &mut self.tracks[i];
+        track.h[..3].fill(0.0);
+        track.u[..2].fill(0.0);
+    }
+
+    /// A contact that begins to slide from rest: what it slides the other way is rounding.
+    pub(crate) fn starts(&mut self, i: usize) {
+        let track = &mut self.tracks[i];
+        if track.slip[0] * track.mode.direction() < 0.0 {
+            track.slip[0] = 0.0;
+        }
+    }
+
+    /// A contact that has just broken loose: its sliding speed and acceleration are zero yet. Returns whether it then
+    /// slides the way its friction says; where it jams it does not.
+    pub(crate) fn breaks_loose(&mut self, i: usize) -> bool {
+        let track = &mut self.tracks[i];
+        track.slip[..2].fill(0.0);
+        let first = track.slip.iter().find(|c| **c != 0.0);
+        first.is_none_or(|c| c * track.mode.direction() > 0.0)
+    }
+
+    /// Way of a point to the right since the start. A sliding one moves along its terrain, a fixed one not at all.
+    fn way(&self, i: usize, state: &Stance) -> Series {
+        let (track, p) = (&self.tracks[i], &state.points[i]);
+        let mut way = ZERO;
+        match track.mode {
+            Mode::Fixed if track.stuck => {}
+            Mode::Separate => {
+                for (k, way) in way.iter_mut().enumerate().skip(1) {
+                    let turned = if state.frozen.is_some() {
+                        -p.arm().y * self.theta[k]
+                    } else {
+                        p.tangent.x * track.b[k] + p.normal.x * track.c[k]
+                    };
+                    *way = self.r[0][k] + turned;
+                }
+            }
+            _ => {
+                for k in 1..ORDER {
+                    way[k] = p.tangent.x * track.slip[k - 1] / k as f64;
+                }
+            }
+        }
+        way
+    }
+
+    /// Distances of a point to the ends of the terrain under it.
+    fn sides(&self, i: usize, state: &Stance) -> [Series; 2] {
+        let way = self.way(i, state);
+        let [left, right] = state.points[i].place.sides;
+        let mut sides = [way, way.map(|k| -k)];
+        (sides[0][0], sides[1][0]) = (left, right);
+        sides
+    }
+
+    /// How far the force on a contact that is held in a vertex lies from the two edges of the hull of its friction cones, and what
+    /// happens on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
+    ///
+    /// ```text
+    /// e_l = n_l + μ_l t_l: the contact slides up the left piece,    e_r = n_r − μ_r t_r: up the right piece
+    /// ```
+    ///
+    /// and the force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull is half a turn or more, the two pieces could hold
+    /// any force, wedged, and the contact could slide up a piece as well. It slides: it is held while one of both conditions holds,
+    /// which is as long as F lies in one of the cones or between the normals. Both points of the contact have these edges; the first
+    /// point reports them.
+    pub(super) fn vertex_edges(
+        &self,
+        state: &Stance,
+        i: usize,
+    ) -> SmallVec<[(Series, StepEnd); 2]> {
+        let Some(j) = self.tracks[i].partner.filter(|&j| i < j) else { return SmallVec::new() };
+        let points = &state.points;
+        let left_first = points[i].place.piece < points[j].place.piece;
+        let (l, r) = if left_first { (i, j) } else { (j, i) };
+        let edge = |k: usize, side: f64| {
+            points[k].normal + points[k].tangent * (side * points[k].friction)
+        };
+        let (e_l, e_r) = (edge(l, 1.0), edge(r, -1.0));
+        let mut inside = [ZERO; 2];
+        for k in [i, j] {
+            let (p, track) = (&points[k], &self.tracks[k]);
+            let [n, t] = [p.normal, p.tangent].map(|axis| [e_l.perp(&axis), axis.perp(&e_r)]);
+            for (side, series) in inside.iter_mut().enumerate() {
+                for (order, value) in series.iter_mut().enumerate() {
+                    *value += n[side] * track.normal[order] + t[side] * track.tangential[order];
+                }
+            }
+        }
+        let events = [StepEnd::Slip(l, Mode::Left), StepEnd::Slip(r, Mode::Right)];
+        if e_l.perp(&e_r) > 0.0 {
+            return inside.into_iter().zip(events).collect();
+        }
+        let force =
+            [i, j].map(|k| libm::hypot(self.tracks[k].normal[0], self.tracks[k].tangential[0]));
+        let rounding = EDGE * (force[0] + force[1]) * (e_l.norm() + e_r.norm());
+        let [left, right] = [0, 1].map(|side| inside[side][0]);
+        if left.min(right) > rounding {
+            // The first to become negative has no consequence, and after it only the other counts.
+            inside.into_iter().map(|series| (series, StepEnd::Reach)).collect()
+        } else {
+            let side = usize::from(right > left);
+            SmallVec::from_slice(&[(inside[side], events[side])])
+        }
+    }
+
+    /// The first event within the step, and when, in s. `limit`: no event later than this matters.
+    pub(crate) fn first_event(&self, state: &Stance, limit: f64) -> (f64, StepEnd) {
+        let end = self.reach.min(limit / self.unit);
+        let mut first = (end, StepEnd::Reach);
+        if end < f64::INFINITY
+            && let Some(t) = first_root(&self.determinant, self.order, end)
+        {
+            first = (t, StepEnd::Jam);
+        }
+        for (i, track) in self.tracks.iter().enumerate() {
+            let edge = |side: f64| {
+                let mut series = ZERO;
+                for k in 0..ORDER {
+                    series[k] = track.friction * track.normal[k] + side * track.tangential[k];
+                }
+                series
+            };
+            let mut falls = |series: &Series, event: StepEnd| {
+                // The step before may have ended on the event: then it is due, unless what is below zero is rounding.
+                let mut series = *series;
+                let trend = series[1..].iter().find(|c| **c != 0.0).map_or(0.0, |c| *c);
+                if series[0] <= 0.0 && trend < 0.0 {
+                    first = (0.0, event);
+                    return;
+                }
+                series[0] = series[0].max(0.0);
+                let t = if first.0 < f64::INFINITY {
+                    first_root(&series, self.order, first.0)
+                } else {
+                    // Nothing turns: gaps are parabolas, speeds linear, forces constant.
+                    Some(parabola_touchdown(series[0], series[1], -2.0 * series[2]))
+                };
+                if let Some(t) = t
+                    && t < first.0
+                {
+                    first = (t, event);
+                }
+            };
+            let place = &state.points[i].place;
+            // Off one piece of a vertex and sliding up the other: over once that is more than rounding.
+            let closed = |j: usize| self.tracks[j].mode != Mode::Separate;
+            let slides = track.mode == Mode::Separate && state.twin(i).is_some_and(closed);
+            let slack = if slides { TOUCH * state.points[i].arm().norm() } else { 0.0 };
+            for (side, distance) in place.sides.into_iter().enumerate() {
+                if distance < f64::INFINITY {
+                    let mut series = self.sides(i, state)[side];
+                    series[0] += slack;
+                    falls(&series, StepEnd::Leave(i, side));
+                }
+            }
+            match track.mode {
+                Mode::Separate if track.pinned || track.h[0] == f64::INFINITY => {}
+                Mode::Separate if state.points[i].depth > 0.0 => {
+                    falls(&track.h.map(|c| -c), StepEnd::Surface(i));
+                }
+                Mode::Separate => falls(&track.h, StepEnd::Landing(i)),
+                Mode::Fixed if track.partner.is_some() => {
+                    for (series, event) in self.vertex_edges(state, i) {
+                        falls(&series, event);
+                    }
+                }
+                Mode::Fixed => {
+                    falls(&track.normal, StepEnd::LiftOff(i));
+                    falls(&edge(1.0), StepEnd::Slip(i, Mode::Right));
+                    falls(&edge(-1.0), StepEnd::Slip(i, Mode::Left));
+                }
+                mode => {
+                    falls(&track.normal, StepEnd::LiftOff(i));
+                    if track.friction > 0.0 {
+                        let speed = track.slip.map(|speed| mode.direction() * speed);
+                        falls(&speed, StepEnd::Stop(i));
+                    }
+                }
+            }
+        }
+        (first.0 * self.unit, first.1)
+    }
+
+    /// Acceleration of the gap of a contact after `t` (s), in m/s².
+    pub(crate) fn lift(&self, i: usize, t: f64) -> f64 {
+        let (t, u) = (t / self.unit, &self.tracks[i].u);
+        let slope = (1..self.order).rev().fold(0.0, |sum, k| sum * t + k as f64 * u[k]);
+        slope / (self.unit * self.unit)
+    }
+
+    /// Time for which the series serve to the last digit, in s.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach * self.unit
+    }
+
+    /// q̈ at the start, in m/s² and rad/s².
+    pub(crate) fn acceleration(&self) -> [f64; 3] {
+        let square = self.unit * self.unit;
+        [self.v[0][1], self.v[1][1], self.omega[1]].map(|a| a / square)
+    }
+
+    /// The state after `t` (s), which is within reach.
+    pub(crate) fn at(&self, state: &Stance, t: f64) -> Stance {
+        let t = t / self.unit;
+        let order = self.order;
+        let value = |series: &Series| series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c);
+        let rate = |series: &Series| value(series) / self.unit;
+        // Without its first term: to all its digits, however little it is.
+        let change =
+            |series: &Series| series[1..order].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
+        let mut after = state.clone();
+        after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
+        after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
+        for (p, track) in after.points.iter_mut().zip(&self.tracks) {
+            (p.b, p.c) = (value(&track.b), value(&track.c));
+            if track.pinned {
+                (p.h, p.u) = (0.0, 0.0);
+            } else if p.depth > 0.0 {
+                (p.depth, p.u) = ((-value(&track.h)).max(f64::MIN_POSITIVE), rate(&track.u));
+            } else if track.mode == Mode::Separate {
+                let terms = |series: &Series| {
+                    series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
+                };
+                let (gap, speed) = (terms(&track.h), terms(&track.u) / self.unit);
+                p.rounding = p.rounding.after(t * self.unit, p.h, gap, speed);
+                (p.h, p.u) = (value(&track.h).max(0.0), rate(&track.u));
+            }
+        }
+        for (i, p) in after.points.iter_mut().enumerate() {
+            if p.place.sides != [f64::INFINITY; 2] {
+                p.place.sides = self.sides(i, state).map(|side| value(&side).max(0.0));
+            }
+        }
+        let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
+        if state.has_rows() {
+            let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+            after.project(&modes);
+            // Points that are held stay where they are, n·r + c and t·r + b: what they have moved is rounding, and is
+            // taken back along the shortest way.
+            let turned = change(&self.theta);
+            let lever = |contact: usize, tangential: bool| {
+                let (p, track) = (&after.points[contact], &self.tracks[contact]);
+                match (tangential, state.frozen.is_some()) {
+                    (false, false) => change(&track.c),
+                    (true, false) => change(&track.b),
+                    (false, true) => p.b * turned,
+                    (true, true) => -p.c * turned,
+                }
+            };
+            let rows = after.independent(&modes);
+            let mut back = Vector3::<f64>::zeros();
+            for _ in 0..AGREES {
+                for row in &rows {
+                    let Unknown { contact, tangential } = row.unknown;
+                    let p = &after.points[contact];
+                    let axis = if tangential { p.tangent } else { p.normal };
+                    let lever = lever(contact, tangential);
+                    let mut off = axis.dot(&moved) + lever;
+                    if let (Some(place), None) = (p.held, state.frozen) {
+                        // Step by step roundings add up: beyond a few the place itself is the measure.
+                        let r = state.center.r + moved;
+                        let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
+                        let drift = axis.dot(&r) + arm - place[at];
+                        let size = r.norm() + libm::hypot(p.b, p.c);
+                        let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
+                        if drift.abs() > DRIFT * size && light {
+                            off = drift;
+                        }
+                    }
+                    off += row.whole.dot(&back);
+                    back -= row.direction * (off / row.whole.dot(&row.direction));
+                }
+                moved += back.xy();
+                // Beside a load that is 1e16 times all that moves, the way back has roundings itself.
+                if back.xy().norm_squared() <= state.rho2 {
+                    break;
+                }
+                back = Vector3::new(0.0, 0.0, back.z);
+            }
+            let turn = match after.parallel(&rows) {
+                Some([i, j]) => {
+                    let apart = after.points[i].b - after.points[j].b;
+                    after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart
+                }
+                None => back.z / state.rho2.sqrt(),
+            };
+            after.spin.theta += turn;
+            if state.frozen.is_none() {
+                for p in &mut after.points {
+                    (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
+                }
+            }
+        }
+        after.center.r += moved;
+        after
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Point, Rounding};
+    use super::*;
+    use crate::body::terrain::Place;
+    use crate::collisions::log::Center;
+
+    fn tall(friction: f64, theta: f64) -> Stance {
+        let (sin, cos) = theta.sin_cos();
+        let point = |i: usize, x: f64| Point {
+            normal: Vector2::new(0.0, 1.0),
+            tangent: Vector2::new(1.0, 0.0),
+            friction,
+            b: x * cos + 0.75 * sin,
+            c: x * sin - 0.75 * cos,
+            held: None,
+            place: Place::anywhere(i),
+            h: 0.0,
+            depth: 0.0,
+            u: 0.0,
+            rounding: Rounding::default(),
+        };
+        let mut points = PerContact::from([point(0, -0.5), point(1, 0.5)]);
+        points[0].h = points[0].c - points[1].c;
+        Stance {
+            points,
+            center: Center::default(),
+            spin: Spin { theta, omega: 0.0 },
+            rho2: 0.16,
+            gravity: 9.81,
+            frozen: None,
+        }
+    }
+
+    /// Over one foot until the other lands: without friction ½ω²(b² + ρ²) + g y is constant with y = −c the height of
+    /// the centre of mass, about a fixed foot ½ω²(b² + c² + ρ²) + g y.
+    #[test]
+    fn energy_of_a_held_contact_is_kept() {
+        for (mode, friction) in [(Mode::Right, 0.0), (Mode::Fixed, 1.0)] {
+            let mut state = tall(friction, -0.2);
+            let energy = |s: &Stance| {
+                let (p, w) = (&s.points[1], s.spin.omega);
+                let along = if mode == Mode::Fixed { p.c * p.c } else { 0.0 };
+                0.5 * w * w * (p.b * p.b + along + 0.16) - 9.81 * p.c
+            };
+            let (before, mut time) = (energy(&state), 0.0);
+            loop {
+                let step = Step::new(&state, &[Mode::Separate, mode], ORDER).unwrap();
+                let (t, end) = step.first_event(&state, f64::INFINITY);
+                state = step.at(&state, t);
+                time += t;
+                assert!((energy(&state) - before).abs() < 4e-15 * before.abs());
+                if end == StepEnd::Landing(0) {
+                    break;
+                }
+                assert_eq!(end, StepEnd::Reach);
+            }
+            assert!(state.spin.theta.abs() < 1e-15, "{}", state.spin.theta);
+            assert!(time > 0.1 && time < 1.0, "{time}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+"""The rooms of the core: what a module uses stands above it in `lib.rs`, and a type has its methods in the room where it is."""
+
+import re
+from pathlib import Path
+
+CORE = Path(__file__).parents[1] / "crates" / "core" / "src"
+
+Sources = dict[str, str]
+
+
+def sources() -> Sources:
+    """The text of each file without comments and unit tests, by its path."""
+    texts = {}
+    for path in CORE.rglob("*.rs"):
+        text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
+        text = re.sub(r"#\[cfg\(test\)\]\s*mod tests \{.*", "", text, flags=re.DOTALL)
+        texts[path.relative_to(CORE).as_posix()] = text
+    return texts
+
+
+def room(file: str) -> str:
+    return file.split("/")[0].removesuffix(".rs")
+
+
+def rooms(texts: Sources) -> list[str]:
+    return re.findall(r"^(?:pub )?mod (\w+);", texts["lib.rs"], flags=re.MULTILINE)
+
+
+def upward_imports(texts: Sources) -> list[str]:
+    """Uses of a room that `lib.rs` names later, or of what `lib.rs` hands out."""
+    order = rooms(texts)
+    found = []
+    for file, text in texts.items():
+        if file == "lib.rs":
+            continue
+        known = order[: order.index(room(file)) + 1]
+        used = re.findall(r"\bcrate::(\w+)", text)
+        for group in re.findall(r"\bcrate::\{([^;]*)\};", text):
+            used += re.findall(r"(?:^|,)\s*(\w+)", group)
+        found += [f"{file} uses {name}" for name in used if name not in known]
+        # `super` stays within the room.
+        depth = file.removesuffix("/mod.rs").count("/") + bool(
+            re.search(r"\bmod \w+ \{", text)
+        )
+        paths = re.findall(r"(?:super::)+", text)
+        found += [f"{file} leaves its room" for p in paths if p.count("super") > depth]
+    return found
+
+
+def methods_away_from_their_type(texts: Sources) -> list[str]:
+    homes: dict[str, set[str]] = {}
+    for file, text in texts.items():
+        for name in re.findall(r"\b(?:struct|enum|trait|type) (\w+)", text):
+            homes.setdefault(name, set()).add(room(file))
+    found = []
+    block = re.compile(
+        r"^impl(?:<[^{]*?>)? (?:(?:\w+::)*(\w+)(?:<[^{]*?>)? for )?&?(?:\w+::)*(\w+)",
+        flags=re.MULTILINE,
+    )
+    for file, text in texts.items():
+        for trait, name in block.findall(text):
+            home = homes.get(name, {room(file)}) | homes.get(trait, set())
+            if room(file) not in home:
+                found.append(f"{file}: impl {name}")
+    return found
+
+
+def test_knowledge_goes_down_only():
+    assert upward_imports(sources()) == []
+
+
+def test_an_upward_import_is_found():
+    texts = sources()
+    for planted in (
+        "use crate::motion::record::Record;",
+        "use crate::{error, simulate};",
+        "use super::motion;",
+        "fn f() { crate::simulate(); }",
+        "use crate::Outcome;",
+    ):
+        wrong = texts | {"flight.rs": texts["flight.rs"] + planted}
+        assert len(upward_imports(wrong)) == 1, planted
+
+
+def test_every_file_is_in_a_room():
+    texts = sources()
+    assert {room(file) for file in texts} - {"lib"} == set(rooms(texts))
+
+
+def test_methods_are_in_the_room_of_their_type():
+    assert methods_away_from_their_type(sources()) == []
+
+
+def test_methods_elsewhere_are_found():
+    texts = sources()
+    wrong = texts | {"flight.rs": texts["flight.rs"] + "\nimpl Posture {\n}\n"}
+    more = methods_away_from_their_type(wrong)
+    assert more == [*methods_away_from_their_type(texts), "flight.rs: impl Posture"]
