@@ -11,9 +11,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::math::lanes::Real;
 use crate::math::roots::bracketed;
-use crate::math::turn::{Turn, phase};
+use crate::math::turn::{Angle, Turn, phase};
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///
@@ -100,7 +99,7 @@ pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
 }
 
 #[expect(private_bounds, reason = "for doubles, and for lanes of them in this crate alone")]
-impl<T: Real> Arc<T> {
+impl<T: Angle> Arc<T> {
     #[inline(always)]
     pub(crate) fn gap_turned(&self, dt: T, turn: &Turn<T>) -> T {
         self.h + dt * (self.u - self.g * 0.5 * dt) - (turn.versed * self.c + turn.lag * self.b)

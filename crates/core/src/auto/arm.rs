@@ -1,6 +1,6 @@
 //! What a rotation, small and exactly, does to the arm of a contact.
 
-use crate::body::posture::Geometry;
+use crate::body::geometry::Geometry;
 
 /// What a small rotation does to every arm.
 #[derive(Clone, Copy)]

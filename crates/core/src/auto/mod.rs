@@ -22,8 +22,9 @@ mod arm;
 mod slide;
 mod tails;
 
+use crate::body::geometry::{Geometry, couplings};
 use crate::body::local_model::LocalModel;
-use crate::body::posture::{Geometry, Posture, couplings};
+use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::time_to_rest;
 use crate::math::clock::Clock;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::auto::{Lost, ORDER, Shadow, along};
-use crate::body::posture::Geometry;
+use crate::body::geometry::Geometry;
 use crate::motion::record::{Tail, ZenoRecord};
 use crate::outcome::Method;
 use crate::zeno::{Frozen, Gaps, Impulses};

@@ -1,6 +1,8 @@
 //! The body, its contacts and the terrain under them.
 
 pub(crate) mod contact;
+pub(crate) mod geometry;
+mod ground;
 pub(crate) mod local_model;
 pub(crate) mod own_ground;
 pub(crate) mod posture;

@@ -9,12 +9,11 @@
 //!
 //! A line has been meant where a contact has a `segment`: such a line binds no other contact.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 use smallvec::SmallVec;
 
 use crate::body::contact::Contact;
-use crate::body::posture::{Geometry, Posture};
-use crate::math::turn::Turn;
+use crate::body::geometry::Geometry;
 use crate::tolerance::SAME_GROUND;
 
 /// A contact that is on or above the line of another one in the nominal posture, and that its own line does not keep there.
@@ -33,7 +32,7 @@ pub(crate) struct OwnGround {
     /// A contact below the line of another one in the nominal posture: the lines cannot be one ground.
     below: Option<[usize; 2]>,
     /// How far the contacts may move from the nominal posture before anything can be wrong, in m.
-    room: f64,
+    pub(crate) room: f64,
 }
 
 /// Whether the line of a contact has no ends.
@@ -67,23 +66,18 @@ impl OwnGround {
         (own.below.is_some() || !own.above.is_empty()).then_some(own)
     }
 
-    /// How far the contacts may move, in m, from where they are at `q` before anything can be wrong with the ground; or what is
-    /// wrong. `local`: in the local model. `touches`: whether a contact is on its own line.
-    fn room(
+    /// How far the contacts may move, in m, from where they are now before anything can be wrong with the ground; or what is wrong.
+    /// `lines`: theirs. `size`: of the body, in m. `moved`: how far each contact is from its nominal point. `touches`: whether it
+    /// is on its own line. `time`: in s.
+    pub(crate) fn room(
         &self,
-        posture: &Posture,
-        q: &Vector3<f64>,
-        local: bool,
+        contacts: &[Contact],
+        lines: &[Geometry],
+        size: f64,
+        moved: impl Fn(usize) -> Vector2<f64>,
         touches: impl Fn(usize) -> bool,
         time: impl Fn() -> f64,
     ) -> Result<f64, String> {
-        let (contacts, lines, size) = (posture.contacts(), posture.geometry(), posture.size());
-        let turn = if local { Turn { sin: q.z, ..Turn::default() } } else { Turn::by(q.z) };
-        let center = Vector2::from(posture.fields().center_of_mass);
-        let moved = |i: usize| {
-            let arm = Vector2::from(contacts[i].point) - center;
-            q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.versed
-        };
         let mut room = f64::INFINITY;
         for Above { contact, other, height } in &self.above {
             let way = moved(*contact);
@@ -123,46 +117,3 @@ impl OwnGround {
 }
 
 const REMEDY: &str = "without terrain= each contact meets only the straight line of its own slope through its own point; give one ground by terrain=, or the extent of each line by segment=";
-
-/// Looks at the ground while a run goes on, until there is something to say of it: once a run.
-#[derive(Debug, Clone)]
-pub(crate) struct Watch {
-    posture: Posture,
-    /// Where the body was at the last look, and how far its contacts may move from there before anything can be wrong, in m.
-    at: Vector3<f64>,
-    room: f64,
-}
-
-impl Watch {
-    /// `None`: of most postures there is nothing to be looked at.
-    pub(crate) fn new(posture: &Posture) -> Option<Box<Self>> {
-        let room = posture.own_ground()?.room;
-        Some(Box::new(Self { posture: posture.clone(), at: Vector3::zeros(), room }))
-    }
-
-    /// Looks at a moment of a run: whether there is more to be looked at. The arguments: see [`OwnGround::room`].
-    pub(crate) fn look(
-        &mut self,
-        q: &Vector3<f64>,
-        local: bool,
-        touches: impl Fn(usize) -> bool,
-        time: impl Fn() -> f64,
-        warnings: &mut Vec<String>,
-    ) -> bool {
-        let way = q - self.at;
-        if way.x.abs() + way.y.abs() + self.posture.size() * way.z.abs() < self.room {
-            return true;
-        }
-        let Some(own) = self.posture.own_ground() else { return false };
-        match own.room(&self.posture, q, local, touches, time) {
-            Ok(room) => {
-                (self.at, self.room) = (*q, room);
-                true
-            }
-            Err(warning) => {
-                warnings.push(warning);
-                false
-            }
-        }
-    }
-}

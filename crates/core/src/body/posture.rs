@@ -20,6 +20,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
+use crate::body::geometry::{Geometry, couplings};
 use crate::body::local_model::LocalModel;
 use crate::body::own_ground::OwnGround;
 use crate::body::terrain;
@@ -64,10 +65,6 @@ struct Parts {
     own_ground: Option<OwnGround>,
 }
 
-/// Roundings in the gap and in the rate of a contact that rests or slides, of a state that a run ends in: those of the steps of its
-/// rotation add up.
-const GIVEN_BACK: f64 = 32.0;
-
 /// What a posture is made of, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -92,46 +89,6 @@ pub struct Fields {
         deserialize_with = "terrain::deserialize_some"
     )]
     pub terrain: Vec<[f64; 2]>,
-}
-
-/// Constants of one contact: its frame and arm in the nominal posture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Geometry {
-    /// t_i
-    pub(crate) tangent: Vector2<f64>,
-    /// n_i
-    pub(crate) normal: Vector2<f64>,
-    /// b_i at θ = 0, in m.
-    pub(crate) b: f64,
-    /// c_i at θ = 0, in m.
-    pub(crate) c: f64,
-    /// Gap in the nominal posture, in m: not zero only over a terrain of several pieces.
-    pub(crate) offset: f64,
-    /// g_i = g n_i·e_y, in m/s².
-    pub(crate) gravity: f64,
-    /// e_i
-    pub(crate) restitution: f64,
-    /// μ_i
-    pub(crate) friction: f64,
-}
-
-impl Geometry {
-    /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
-    /// more, of the length that they have to have.
-    pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
-        if theta.abs() <= Turn::<f64>::FEW {
-            return self.turned(&Turn::by(theta));
-        }
-        let length = libm::hypot(b, c);
-        let scale = if length > 0.0 { libm::hypot(self.b, self.c) / length } else { 1.0 };
-        (b * scale, c * scale)
-    }
-
-    /// How far apart two contacts are along either axis, in units of `size`, or their normals if that is more; 0: they are one.
-    pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
-        let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
-        off.max((self.normal - other.normal).amax())
-    }
 }
 
 impl TryFrom<Fields> for Posture {
@@ -423,93 +380,6 @@ impl Posture {
         let (psi, phi) = (psi.unsigned_zero(), phi.unsigned_zero());
         LocalModel::new(gravity, psi, phi, pair.map(|k| k.restitution))
     }
-}
-
-impl Geometry {
-    /// An absent contact: no normal, no arm, no gravity. Infinitely high, it never takes part.
-    pub(crate) const ABSENT: Self = Self {
-        tangent: Vector2::new(1.0, 0.0),
-        normal: Vector2::new(0.0, 0.0),
-        b: 0.0,
-        c: 0.0,
-        offset: 0.0,
-        gravity: 0.0,
-        restitution: 0.0,
-        friction: 0.0,
-    };
-
-    /// (b, c) after a turn.
-    pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
-        let (b, c) = (self.b, self.c);
-        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
-    }
-
-    /// Gap at `q`; `turn`: by its rotation.
-    pub(crate) fn gap(&self, q: &Vector3<f64>, turn: &Turn) -> f64 {
-        compensated_sum([
-            (self.normal.x, q.x),
-            (self.normal.y, q.y),
-            (self.b, turn.sin),
-            (self.c, -turn.versed),
-            (self.offset, 1.0),
-        ])
-    }
-
-    /// Some roundings of the place of a contact, by what it has moved, and of its speed, of a state with these q and q̇. `turn`: by
-    /// q, or none in the local model.
-    pub(crate) fn roundings(
-        &self,
-        q: &Vector3<f64>,
-        qdot: &Vector3<f64>,
-        turn: Option<&Turn>,
-    ) -> [f64; 2] {
-        let arm = self.b.abs() + self.c.abs();
-        let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.versed);
-        let moved = q.x.abs() + q.y.abs() + arm * angle + self.offset.abs();
-        let speed = qdot.x.abs() + qdot.y.abs() + arm * qdot.z.abs();
-        [moved, speed].map(|size| GIVEN_BACK * f64::EPSILON * size)
-    }
-
-    /// Gap of the local model, N_i·q with the rows frozen at q = 0.
-    pub(crate) fn local_gap(&self, q: &Vector3<f64>) -> f64 {
-        compensated_sum([
-            (self.normal.x, q.x),
-            (self.normal.y, q.y),
-            (self.b, q.z),
-            (self.offset, 1.0),
-        ])
-    }
-
-    /// Gap rate of the local model, N_i·q̇.
-    pub(crate) fn local_rate(&self, qdot: &Vector3<f64>) -> f64 {
-        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (self.b, qdot.z)])
-    }
-
-    pub(crate) fn gap_rate(&self, qdot: &Vector3<f64>, turn: &Turn) -> f64 {
-        let (b, _) = self.turned(turn);
-        compensated_sum([(self.normal.x, qdot.x), (self.normal.y, qdot.y), (b, qdot.z)])
-    }
-}
-
-/// (ψ, φ) of a pair: ψ_i = −(b_1b_2 + ρ² n_1·n_2)/(b_i² + ρ²), φ_i = −b_i/(b_i² + ρ²).
-pub(crate) fn couplings(b1: f64, b2: f64, n12: f64, rho2: f64) -> ([f64; 2], [f64; 2]) {
-    let cross = b1 * b2 + rho2 * n12;
-    let (own1, own2) = (b1 * b1 + rho2, b2 * b2 + rho2);
-    ([-cross / own1, -cross / own2], [-b1 / own1, -b2 / own2])
-}
-
-/// Σ aᵢbᵢ as if computed with twice the digits and rounded once (Ogita, Rump & Oishi 2005, Dot2).
-fn compensated_sum<const N: usize>(products: [(f64, f64); N]) -> f64 {
-    let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
-    for (a, b) in products {
-        let product = a * b;
-        let product_error = a.mul_add(b, -product);
-        let total = sum + product;
-        let part = total - sum;
-        rest += (sum - (total - part)) + (product - part) + product_error;
-        sum = total;
-    }
-    sum + rest
 }
 
 #[cfg(test)]

@@ -19,7 +19,8 @@ use crate::collisions::log::{Collision, Log};
 use crate::flight::parabola_touchdown;
 use crate::impact::newton;
 use crate::math::clock::{Clock, unnormalised_after};
-use crate::math::lanes::{Columns, Lanes, Real};
+use crate::math::lanes::{Columns, Lanes};
+use crate::math::real::Real;
 use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
 use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
 

@@ -3,7 +3,7 @@
 //! Near an accumulation of impacts the flights are far shorter than the rounding of the time at which
 //! they begin. The elapsed time is therefore kept as an unevaluated sum of two doubles.
 
-use crate::math::lanes::Real;
+use crate::math::real::Real;
 
 /// Elapsed time `hi + lo`, |lo| ≤ ½ ulp(hi), in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -6,83 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
 
-use crate::math::turn::Turn;
-
-/// A double, or one in each lane.
-pub(crate) trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + Add<f64, Output = Self>
-    + Mul<f64, Output = Self>
-{
-    /// Yes or no, in each lane.
-    type Mask: Copy
-        + BitAnd<Output = Self::Mask>
-        + BitOr<Output = Self::Mask>
-        + Not<Output = Self::Mask>;
-
-    fn sqrt(self) -> Self;
-    fn abs(self) -> Self;
-    /// The same number in each lane of this one.
-    fn like(self, value: f64) -> Self;
-    /// self < other
-    fn below(self, other: Self) -> Self::Mask;
-    /// self ≤ other
-    fn at_most(self, other: Self) -> Self::Mask;
-    /// `yes` where the mask says so, else `no`.
-    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    fn any(mask: Self::Mask) -> bool;
-    /// The functions of a turn by this angle (rad), and where they are known.
-    fn turn(self) -> (Turn<Self>, Self::Mask);
-}
-
-impl Real for f64 {
-    type Mask = bool;
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
-    fn like(self, value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn below(self, other: Self) -> bool {
-        self < other
-    }
-
-    #[inline(always)]
-    fn at_most(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn choose(mask: bool, yes: Self, no: Self) -> Self {
-        if mask { yes } else { no }
-    }
-
-    #[inline(always)]
-    fn any(mask: bool) -> bool {
-        mask
-    }
-
-    #[inline(always)]
-    fn turn(self) -> (Turn, bool) {
-        (Turn::by(self), self.abs() <= Turn::<f64>::FEW)
-    }
-}
+use crate::math::real::Real;
 
 /// The lanes of two vector registers side by side, so that one computes while the other waits for its root or its quotient.
 #[derive(Debug, Clone, Copy)]
@@ -191,11 +115,6 @@ impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
         (mask.0 | mask.1).any_true()
-    }
-
-    #[inline(always)]
-    fn turn(self) -> (Turn<Self>, Self::Mask) {
-        (Turn::small(self), self.abs().at_most(self.like(Turn::<Self>::SMALL)))
     }
 }
 

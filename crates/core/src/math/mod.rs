@@ -4,6 +4,7 @@ pub(crate) mod ball;
 pub(crate) mod clock;
 pub(crate) mod interval;
 pub(crate) mod lanes;
+pub(crate) mod real;
 pub(crate) mod roots;
 pub(crate) mod series;
 pub(crate) mod simplex;

@@ -2,7 +2,10 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use crate::math::lanes::Real;
+use fearless_simd::Simd;
+
+use crate::math::lanes::Lanes;
+use crate::math::real::Real;
 
 /// The three functions of an angle that a rotating arm needs, at one angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -105,6 +108,26 @@ impl<T: Real> Turn<T> {
             versed: T::choose(mask, yes.versed, no.versed),
             lag: T::choose(mask, yes.lag, no.lag),
         }
+    }
+}
+
+/// An angle, in rad.
+pub(crate) trait Angle: Real {
+    /// The functions of a turn by it, and where they are known.
+    fn turn(self) -> (Turn<Self>, Self::Mask);
+}
+
+impl Angle for f64 {
+    #[inline(always)]
+    fn turn(self) -> (Turn, bool) {
+        (Turn::by(self), self.abs() <= Turn::<f64>::FEW)
+    }
+}
+
+impl<S: Simd> Angle for Lanes<S> {
+    #[inline(always)]
+    fn turn(self) -> (Turn<Self>, Self::Mask) {
+        (Turn::small(self), self.abs().at_most(self.like(Turn::<Self>::SMALL)))
     }
 }
 

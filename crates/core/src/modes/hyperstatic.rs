@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 
 use crate::math::simplex::maximise;
 use crate::modes::answer::{Forces, ModeAnswer, TIE};
-use crate::modes::enumerate::{DEPENDENT, Flat, Plane, judge};
+use crate::modes::flats::{DEPENDENT, Flat, Plane};
+use crate::modes::judge::judge;
 use crate::modes::problem::ContactProblem;
 use crate::modes::words::{Mode, Word};
 

@@ -5,7 +5,9 @@
 
 mod answer;
 mod enumerate;
+mod flats;
 mod hyperstatic;
+mod judge;
 mod painleve;
 mod pair;
 mod problem;

@@ -10,7 +10,8 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::answer::{
     Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test,
 };
-use crate::modes::enumerate::{DEPENDENT, judge, leans_on_a_tie};
+use crate::modes::flats::DEPENDENT;
+use crate::modes::judge::{judge, leans_on_a_tie};
 use crate::modes::problem::{ContactProblem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;

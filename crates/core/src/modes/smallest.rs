@@ -12,7 +12,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, S
 use nalgebra::{Matrix3, Vector3};
 
 use crate::modes::answer::TIE;
-use crate::modes::enumerate::{DEPENDENT, Plane};
+use crate::modes::flats::{DEPENDENT, Plane};
 use crate::modes::problem::Row;
 use crate::modes::words::{Mode, Word};
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod any;
 pub(crate) mod frame;
+pub(crate) mod ground_watch;
 pub(crate) mod pair;
 pub(crate) mod record;
 pub(crate) mod rounds;

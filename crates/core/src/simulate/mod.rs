@@ -6,8 +6,9 @@ pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
 use crate::body::contact::PerContact;
+use crate::body::geometry::Geometry;
 use crate::body::local_model::LocalModel;
-use crate::body::posture::{Geometry, Posture};
+use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::full::{Body, Tumble};
 use crate::collisions::log::{Center, Spin};

@@ -6,8 +6,9 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::ContactProblem;
-use crate::modes::{Condition, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes};
+use crate::modes::{
+    Condition, ContactProblem, Margin, Method, Mode, ModeAnswer, TIE, Word, contact_modes,
+};
 use crate::stability::clattering::{chatter_bound, clattering_bound, coupling};
 use crate::stability::region::equilibrium_region;
 

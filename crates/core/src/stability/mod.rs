@@ -40,8 +40,7 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::ContactProblem;
-use crate::modes::{Method, ModeAnswer, contact_modes};
+use crate::modes::{ContactProblem, Method, ModeAnswer, contact_modes};
 use crate::outcome::ContactNumber;
 pub use certify::{Potential, Reason};
 

@@ -12,7 +12,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::body::posture::{Geometry, Posture};
+use crate::body::geometry::Geometry;
+use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
 
 /// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
-use crate::body::posture::{Fields, Geometry, Posture};
+use crate::body::geometry::Geometry;
+use crate::body::posture::{Fields, Posture};
 use crate::body::state::State;
 use crate::error::Error;
 use crate::options::{Model, Options};

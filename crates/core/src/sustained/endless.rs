@@ -2,7 +2,6 @@
 
 use crate::collisions::log::Spin;
 use crate::modes::Mode;
-use crate::sustained::phase::Next;
 use crate::sustained::{Point, Stance};
 
 impl Stance {
@@ -114,9 +113,13 @@ pub(super) struct Swing {
 }
 
 impl Swing {
-    pub(super) fn begins(stance: &Stance, word: &[Mode], last: Option<Next>) -> Option<Self> {
+    pub(super) fn begins(
+        stance: &Stance,
+        word: &[Mode],
+        stopped: Option<(usize, Mode)>,
+    ) -> Option<Self> {
         let contact = stance.only(word)?;
-        let Some(Next::Stop(i, way)) = last else { return None };
+        let (i, way) = stopped?;
         if i != contact || word[i] != Mode::Fixed {
             return None;
         }

@@ -4,9 +4,6 @@
 //! zero. Where a force does (a contact lifts off, or breaks loose) the word follows from which one it is: at that
 //! instant the accelerations of both words agree, and a new choice could not tell them apart.
 
-use crate::sustained::endless::{Cycle, Swing};
-use nalgebra::{Vector2, Vector3};
-
 use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
 use crate::collisions::log::Log;
@@ -18,9 +15,11 @@ use crate::modes::{
 };
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, Outcome};
+use crate::sustained::endless::{Cycle, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{ORDERS, Stance, Step, StepEnd};
 use crate::tolerance::{BEYOND, STILL, TOUCH};
+use nalgebra::{Vector2, Vector3};
 
 impl Stance {
     /// The body and its contacts as a contact-mode problem takes them, without state or load.
@@ -152,7 +151,7 @@ pub(crate) enum PhaseEnd {
 
 /// What ends a stretch in one mode.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Next {
+enum Next {
     End(PhaseEnd),
     LiftOff(usize),
     /// The sliding speed of this contact has come down to zero; the way it slid.
@@ -268,7 +267,11 @@ impl<'a> ContactPhase<'a> {
                 return PhaseEnd::Free;
             }
             swings.iter_mut().for_each(|swing| swing.passes(self.turned));
-            if let Some(now) = Swing::begins(&self.stance, &self.word, last) {
+            let stopped = match last {
+                Some(Next::Stop(i, way)) => Some((i, way)),
+                _ => None,
+            };
+            if let Some(now) = Swing::begins(&self.stance, &self.word, stopped) {
                 if swings.iter().any(|before| before.encloses(&now, &self.stance))
                     && log.end == f64::INFINITY
                 {

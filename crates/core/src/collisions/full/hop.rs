@@ -3,11 +3,13 @@
 
 use fearless_simd::Simd;
 
-use crate::body::posture::Geometry;
+use crate::body::geometry::Geometry;
 use crate::collisions::full::{Body, LONG, REFRESH, Tumble};
 use crate::flight::{Arc, longest};
 use crate::math::clock::{Clock, renormalised, unnormalised_after};
-use crate::math::lanes::{Columns, Lanes, Real};
+use crate::math::lanes::{Columns, Lanes};
+use crate::math::real::Real;
+use crate::math::turn::Angle;
 use crate::math::turn::Turn;
 use crate::tolerance::TRY_TAIL;
 
@@ -85,7 +87,7 @@ pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: 
     now.like(0.0).below(brief) & quick
 }
 
-impl<T: Real> Moment<T> {
+impl<T: Angle> Moment<T> {
     fn arc(&self, i: usize, course: &Course<T>) -> Arc<T> {
         let (g, omega) = (course.sides[i].gravity, self.omega);
         Arc { h: self.h[i], u: self.u[i], g, b: self.b[i], c: self.c[i], omega }
@@ -212,7 +214,7 @@ impl<T: Real> Place<T> {
     }
 }
 
-impl<T: Real> Course<T> {
+impl<T: Angle> Course<T> {
     fn numbers(self) -> [T; 20] {
         let side = |s: Side<T>| {
             let ([x, y], [b, c]) = (s.normal, s.arm);

@@ -8,8 +8,8 @@ mod hop;
 
 use nalgebra::Vector2;
 
+use crate::body::geometry::{Geometry, couplings};
 use crate::body::local_model::LocalModel;
-use crate::body::posture::{Geometry, couplings};
 use crate::collisions::local::{Halt, are_one, time_to_rest};
 use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::flight::{Arc, Touchdown, is_lost};

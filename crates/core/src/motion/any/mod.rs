@@ -13,12 +13,12 @@ use std::collections::BTreeSet;
 use slow::{Ripple, Sequence};
 
 use crate::body::contact::{ContactValues, PerContact};
-use crate::body::own_ground::Watch;
 use crate::body::posture::Posture;
 use crate::collisions::log::{LastImpacts, Log};
 use crate::flight::{LOST_PHASE, is_lost};
 use crate::math::clock::Clock;
 use crate::modes::{ContactProblem, Mode};
+use crate::motion::ground_watch::Watch;
 use crate::motion::rounds::Rounds;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};

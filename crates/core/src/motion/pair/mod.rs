@@ -10,7 +10,6 @@
 
 mod rest;
 
-use crate::body::own_ground::Watch;
 use crate::body::state::State;
 use crate::collisions::full::Tumble;
 use crate::collisions::local::{Halt, are_one};
@@ -24,6 +23,7 @@ use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::ground_watch::Watch;
 use crate::motion::record::{Kind, Record, Span, Tail, ZenoRecord};
 use crate::motion::rounds::{ROUNDINGS, Rounds};
 use crate::options::{Options, Simultaneous, Stop};

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-use crate::body::posture::{Geometry, Posture};
+use crate::body::geometry::Geometry;
+use crate::body::posture::Posture;
 use crate::body::terrain::Place;
 use crate::collisions::full::Tumble;
 use crate::collisions::log::Spin;

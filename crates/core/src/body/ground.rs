@@ -1,0 +1,107 @@
+//! The piece of terrain under a contact.
+
+use nalgebra::{Vector2, Vector3};
+use smallvec::SmallVec;
+
+use crate::body::geometry::Geometry;
+use crate::body::posture::Posture;
+use crate::body::terrain::{Piece, Place, find, sides};
+use crate::tolerance::TOUCH;
+
+/// A contact on the piece of terrain under it.
+pub(crate) struct Under {
+    pub(crate) place: Place,
+    /// Constants of the contact on this piece.
+    pub(crate) geometry: Geometry,
+    /// Whether there is a piece; if not, the geometry is that of the nearest.
+    pub(crate) exists: bool,
+}
+
+impl Posture {
+    /// Contact `i` on the piece of terrain under it at `q`. `frozen`: with the Jacobian rows of q = 0.
+    pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
+        let nominal = self.geometry()[i];
+        let Some(pieces) = self.ground(i) else {
+            return Under { place: Place::anywhere(i), geometry: nominal, exists: true };
+        };
+        let arm = nominal.tangent * nominal.b + nominal.normal * nominal.c;
+        let turned = if frozen {
+            -arm.y * q.z
+        } else {
+            let half = libm::sin(0.5 * q.z);
+            -arm.y * libm::sin(q.z) - 2.0 * arm.x * half * half
+        };
+        let x = self.contacts()[i].point[0] + (q.x + turned);
+        let piece = find(pieces, x);
+        let near = piece.clamp(0, pieces.len() as isize - 1);
+        Under {
+            place: Place { contact: i, piece, sides: sides(pieces, piece, x) },
+            geometry: self.on_piece(i, &pieces[near as usize]),
+            exists: piece == near,
+        }
+    }
+
+    /// Constants of contact `i` on the piece of terrain under it at `q`, and on the one beside it where that rises from a vertex in
+    /// which the contact is, within [`TOUCH`] of the size of the body.
+    pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[Geometry; 2]> {
+        let Under { place, geometry, exists } = self.under(i, q, false);
+        let mut all = SmallVec::from_slice(&[geometry]);
+        for (side, to) in [(0, -1), (1, 1)] {
+            let near = exists && place.sides[side] <= TOUCH * self.size();
+            if let Some(piece) = self.piece(i, place.piece + to).filter(|_| near)
+                && geometry.tangent.perp(&piece.tangent) * to as f64 > 0.0
+            {
+                all.push(self.on_piece(i, piece));
+            }
+        }
+        all
+    }
+
+    /// Piece `k` of the terrain of a contact.
+    pub(crate) fn piece(&self, contact: usize, k: isize) -> Option<&Piece> {
+        self.ground(contact)?.get(usize::try_from(k).ok()?)
+    }
+
+    /// Constants of a contact on the piece of terrain nearest to it.
+    pub(crate) fn on_nearest(&self, place: &Place) -> Geometry {
+        let Some(pieces) = self.ground(place.contact) else {
+            return self.geometry()[place.contact];
+        };
+        let near = place.piece.clamp(0, pieces.len() as isize - 1);
+        self.on_piece(place.contact, &pieces[near as usize])
+    }
+
+    /// Height of the lowest vertex of all terrain; −∞ if any of it has no end.
+    pub(crate) fn lowest_ground(&self) -> f64 {
+        let count = self.contacts().len();
+        let pieces = (0..count).map(|i| self.ground(i));
+        let lowest = |pieces: Option<&[Piece]>| {
+            let end = |k: &Piece, x: f64| k.origin.y + (x - k.origin.x) * k.tangent.y / k.tangent.x;
+            pieces.map_or(f64::NEG_INFINITY, |pieces| {
+                let ends = pieces.iter().flat_map(|k| [end(k, k.from), end(k, k.to)]);
+                ends.fold(
+                    f64::INFINITY,
+                    |low, y| if y.is_nan() { f64::NEG_INFINITY } else { low.min(y) },
+                )
+            })
+        };
+        pieces.map(lowest).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Constants of contact `i` on a piece of terrain.
+    pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> Geometry {
+        let point = Vector2::from(self.contacts()[i].point);
+        let arm = point - Vector2::from(self.fields().center_of_mass);
+        let offset = piece.height(&point);
+        Geometry {
+            tangent: piece.tangent,
+            normal: piece.normal,
+            b: piece.tangent.dot(&arm),
+            c: piece.normal.dot(&arm),
+            // Zero where it touches within rounding.
+            offset: if offset.abs() <= TOUCH * self.size() { 0.0 } else { offset },
+            gravity: self.fields().gravity * piece.normal.y,
+            ..self.geometry()[i]
+        }
+    }
+}

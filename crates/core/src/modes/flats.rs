@@ -1,0 +1,199 @@
+//! Flats of the arrangement of contact rows, and the words of their cells: see [`enumerate`](super::enumerate).
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+
+use crate::modes::answer::{ROUNDING, TIE, is_doubtful};
+use crate::modes::problem::Row;
+use crate::modes::words::{Mode, Word};
+
+/// Distance of a row of length about one from the span of others below which it depends on them.
+///
+/// Rows carry rounding of order 1e-16; a larger value would treat contacts that are merely close as one.
+pub(super) const DEPENDENT: f64 = 1e-10;
+
+/// A row and its bias: it vanishes where row·y + bias = 0.
+pub(super) type Plane = (Vector3<f64>, f64);
+
+pub(super) fn normal(row: &Row) -> Plane {
+    (row.normal, row.bias[1])
+}
+
+pub(super) fn tangent(row: &Row) -> Plane {
+    (row.tangent, row.bias[0])
+}
+
+/// The accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flat {
+    pub(super) point: Vector3<f64>,
+    rows: [Vector3<f64>; 3],
+    pub(super) rank: usize,
+}
+
+/// What a row is on a flat.
+enum On {
+    Constant(f64),
+    Free,
+}
+
+impl Flat {
+    pub(super) fn everything() -> Self {
+        Self { point: Vector3::zeros(), rows: [Vector3::zeros(); 3], rank: 0 }
+    }
+
+    /// The part of `row` along the flat.
+    fn along(&self, row: &Vector3<f64>) -> Vector3<f64> {
+        let mut rest = *row;
+        for basis in &self.rows[..self.rank] {
+            rest -= basis * basis.dot(&rest);
+        }
+        rest
+    }
+
+    /// Where this plane cuts the flat; `None` if it depends on the rows of the flat.
+    pub(super) fn with(&self, (row, bias): Plane) -> Option<Self> {
+        let rest = self.along(&row);
+        let length = rest.norm();
+        if self.rank == 3 || length <= DEPENDENT {
+            return None;
+        }
+        let mut cut = *self;
+        let direction = self.along(&(rest / length)).normalize();
+        cut.point -= direction * ((row.dot(&self.point) + bias) / row.dot(&direction));
+        cut.rows[self.rank] = direction;
+        cut.rank += 1;
+        Some(cut)
+    }
+
+    /// Orthonormal rows that vanish on the flat and nowhere else.
+    pub(super) fn planes(&self) -> Vec<Plane> {
+        self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
+    }
+
+    fn value(&self, (row, bias): Plane) -> On {
+        if self.along(&row).norm_squared() > DEPENDENT * DEPENDENT {
+            On::Free
+        } else {
+            On::Constant(row.dot(&self.point) + bias)
+        }
+    }
+
+    /// Whether the contact stays closed on all of the flat.
+    pub(super) fn holds(&self, row: &Row) -> bool {
+        matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
+    }
+
+    /// Adds the words of the cells of this flat: with ties given to the static word, and as the signs say.
+    pub(super) fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
+        if self.words_above(TIE, rows, words) {
+            self.words_above(ROUNDING, rows, words);
+        }
+    }
+
+    /// Adds the words, accelerations up to `zero` counting as zero; says whether one of them is a tie.
+    fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
+        let mut doubtful = false;
+        let mut constant = |value: f64| {
+            doubtful |= is_doubtful(value);
+            if value.abs() <= zero { 0.0 } else { value }
+        };
+        let mut word = Word::separate(rows.len());
+        let mut undecided: Vec<(usize, Plane)> = Vec::new();
+        for (i, row) in rows.iter().enumerate() {
+            if row.sliding.is_none() {
+                continue;
+            }
+            match self.value(normal(row)) {
+                On::Constant(value) => match constant(value) {
+                    ..0.0 => return false, // into the ground on all of the flat
+                    0.0 => {}
+                    _ => continue, // opens
+                },
+                On::Free => continue, // opens
+            }
+            word = match row.sliding {
+                Some(1) => word.with(i, Mode::Right),
+                Some(-1) => word.with(i, Mode::Left),
+                _ => match self.value(tangent(row)) {
+                    On::Constant(value) => word.with(
+                        i,
+                        match constant(value) {
+                            ..0.0 => Mode::Left,
+                            0.0 => Mode::Fixed,
+                            _ => Mode::Right,
+                        },
+                    ),
+                    On::Free => {
+                        undecided.push((i, tangent(row)));
+                        word
+                    }
+                },
+            };
+        }
+        self.cells(&undecided, &mut |signs| {
+            let letters = undecided.iter().zip(signs).fold(word, |word, ((i, _), right)| {
+                word.with(*i, if *right { Mode::Right } else { Mode::Left })
+            });
+            words.insert(letters);
+        });
+        doubtful
+    }
+
+    /// The sign patterns of these planes on the open cells into which they cut the flat.
+    fn cells(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&[bool])) {
+        match planes {
+            [] => found(&[]),
+            [_] => {
+                found(&[false]);
+                found(&[true]);
+            }
+            _ => {
+                // Every cell has a side on one of the planes, or the planes are all the same one.
+                let mut signs = vec![false; planes.len()];
+                for &(_, plane) in planes {
+                    let Some(side) = self.with(plane) else { continue };
+                    side.inner_points(planes, &mut |point| {
+                        for away in [-1.0, 1.0] {
+                            let across = side.rows[self.rank] * away;
+                            for (sign, (_, (row, bias))) in signs.iter_mut().zip(planes) {
+                                let value = row.dot(point) + bias;
+                                *sign = if value.abs() > TIE {
+                                    value > 0.0
+                                } else {
+                                    row.dot(&across) > 0.0
+                                };
+                            }
+                            found(&signs);
+                        }
+                    });
+                }
+            }
+        }
+    }
+
+    /// One point of each open piece into which the planes cut this flat, a line or a point.
+    fn inner_points(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&Vector3<f64>)) {
+        if self.rank == 3 {
+            return found(&self.point);
+        }
+        let direction = self.rows[0].cross(&self.rows[1]);
+        let mut cuts: Vec<f64> = planes
+            .iter()
+            .filter(|(_, (row, _))| row.dot(&direction).abs() > DEPENDENT)
+            .map(|(_, (row, bias))| -(row.dot(&self.point) + bias) / row.dot(&direction))
+            .collect();
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup_by(|a, b| (*a - *b).abs() <= TIE * (1.0 + b.abs()));
+        let mut at = |s: f64| found(&(self.point + direction * s));
+        match (cuts.first(), cuts.last()) {
+            (Some(first), Some(last)) => {
+                at(first - 1.0);
+                cuts.windows(2).for_each(|pair| at(0.5 * (pair[0] + pair[1])));
+                at(last + 1.0);
+            }
+            _ => at(0.0),
+        }
+    }
+}

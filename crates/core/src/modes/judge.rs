@@ -1,0 +1,65 @@
+//! Whether the accelerations and forces of a word are consistent with it.
+
+use nalgebra::Vector3;
+
+use crate::modes::answer::{Forces, Margin, ModeAnswer, ROUNDING, TIE, test};
+use crate::modes::problem::ContactProblem;
+use crate::modes::words::Word;
+use crate::outcome::ContactNumber;
+
+/// Puts the word's tests to a solution.
+pub(super) fn judge(
+    problem: &ContactProblem,
+    word: Word,
+    y: &Vector3<f64>,
+    scaled: &[[f64; 2]],
+    determined: Forces,
+) -> ModeAnswer {
+    if determined == Forces::Impossible {
+        let (acceleration, forces) = ([f64::NAN; 3], vec![[f64::NAN; 2]; scaled.len()]);
+        let (margins, consistent) = (Vec::new(), false);
+        let force_interval = None;
+        return ModeAnswer {
+            word,
+            acceleration,
+            forces,
+            determined,
+            force_interval,
+            margins,
+            consistent,
+            singular: false,
+        };
+    }
+    let mut margins = Vec::with_capacity(2 * scaled.len());
+    for (i, row) in problem.rows().iter().enumerate() {
+        let tangential = || row.tangent.dot(y) + row.bias[0];
+        let normal = || row.normal.dot(y) + row.bias[1];
+        test(row, word.mode(i), tangential, normal, scaled[i], |condition, value| {
+            margins.push(Margin { contact: ContactNumber::of(i), condition, value });
+        });
+    }
+    let consistent = margins.iter().all(Margin::holds) && !leans_on_a_tie(&margins);
+    ModeAnswer {
+        word,
+        acceleration: problem.acceleration(y),
+        forces: scaled.iter().enumerate().map(|(i, force)| problem.force(i, *force)).collect(),
+        determined,
+        force_interval: None,
+        margins,
+        consistent,
+        singular: false,
+    }
+}
+
+/// Accelerations that a force outside its cone may buy, per unit of that force: rows are of length about one.
+const LEVER: f64 = 100.0;
+
+/// Whether an acceleration that has to differ from zero owes it to a force that is in its cone by a tie only.
+pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
+    let least = |strict: bool| {
+        let of_kind = margins.iter().filter(|m| m.condition.is_strict() == strict);
+        of_kind.map(|m| m.value).fold(f64::INFINITY, f64::min)
+    };
+    let missing = -least(false);
+    missing > ROUNDING && least(true) <= TIE + LEVER * missing
+}
