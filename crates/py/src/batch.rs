@@ -7,11 +7,13 @@ use standfast::{
     End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
 };
 
+use crate::convert::{array, call, call_some, question};
 use crate::error::to_py;
 use crate::input;
-use crate::options::{self, call, call_some, interruptible, stopped};
+use crate::interrupt::interruptible;
+use crate::options;
 use crate::posture::PyPosture;
-use crate::run::{PyRun, array, question};
+use crate::run::{PyRun, stopped};
 
 /// The ends of many runs, each an array with an entry for each run; `runs[i]` makes run i again, with all its events.
 ///

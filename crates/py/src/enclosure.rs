@@ -99,6 +99,6 @@ impl PyEnclosure {
             (Some((low, high)), _) => format!("Zeno point within [{low:?}, {high:?}] s"),
             (None, reason) => format!("then {}", reason.as_deref().unwrap_or("nothing")),
         };
-        format!("<Enclosure: {}, {end}>", crate::run::counted(impacts.len(), "impact"))
+        format!("<Enclosure: {}, {end}>", crate::convert::counted(impacts.len(), "impact"))
     }
 }

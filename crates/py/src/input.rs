@@ -6,11 +6,10 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PySequence, PyString};
-use standfast::{Contact, Error, MAX_CONTACTS, MAX_VERTICES};
+use standfast::{Error, MAX_CONTACTS, MAX_VERTICES};
 
+use crate::convert::array;
 use crate::error::to_py;
-use crate::posture::{PyContact, PyPosture};
-use crate::run::array;
 
 /// Most times that `Run.sample` returns: 560 MB.
 pub(crate) const MOST_SAMPLES: usize = 10_000_000;
@@ -23,7 +22,11 @@ fn unusable(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -
     Error::Unusable { field: field.into(), value: text, allowed: allowed.into() }
 }
 
-fn wrong_type(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -> PyErr {
+pub(crate) fn wrong_type(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    allowed: impl Into<String>,
+) -> PyErr {
     PyTypeError::new_err(unusable(field, value, allowed).to_string())
 }
 
@@ -78,7 +81,7 @@ fn length(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
 }
 
 /// A sequence or an array with an entry for each contact; `read` is given `field.1`, `field.2`, ….
-fn per_contact<T>(
+pub(crate) fn per_contact<T>(
     field: &str,
     value: &Bound<'_, PyAny>,
     read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,
@@ -91,15 +94,6 @@ fn per_contact<T>(
     }
     let items = value.try_iter()?.enumerate();
     items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
-}
-
-/// The contacts of a posture.
-pub(crate) fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {
-    per_contact("contacts", value, |field, item| {
-        let contact = item.cast::<PyContact>();
-        let contact = contact.map_err(|_| wrong_type(field, item, "a Contact is needed"))?;
-        Ok(contact.get().0)
-    })
 }
 
 /// The vertices of a terrain; None: it has none.
@@ -231,14 +225,6 @@ pub(crate) fn letters<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
 pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
     let value = format!("{given:?}");
     to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
-}
-
-/// A posture.
-pub(crate) fn posture(value: &Bound<'_, PyAny>) -> PyResult<PyPosture> {
-    let posture = value.cast::<PyPosture>();
-    posture
-        .map(|found| found.get().clone())
-        .map_err(|_| wrong_type("posture", value, "a Posture is needed"))
 }
 
 /// The options of a scene.

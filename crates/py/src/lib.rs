@@ -2,16 +2,20 @@
 
 use pyo3::prelude::*;
 
-mod batch;
-mod enclosure;
+// From the ground up: a module uses those above it, never those below.
 mod error;
 mod files;
+mod convert;
+mod interrupt;
 mod input;
-mod modes;
 mod options;
 mod posture;
-mod reduced;
+mod modes;
+mod enclosure;
 mod run;
+mod reduced;
+mod local_model;
+mod batch;
 mod scene;
 mod stability;
 mod sweep;
@@ -29,9 +33,11 @@ mod _core {
     #[pymodule_export]
     use crate::files::write_whole;
     #[pymodule_export]
+    use crate::local_model::PyLocalModel;
+    #[pymodule_export]
     use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]
-    use crate::posture::{PyContact, PyLocalModel, PyPosture};
+    use crate::posture::{PyContact, PyPosture};
     #[pymodule_export]
     use crate::reduced::{
         PyExponents, PyFate, PyOrbit, PySelfSimilar, chatter_bound, chatter_restitution,
@@ -48,8 +54,9 @@ mod _core {
     #[pymodule_export]
     use crate::sweep::PySweep;
 
+    use crate::convert::{call, call_some};
     use crate::input;
-    use crate::options::{call, call_some, stopped};
+    use crate::run::stopped;
     use standfast::{Options, State};
 
     /// The motion of a posture from a state on, event by event.
@@ -83,7 +90,7 @@ mod _core {
     #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
     fn simulate(
         py: Python<'_>,
-        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+        #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         #[pyo3(from_py_with = input::model)] model: &str,

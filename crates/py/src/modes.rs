@@ -8,11 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyIterator, PyList};
 use standfast::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields, State};
 
+use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
 use crate::input;
-use crate::options::{call, float, pair_text, word};
 use crate::posture::PyPosture;
-use crate::run::array;
 
 /// Words that a message or a repr lists.
 const LISTED: usize = 12;

@@ -2,22 +2,11 @@
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use standfast::{
-    Contact, Error, Fields, LocalModel, Posture, ReducedMap, State, simulate_local_until,
-};
+use standfast::{Contact, Error, Fields, Posture, State};
 
+use crate::convert::{array, float, local_model, pair_text};
 use crate::error::to_py;
 use crate::input;
-use crate::options::{call, call_some, float, interruptible, pair_text, stopped};
-use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
-use crate::run::PyRun;
-
-/// Most impacts of an orbit that is not kept: far more than a lifetime of computing.
-const MOST_IMPACTS: usize = 1 << 52;
-/// Impacts for which the fate of a motion is looked for, unless told.
-const FATE_IMPACTS: usize = 10_000;
-/// States between two looks at whether the caller wants to stop.
-const STATES: usize = 256;
 
 /// A point of the body, and the ground that this point alone can touch: the straight line of `slope` through `point`, without ends
 /// unless `segment` says where they are. It passes through the ground of other contacts; a run warns where that cannot be meant.
@@ -151,7 +140,7 @@ impl PyPosture {
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
         #[pyo3(from_py_with = input::center_of_mass)] center_of_mass: [f64; 2],
-        #[pyo3(from_py_with = input::contacts)] contacts: Vec<Contact>,
+        #[pyo3(from_py_with = contacts)] contacts: Vec<Contact>,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
@@ -286,9 +275,13 @@ impl PyPosture {
 
     /// The local model at the rotation of q : (3,): all Jacobian rows frozen there. Two contacts only.
     #[pyo3(signature = (q=[0.0, 0.0, 0.0]), text_signature = "($self, q=(0.0, 0.0, 0.0))")]
-    fn local(&self, #[pyo3(from_py_with = input::q)] q: [f64; 3]) -> PyResult<PyLocalModel> {
+    fn local<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = input::q)] q: [f64; 3],
+    ) -> PyResult<Bound<'py, PyAny>> {
         State::at_rest(q).validate().map_err(|e| to_py(&e))?;
-        self.0.local(q[2]).map(PyLocalModel).map_err(|e| to_py(&e))
+        local_model(py, &self.0.local(q[2]).map_err(|e| to_py(&e))?)
     }
 
     fn __repr__(&self) -> String {
@@ -330,246 +323,21 @@ impl PyPosture {
     }
 }
 
-/// The paper's reduced, frictionless linearisation of a two-contact posture, given by its parameters.
-///
-/// gravity : (g_1, g_2) m/s², ≥ 0. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
-/// restitution : e, or (e_1, e_2), in [0, 1).
-///
-/// >>> import standfast as sf
-/// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
-/// >>> run = local.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9), stop="zeno")
-/// >>> run.zeno_points[0].kind
-/// '2-zeno'
-#[pyclass(frozen, eq, name = "LocalModel", module = "standfast")]
-#[derive(Clone, PartialEq)]
-pub(crate) struct PyLocalModel(pub(crate) LocalModel);
+/// The contacts of a posture.
+fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {
+    input::per_contact("contacts", value, |field, item| {
+        let contact = item.cast::<PyContact>();
+        let contact = contact.map_err(|_| input::wrong_type(field, item, "a Contact is needed"))?;
+        Ok(contact.get().0)
+    })
+}
 
-#[pymethods]
-impl PyLocalModel {
-    #[new]
-    fn new(
-        #[pyo3(from_py_with = input::gravities)] gravity: [f64; 2],
-        #[pyo3(from_py_with = input::psi)] psi: [f64; 2],
-        #[pyo3(from_py_with = input::phi)] phi: [f64; 2],
-        #[pyo3(from_py_with = input::restitutions)] restitution: [f64; 2],
-    ) -> PyResult<Self> {
-        LocalModel::new(gravity, psi, phi, restitution).map(Self).map_err(|e| to_py(&e))
-    }
-
-    #[getter]
-    fn gravity(&self) -> (f64, f64) {
-        self.0.gravity().into()
-    }
-
-    #[getter]
-    fn psi(&self) -> (f64, f64) {
-        self.0.psi().into()
-    }
-
-    #[getter]
-    fn phi(&self) -> (f64, f64) {
-        self.0.phi().into()
-    }
-
-    #[getter]
-    fn restitution(&self) -> (f64, f64) {
-        self.0.restitution().into()
-    }
-
-    /// The motion of the gaps and of θ: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
-    ///
-    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood and tolerance. The run has no q: see its gaps, rates, theta, omega.
-    ///
-    /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
-    /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
-    /// 3.0
-    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true, certify=false))]
-    #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
-    fn simulate(
-        &self,
-        py: Python<'_>,
-        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
-        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
-        #[pyo3(from_py_with = input::theta)] theta: f64,
-        #[pyo3(from_py_with = input::omega)] omega: f64,
-        #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
-        #[pyo3(from_py_with = input::stop)] stop: &str,
-        #[pyo3(from_py_with = input::time)] time: f64,
-        #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
-        #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
-        #[pyo3(from_py_with = input::record)] record: bool,
-        #[pyo3(from_py_with = input::certify)] certify: bool,
-    ) -> PyResult<PyRun> {
-        if let Some(i) = gaps.iter().position(|&gap| gap < 0.0) {
-            return Err(to_py(&Error::OutOfRange {
-                field: format!("gaps.{}", i + 1),
-                value: gaps[i],
-                allowed: "finite and >= 0",
-            }));
-        }
-        let options = standfast::Options {
-            simultaneous: call_some("simultaneous", simultaneous)?,
-            stop: call("stop", stop)?,
-            time,
-            time_limit,
-            event_limit,
-            record,
-            certify,
-            ..Default::default()
-        };
-        stopped(py, |cancel| {
-            simulate_local_until(&self.0, gaps, rates, theta, omega, &options, cancel)
-        })
-    }
-
-    /// The first n impacts up to scale: Orbit. Fewer where one contact bounces alone from some impact on.
-    ///
-    /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. A state right after an impact, with a gap of zero and its rate
-    /// positive, is row 0; from any other the motion goes on to its first impact. However long, an orbit neither underflows
-    /// nor overflows: only the logarithm of its size is kept.
-    ///
-    /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity has to press on
-    /// both contacts, and restitution to be at least 1e-12.
-    ///
-    /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
-    /// >>> c = sf.self_similar(0.5, 0.9)        # every impact takes all speeds times c
-    /// >>> orbit = local.orbit(gaps=(0, c.gap), rates=(1, c.rate), n=4)
-    /// >>> orbit.contacts, orbit.log_sizes - orbit.log_sizes[0]
-    /// (array([1, 2, 1, 2]), array([ 0.        , ...
-    fn orbit(
-        &self,
-        py: Python<'_>,
-        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
-        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
-        n: &Bound<'_, PyAny>,
-    ) -> PyResult<PyOrbit> {
-        let n = input::whole("n", n, 1..=input::MOST_SAMPLES)?;
-        let map = ReducedMap::new(&self.0).map_err(|e| to_py(&e))?;
-        let orbit = py.detach(|| map.orbit(gaps, rates, n)).map_err(|e| to_py(&e))?;
-        let asked = Asked { model: self.0, method: "orbit", gaps, rates, counts: vec![n] };
-        Ok(PyOrbit { map, orbit, asked })
-    }
-
-    /// Mean growth per impact of speeds and of differences in shape: Exponents.
-    ///
-    /// The means are over n impacts after `transient` others. See `orbit` for gaps, rates and what is refused.
-    ///
-    /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
-    /// >>> chaos = local.exponents(gaps=(0, 0.3), rates=(1, -1), n=1_000_000)
-    /// >>> round(chaos.sigma, 3), round(chaos.lyapunov[0], 2)
-    /// (-0.038, 0.2)
-    #[pyo3(signature = (gaps, rates, n=None, transient=None), text_signature = "($self, gaps, rates, n=100_000, transient=1000)")]
-    fn exponents(
-        &self,
-        py: Python<'_>,
-        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
-        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
-        n: Option<&Bound<'_, PyAny>>,
-        transient: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<PyExponents> {
-        let n = n.map_or(Ok(100_000), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
-        let transient =
-            transient.map_or(Ok(1000), |n| input::whole("transient", n, 0..=MOST_IMPACTS))?;
-        let counts = vec![n, transient];
-        let asked = Asked { model: self.0, method: "exponents", gaps, rates, counts };
-        interruptible(py, |cancel| {
-            ReducedMap::new(&self.0)?.exponents_until(gaps, rates, n, transient, cancel)
-        })
-        .map(|exponents| PyExponents { exponents, asked })
-    }
-
-    /// What becomes of a motion: Fate. Looked at for n impacts at most.
-    ///
-    /// See `orbit` for gaps, rates and what is refused.
-    ///
-    /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
-    /// >>> local.fate(gaps=(0, 0.1), rates=(0.1, -1.9))
-    /// <Fate: clattering, certified, known after 0 impacts>
-    /// >>> local.fate(gaps=(0, 1), rates=(0.1, 0)).kind
-    /// '1-zeno'
-    #[pyo3(signature = (gaps, rates, n=None), text_signature = "($self, gaps, rates, n=10_000)")]
-    fn fate(
-        &self,
-        py: Python<'_>,
-        #[pyo3(from_py_with = input::gaps)] gaps: [f64; 2],
-        #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
-        n: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<PyFate> {
-        let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
-        let asked = Asked { model: self.0, method: "fate", gaps, rates, counts: vec![n] };
-        interruptible(py, |cancel| ReducedMap::new(&self.0)?.fate_until(gaps, rates, n, cancel))
-            .map(|fate| PyFate { fate, asked })
-    }
-
-    /// The fates of many motions: gaps, rates of shape (..., 2). A structured array of shape (...) with the fields of Fate:
-    /// kind, contact and period (0 where there is none), certified, hits, sigma.
-    ///
-    /// >>> import numpy as np
-    /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
-    /// >>> rates = [[0.1, u] for u in (-2, -1, 0)]
-    /// >>> local.fates(gaps=np.broadcast_to((0, 0.1), (3, 2)), rates=rates)["kind"]
-    /// array(['clattering', 'clattering', '1-zeno'], dtype='<U12')
-    #[pyo3(signature = (gaps, rates, n=None), text_signature = "($self, gaps, rates, n=10_000)")]
-    fn fates<'py>(
-        &self,
-        py: Python<'py>,
-        gaps: &Bound<'py, PyAny>,
-        rates: &Bound<'py, PyAny>,
-        n: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
-        let (gaps, rates) = (input::tuples("gaps", gaps, 2)?, input::tuples("rates", rates, 2)?);
-        let shape = gaps.as_array().shape().to_vec();
-        if rates.as_array().shape() != shape {
-            return Err(to_py(&Error::Unusable {
-                field: "rates".into(),
-                value: format!("array of shape {:?}", rates.as_array().shape()),
-                allowed: format!("the shape of gaps, {shape:?}"),
-            }));
-        }
-        let pairs = |array: &PyReadonlyArrayDyn<'py, f64>| -> Vec<[f64; 2]> {
-            array.as_array().rows().into_iter().map(|row| [row[0], row[1]]).collect()
-        };
-        let (gaps, rates) = (pairs(&gaps), pairs(&rates));
-        let fates = interruptible(py, |cancel| {
-            let map = ReducedMap::new(&self.0)?;
-            let mut fates = Vec::with_capacity(gaps.len());
-            for (k, (gaps, rates)) in gaps.iter().zip(&rates).enumerate() {
-                if k % STATES == STATES - 1 && cancel() {
-                    return Ok(None);
-                }
-                let Some(fate) = map.fate_until(*gaps, *rates, n, cancel)? else {
-                    return Ok(None);
-                };
-                fates.push(fate);
-            }
-            Ok(Some(fates))
-        })?;
-        fate_table(py, &fates, &shape[..shape.len() - 1])
-    }
-
-    fn __repr__(&self) -> String {
-        let m = &self.0;
-        format!(
-            "LocalModel(gravity={}, psi={}, phi={}, restitution={})",
-            pair_text(m.gravity()),
-            pair_text(m.psi()),
-            pair_text(m.phi()),
-            pair_text(m.restitution())
-        )
-    }
-
-    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
-    fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, ([f64; 2], [f64; 2], [f64; 2], [f64; 2])) {
-        let m = &self.0;
-        let arguments = (m.gravity(), m.psi(), m.phi(), m.restitution());
-        (py.get_type::<Self>().into_any().unbind(), arguments)
-    }
+/// A posture.
+pub(crate) fn posture(value: &Bound<'_, PyAny>) -> PyResult<PyPosture> {
+    let posture = value.cast::<PyPosture>();
+    posture
+        .map(|found| found.get().clone())
+        .map_err(|_| input::wrong_type("posture", value, "a Posture is needed"))
 }
 
 fn rows<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> impl Iterator<Item = [f64; 3]> + use<'a> {
@@ -593,5 +361,5 @@ fn shaped<'py>(
     if let Some(axis) = shape.last_mut() {
         *axis = last;
     }
-    crate::run::array(py, values, &shape)
+    array(py, values, &shape)
 }

@@ -5,11 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use standfast::{Error, Exponents, Fate, LocalModel, Orbit, OrbitEnd, ReducedMap, SelfSimilar};
 
+use crate::convert::{array, float, local_model};
 use crate::error::to_py;
 use crate::input;
-use crate::options::float;
-use crate::posture::PyLocalModel;
-use crate::run::array;
 
 /// The impacts of a motion, one by one, up to scale.
 ///
@@ -43,7 +41,7 @@ pub(crate) struct Asked {
 
 impl Asked {
     fn again<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let model = PyLocalModel(self.model).into_pyobject(py)?;
+        let model = local_model(py, &self.model)?;
         let start = (self.gaps, self.rates).into_pyobject(py)?;
         let counts = PyTuple::new(py, &self.counts)?;
         Ok((model.getattr(self.method)?, start.add(counts)?.cast_into()?))

@@ -2,18 +2,20 @@
 
 use std::path::PathBuf;
 
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::{ContactNumber, Instant, Phase, Trajectory, ZenoPoint};
+use pyo3::types::{PyList, PyTuple};
+use standfast::{ContactNumber, Error, Instant, Phase, Trajectory, ZenoPoint};
 
+use crate::convert::{array, counted, local_model, question, vector, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input::{MOST_SAMPLES, doubles, whole};
+use crate::interrupt::interruptible;
 use crate::modes::PyContactProblem;
-use crate::options::{self, word};
-use crate::posture::{PyLocalModel, PyPosture};
+use crate::options;
+use crate::posture::PyPosture;
 
 /// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces
 /// is in one phase S.
@@ -288,7 +290,7 @@ impl PyRun {
             for name in ["model", "impact", "neighbourhood", "tolerance"] {
                 keywords.del_item(name)?;
             }
-            let model = PyLocalModel(*model).into_pyobject(py)?;
+            let model = local_model(py, model)?;
             let arguments = (gaps, rates, start.q.z, start.qdot.z).into_pyobject(py)?;
             return Ok((question(model.getattr("simulate")?, &keywords)?, arguments));
         }
@@ -535,11 +537,6 @@ impl PyRun {
     }
 }
 
-/// A count with its noun.
-pub(crate) fn counted(number: usize, noun: &str) -> String {
-    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
-}
-
 /// Contacts by their numbers: "contact 2", "contacts 1, 2 and 3".
 fn contacts(numbers: &[usize]) -> String {
     let names: Vec<String> = numbers.iter().map(ToString::to_string).collect();
@@ -548,15 +545,6 @@ fn contacts(numbers: &[usize]) -> String {
         [only] => format!("contact {only}"),
         [others @ .., last] => format!("contacts {} and {last}", others.join(", ")),
     }
-}
-
-/// A function of the package with its keywords: what a run or many of them are pickled as, beside the arguments. A run is the
-/// same, to the last bit, whenever it is made.
-pub(crate) fn question<'py>(
-    function: Bound<'py, PyAny>,
-    keywords: &Bound<'py, PyDict>,
-) -> PyResult<Bound<'py, PyAny>> {
-    function.py().import("functools")?.getattr("partial")?.call((function,), Some(keywords))
 }
 
 type Pair<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
@@ -584,15 +572,10 @@ impl PyRun {
     }
 }
 
-/// Values in row-major order as an array.
-pub(crate) fn array<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    Ok(values.into_pyarray(py).reshape(shape.to_vec())?.to_dyn().clone())
-}
-
-pub(crate) fn vector<'py>(py: Python<'py>, v: &standfast::Vector3) -> Bound<'py, PyArray1<f64>> {
-    vec![v.x, v.y, v.z].into_pyarray(py)
+/// A run, made without the GIL; Ctrl-C ends it.
+pub(crate) fn stopped(
+    py: Python<'_>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
+) -> PyResult<PyRun> {
+    interruptible(py, run).map(PyRun)
 }

@@ -6,11 +6,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::{Options, Scene, State};
 
+use crate::convert::{float, vector};
 use crate::error::to_py;
 use crate::input;
-use crate::options::{float, get, set, stopped};
-use crate::posture::PyPosture;
-use crate::run::{PyRun, vector};
+use crate::options::{get, set};
+use crate::posture::{PyPosture, posture};
+use crate::run::{PyRun, stopped};
 
 /// A posture, its start, and the options of its run.
 ///
@@ -30,7 +31,7 @@ impl PyScene {
     #[new]
     #[pyo3(signature = (posture, q, qdot, options=None))]
     fn new(
-        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+        #[pyo3(from_py_with = posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         options: Option<&Bound<'_, PyAny>>,

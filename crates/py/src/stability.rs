@@ -11,9 +11,9 @@ use standfast::{ContactProblem, Posture, State, StaticForces, Verdict};
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
+use crate::interrupt::interruptible;
 use crate::modes::PyModes;
-use crate::options::interruptible;
-use crate::posture::PyPosture;
+use crate::posture::{PyPosture, posture};
 
 /// What is said of a posture on two contacts: whether the body comes back to rest after any small kick.
 ///
@@ -245,7 +245,7 @@ impl PyVerdict {
 #[pyo3(signature = (posture, *, trials=0, seed=0))]
 pub(crate) fn stability(
     py: Python<'_>,
-    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+    #[pyo3(from_py_with = posture)] posture: PyPosture,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
 ) -> PyResult<PyVerdict> {
@@ -275,7 +275,7 @@ type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 #[pyfunction]
 pub(crate) fn static_forces<'py>(
     py: Python<'py>,
-    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+    #[pyo3(from_py_with = posture)] posture: PyPosture,
 ) -> PyResult<Option<Extremes<'py>>> {
     let Some(StaticForces { low, high }) = standfast::static_forces(&posture.0) else {
         return Ok(None);
@@ -298,7 +298,7 @@ pub(crate) fn static_forces<'py>(
 /// >>> round(sf.friction_margin(point), 12)           # on a slope of 0.2, with friction 0.5
 /// 0.6
 #[pyfunction]
-pub(crate) fn friction_margin(#[pyo3(from_py_with = input::posture)] posture: PyPosture) -> f64 {
+pub(crate) fn friction_margin(#[pyo3(from_py_with = posture)] posture: PyPosture) -> f64 {
     standfast::friction_margin(&posture.0)
 }
 
@@ -310,7 +310,7 @@ pub(crate) fn friction_margin(#[pyo3(from_py_with = input::posture)] posture: Py
 /// (-0.5, 0.5)
 #[pyfunction]
 pub(crate) fn equilibrium_region(
-    #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+    #[pyo3(from_py_with = posture)] posture: PyPosture,
 ) -> Option<(f64, f64)> {
     standfast::equilibrium_region(&posture.0).map(Into::into)
 }

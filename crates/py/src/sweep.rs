@@ -5,11 +5,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::{Axis, Column, Kind, Options, Quantity, State, Sweep, grid_size};
 
+use crate::convert::vector;
 use crate::error::to_py;
 use crate::input;
-use crate::options::{get, interruptible, set};
-use crate::posture::PyPosture;
-use crate::run::vector;
+use crate::interrupt::interruptible;
+use crate::options::{get, set};
+use crate::posture::{PyPosture, posture};
 
 /// A question that `standfast.sweep` asks: quantities of a posture over a grid of its parameters.
 ///
@@ -37,7 +38,7 @@ impl PySweep {
     #[new]
     #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None))]
     fn new(
-        #[pyo3(from_py_with = input::posture)] posture: PyPosture,
+        #[pyo3(from_py_with = posture)] posture: PyPosture,
         over: Vec<(String, Bound<'_, PyAny>)>,
         quantities: Vec<String>,
         q: Option<&Bound<'_, PyAny>>,

@@ -1,0 +1,87 @@
+//! Between values of Rust and of Python: words, numbers, arrays, and what an answer is pickled as.
+
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
+use serde::de::{Deserialize, IntoDeserializer};
+use standfast::{Error, LocalModel};
+
+use crate::error::to_py;
+
+/// An option that is one of a few words.
+pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResult<T> {
+    let words: StrDeserializer<'a, NoSuchVariant> = word.into_deserializer();
+    T::deserialize(words).map_err(|e| {
+        let text = e.to_string();
+        let allowed = text.split_once(", expected ").map_or(text.as_str(), |(_, allowed)| allowed);
+        to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("{word:?}"),
+            allowed: allowed.into(),
+        })
+    })
+}
+
+/// As [`call`], where None leaves it to the core.
+pub(crate) fn call_some<'a, T: Deserialize<'a>>(
+    field: &str,
+    word: Option<&'a str>,
+) -> PyResult<Option<T>> {
+    word.map(|word| call(field, word)).transpose()
+}
+
+/// `KebabCase` variants as the face spells them.
+pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
+    let mut text = String::new();
+    for letter in format!("{value:?}").chars() {
+        if letter.is_uppercase() && !text.is_empty() {
+            text.push('-');
+        }
+        text.extend(letter.to_lowercase());
+    }
+    text
+}
+
+/// A double as Python writes it; zero without its sign.
+pub(crate) fn float(value: f64) -> String {
+    let value = value + 0.0;
+    if value.is_finite() { format!("{value:?}") } else { format!("float('{value}')") }
+}
+
+pub(crate) fn pair_text(pair: [f64; 2]) -> String {
+    format!("({}, {})", float(pair[0]), float(pair[1]))
+}
+
+/// A count with its noun.
+pub(crate) fn counted(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Values in row-major order as an array.
+pub(crate) fn array<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    Ok(values.into_pyarray(py).reshape(shape.to_vec())?.to_dyn().clone())
+}
+
+pub(crate) fn vector<'py>(py: Python<'py>, v: &standfast::Vector3) -> Bound<'py, PyArray1<f64>> {
+    vec![v.x, v.y, v.z].into_pyarray(py)
+}
+
+/// A function of the package with its keywords: what a run or many of them are pickled as, beside the arguments. A run is the
+/// same, to the last bit, whenever it is made.
+pub(crate) fn question<'py>(
+    function: Bound<'py, PyAny>,
+    keywords: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    function.py().import("functools")?.getattr("partial")?.call((function,), Some(keywords))
+}
+
+/// A `LocalModel` of Python, by its name in the package.
+pub(crate) fn local_model<'py>(py: Python<'py>, model: &LocalModel) -> PyResult<Bound<'py, PyAny>> {
+    let class = py.import("standfast")?.getattr("LocalModel")?;
+    class.call1((model.gravity(), model.psi(), model.phi(), model.restitution()))
+}
