@@ -387,9 +387,11 @@ impl<'a> Driver<'a> {
         if self.is_far() {
             return Next::End(Outcome::Escape);
         }
-        self.look();
         let fresh = std::mem::take(&mut self.fresh);
         let gaps = self.gaps();
+        if gaps.h.contains(&0.0) {
+            self.look();
+        }
         let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
         if coming != [false, false] {
             return self.impact(coming).map_or(Next::Piece, Next::End);
