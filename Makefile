@@ -38,18 +38,18 @@ python: wheel
 long: EXTRA := test
 long: wheel
 	cargo test -p standfast -- --ignored
-	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/test_oracle.py
-	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/test_enclosure.py
-	STANDFAST_SYMMETRY_SCENES=4000 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/test_symmetry.py tests/test_order.py
-	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/test_energy.py
-	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/test_relations.py
-	STANDFAST_FUZZ_SCENES=100000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/test_fuzz_scenes.py tests/test_terrain.py
-	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/test_stability.py
-	STANDFAST_VERTICES=5000 STANDFAST_VERTICES_STEPPED=200 $(BIN)/python -m pytest -s tests/test_vertices.py
-	STANDFAST_ENDLESS=40000 $(BIN)/python -m pytest -s tests/test_endless.py
-	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/test_auto.py
-	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/test_modes_brute.py
-	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/test_own_ground.py
+	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/motion/test_oracle.py
+	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
+	STANDFAST_SYMMETRY_SCENES=4000 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
+	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_energy.py
+	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/motion/test_relations.py
+	STANDFAST_FUZZ_SCENES=100000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py
+	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/stability/test_stability.py
+	STANDFAST_VERTICES=5000 STANDFAST_VERTICES_STEPPED=200 $(BIN)/python -m pytest -s tests/terrain/test_vertices.py
+	STANDFAST_ENDLESS=40000 $(BIN)/python -m pytest -s tests/motion/test_endless.py
+	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/motion/test_auto.py
+	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/modes/test_modes_brute.py
+	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/terrain/test_own_ground.py
 
 # The bits of every answer on 11 000 seeded scenes beside those that tests/data/bits.txt has: half a minute.
 bits: EXTRA :=
@@ -76,7 +76,7 @@ growth: wheel
 # The page of the atlas, its picture, and the files of its truths.
 atlas: EXTRA := test,peers
 atlas: wheel
-	cd tests && ../$(BIN)/python -m atlas.page && ../$(BIN)/python -m atlas.difficulty
+	cd tests && export PYTHONPATH=oracles && ../$(BIN)/python -m atlas.page && ../$(BIN)/python -m atlas.difficulty
 
 # Errors against arbitrary precision, by family of random scenes: minutes.
 accuracy: EXTRA := test

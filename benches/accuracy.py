@@ -15,21 +15,29 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "tests" / "oracles"))
 
 import oracle  # noqa: E402
-import test_oracle  # noqa: E402
+import oracle_inputs  # noqa: E402
 
 SEED = 20081101
 #: Families: how a scene is drawn, how standfast runs it, and how many scenes there are for each hundred asked for.
 FAMILIES = {
     "local model, clattering": (
-        test_oracle.draw_local,
-        test_oracle.simulate_local,
+        oracle_inputs.draw_local,
+        oracle_inputs.simulate_local,
         100,
     ),
-    "full model, sloped ground": (test_oracle.draw_full, test_oracle.simulate_full, 40),
-    "full model, fast spin": (test_oracle.draw_spinning, test_oracle.simulate_full, 20),
+    "full model, sloped ground": (
+        oracle_inputs.draw_full,
+        oracle_inputs.simulate_full,
+        40,
+    ),
+    "full model, fast spin": (
+        oracle_inputs.draw_spinning,
+        oracle_inputs.simulate_full,
+        20,
+    ),
 }
 #: Okabe & Ito's blue, orange and green.
 COLOURS = ["#0072B2", "#E69F00", "#009E73"]

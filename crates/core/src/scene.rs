@@ -304,7 +304,7 @@ model = \"full\"
 "contact": [{"point": [-0.5, 0.0]}],
 "run": {"model": "full"}}"#;
 
-    /// What is said of a text with one part replaced. All of such messages: `tests/test_messages.py`.
+    /// What is said of a text with one part replaced. All of such messages: `tests/python_api/test_messages.py`.
     fn said(read: fn(&str) -> Result<Scene, Error>, text: &str, old: &str, new: &str) -> String {
         assert!(text.contains(old), "{old}");
         read(&text.replacen(old, new, 1)).unwrap_err().to_string()

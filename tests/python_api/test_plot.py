@@ -10,7 +10,7 @@ import pytest
 import standfast as sf
 from matplotlib.text import Text
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
 
 

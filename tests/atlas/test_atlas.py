@@ -5,10 +5,11 @@ import json
 import re
 
 import pytest
+from mpmath import mp, mpf
+
 from atlas import difficulty, page
 from atlas.entries import ATLAS
 from atlas.entry import DIGITS, SCENES, WITHIN
-from mpmath import mp, mpf
 
 ENTRIES = pytest.mark.parametrize("entry", ATLAS, ids=lambda entry: entry.name)
 

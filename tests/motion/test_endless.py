@@ -14,7 +14,7 @@ import standfast as sf
 SCENES = int(os.environ.get("STANDFAST_ENDLESS", "400"))
 ENDED_BY_A_LIMIT = 1e-4
 LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
-FILES = sorted((Path(__file__).parent / "data" / "endless").glob("*.json"))
+FILES = sorted((Path(__file__).parents[1] / "data" / "endless").glob("*.json"))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

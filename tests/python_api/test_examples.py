@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import standfast as sf
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
 
 

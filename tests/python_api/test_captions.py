@@ -15,7 +15,7 @@ from standfast import plot
 from standfast.cli import story
 from standfast.table import is_infinite
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 #: From level ground to a wall that leans on the body by this, rad.
 LEAN = 1e-9
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAPERS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
@@ -30,7 +30,7 @@ def test_links_lead_somewhere(paper):
 
 def test_correspondence_names_files_and_tests_that_exist():
     text = (ROOT / "docs" / "correspondence.md").read_text(encoding="utf-8")
-    sources = [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").glob("*.py")]
+    sources = [*(ROOT / "crates").rglob("*.rs"), *(ROOT / "tests").rglob("*.py")]
     known = set()
     for source in sources:
         known |= set(

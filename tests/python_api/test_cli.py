@@ -14,7 +14,7 @@ import pytest
 import standfast as sf
 from standfast.cli import decimal, main
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ROD = EXAMPLES / "clattering_rod.toml"
 ENDLESS = """
 restitution = 0.05
@@ -163,7 +163,7 @@ def test_an_output_may_be_a_pipe(capsys):
 
 def test_schema_is_the_published_one(capsys):
     assert main(["schema"]) == 0
-    published = Path(__file__).parent.parent / "docs" / "scene.schema.json"
+    published = Path(__file__).parents[2] / "docs" / "scene.schema.json"
     printed = capsys.readouterr().out
     assert json.loads(printed) == json.loads(published.read_text(encoding="utf-8"))
 

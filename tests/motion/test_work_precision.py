@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import standfast as sf
 
-FOLDER = Path(__file__).parent.parent / "benches" / "work_precision"
+FOLDER = Path(__file__).parents[2] / "benches" / "work_precision"
 sys.path.insert(0, str(FOLDER / "peers"))
 
 import standfast_run  # noqa: E402

@@ -18,9 +18,16 @@ import numpy as np
 import oracle
 import pytest
 import standfast as sf
-from two_contacts import simulate_full, simulate_local
+from oracle_inputs import (
+    draw_full,
+    draw_local,
+    draw_spinning,
+    least_coupling,
+    simulate_full,
+    simulate_local,
+)
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "400"))
 #: Runs of which the velocities are compared.
 SLOPES = max(1, CASES // 50)
@@ -84,94 +91,6 @@ def test_the_double_precision_derivative_is_the_change_by_one_ulp():
             assert changes[name] == pytest.approx(
                 expected, rel=1e-3, abs=1e-6 * max(changes.values())
             )
-
-
-def least_coupling(e):
-    """Bound of [Or & Rimon 2008, eq. 10] on ψ: clattering converges above it."""
-    return (e ** (1 / 3) + e ** (2 / 3)) / (1 + e)
-
-
-def draw_restitution(rng):
-    """Half uniform, half uniform in the logarithm, in (.001, .9)."""
-    if rng.random() < 0.5:
-        return rng.uniform(0.001, 0.9)
-    return math.exp(rng.uniform(math.log(0.001), math.log(0.9)))
-
-
-def draw_local(rng):
-    """Asymmetric couplings and gravities inside [10]; heights from 1 µm to 1 m."""
-    e = draw_restitution(rng)
-    bound = least_coupling(e)
-    psi = bound + (1 - bound) * rng.uniform(0.02, 0.98)
-    skew = math.exp(rng.uniform(-1.5, 1.5))
-    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
-    height = 10 ** rng.uniform(-6, 0)
-    speed = math.sqrt(max(g) * height)
-    h = [height * rng.random() for _ in range(2)]
-    u = [speed * rng.normal() for _ in range(2)]
-    if rng.random() < 0.2:
-        # One contact has just been hit.
-        i = rng.integers(2)
-        h[i], u[i] = 0.0, abs(u[i])
-    values = (e, *g, psi * skew, psi / skew, *rng.uniform(-2, 2, size=2))
-    state = (*h, rng.uniform(-0.02, 0.02), *u, rng.normal() * speed)
-    names = oracle.LOCAL_INPUTS
-    return dict(zip(names, map(float, (*values, *state)), strict=True))
-
-
-def draw_full(rng):
-    """Bodies of about a metre, sloped terrain, [10] at the nominal posture; drops up to 10 cm."""
-    while True:
-        e, rho = draw_restitution(rng), rng.uniform(0.03, 0.9)
-        com = rng.uniform(-0.5, 0.5), rng.uniform(0.1, 1.0)
-        points = [
-            (-rng.uniform(0.5, 1.2), 0.0),
-            (rng.uniform(0.5, 1.2), rng.uniform(-0.2, 0.2)),
-        ]
-        slopes = -rng.uniform(-0.3, 0.7), rng.uniform(-0.3, 0.7)
-        if rng.random() < 0.3:
-            slopes = 0.0, 0.0
-        v = {"e": e, "g": 9.81, "rho": rho, "x_x": com[0], "x_y": com[1]}
-        for i in (0, 1):
-            v[f"x{i + 1}_x"], v[f"x{i + 1}_y"] = points[i]
-            v[f"alpha{i + 1}"] = slopes[i]
-        height = 10 ** rng.uniform(-3, -1)
-        speed = math.sqrt(9.81 * height)
-        v |= {"r_x": rng.normal() * height, "r_y": height * rng.uniform(0.2, 1.5)}
-        v |= {"theta": height * rng.uniform(-0.3, 0.3)}
-        v |= {"v_x": speed * rng.normal(), "v_y": speed * rng.normal()}
-        v |= {"omega": speed * rng.normal() * rng.random() ** 2}
-        v = {name: float(v[name]) for name in oracle.FULL_INPUTS}
-        motion = oracle.FullMotion(oracle.DOUBLE, v | {"r_y": v["r_y"] + 10})
-        gaps = [h - 10 * n[1] for h, n in zip(motion.h, motion.n, strict=True)]
-        nominal = oracle.FullMotion(
-            oracle.DOUBLE, v | {"r_x": 0.0, "r_y": 1.0, "theta": 0.0}
-        )
-        psi = nominal.psi(0), nominal.psi(1)
-        if min(psi) <= 0 or math.sqrt(psi[0] * psi[1]) <= least_coupling(e) + 1e-3:
-            continue
-        if min(gaps) > 1e-6:
-            return v
-
-
-def draw_spinning(rng):
-    """Any body and terrain, turning at up to tens of rad/s: gaps that accelerate upwards, several
-    turns between landings, [10] not asked for."""
-    while True:
-        v = draw_full(rng)
-        v["rho"], v["e"] = (
-            float(rng.uniform(0.05, 1.5)),
-            float(rng.uniform(0.001, 0.84)),
-        )
-        v["omega"] = float(rng.normal() * 10 ** rng.uniform(-1, 1.5))
-        v["theta"] = float(rng.uniform(-1, 1) * 10 ** rng.uniform(-3, 0))
-        v["r_y"] += float(rng.choice([0.0, 0.3, 1.5]))
-        try:
-            gaps = oracle.FullMotion(oracle.DOUBLE, v).h
-        except ValueError:
-            continue
-        if min(gaps) > 1e-6:
-            return v
 
 
 def answers(cases):

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-CORE = Path(__file__).parents[1] / "crates" / "core" / "src"
+CORE = Path(__file__).parents[2] / "crates" / "core" / "src"
 
 Sources = dict[str, str]
 

@@ -12,8 +12,13 @@ import numpy as np
 import oracle
 import pytest
 import standfast as sf
-from test_oracle import draw_full, draw_local, draw_restitution, draw_spinning
-from two_contacts import simulate_full
+from oracle_inputs import (
+    draw_full,
+    draw_local,
+    draw_restitution,
+    draw_spinning,
+    simulate_full,
+)
 
 CASES = int(os.environ.get("STANDFAST_ENCLOSURES", "100"))
 SEED = 1972
@@ -161,7 +166,7 @@ def test_unequal_restitutions_clatter():
 
 def test_the_reference():
     """All of its cases but one below the bound, which alternates for ever by no theorem, have a Zeno point that is enclosed."""
-    path = Path(__file__).parent / "data" / "reference_local.json"
+    path = Path(__file__).parents[1] / "data" / "reference_local.json"
     for known in json.loads(path.read_text(encoding="utf-8"))["cases"]:
         inputs = {name: float.fromhex(x["hex"]) for name, x in known["inputs"].items()}
         zeno, v = known["expected"]["zeno"], case(inputs)

@@ -19,7 +19,7 @@ import xarray
 from standfast._core import Sweep
 from standfast.cli import main
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 FIELDS = [
     "frictional_stability",
     "by",

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import oracle
 import pytest
-from two_contacts import simulate_full, simulate_local
+from oracle_inputs import simulate_full, simulate_local
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 ULPS = 4
 CONDITION_FACTOR = 50
 

@@ -20,7 +20,7 @@ import standfast as sf
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 ROD = ROOT / "examples" / "clattering_rod.toml"
 START = {"q": (0.0, 0.011, math.asin(0.002)), "qdot": (0.0, 0.0, 0.0)}
 
