@@ -50,7 +50,7 @@ def scene(rng):
         "tolerance": 10 ** rng.uniform(-12, -2),
         "stop": rng.choice(["zeno", "rest", "rest", "time"]),
         "record": bool(rng.choice([True, False])),
-        "event_limit": 100_000,
+        "event_limit": 20_000,
     }
     if options["stop"] == "time":
         options["time_limit"] = rng.uniform(0.5, 20.0) * math.sqrt(2 * height / G)
