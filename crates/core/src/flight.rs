@@ -35,7 +35,7 @@ pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
 
 /// One gap in flight: constants of its arc at t = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arc<T = f64> {
+pub struct GapArc<T = f64> {
     /// Gap, in m.
     pub h: T,
     /// Gap rate, in m/s.
@@ -99,15 +99,16 @@ pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
 }
 
 #[expect(private_bounds, reason = "for doubles, and for lanes of them in this crate alone")]
-impl<T: Angle> Arc<T> {
+impl<T: Angle> GapArc<T> {
     #[inline(always)]
     pub(crate) fn gap_turned(&self, dt: T, turn: &Turn<T>) -> T {
-        self.h + dt * (self.u - self.g * 0.5 * dt) - (turn.versed * self.c + turn.lag * self.b)
+        self.h + dt * (self.u - self.g * 0.5 * dt)
+            - (turn.one_minus_cos * self.c + turn.x_minus_sin * self.b)
     }
 
     #[inline(always)]
     pub(crate) fn rate_turned(&self, dt: T, turn: &Turn<T>) -> T {
-        self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.versed * self.b)
+        self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.one_minus_cos * self.b)
     }
 
     /// Of a concave arc: Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
@@ -125,11 +126,12 @@ impl<T: Angle> Arc<T> {
         let mut dt = top / bottom;
         let mut open = zero.at_most(square) & (falls | zero.below(gravity));
         let mut found = !(open | !open);
-        let mut end = Touchdown { dt, turn: Turn { sin: zero, versed: zero, lag: zero } };
+        let mut end =
+            Touchdown { dt, turn: Turn { sin: zero, one_minus_cos: zero, x_minus_sin: zero } };
         for _ in 0..STEPS {
             let (turn, known) = (omega * dt).turn();
             let slope = omega.like(1.0) / self.rate_turned(dt, &turn);
-            let bend = -self.g - w2 * (self.c * (-turn.versed + 1.0) + self.b * turn.sin);
+            let bend = -self.g - w2 * (self.c * (-turn.one_minus_cos + 1.0) + self.b * turn.sin);
             let newton = -self.gap_turned(dt, &turn) * slope;
             let step = newton * (-(bend * 0.5 * slope * newton) + 1.0);
             let next = dt + step;
@@ -151,7 +153,7 @@ impl<T: Angle> Arc<T> {
     }
 }
 
-impl Arc {
+impl GapArc {
     /// g + c ω²: acceleration into the terrain now, in m/s².
     pub(crate) fn effective_gravity(&self) -> f64 {
         self.g + self.c * self.omega * self.omega
@@ -172,8 +174,8 @@ impl Arc {
     /// The terms of the gap (m) and of its rate (m/s) after `dt`, each as large as it is: what they have roundings of.
     pub(crate) fn terms(&self, dt: f64, turn: &Turn) -> [f64; 2] {
         let fall = self.g.abs() * dt;
-        let turned = (turn.versed * self.c).abs() + (turn.lag * self.b).abs();
-        let spun = (turn.sin * self.c).abs() + (turn.versed * self.b).abs();
+        let turned = (turn.one_minus_cos * self.c).abs() + (turn.x_minus_sin * self.b).abs();
+        let spun = (turn.sin * self.c).abs() + (turn.one_minus_cos * self.b).abs();
         let gap = self.h + dt * (self.u.abs() + 0.5 * fall) + turned;
         [gap, self.u.abs() + fall + self.omega.abs() * spun]
     }
@@ -321,18 +323,18 @@ impl Arc {
     fn after_turning(&self, dt: f64) -> Option<Touchdown> {
         let before = phase(self.omega, dt);
         let turn = Turn::by(before);
-        let turn = Turn { lag: self.omega * dt - turn.sin, ..turn };
+        let turn = Turn { x_minus_sin: self.omega * dt - turn.sin, ..turn };
         let later = Self {
             h: self.gap_turned(dt, &turn).max(f64::MIN_POSITIVE),
             u: self.rate_turned(dt, &turn),
-            b: self.b - (self.b * turn.versed + self.c * turn.sin),
-            c: self.c - (self.c * turn.versed - self.b * turn.sin),
+            b: self.b - (self.b * turn.one_minus_cos + self.c * turn.sin),
+            c: self.c - (self.c * turn.one_minus_cos - self.b * turn.sin),
             ..*self
         };
         let landing = later.any_touchdown(true)?;
         let total = Turn::by(before + self.omega * landing.dt);
         let dt = dt + landing.dt;
-        Some(Touchdown { dt, turn: Turn { lag: self.omega * dt - total.sin, ..total } })
+        Some(Touchdown { dt, turn: Turn { x_minus_sin: self.omega * dt - total.sin, ..total } })
     }
 
     /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0: nothing lands in there.
@@ -392,7 +394,7 @@ impl Arc {
                     -self.g
                         - self.omega
                             * self.omega
-                            * (self.c * (1.0 - turn.versed) + self.b * turn.sin),
+                            * (self.c * (1.0 - turn.one_minus_cos) + self.b * turn.sin),
                 )
             });
             if f(start).0 <= 0.0 {
@@ -442,7 +444,7 @@ mod tests {
 
     #[test]
     fn slow_spin_agrees_with_the_bracketed_root() {
-        let arc = Arc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
+        let arc = GapArc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
         let (fast, safe) = (arc.concave_touchdown().0.dt, arc.any_touchdown(false).unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
@@ -452,10 +454,10 @@ mod tests {
     #[test]
     fn fast_spin_meets_the_first_dip() {
         // Without gravity, c = −1, h = 1.5 − … : the tip comes round after half a turn.
-        let arc = Arc { h: 1.5, u: 0.0, g: 0.0, b: 0.0, c: 1.0, omega: 300.0 };
+        let arc = GapArc { h: 1.5, u: 0.0, g: 0.0, b: 0.0, c: 1.0, omega: 300.0 };
         let t = arc.touchdown().unwrap(); // 1.5 − (1 − cos ωt) = 0
         assert!((t - libm::acos(-0.5) / 300.0).abs() < 1e-17, "{t}");
-        let high = Arc { h: 2.5, ..arc };
+        let high = GapArc { h: 2.5, ..arc };
         assert_eq!(high.touchdown(), None);
     }
 
@@ -465,7 +467,7 @@ mod tests {
         for b in [0.0, 4e-16, -1e-9, 1e-6] {
             for h in [1e-4, 1e-9, 6.5e-13, 1e-30, 1e-200] {
                 for (u, omega) in [(-0.2265, 5.97), (-1e-3, -40.0), (-3.0, 1e3)] {
-                    let arc = Arc { h, u, g: 9.81, b, c: 1.0, omega };
+                    let arc = GapArc { h, u, g: 9.81, b, c: 1.0, omega };
                     let t = arc.touchdown().unwrap();
                     let fall = parabola_touchdown(h, u, arc.effective_gravity());
                     assert!((t / fall - 1.0).abs() < 1e-4, "{arc:?}: {t} {fall}");
@@ -478,7 +480,7 @@ mod tests {
     fn leaving_the_ground_is_no_touchdown() {
         for omega in [0.0, 1.0, 50.0, 900.0] {
             for (b, c) in [(0.5, 0.1), (-0.5, 0.1), (0.3, -0.4), (-0.2, -0.6)] {
-                let arc = Arc { h: 0.0, u: 1e-3, g: 9.81, b, c, omega };
+                let arc = GapArc { h: 0.0, u: 1e-3, g: 9.81, b, c, omega };
                 let t = arc.touchdown().unwrap();
                 assert!(t > 0.0 && arc.gap(0.5 * t) > 0.0, "{omega} {b} {c}: {t}");
                 assert!(arc.gap(t).abs() < 1e-14 * (1.0 + t * t), "{}", arc.gap(t));
@@ -489,7 +491,7 @@ mod tests {
     #[test]
     fn a_vanishing_step_is_no_root() {
         // Chebyshev's factor 1 − f f″/(2f′²) is all but zero on the way.
-        let arc = Arc {
+        let arc = GapArc {
             h: 2.8366763643190262e-8,
             u: 12.248098641606981,
             g: 2.6770884859217445,

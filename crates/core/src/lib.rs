@@ -55,7 +55,7 @@ pub use body::state::State;
 pub use error::{Error, IoCause};
 #[doc(hidden)]
 pub use file::write::write_whole;
-pub use flight::Arc;
+pub use flight::GapArc;
 pub use modes::{
     Condition, ContactProblem, FEW, Forces, Jamming, Level, Margin, Method, Mode, ModeAnswer,
     Modes, PairMode, PairModes, ProblemFields, Status, TIE, Word, contact_modes,

@@ -176,12 +176,12 @@ impl Options {
     }
 
     /// Of a look into a sum of this run, `dt` after its beginning, event by event.
-    pub(crate) fn of_glance(&self, dt: f64) -> Self {
+    pub(crate) fn of_resimulated_tail(&self, dt: f64) -> Self {
         Self {
             stop: Stop::Time,
             time: 0.0,
             time_limit: Some(dt),
-            event_limit: GLANCE,
+            event_limit: RESIMULATED_EVENTS,
             record: false,
             ..*self
         }
@@ -212,4 +212,4 @@ impl Options {
 pub(crate) const MOST_RECORDED: usize = 20_000_000;
 
 /// Events after which a look into a sum is given up.
-const GLANCE: usize = 100_000;
+const RESIMULATED_EVENTS: usize = 100_000;

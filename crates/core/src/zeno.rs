@@ -25,7 +25,7 @@ pub(crate) struct Impulses {
 
 /// A local model with the constants that its formulas share.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Frozen {
+pub(crate) struct FrozenModel {
     pub(crate) g: [f64; 2],
     pub(crate) psi: [f64; 2],
     pub(crate) phi: [f64; 2],
@@ -36,12 +36,12 @@ pub(crate) struct Frozen {
     pub(crate) bounce: [f64; 2],
     /// (g_j + e_iψ_i g_i)/2: fall of the other gap per squared duration of a bounce tail at i.
     pub(crate) fall: [f64; 2],
-    clatter: Option<Clatter>,
+    clatter: Option<ClatteringConstants>,
 }
 
 /// Constants of a clattering tail; index: the contact that is hit next ("b"; "a" was hit last).
 #[derive(Debug, Clone, Copy)]
-struct Clatter {
+struct ClatteringConstants {
     /// Weight of u_a beside |u_b|, y/((1+e)ψ_i): 1/c_i is λ₊, unscaled, the edge of the cone of endless clatter.
     c: [f64; 2],
     /// S
@@ -84,7 +84,7 @@ fn is_parallel(psi: [f64; 2]) -> bool {
     1.0 - psi[0] * psi[1] <= PARALLEL
 }
 
-impl Frozen {
+impl FrozenModel {
     pub(crate) fn new(model: &LocalModel) -> Self {
         let (g, psi, phi, e) = (model.gravity(), model.psi(), model.phi(), model.restitution());
         let each = |f: &dyn Fn(usize) -> f64| [f(0), f(1)];
@@ -96,7 +96,7 @@ impl Frozen {
             kick: each(&|i| (1.0 + e[i]) * psi[i]),
             bounce: each(&|i| 2.0 / (g[i] * (1.0 - e[i]))),
             fall: each(&|i| 0.5 * (g[1 - i] + e[i] * psi[i] * g[i])),
-            clatter: Clatter::new(g, psi, e),
+            clatter: ClatteringConstants::new(g, psi, e),
         }
     }
 
@@ -283,7 +283,7 @@ impl Frozen {
     /// Whether, with both gaps zero and contact b approaching, impacts alternate for ever: the other contact must not leave faster
     /// than the cone of endless clatter allows.
     pub(crate) fn chatters_from(&self, b: usize, u: [f64; 2]) -> bool {
-        let inside = |k: &Clatter| k.c[b] * u[1 - b] <= -u[b];
+        let inside = |k: &ClatteringConstants| k.c[b] * u[1 - b] <= -u[b];
         self.chatters() && self.clatter.as_ref().is_none_or(inside)
     }
 
@@ -302,7 +302,7 @@ const APART: f64 = 16.0;
 /// 1 − ψ_1ψ_2 below which two Jacobian rows count as parallel: it carries a few roundings.
 const PARALLEL: f64 = 16.0 * f64::EPSILON;
 
-impl Clatter {
+impl ClatteringConstants {
     fn new(g: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> Option<Self> {
         let e = match e {
             [one, two] if one == two && g[0] >= 0.0 && g[1] >= 0.0 => one,

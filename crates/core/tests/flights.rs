@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use standfast::Arc;
+use standfast::GapArc;
 
 /// Splitmix64: a fixed sequence, the same on every machine.
 struct Random(u64);
@@ -36,7 +36,7 @@ impl Random {
 }
 
 /// A gap in flight: any spin from none to hundreds of times the concave limit, near or leaving the ground.
-fn draw(random: &mut Random) -> Arc {
+fn draw(random: &mut Random) -> GapArc {
     let angle = if random.next() < 0.1 {
         // Right above the centre of mass, or below it.
         random.sign() * random.decades(-17.0, -1.0) + PI * random.between(0.0, 2.0).floor()
@@ -56,11 +56,11 @@ fn draw(random: &mut Random) -> Arc {
     } else {
         (arm * random.decades(-16.0, 0.5), random.sign() * random.decades(-4.0, 1.5))
     };
-    Arc { h, u, g, b: arm * angle.sin(), c: arm * angle.cos(), omega }
+    GapArc { h, u, g, b: arm * angle.sin(), c: arm * angle.cos(), omega }
 }
 
 /// Gap and rate by the definition n·R(ωt)d, not by the solver's differences.
-fn gap(arc: &Arc, t: f64) -> (f64, f64) {
+fn gap(arc: &GapArc, t: f64) -> (f64, f64) {
     let (sin, cos) = (arc.omega * t).sin_cos();
     let swing = arc.c * cos + arc.b * sin; // n·R d
     let lever = arc.b * cos - arc.c * sin; // d(n·R d)/dθ
@@ -69,7 +69,7 @@ fn gap(arc: &Arc, t: f64) -> (f64, f64) {
 }
 
 /// Rounding of `gap` at time `t`.
-fn rounding(arc: &Arc, t: f64) -> f64 {
+fn rounding(arc: &GapArc, t: f64) -> f64 {
     let arm = arc.b.hypot(arc.c);
     let climb = (arc.u - arc.omega * arc.b).abs();
     8.0 * f64::EPSILON
@@ -77,7 +77,7 @@ fn rounding(arc: &Arc, t: f64) -> f64 {
 }
 
 /// What is wrong with the touchdown of this arc, if anything.
-fn fault(arc: &Arc) -> Option<String> {
+fn fault(arc: &GapArc) -> Option<String> {
     let found = arc.touchdown();
     let bound = arc.g + arc.b.hypot(arc.c) * arc.omega * arc.omega;
     let end = match found {

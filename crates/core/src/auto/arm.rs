@@ -1,15 +1,15 @@
 //! What a rotation, small and exactly, does to the arm of a contact.
 
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 
 /// What a small rotation does to every arm.
 #[derive(Clone, Copy)]
 pub(super) struct Angle {
     pub(super) sin: f64,
     /// 1 − cos θ
-    pub(super) versed: f64,
+    pub(super) one_minus_cos: f64,
     /// θ − sin θ
-    pub(super) lag: f64,
+    pub(super) x_minus_sin: f64,
 }
 
 impl Angle {
@@ -17,9 +17,9 @@ impl Angle {
     #[inline]
     pub(super) fn of(theta: f64) -> Self {
         let y = theta * theta;
-        let lag = theta * y * (1.0 / 6.0 - y * (1.0 / 120.0 - y * (1.0 / 5040.0)));
-        let versed = y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0)));
-        Self { sin: theta - lag, versed, lag }
+        let x_minus_sin = theta * y * (1.0 / 6.0 - y * (1.0 / 120.0 - y * (1.0 / 5040.0)));
+        let one_minus_cos = y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0)));
+        Self { sin: theta - x_minus_sin, one_minus_cos, x_minus_sin }
     }
 }
 
@@ -36,18 +36,18 @@ pub(super) struct Arm {
 
 impl Arm {
     #[inline]
-    pub(super) fn of(k: &Geometry, angle: Angle) -> Self {
-        let Angle { sin, versed, lag } = angle;
-        let change = -(k.b * versed + k.c * sin);
+    pub(super) fn of(k: &ContactGeometry, angle: Angle) -> Self {
+        let Angle { sin, one_minus_cos, x_minus_sin } = angle;
+        let change = -(k.b * one_minus_cos + k.c * sin);
         Self {
             b: k.b + change,
             change,
-            c: k.c - (k.c * versed - k.b * sin),
-            sag: -k.b * lag - k.c * versed,
+            c: k.c - (k.c * one_minus_cos - k.b * sin),
+            sag: -k.b * x_minus_sin - k.c * one_minus_cos,
         }
     }
 
-    pub(super) fn nominal(k: &Geometry) -> Self {
+    pub(super) fn nominal(k: &ContactGeometry) -> Self {
         Self { b: k.b, change: 0.0, c: k.c, sag: 0.0 }
     }
 }
@@ -60,10 +60,14 @@ mod tests {
     #[test]
     fn an_angle_keeps_its_digits() {
         for theta in [1e-9, -3e-4, 0.05, LARGEST_TURN] {
-            let Angle { sin, versed, lag } = Angle::of(theta);
+            let Angle { sin, one_minus_cos, x_minus_sin } = Angle::of(theta);
             let exact = crate::math::turn::Turn::by(theta);
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
-            assert!(close(sin, exact.sin) && close(versed, exact.versed) && close(lag, exact.lag));
+            assert!(
+                close(sin, exact.sin)
+                    && close(one_minus_cos, exact.one_minus_cos)
+                    && close(x_minus_sin, exact.x_minus_sin)
+            );
         }
     }
 }

@@ -22,7 +22,7 @@ mod arm;
 mod slide;
 mod tails;
 
-use crate::body::geometry::{Geometry, couplings};
+use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -33,7 +33,7 @@ use crate::motion::frame::Base;
 use crate::motion::record::{Kind, Record, Span, ZenoRecord};
 use crate::options::{Impact, Options, Stop};
 use crate::outcome::{Method, Outcome};
-use crate::zeno::{Frozen, Gaps};
+use crate::zeno::{FrozenModel, Gaps};
 
 use arm::{Angle, Arm};
 use slide::Until;
@@ -67,7 +67,7 @@ const MOST_COLLISIONS: usize = 96;
 /// no normal force turns it; and what friction there is has no arm either (c_i = 0), or no speed to act against.
 pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
     let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
-    let every = |holds: &dyn Fn(&Geometry, f64) -> bool| {
+    let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
         posture.contacts().iter().enumerate().all(|(i, contact)| match posture.ground(i) {
             Some(pieces) => {
                 pieces.iter().all(|piece| holds(&posture.on_piece(i, piece), contact.friction))
@@ -113,7 +113,7 @@ pub(crate) fn is_hopeless(
 /// estimate of the local model's error.
 fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
     let rho2 = posture.gyration_squared();
-    let landing = |k: &Geometry, h: f64| {
+    let landing = |k: &ContactGeometry, h: f64| {
         let u = k.local_rate(&state.qdot);
         let speed = (u * u + 2.0 * k.gravity * h.max(0.0)).sqrt();
         ((u + speed) / k.gravity, speed)
@@ -148,7 +148,7 @@ const TIPS: Lost =
 /// The local run at an event, and what its shadow is off at the same event.
 struct Shadow<'a> {
     posture: &'a Posture,
-    contacts: &'a [Geometry],
+    contacts: &'a [ContactGeometry],
     rho2: f64,
     fall: Vector3<f64>,
     /// Of the start, in m/s.
@@ -224,7 +224,7 @@ pub(crate) fn error(
 impl<'a> Shadow<'a> {
     fn new(posture: &'a Posture, start: &State, whole: f64, tolerance: f64) -> Self {
         let contacts = posture.geometry();
-        let reach = |k: &Geometry| libm::hypot(k.b, k.c) / k.gravity;
+        let reach = |k: &ContactGeometry| libm::hypot(k.b, k.c) / k.gravity;
         let mut shadow = Self {
             posture,
             contacts,
@@ -239,7 +239,7 @@ impl<'a> Shadow<'a> {
             u: [0.0; 2],
             dq: Vector3::zeros(),
             dqdot: Vector3::zeros(),
-            arms: [Arm::nominal(&Geometry::ABSENT); 2],
+            arms: [Arm::nominal(&ContactGeometry::ABSENT); 2],
             late: 0.0,
             latest: 0.0,
             slack: 0.0,
@@ -533,7 +533,7 @@ impl<'a> Shadow<'a> {
 
     /// Change of q̇ by an impulse that changes the rate of contact k, with this b, by `jump`.
     #[inline]
-    fn kick(&self, k: &Geometry, b: f64, jump: f64) -> Vector3<f64> {
+    fn kick(&self, k: &ContactGeometry, b: f64, jump: f64) -> Vector3<f64> {
         let per_own = jump / (b * b + self.rho2);
         let push = self.rho2 * per_own;
         Vector3::new(k.normal.x * push, k.normal.y * push, b * per_own)
@@ -555,25 +555,25 @@ impl<'a> Shadow<'a> {
     }
 
     /// The geometry of these arms, frozen, for a body that turns at `omega`.
-    fn frozen(&self, arms: &[Arm; 2], omega: f64) -> Frozen {
+    fn frozen(&self, arms: &[Arm; 2], omega: f64) -> FrozenModel {
         let one = &self.contacts[0];
-        let two = self.contacts.get(1).unwrap_or(&Geometry::ABSENT);
+        let two = self.contacts.get(1).unwrap_or(&ContactGeometry::ABSENT);
         let normal = one.normal.dot(&two.normal);
         let (psi, phi) = couplings(arms[0].b, arms[1].b, normal, self.rho2);
-        let pull = |k: &Geometry, arm: &Arm| k.gravity + arm.c * omega * omega;
+        let pull = |k: &ContactGeometry, arm: &Arm| k.gravity + arm.c * omega * omega;
         let gravity = [pull(one, &arms[0]), pull(two, &arms[1])];
-        Frozen::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
+        FrozenModel::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
     }
 
     /// As the local run has it, and as its shadow has it now.
-    fn both_frozen(&self) -> (Frozen, Frozen) {
+    fn both_frozen(&self) -> (FrozenModel, FrozenModel) {
         let omega = self.qdot.z + self.dqdot.z;
         (self.frozen(&self.nominal(), 0.0), self.frozen(&self.arms, omega))
     }
 }
 
 /// N·q, plainly summed.
-fn along(k: &Geometry, q: &Vector3<f64>) -> f64 {
+fn along(k: &ContactGeometry, q: &Vector3<f64>) -> f64 {
     k.normal.x * q.x + k.normal.y * q.y + k.b * q.z
 }
 

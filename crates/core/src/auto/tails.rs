@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use crate::auto::{Lost, ORDER, Shadow, along};
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::motion::record::{Tail, ZenoRecord};
 use crate::outcome::Method;
-use crate::zeno::{Frozen, Gaps, Impulses};
+use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// Factor on an estimate of what a sum may be off, where it is not followed.
 const SEVERAL: f64 = 4.0;
@@ -38,7 +38,7 @@ impl Shadow<'_> {
 
     /// Contact a bounces until it rests, for `t` in the local run.
     pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), Lost> {
-        let Geometry { restitution: e, gravity: g, .. } = self.contacts[a];
+        let ContactGeometry { restitution: e, gravity: g, .. } = self.contacts[a];
         let k = &self.contacts[a];
         // T = 2u/(g(1−e)): the coming flight is its share 1 − e. The sum takes over once the geometry cannot change in it
         // any more: c ω² beside g, and the arms, which matter to the times only if there are any after it.
@@ -68,7 +68,7 @@ impl Shadow<'_> {
             t *= e;
         }
         let (local, full) = self.both_frozen();
-        let end = |frozen: &Frozen, u: f64| {
+        let end = |frozen: &FrozenModel, u: f64| {
             let t = frozen.bounce[a] * u;
             let mut gaps = Gaps::default();
             gaps.u[a] = u;

@@ -10,7 +10,7 @@ const GIVEN_BACK: f64 = 32.0;
 
 /// Constants of one contact: its frame and arm in the nominal posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Geometry {
+pub(crate) struct ContactGeometry {
     /// t_i
     pub(crate) tangent: Vector2<f64>,
     /// n_i
@@ -29,7 +29,7 @@ pub(crate) struct Geometry {
     pub(crate) friction: f64,
 }
 
-impl Geometry {
+impl ContactGeometry {
     /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
     /// more, of the length that they have to have.
     pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
@@ -48,7 +48,7 @@ impl Geometry {
     }
 }
 
-impl Geometry {
+impl ContactGeometry {
     /// An absent contact: no normal, no arm, no gravity. Infinitely high, it never takes part.
     pub(crate) const ABSENT: Self = Self {
         tangent: Vector2::new(1.0, 0.0),
@@ -64,7 +64,7 @@ impl Geometry {
     /// (b, c) after a turn.
     pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
         let (b, c) = (self.b, self.c);
-        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
+        (b - (b * turn.one_minus_cos + c * turn.sin), c - (c * turn.one_minus_cos - b * turn.sin))
     }
 
     /// Gap at `q`; `turn`: by its rotation.
@@ -73,7 +73,7 @@ impl Geometry {
             (self.normal.x, q.x),
             (self.normal.y, q.y),
             (self.b, turn.sin),
-            (self.c, -turn.versed),
+            (self.c, -turn.one_minus_cos),
             (self.offset, 1.0),
         ])
     }
@@ -87,7 +87,7 @@ impl Geometry {
         turn: Option<&Turn>,
     ) -> [f64; 2] {
         let arm = self.b.abs() + self.c.abs();
-        let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.versed);
+        let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.one_minus_cos);
         let moved = q.x.abs() + q.y.abs() + arm * angle + self.offset.abs();
         let speed = qdot.x.abs() + qdot.y.abs() + arm * qdot.z.abs();
         [moved, speed].map(|size| GIVEN_BACK * f64::EPSILON * size)

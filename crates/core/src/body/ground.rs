@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;
 
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::terrain::{Piece, Place, find, sides};
 use crate::tolerance::TOUCH;
@@ -12,7 +12,7 @@ use crate::tolerance::TOUCH;
 pub(crate) struct Under {
     pub(crate) place: Place,
     /// Constants of the contact on this piece.
-    pub(crate) geometry: Geometry,
+    pub(crate) geometry: ContactGeometry,
     /// Whether there is a piece; if not, the geometry is that of the nearest.
     pub(crate) exists: bool,
 }
@@ -43,7 +43,7 @@ impl Posture {
 
     /// Constants of contact `i` on the piece of terrain under it at `q`, and on the one beside it where that rises from a vertex in
     /// which the contact is, within [`TOUCH`] of the size of the body.
-    pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[Geometry; 2]> {
+    pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[ContactGeometry; 2]> {
         let Under { place, geometry, exists } = self.under(i, q, false);
         let mut all = SmallVec::from_slice(&[geometry]);
         for (side, to) in [(0, -1), (1, 1)] {
@@ -63,7 +63,7 @@ impl Posture {
     }
 
     /// Constants of a contact on the piece of terrain nearest to it.
-    pub(crate) fn on_nearest(&self, place: &Place) -> Geometry {
+    pub(crate) fn on_nearest(&self, place: &Place) -> ContactGeometry {
         let Some(pieces) = self.ground(place.contact) else {
             return self.geometry()[place.contact];
         };
@@ -89,11 +89,11 @@ impl Posture {
     }
 
     /// Constants of contact `i` on a piece of terrain.
-    pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> Geometry {
+    pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> ContactGeometry {
         let point = Vector2::from(self.contacts()[i].point);
         let arm = point - Vector2::from(self.fields().center_of_mass);
         let offset = piece.height(&point);
-        Geometry {
+        ContactGeometry {
             tangent: piece.tangent,
             normal: piece.normal,
             b: piece.tangent.dot(&arm),

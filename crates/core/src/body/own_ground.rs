@@ -13,7 +13,7 @@ use nalgebra::Vector2;
 use smallvec::SmallVec;
 
 use crate::body::contact::Contact;
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::tolerance::SAME_GROUND;
 
 /// A contact that is on or above the line of another one in the nominal posture, and that its own line does not keep there.
@@ -41,14 +41,14 @@ fn is_endless(contact: &Contact) -> bool {
 }
 
 /// Height of one contact over the line of another in the nominal posture, in m.
-fn height(contacts: &[Contact], lines: &[Geometry], one: usize, other: usize) -> f64 {
+fn height(contacts: &[Contact], lines: &[ContactGeometry], one: usize, other: usize) -> f64 {
     let [from, to] = [other, one].map(|k| Vector2::from(contacts[k].point));
     lines[other].normal.dot(&(to - from))
 }
 
 impl OwnGround {
     /// `None`: nothing can go wrong with the lines of these contacts. `lines`: theirs. `size`: of the body, in m.
-    pub(crate) fn of(contacts: &[Contact], lines: &[Geometry], size: f64) -> Option<Self> {
+    pub(crate) fn of(contacts: &[Contact], lines: &[ContactGeometry], size: f64) -> Option<Self> {
         let mut own = Self { above: SmallVec::new(), below: None, room: f64::INFINITY };
         let count = contacts.len();
         for j in (0..count).filter(|&j| is_endless(&contacts[j])) {
@@ -72,7 +72,7 @@ impl OwnGround {
     pub(crate) fn room(
         &self,
         contacts: &[Contact],
-        lines: &[Geometry],
+        lines: &[ContactGeometry],
         size: f64,
         moved: impl Fn(usize) -> Vector2<f64>,
         touches: impl Fn(usize) -> bool,

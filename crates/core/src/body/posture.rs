@@ -20,7 +20,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
-use crate::body::geometry::{Geometry, couplings};
+use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::LocalModel;
 use crate::body::own_ground::OwnGround;
 use crate::body::terrain;
@@ -54,7 +54,7 @@ pub struct Posture(Arc<Parts>);
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
     fields: Fields,
-    geometry: PerContact<Geometry>,
+    geometry: PerContact<ContactGeometry>,
     /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
     grounds: Vec<Vec<Piece>>,
     /// See [`Posture::point_of`].
@@ -106,7 +106,7 @@ impl From<Posture> for Fields {
 }
 
 /// The longest arm or ρ, in m.
-fn size(geometry: &[Geometry], gyration_radius: f64) -> f64 {
+fn size(geometry: &[ContactGeometry], gyration_radius: f64) -> f64 {
     geometry.iter().map(|k| libm::hypot(k.b, k.c)).fold(gyration_radius, f64::max)
 }
 
@@ -153,7 +153,7 @@ impl Posture {
                 reach < 1e150,
                 "distance from the centre of mass over gyration_radius < 1e150",
             )?;
-            geometry.push(Geometry {
+            geometry.push(ContactGeometry {
                 tangent,
                 normal,
                 b: tangent.dot(&arm),
@@ -279,7 +279,7 @@ impl Posture {
         &self.0.fields.contacts
     }
 
-    pub(crate) fn geometry(&self) -> &[Geometry] {
+    pub(crate) fn geometry(&self) -> &[ContactGeometry] {
         &self.0.geometry
     }
 
@@ -331,8 +331,8 @@ impl Posture {
     }
 
     /// The two contacts of a two-contact posture.
-    fn pair(&self) -> Result<[Geometry; 2], Error> {
-        <[Geometry; 2]>::try_from(self.0.geometry.as_slice()).map_err(|_| Error::Unusable {
+    fn pair(&self) -> Result<[ContactGeometry; 2], Error> {
+        <[ContactGeometry; 2]>::try_from(self.0.geometry.as_slice()).map_err(|_| Error::Unusable {
             field: "contacts".into(),
             value: format!("[{} contacts]", self.0.geometry.len()),
             allowed: "exactly 2 contacts for this question".into(),

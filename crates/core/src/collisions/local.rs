@@ -22,11 +22,11 @@ use crate::math::clock::{Clock, unnormalised_after};
 use crate::math::lanes::{Columns, Lanes};
 use crate::math::real::Real;
 use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
-use crate::zeno::{ClatterTail, Frozen, Gaps, Impulses};
+use crate::zeno::{ClatterTail, FrozenModel, Gaps, Impulses};
 
 /// Why a sequence of collisions is left.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Halt {
+pub(crate) enum LoopExit {
     /// A bounce tail at this contact, of this duration.
     Bounce {
         contact: usize,
@@ -59,7 +59,7 @@ const PATIENCE: usize = 16;
 const SHORT: f64 = 1e-16;
 
 /// Which contact lands next, when, and whether the other lands at the same instant.
-fn next_landing(m: &Frozen, gaps: &Gaps) -> (usize, f64, bool) {
+fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
     let t = [0, 1].map(|i| parabola_touchdown(gaps.h[i], gaps.u[i], m.g[i]));
     let first = usize::from(t[1] < t[0]);
     (first, t[first], are_one(t[0], t[1]))
@@ -172,7 +172,7 @@ impl<T: Real> Roles<T> {
 
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clatter {
+pub(crate) struct LocalCollisions {
     course: Course<f64>,
     /// The contact hit last.
     a: usize,
@@ -188,21 +188,21 @@ pub(crate) struct Clatter {
     singly: [usize; 2],
 }
 
-impl Clatter {
+impl LocalCollisions {
     /// The first landing, and the impact there; an error: something else.
     pub(crate) fn begin(
-        m: &Frozen,
+        m: &FrozenModel,
         gaps: &mut Gaps,
         sum: &mut Impulses,
         log: &mut Log,
-    ) -> Result<Self, Halt> {
+    ) -> Result<Self, LoopExit> {
         let (contact, tau, tie) = next_landing(m, gaps);
         if log.clock.hi + tau > log.end {
             rest_of_time(m, gaps, sum, log);
-            return Err(Halt::TimeLimit);
+            return Err(LoopExit::TimeLimit);
         }
         if tau == f64::INFINITY {
-            return Err(Halt::Never);
+            return Err(LoopExit::Never);
         }
         let before = *gaps;
         *gaps = fly_for(m.g, gaps, tau);
@@ -214,10 +214,10 @@ impl Clatter {
         advance(sum, tau);
         if tie {
             gaps.h = [0.0; 2];
-            return Err(Halt::Tie);
+            return Err(LoopExit::Tie);
         }
         if log.chunk() == 0 {
-            return Err(Halt::EventLimit);
+            return Err(LoopExit::EventLimit);
         }
         let rates = gaps.u;
         gaps.u = newton::newton(m, contact, rates);
@@ -255,12 +255,12 @@ impl Clatter {
     /// After the loop: gaps, impulses and clock.
     pub(crate) fn end(
         self,
-        halt: Halt,
-        m: &Frozen,
+        halt: LoopExit,
+        m: &FrozenModel,
         gaps: &mut Gaps,
         sum: &mut Impulses,
         log: &mut Log,
-    ) -> Halt {
+    ) -> LoopExit {
         log.hits += self.granted - self.left;
         let [one, two] = self.singly;
         // Collisions in turn begin after one at contact 1, with one at contact 2.
@@ -278,7 +278,7 @@ impl Clatter {
             sum.jump[1] += gaps.u[1] - (u - g * t) + m.psi[0] * self.r.jump;
             sum.path[1] += gaps.h[1] - (h + t * (u - 0.5 * g * t)) + m.psi[0] * path;
         }
-        if halt == Halt::TimeLimit {
+        if halt == LoopExit::TimeLimit {
             rest_of_time(m, gaps, sum, log);
         }
         halt
@@ -292,7 +292,7 @@ impl Clatter {
     }
 
     /// A look at the limits and for a sum, if one is due, and the next event, whatever it is.
-    pub(crate) fn next(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
+    pub(crate) fn next(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         if self.left == 0 {
             log.hits += self.granted;
             self.granted = 0;
@@ -302,7 +302,7 @@ impl Clatter {
             self.granted = log.chunk().min(1 + (log.hits - self.first) / PATIENCE);
             self.left = self.granted;
             if self.granted == 0 {
-                return Some(Halt::EventLimit);
+                return Some(LoopExit::EventLimit);
             }
         }
         self.collide(m, log)
@@ -345,7 +345,7 @@ impl Clatter {
 
     /// The next event, whatever it is.
     #[inline(never)]
-    fn collide(&mut self, m: &Frozen, log: &mut Log) -> Option<Halt> {
+    fn collide(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         let (a, b) = (self.a, 1 - self.a);
         let Roles { u_a, u_b, h_b, .. } = self.r;
         let (g_a, g_b) = (m.g[a], m.g[b]);
@@ -360,12 +360,12 @@ impl Clatter {
                 return Some(halt);
             }
             if self.r.hi + back > self.course.end {
-                return Some(Halt::TimeLimit);
+                return Some(LoopExit::TimeLimit);
             }
             self.advance_clock(back);
             if back == tau {
                 (self.r.u_a, self.r.u_b, self.r.h_b) = (-u_a, -s, 0.0);
-                return Some(Halt::Tie);
+                return Some(LoopExit::Tie);
             }
             let w = u_b - g_b * back;
             let blow = (1.0 + m.e[a]) * u_a;
@@ -377,7 +377,7 @@ impl Clatter {
         }
         if self.r.hi + tau > self.course.end {
             let forever = log.end == f64::INFINITY;
-            return Some(if forever { Halt::Never } else { Halt::TimeLimit });
+            return Some(if forever { LoopExit::Never } else { LoopExit::TimeLimit });
         }
         self.advance_clock(tau);
         let (kick, hit) = (m.kick[b] * s, m.e[b] * s);
@@ -486,7 +486,7 @@ impl<S: Simd> Vector<S> {
 
 impl Pool {
     /// Takes a run in whose loop plain collisions are next, if they may be and it is worth while.
-    pub(crate) fn put(&mut self, run: usize, clatter: &Clatter) -> bool {
+    pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
             self.course.put(run, clatter.course.numbers());
@@ -497,7 +497,7 @@ impl Pool {
     }
 
     /// Gives a run back that has stopped.
-    pub(crate) fn take(&mut self, run: usize, clatter: &mut Clatter) {
+    pub(crate) fn take(&mut self, run: usize, clatter: &mut LocalCollisions) {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
         let (r, left) = Roles::of(self.stages[a].get(run));
@@ -560,7 +560,7 @@ fn in_order(
 }
 
 /// Flies on to the time limit.
-fn rest_of_time(m: &Frozen, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) {
+fn rest_of_time(m: &FrozenModel, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) {
     let left = log.left().max(0.0);
     *gaps = fly_for(m.g, gaps, left);
     advance(sum, left);
@@ -575,13 +575,13 @@ pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
 }
 
 /// The sum of the bounces at a, if the motion from here on consists of nothing else.
-fn bounces(m: &Frozen, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option<Halt> {
+fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option<LoopExit> {
     let duration = m.bounce_tail(a, gaps)?;
-    (now + duration <= end).then_some(Halt::Bounce { contact: a, duration })
+    (now + duration <= end).then_some(LoopExit::Bounce { contact: a, duration })
 }
 
 /// How the motion from here on is summed, if it is: bouncing, clattering, or the end of the digits.
-fn accumulates(m: &Frozen, at: &Clatter, end: f64) -> Option<Halt> {
+fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopExit> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
     if let Some(halt) = bounces(m, a, gaps, now, end) {
         return Some(halt);
@@ -593,7 +593,7 @@ fn accumulates(m: &Frozen, at: &Clatter, end: f64) -> Option<Halt> {
         && now + tail.duration <= end
         && certain()
     {
-        return Some(Halt::Clatter(tail));
+        return Some(LoopExit::Clatter(tail));
     }
     if parabola_touchdown(at.r.h_b, at.r.u_b, m.g[1 - a]) > SHORT * now {
         return None;
@@ -601,13 +601,13 @@ fn accumulates(m: &Frozen, at: &Clatter, end: f64) -> Option<Halt> {
     let certain = tail.filter(|_| certain());
     let remaining = certain.map(|tail| tail.duration).or_else(|| time_to_rest(m, gaps))?;
     (remaining <= REACHED * now)
-        .then(|| Halt::Reached { remaining, self_similar: repeats(m, a, gaps) })
+        .then(|| LoopExit::Reached { remaining, self_similar: repeats(m, a, gaps) })
 }
 
 /// A time within which both contacts come to rest, by the energy argument, if they do at all: λ =
 /// D⁻¹(g_1, g_2) > 0 and every impact loses energy. The weakest pull decides: of a contact in the air, or of
 /// one while the other is held. In s.
-pub(crate) fn time_to_rest(m: &Frozen, gaps: &Gaps) -> Option<f64> {
+pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     let force = m.share(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {
         return None;
@@ -621,7 +621,7 @@ pub(crate) fn time_to_rest(m: &Frozen, gaps: &Gaps) -> Option<f64> {
 }
 
 /// Whether two more collisions lead back to the same state on a smaller scale.
-fn repeats(m: &Frozen, a: usize, gaps: &Gaps) -> bool {
+fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
     let shape = |gaps: &Gaps| {
         let (u_a, u_b) = (gaps.u[a], gaps.u[1 - a]);
         [u_a / u_b, m.g[1 - a] * gaps.h[1 - a] / (u_b * u_b)]

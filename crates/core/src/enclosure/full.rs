@@ -8,7 +8,7 @@
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure::{Claims, Gap, Model, NOTHING, ball};
-use crate::flight::Arc;
+use crate::flight::GapArc;
 use crate::math::ball::Ball;
 use crate::math::turn::Turn;
 use crate::options::Options;
@@ -23,44 +23,48 @@ const FARTHEST: f64 = 1e12;
 /// sin x, 1 − cos x and x − sin x by their series.
 struct Sine {
     /// (−1)ⁿ/(2n + 3)! and (−1)ⁿ/(2n + 2)!
-    lag: [Ball; TERMS],
-    versed: [Ball; TERMS],
+    x_minus_sin: [Ball; TERMS],
+    one_minus_cos: [Ball; TERMS],
 }
 
 impl Sine {
     fn new() -> Option<Self> {
-        let (mut lag, mut versed) = ([Ball::ZERO; TERMS], [Ball::ZERO; TERMS]);
+        let (mut x_minus_sin, mut one_minus_cos) = ([Ball::ZERO; TERMS], [Ball::ZERO; TERMS]);
         let mut last = ball(1.0);
         for n in 0..TERMS {
             let k = 2.0 * n as f64;
-            versed[n] = last.over(ball(k + 2.0))?;
-            lag[n] = versed[n].over(ball(k + 3.0))?;
-            last = -lag[n];
+            one_minus_cos[n] = last.over(ball(k + 2.0))?;
+            x_minus_sin[n] = one_minus_cos[n].over(ball(k + 3.0))?;
+            last = -x_minus_sin[n];
         }
-        Some(Self { lag, versed })
+        Some(Self { x_minus_sin, one_minus_cos })
     }
 
     fn of(&self, x: Ball) -> Turn<Ball> {
         if x.is_zero() {
-            return Turn { sin: Ball::ZERO, versed: Ball::ZERO, lag: Ball::ZERO };
+            return Turn { sin: Ball::ZERO, one_minus_cos: Ball::ZERO, x_minus_sin: Ball::ZERO };
         }
         if x.size() > FARTHEST {
             let any = |middle: f64| ball(middle).widened(1.0);
-            return Turn { sin: any(0.0), versed: any(1.0), lag: x.widened(1.0) };
+            return Turn { sin: any(0.0), one_minus_cos: any(1.0), x_minus_sin: x.widened(1.0) };
         }
         if x.size() > 1.0 {
             // sin 2x = 2 sin x cos x, 1 − cos 2x = 2 sin²x
             let half = self.of(x.scaled(0.5));
-            let sin = (half.sin * (ball(1.0) - half.versed)).scaled(2.0);
-            return Turn { sin, versed: half.sin.square().scaled(2.0), lag: x - sin };
+            let sin = (half.sin * (ball(1.0) - half.one_minus_cos)).scaled(2.0);
+            return Turn {
+                sin,
+                one_minus_cos: half.sin.square().scaled(2.0),
+                x_minus_sin: x - sin,
+            };
         }
         let y = x.square();
         let sum = |terms: &[Ball; TERMS]| {
             let whole = terms.iter().rev().fold(Ball::ZERO, |sum, term| sum * y + *term);
             whole.widened(LEFT_OUT)
         };
-        let lag = x * y * sum(&self.lag);
-        Turn { sin: x - lag, versed: y * sum(&self.versed), lag }
+        let x_minus_sin = x * y * sum(&self.x_minus_sin);
+        Turn { sin: x - x_minus_sin, one_minus_cos: y * sum(&self.one_minus_cos), x_minus_sin }
     }
 }
 
@@ -78,11 +82,11 @@ struct Foot {
 impl Foot {
     fn gap(&self, t: Ball, turn: &Turn<Ball>) -> Ball {
         self.h + t * (self.u - (self.g * t).scaled(0.5))
-            - (turn.versed * self.c + turn.lag * self.b)
+            - (turn.one_minus_cos * self.c + turn.x_minus_sin * self.b)
     }
 
     fn rate(&self, t: Ball, turn: &Turn<Ball>, omega: Ball) -> Ball {
-        self.u - self.g * t - omega * (turn.sin * self.c + turn.versed * self.b)
+        self.u - self.g * t - omega * (turn.sin * self.c + turn.one_minus_cos * self.b)
     }
 
     /// What the rotation may take from gravity: ω²√(b² + c²).
@@ -99,7 +103,7 @@ impl Foot {
     fn guess(&self, omega: Ball) -> f64 {
         let [h, u, b, c, g, omega] =
             [self.h, self.u, self.b, self.c, self.g, omega].map(Ball::middle);
-        let arc = Arc { h: h.max(0.0), u: if h > 0.0 { u } else { u.max(0.0) }, g, b, c, omega };
+        let arc = GapArc { h: h.max(0.0), u: if h > 0.0 { u } else { u.max(0.0) }, g, b, c, omega };
         if h == 0.0 && u < 0.0 { 0.0 } else { arc.touchdown().unwrap_or(f64::INFINITY) }
     }
 }
@@ -142,12 +146,14 @@ fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<F
     let (feet, normals): (Vec<Foot>, Vec<[Ball; 2]>) = contacts
         .map(|(contact, geometry)| {
             let slope = sine.of(ball(contact.slope));
-            let (cos, sin) = (ball(1.0) - slope.versed, slope.sin);
+            let (cos, sin) = (ball(1.0) - slope.one_minus_cos, slope.sin);
             let (tangent, normal) = ([cos, sin], [-sin, cos]);
             let d = [0, 1].map(|k| ball(contact.point[k]) - ball(fields.center_of_mass[k]));
             // R(θ)d − d
-            let moved =
-                [-(spin.versed * d[0] + spin.sin * d[1]), spin.sin * d[0] - spin.versed * d[1]];
+            let moved = [
+                -(spin.one_minus_cos * d[0] + spin.sin * d[1]),
+                spin.sin * d[0] - spin.one_minus_cos * d[1],
+            ];
             let arm = [d[0] + moved[0], d[1] + moved[1]];
             let (b, c) = (dot(tangent, arm), dot(normal, arm));
             let turned = if local { b * theta } else { Ball::ZERO };
@@ -241,7 +247,11 @@ impl<'a> Course<'a> {
         let dt = t.widened(off);
         let turned = 2.0 * omega.size() * off * ROUNDED;
         let wide = |x: Ball| x.widened(turned);
-        let turn = Turn { sin: wide(turn.sin), versed: wide(turn.versed), lag: wide(turn.lag) };
+        let turn = Turn {
+            sin: wide(turn.sin),
+            one_minus_cos: wide(turn.one_minus_cos),
+            x_minus_sin: wide(turn.x_minus_sin),
+        };
         Some(Landing { contact: i, s: -foot.rate(dt, &turn, omega), dt, turn })
     }
 
@@ -281,8 +291,8 @@ impl<'a> Course<'a> {
         for (j, foot) in self.feet.iter_mut().enumerate() {
             let (h, u) = (foot.gap(dt, &turn), foot.rate(dt, &turn, self.omega));
             let (b, c) = (foot.b, foot.c);
-            foot.b = b - (b * turn.versed + c * turn.sin);
-            foot.c = c - (c * turn.versed - b * turn.sin);
+            foot.b = b - (b * turn.one_minus_cos + c * turn.sin);
+            foot.c = c - (c * turn.one_minus_cos - b * turn.sin);
             (foot.h, foot.u) = if j == i { (Ball::ZERO, -s) } else { (h, u) };
         }
         let Foot { b, e, .. } = self.feet[i];

@@ -133,11 +133,11 @@ struct Model {
     psi: [Ball; 2],
     /// What is not there never lands.
     count: usize,
-    clatter: Option<Clatter>,
+    clatter: Option<BallConstants>,
 }
 
 /// Constants of a clattering tail; index: the contact that is hit next.
-struct Clatter {
+struct BallConstants {
     c: [Ball; 2],
     /// r_i
     r: [Ball; 2],
@@ -151,7 +151,7 @@ fn ball(x: f64) -> Ball {
     Ball::from(x)
 }
 
-impl Clatter {
+impl BallConstants {
     /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, what repels two impacts without gravity.
     fn new(g: [Ball; 2], kick: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
         let product = kick[0] * kick[1];
@@ -218,7 +218,7 @@ impl Clatter {
 impl Model {
     fn of(g: [Ball; 2], psi: [Ball; 2], e: [Ball; 2], count: usize) -> Self {
         let kick = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
-        let clatter = if count == 2 { Clatter::new(g, kick, e) } else { None };
+        let clatter = if count == 2 { BallConstants::new(g, kick, e) } else { None };
         Self { g, e, kick, psi, count, clatter }
     }
 

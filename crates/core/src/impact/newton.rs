@@ -3,7 +3,7 @@
 //! In gap rates, with w = u_i⁻ < 0 at the contact that is hit: u_i⁺ = −e_i w, u_j⁺ = u_j⁻ + (1+e_i)ψ_i w
 //! [Or & Rimon 2008, (4), (6)]. The energy lost is (1−e²)w²/(2D_ii).
 
-use crate::zeno::Frozen;
+use crate::zeno::FrozenModel;
 
 /// One impact: the contact and the gap rates around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub(crate) struct Hit {
 
 /// Rates after an impact at `i`.
 #[inline]
-pub(crate) fn newton(model: &Frozen, i: usize, before: [f64; 2]) -> [f64; 2] {
+pub(crate) fn newton(model: &FrozenModel, i: usize, before: [f64; 2]) -> [f64; 2] {
     let s = -before[i];
     let mut after = before;
     after[i] = model.e[i] * s;
@@ -27,7 +27,7 @@ pub(crate) fn newton(model: &Frozen, i: usize, before: [f64; 2]) -> [f64; 2] {
 ///
 /// Of the candidates {1, 2}, {1}, {2} the first that fits is taken; for a positive definite impact
 /// matrix only one does; of equal rows the impact that needs more is enough. And whether it is the first: then u⁺ = −e u⁻ at both.
-pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> ([f64; 2], bool) {
+pub(crate) fn newton_together(model: &FrozenModel, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.share(need);
     let rounding = UNLOADED * need[0].max(need[1]);
@@ -45,7 +45,7 @@ pub(crate) fn newton_together(model: &Frozen, before: [f64; 2]) -> ([f64; 2], bo
 const UNLOADED: f64 = 4.0 * f64::EPSILON;
 
 /// Rates after impulses given as own-rate jumps.
-pub(crate) fn kicked(model: &Frozen, before: [f64; 2], jump: [f64; 2]) -> [f64; 2] {
+pub(crate) fn kicked(model: &FrozenModel, before: [f64; 2], jump: [f64; 2]) -> [f64; 2] {
     [before[0] + jump[0] - model.psi[1] * jump[1], before[1] + jump[1] - model.psi[0] * jump[0]]
 }
 
@@ -65,10 +65,10 @@ const LONGEST: usize = 10_000_000;
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.
 ///
 /// From then on the contacts alternate. The impact speeds obey x_{k+1} = p x_k − e x_{k−1}, p = (1+e)ψ of
-/// the contact hit, so that the sequence is endless iff [`Frozen::chatters_from`]. Speeds are renormalised on
+/// the contact hit, so that the sequence is endless iff [`FrozenModel::chatters_from`]. Speeds are renormalised on
 /// the way: thousands of impacts underflow nothing but the result. `report` sees every impact.
 pub(crate) fn in_zero_time(
-    model: &Frozen,
+    model: &FrozenModel,
     first: usize,
     rates: &mut [f64; 2],
     mut report: impl FnMut(&Hit),
@@ -110,8 +110,8 @@ mod tests {
     use super::*;
     use crate::body::local_model::LocalModel;
 
-    fn model(e: f64, psi: f64) -> Frozen {
-        Frozen::new(&LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap())
+    fn model(e: f64, psi: f64) -> FrozenModel {
+        FrozenModel::new(&LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap())
     }
 
     #[test]

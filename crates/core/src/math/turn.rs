@@ -13,14 +13,14 @@ pub(crate) struct Turn<T = f64> {
     /// sin x
     pub(crate) sin: T,
     /// 1 − cos x
-    pub(crate) versed: T,
+    pub(crate) one_minus_cos: T,
     /// x − sin x
-    pub(crate) lag: T,
+    pub(crate) x_minus_sin: T,
 }
 
 /// Taylor series of (x − sin x)/x³ and (1 − cos x − x²/2)/x⁴ in x²: (−1)ᵏ/(2k+3)! and −(−1)ᵏ/(2k+4)!.
 /// On |x| ≤ π/4 the first omitted terms are below 1e-18.
-const LAG: [f64; 7] = [
+const X_MINUS_SIN: [f64; 7] = [
     1.0 / 6.0,
     -1.0 / 120.0,
     1.0 / 5_040.0,
@@ -29,7 +29,7 @@ const LAG: [f64; 7] = [
     -1.0 / 6_227_020_800.0,
     1.0 / 1_307_674_368_000.0,
 ];
-const VERSED: [f64; 7] = [
+const ONE_MINUS_COS: [f64; 7] = [
     -1.0 / 24.0,
     1.0 / 720.0,
     -1.0 / 40_320.0,
@@ -65,7 +65,7 @@ impl Turn {
             Self::small(x)
         } else {
             let (sin, half) = (libm::sin(x), libm::sin(0.5 * x));
-            Self { sin, versed: 2.0 * half * half, lag: x - sin }
+            Self { sin, one_minus_cos: 2.0 * half * half, x_minus_sin: x - sin }
         }
     }
 }
@@ -78,26 +78,30 @@ impl<T: Real> Turn<T> {
     #[inline(always)]
     pub(crate) fn small(x: T) -> Self {
         let y = x * x;
-        let lag = x * y * polynomial(&LAG, y);
-        Self { sin: x - lag, versed: y * 0.5 + y * y * polynomial(&VERSED, y), lag }
+        let x_minus_sin = x * y * polynomial(&X_MINUS_SIN, y);
+        Self {
+            sin: x - x_minus_sin,
+            one_minus_cos: y * 0.5 + y * y * polynomial(&ONE_MINUS_COS, y),
+            x_minus_sin,
+        }
     }
 
     /// The same at `x + dx` for |dx| ≪ |x|: the first two Taylor terms.
     #[inline(always)]
     pub(crate) fn and(self, dx: T) -> Self {
-        let cos = -self.versed + 1.0;
+        let cos = -self.one_minus_cos + 1.0;
         let half = dx * 0.5;
         Self {
             sin: self.sin + dx * (cos - half * self.sin),
-            versed: self.versed + dx * (self.sin + half * cos),
-            lag: self.lag + dx * (self.versed + half * self.sin),
+            one_minus_cos: self.one_minus_cos + dx * (self.sin + half * cos),
+            x_minus_sin: self.x_minus_sin + dx * (self.one_minus_cos + half * self.sin),
         }
     }
 
     /// b and c after this turn: db/dθ = −c, dc/dθ = b.
     #[inline(always)]
     pub(crate) fn turned(&self, [b, c]: [T; 2]) -> [T; 2] {
-        [b - (b * self.versed + c * self.sin), c - (c * self.versed - b * self.sin)]
+        [b - (b * self.one_minus_cos + c * self.sin), c - (c * self.one_minus_cos - b * self.sin)]
     }
 
     /// The first where the mask says so, else the second.
@@ -105,8 +109,8 @@ impl<T: Real> Turn<T> {
     pub(crate) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         Self {
             sin: T::choose(mask, yes.sin, no.sin),
-            versed: T::choose(mask, yes.versed, no.versed),
-            lag: T::choose(mask, yes.lag, no.lag),
+            one_minus_cos: T::choose(mask, yes.one_minus_cos, no.one_minus_cos),
+            x_minus_sin: T::choose(mask, yes.x_minus_sin, no.x_minus_sin),
         }
     }
 }
@@ -163,8 +167,8 @@ mod tests {
         for exponent in 8..100 {
             let x = 10f64.powi(-exponent);
             let turn = Turn::by(x);
-            assert!((turn.versed / (x * x / 2.0) - 1.0).abs() < 4e-16, "{x}");
-            assert!((turn.lag / (x * x * x / 6.0) - 1.0).abs() < 4e-16, "{x}");
+            assert!((turn.one_minus_cos / (x * x / 2.0) - 1.0).abs() < 4e-16, "{x}");
+            assert!((turn.x_minus_sin / (x * x * x / 6.0) - 1.0).abs() < 4e-16, "{x}");
             assert_eq!(turn.sin, x);
         }
     }
@@ -175,14 +179,20 @@ mod tests {
             let x = f64::from(k) * 1e-3;
             let turn = Turn::by(x);
             assert!((turn.sin - libm::sin(x)).abs() <= 2.3e-16 * libm::sin(x).abs(), "sin {x}");
-            let versed = 2.0 * libm::sin(0.5 * x).powi(2);
-            assert!((turn.versed - versed).abs() <= 9e-16 * versed, "1 - cos {x}");
+            let one_minus_cos = 2.0 * libm::sin(0.5 * x).powi(2);
             assert!(
-                (turn.lag - (x - libm::sin(x))).abs() <= 3e-16 * x.abs().max(1.0),
+                (turn.one_minus_cos - one_minus_cos).abs() <= 9e-16 * one_minus_cos,
+                "1 - cos {x}"
+            );
+            assert!(
+                (turn.x_minus_sin - (x - libm::sin(x))).abs() <= 3e-16 * x.abs().max(1.0),
                 "x - sin {x}"
             );
             let near = Turn::by(x - 1e-9).and(1e-9);
-            assert!((near.sin - turn.sin).abs() < 3e-16 && (near.lag - turn.lag).abs() < 1e-15);
+            assert!(
+                (near.sin - turn.sin).abs() < 3e-16
+                    && (near.x_minus_sin - turn.x_minus_sin).abs() < 1e-15
+            );
         }
     }
 }

@@ -5,13 +5,13 @@ use nalgebra::{Vector2, Vector3};
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::full::{Body, Tumble};
+use crate::collisions::full::{Body, FullState};
 use crate::collisions::local::{advance, fly_for};
 use crate::collisions::log::{Center, Spin};
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
-use crate::sustained::Stance;
-use crate::zeno::{Frozen, Gaps, Impulses};
+use crate::sustained::BodyState;
+use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// Everything that determines the motion from an instant on: in a frozen frame gaps and impulses since its
 /// start, in the full model gaps, centre of mass and rotation.
@@ -26,18 +26,18 @@ pub(crate) struct Snapshot {
 
 impl Snapshot {
     /// Of the full model.
-    pub(crate) fn of_full(state: &Tumble, clock: Clock) -> Self {
-        let Tumble { gaps, center, spin, .. } = *state;
+    pub(crate) fn of_full(state: &FullState, clock: Clock) -> Self {
+        let FullState { gaps, center, spin, .. } = *state;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
 
     /// Of a body with two contacts at most.
-    pub(crate) fn of_stance(stance: &Stance, clock: Clock) -> Self {
+    pub(crate) fn of_stance(stance: &BodyState, clock: Clock) -> Self {
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, p) in stance.points.iter().enumerate() {
             (gaps.h[i], gaps.u[i]) = (p.h, p.u);
         }
-        let Stance { center, spin, .. } = *stance;
+        let BodyState { center, spin, .. } = *stance;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
 }
@@ -110,7 +110,7 @@ pub(crate) struct Frame {
     /// In the coordinates of the full model.
     pub(crate) start: Snapshot,
     /// Frozen geometry; `None`: the full model.
-    pub(crate) frozen: Option<Frozen>,
+    pub(crate) frozen: Option<FrozenModel>,
     /// Rotation at which it is frozen.
     pub(crate) spin: Spin,
     /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
@@ -129,12 +129,12 @@ impl Frame {
     }
 
     /// The geometry of `at`, frozen.
-    pub(crate) fn frozen(start: Snapshot, at: &Tumble) -> Self {
-        Self::with(start, at, Frozen::new(&at.frozen()))
+    pub(crate) fn frozen(start: Snapshot, at: &FullState) -> Self {
+        Self::with(start, at, FrozenModel::new(&at.frozen()))
     }
 
     /// The same, with that model known.
-    pub(crate) fn with(start: Snapshot, at: &Tumble, model: Frozen) -> Self {
+    pub(crate) fn with(start: Snapshot, at: &FullState, model: FrozenModel) -> Self {
         Self {
             start,
             frozen: Some(model),
@@ -146,7 +146,7 @@ impl Frame {
 
     /// A local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
-        let frozen = Some(Frozen::new(model));
+        let frozen = Some(FrozenModel::new(model));
         Self { start, frozen, spin: start.spin, share: [1.0; 2], body: None }
     }
 
@@ -182,7 +182,7 @@ impl Frame {
     /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
     /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
     /// linear in its state, without spin at the start.
-    fn agree(&self, frozen: &Frozen, body: &Body, full: &mut Snapshot) {
+    fn agree(&self, frozen: &FrozenModel, body: &Body, full: &mut Snapshot) {
         let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
         if !linear || self.spin.omega != 0.0 {
@@ -197,7 +197,13 @@ impl Frame {
     }
 
     /// One such correction; returns its own-rate paths.
-    fn correct(&self, frozen: &Frozen, body: &Body, turn: &Turn, full: &mut Snapshot) -> [f64; 2] {
+    fn correct(
+        &self,
+        frozen: &FrozenModel,
+        body: &Body,
+        turn: &Turn,
+        full: &mut Snapshot,
+    ) -> [f64; 2] {
         let start = &self.start;
         let (mut gaps, mut rates) = ([0.0; 2], [0.0; 2]);
         for i in (0..2).filter(|&i| full.gaps.h[i].is_finite()) {
@@ -223,7 +229,7 @@ impl Frame {
     }
 
     /// Own-rate accelerations by which the held contacts keep their gaps at zero.
-    pub(crate) fn hold(frozen: &Frozen, held: [bool; 2]) -> [f64; 2] {
+    pub(crate) fn hold(frozen: &FrozenModel, held: [bool; 2]) -> [f64; 2] {
         match held {
             [true, true] => frozen.share(frozen.g),
             [true, false] => [frozen.g[0], 0.0],
@@ -243,7 +249,7 @@ impl Frame {
         after.clock = raw.clock.after(dt);
         let Some(frozen) = &self.frozen else {
             let Some(body) = base.body else { unreachable!("the full model has a body") };
-            let state = Tumble::new(body, raw.gaps, raw.center, raw.spin);
+            let state = FullState::new(body, raw.gaps, raw.center, raw.spin);
             let mut next = state;
             next.fly(dt, &Turn::by(raw.spin.omega * dt));
             return Snapshot::of_full(&next, after.clock);

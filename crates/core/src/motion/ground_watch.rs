@@ -41,7 +41,7 @@ impl Watch {
         let center = Vector2::from(self.posture.fields().center_of_mass);
         let moved = |i: usize| {
             let arm = Vector2::from(contacts[i].point) - center;
-            q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.versed
+            q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.one_minus_cos
         };
         match own.room(contacts, lines, self.posture.size(), moved, touches, time) {
             Ok(room) => {

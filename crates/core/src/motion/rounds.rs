@@ -9,7 +9,7 @@ use crate::math::clock::Clock;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::frame::{Base, Snapshot};
-use crate::sustained::{Point, Stance};
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{REACHED, STILL};
 
 /// Roundings in the ratio of two landing speeds.
@@ -45,7 +45,7 @@ struct Round {
 #[derive(Debug, Clone)]
 pub(crate) struct Limit {
     /// Both contacts on the ground.
-    pub(crate) end: Stance,
+    pub(crate) end: BodyState,
     /// Until then, in s.
     pub(crate) duration: f64,
     /// Whether rounds repeat themselves; if not, so little time is left that they need not.
@@ -90,7 +90,7 @@ impl Rounds {
     pub(crate) fn land(
         &mut self,
         b: usize,
-        stance: &Stance,
+        stance: &BodyState,
         clock: Clock,
         size: f64,
         fastest: f64,
@@ -128,7 +128,7 @@ impl Rounds {
         }
         // No point may come to an end of its terrain on the way.
         let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
-        let room = |p: &Point| p.place.sides.iter().all(|side| *side > SEVERAL * way);
+        let room = |p: &ContactState| p.place.sides.iter().all(|side| *side > SEVERAL * way);
         if !stance.points.iter().all(room) {
             return None;
         }

@@ -16,7 +16,7 @@ use crate::collisions::{full, local};
 use crate::error::Error;
 use crate::math::lanes;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::pair::{Driver, Flight, Next, Then};
+use crate::motion::pair::{Driver, DriverStep, Flight, Resume};
 use crate::options::{Model, Options};
 use crate::outcome::{End, FirstZeno, Outcome};
 use crate::simulate::parallel::{Wrong, in_blocks};
@@ -153,7 +153,7 @@ trait Lanes: Default {
     fn on(&self) -> u64;
 
     /// Gives one back that has.
-    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then;
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Resume;
 }
 
 impl Lanes for local::Pool {
@@ -169,11 +169,11 @@ impl Lanes for local::Pool {
         self.on()
     }
 
-    fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Then {
+    fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Resume {
         if let Flight::Local(clatter) = flight {
             self.take(run, clatter);
         }
-        Then::Any
+        Resume::Any
     }
 }
 
@@ -190,10 +190,10 @@ impl Lanes for full::Pool {
         self.on()
     }
 
-    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Then {
+    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Resume {
         match flight {
-            Flight::Full(clatter) => Then::after(driver.leave_lane(clatter, self, run)),
-            Flight::Local(..) => Then::Any,
+            Flight::Full(clatter) => Resume::after(driver.leave_lane(clatter, self, run)),
+            Flight::Local(..) => Resume::Any,
         }
     }
 }
@@ -224,7 +224,7 @@ impl<'a> Block<'a> {
         loop {
             let on = pool.on();
             for (k, slot) in runs.iter_mut().enumerate().filter(|(k, _)| on >> k & 1 == 0) {
-                let mut then = Then::Any;
+                let mut then = Resume::Any;
                 if let Some(Run { driver, flight: Some(flight), .. }) = slot {
                     then = pool.take(k, driver, flight);
                 }
@@ -240,7 +240,7 @@ impl<'a> Block<'a> {
                         continue;
                     };
                     let lanes = self.level.map(|_| (&mut pool, k));
-                    match run.go_on(std::mem::replace(&mut then, Then::Any), lanes) {
+                    match run.go_on(std::mem::replace(&mut then, Resume::Any), lanes) {
                         Stage::Lane => break,
                         Stage::Over(outcome) => {
                             let Some(end) = run.driver.finish(outcome) else { return Ok(None) };
@@ -275,7 +275,7 @@ impl<'a> Block<'a> {
 
 impl Run<'_> {
     /// Goes on by itself to where its lane serves, or to the end.
-    fn go_on<L: Lanes>(&mut self, mut then: Then, mut lanes: Option<(&mut L, usize)>) -> Stage {
+    fn go_on<L: Lanes>(&mut self, mut then: Resume, mut lanes: Option<(&mut L, usize)>) -> Stage {
         loop {
             if let Some(flight) = &mut self.flight {
                 let mut enter = |driver: &Driver<'_>, flight: &Flight| match &mut lanes {
@@ -284,22 +284,22 @@ impl Run<'_> {
                 };
                 match self.driver.fly(flight, then, &mut enter) {
                     None => return Stage::Lane,
-                    Some(halt) => then = Then::Halt(halt),
+                    Some(halt) => then = Resume::LoopExit(halt),
                 }
                 self.flight = None;
             }
-            if let Then::Halt(halt) = then
+            if let Resume::LoopExit(halt) = then
                 && let Some(outcome) = self.driver.land(halt)
             {
                 return Stage::Over(outcome);
             }
-            then = Then::Any;
+            then = Resume::Any;
             match self.driver.piece() {
-                Next::Piece => {}
-                Next::End(outcome) => return Stage::Over(outcome),
-                Next::Flight => match self.driver.begin_flight() {
+                DriverStep::Piece => {}
+                DriverStep::End(outcome) => return Stage::Over(outcome),
+                DriverStep::Flight => match self.driver.begin_flight() {
                     Ok(flight) => self.flight = Some(flight),
-                    Err(halt) => then = Then::Halt(halt),
+                    Err(halt) => then = Resume::LoopExit(halt),
                 },
             }
         }

@@ -6,11 +6,11 @@ pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
 use crate::body::contact::PerContact;
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::full::{Body, Tumble};
+use crate::collisions::full::{Body, FullState};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, finite, in_range};
 use crate::flight::PHASE_LOST;
@@ -25,7 +25,7 @@ use crate::options::{Impact, Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::simulate::trajectory::Trajectory;
-use crate::sustained::{Point, Rounding, Stance};
+use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::TOUCH;
 use crate::zeno::Gaps;
 use crate::{auto, enclosure};
@@ -242,7 +242,7 @@ impl Start {
             let turn = Turn::by(theta);
             let points = posture.distinct().map(|i| {
                 let under = posture.under(i, &state.q, local);
-                let Geometry { tangent, normal, .. } = under.geometry;
+                let ContactGeometry { tangent, normal, .. } = under.geometry;
                 let (b, c) = under.geometry.turned(&turn);
                 let friction = posture.contacts()[i].friction;
                 let (mut place, h, u) = (under.place, heights[i], rates[i]);
@@ -257,7 +257,7 @@ impl Start {
                     state.q.xy().norm() + place_terms,
                     state.qdot.xy().norm() + spin.abs(),
                 );
-                Point {
+                ContactState {
                     normal,
                     tangent,
                     friction,
@@ -271,7 +271,7 @@ impl Start {
                     rounding,
                 }
             });
-            let start = Stance {
+            let start = BodyState {
                 points: points.collect(),
                 center: base.center(),
                 spin: base.spin(),
@@ -312,10 +312,10 @@ impl Start {
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
             (gaps.h[i], gaps.u[i]) = (h, u);
         }
-        let start = Tumble::new(body, gaps, base.center(), base.spin());
+        let start = FullState::new(body, gaps, base.center(), base.spin());
         let first = match model {
             Model::Local => {
-                let nominal = Tumble::new(body, gaps, Center::default(), Spin::default());
+                let nominal = FullState::new(body, gaps, Center::default(), Spin::default());
                 Frame::frozen(Snapshot::of_full(&start, Clock::default()), &nominal)
             }
             _ => Frame::full(Snapshot::of_full(&start, Clock::default())),

@@ -492,7 +492,7 @@ impl Trajectory {
             let stretch = &general.stretches[k];
             let posture = &general.posture;
             if stretch.summed {
-                let stance = General::glance(posture, stretch, &self.options, dt);
+                let stance = General::resimulate_tail(posture, stretch, &self.options, dt);
                 return stance.map(|stance| stance.instant(posture)).ok_or_else(|| too_deep(t));
             }
             return Ok(stretch.stance.moved(&stretch.word, dt).instant(posture));
@@ -504,8 +504,10 @@ impl Trajectory {
             Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
             Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
             Kind::Stretch(_) => unreachable!("stretches belong to general runs"),
-            Kind::Tail(tail) => Driver::glance(frame, base, &self.options, &piece.raw, tail, dt)
-                .ok_or_else(|| too_deep(t))?,
+            Kind::Tail(tail) => {
+                Driver::resimulate_tail(frame, base, &self.options, &piece.raw, tail, dt)
+                    .ok_or_else(|| too_deep(t))?
+            }
         };
         Ok(self.instant(&full, Base::state(&full)))
     }

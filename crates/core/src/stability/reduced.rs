@@ -38,7 +38,7 @@ use crate::error::{Error, finite, in_range, non_negative};
 use crate::flight::parabola_touchdown;
 use crate::outcome::ContactNumber;
 use crate::stability::clattering::coupling;
-use crate::zeno::{Frozen, Gaps};
+use crate::zeno::{FrozenModel, Gaps};
 
 /// The least restitution of the reduced map: below it an impact leaves less of its speed than rounding leaves of the others. (A
 /// plastic impact leaves no size to measure the shape with.)
@@ -102,7 +102,7 @@ pub enum OrbitEnd {
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct ReducedMap {
-    pub(crate) frozen: Frozen,
+    pub(crate) frozen: FrozenModel,
     /// ψ
     pub(crate) psi: f64,
     /// 2/G_i, the time of a bounce that starts with rate 1.
@@ -140,7 +140,7 @@ impl ReducedMap {
         let reduced = [ratio.sqrt(), 1.0 / ratio.sqrt()];
         let psi = coupling(psi);
         Ok(Self {
-            frozen: Frozen::new(&LocalModel::frozen(reduced, [psi, psi], [0.0; 2], e)),
+            frozen: FrozenModel::new(&LocalModel::frozen(reduced, [psi, psi], [0.0; 2], e)),
             psi,
             back: reduced.map(|g| 2.0 / g),
             weights,

@@ -12,7 +12,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
 
@@ -107,7 +107,7 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
         let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         // In a vertex both pieces carry it.
-        for Geometry { normal, tangent, .. } in posture.touched(i, &Vector3::zeros()) {
+        for ContactGeometry { normal, tangent, .. } in posture.touched(i, &Vector3::zeros()) {
             for side in sides {
                 let f = side * friction;
                 let u = normal + tangent * f;

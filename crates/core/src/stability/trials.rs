@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::body::posture::{Fields, Posture};
 use crate::body::state::State;
 use crate::error::Error;
@@ -84,7 +84,7 @@ pub fn trials(
             |scale: f64| [scale, scale, scale / size].map(|part| part * random.next());
         let (mut q, qdot) = (uniform(KICK * KICK * size), uniform(speed));
         // A rise by y opens the gap i by n_i·e_y y > 0; the last factor is for rounding.
-        let lift = |k: &Geometry| -k.local_gap(&q.into()) / k.normal.y;
+        let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.normal.y;
         let rise = posture.geometry().iter().map(lift).fold(0.0, f64::max);
         q[1] += rise * (1.0 + 1e-9);
         let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;

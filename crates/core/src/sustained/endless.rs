@@ -2,9 +2,9 @@
 
 use crate::collisions::log::Spin;
 use crate::modes::Mode;
-use crate::sustained::{Point, Stance};
+use crate::sustained::{BodyState, ContactState};
 
-impl Stance {
+impl BodyState {
     /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
     fn only(&self, word: &[Mode]) -> Option<usize> {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
@@ -21,7 +21,7 @@ impl Stance {
         let tangent = self.points[i].tangent;
         let speed = tangent.dot(&self.center.v);
         let way = if tangent.y == 0.0 { speed } else { -tangent.y };
-        let clear = |p: &Point| p.normal.dot(&tangent) * way >= 0.0;
+        let clear = |p: &ContactState| p.normal.dot(&tangent) * way >= 0.0;
         word[i] == Mode::Fixed || way * speed >= 0.0 && self.points.iter().all(clear)
     }
 }
@@ -57,8 +57,8 @@ enum Course {
 }
 
 impl Cycle {
-    pub(super) fn new(stance: &Stance, word: &[Mode]) -> Self {
-        let rubs = |(p, mode): (&Point, &Mode)| mode.direction() * p.friction != 0.0;
+    pub(super) fn new(stance: &BodyState, word: &[Mode]) -> Self {
+        let rubs = |(p, mode): (&ContactState, &Mode)| mode.direction() * p.friction != 0.0;
         let downhill = |i: usize| {
             let p = &stance.points[i];
             word[i] != Mode::Separate
@@ -78,7 +78,7 @@ impl Cycle {
     /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
     /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
     /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
-    pub(super) fn is_complete(&mut self, stance: &Stance, word: &[Mode]) -> bool {
+    pub(super) fn is_complete(&mut self, stance: &BodyState, word: &[Mode]) -> bool {
         let Spin { theta, omega } = stance.spin;
         if self.omega * omega < 0.0 {
             self.turns += 1;
@@ -114,7 +114,7 @@ pub(super) struct Swing {
 
 impl Swing {
     pub(super) fn begins(
-        stance: &Stance,
+        stance: &BodyState,
         word: &[Mode],
         stopped: Option<(usize, Mode)>,
     ) -> Option<Self> {
@@ -140,7 +140,7 @@ impl Swing {
     /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The swing
     /// follows from its energy alone, so does the next one, and with less energy less happens: slips become smaller and
     /// smaller, and the swing without any is never left.
-    pub(super) fn encloses(&self, later: &Self, stance: &Stance) -> bool {
+    pub(super) fn encloses(&self, later: &Self, stance: &BodyState) -> bool {
         let less = later.energy <= self.energy + REPEATS * self.energy.abs();
         let arm = stance.points[self.contact].arm();
         let bounds = |theta: f64| {

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::flight::{Arc, parabola_touchdown};
+use crate::flight::{GapArc, parabola_touchdown};
 use crate::math::roots::ORDER;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
-use crate::sustained::{Point, Rounding, Stance, Step};
+use crate::sustained::{BodyState, ContactState, Rounding, Step};
 use crate::tolerance::STILL;
 
 /// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
@@ -22,7 +22,7 @@ const LEVER: f64 = 8.0;
 const OVER_VERTEX: f64 = 16.0;
 
 /// Time to the next zero of an arc.
-fn next(arc: &Arc) -> Option<f64> {
+fn next(arc: &GapArc) -> Option<f64> {
     if arc.omega == 0.0 {
         let t = parabola_touchdown(arc.h, arc.u, arc.g);
         return (t < f64::INFINITY).then_some(t);
@@ -30,7 +30,7 @@ fn next(arc: &Arc) -> Option<f64> {
     arc.touchdown()
 }
 
-impl Point {
+impl ContactState {
     /// Whether its gap is closing, and zero within its rounding and what it closes by in the doubt of the instant at which
     /// `first` lands, δh/|u| of that one: then they land together.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
@@ -40,7 +40,7 @@ impl Point {
     }
 }
 
-impl Point {
+impl ContactState {
     /// It rises out of the terrain that it came under from beside.
     pub(crate) fn surfaces(&mut self) {
         (self.h, self.depth, self.u) = (0.0, 0.0, self.u.max(0.0));
@@ -64,7 +64,7 @@ impl Rounding {
     }
 }
 
-impl Stance {
+impl BodyState {
     /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
@@ -72,7 +72,7 @@ impl Stance {
     }
 
     /// Distance of a point to the left (0) or right (1) end of the terrain under it, as an arc without gravity.
-    pub(crate) fn side(&self, i: usize, side: usize) -> Arc {
+    pub(crate) fn side(&self, i: usize, side: usize) -> GapArc {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let (p, spin) = (&self.points[i], self.spin.omega);
         let arm = p.arm();
@@ -81,7 +81,7 @@ impl Stance {
             Some(_) => (0.0, 0.0, 0.0),
             None => (-sign * arm.y, sign * arm.x, spin),
         };
-        Arc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
+        GapArc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
     }
 
     /// When a point in flight comes to an end of the terrain under it, and which.
@@ -116,10 +116,10 @@ impl Stance {
         first
     }
 
-    pub(crate) fn arc(&self, i: usize) -> Arc {
+    pub(crate) fn arc(&self, i: usize) -> GapArc {
         let p = &self.points[i];
         let omega = if self.frozen.is_some() { 0.0 } else { self.spin.omega };
-        Arc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
+        GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
     }
 
     /// Time to the next touchdown of a contact in flight.
@@ -130,11 +130,11 @@ impl Stance {
     /// When a point in flight rises out of the terrain that it came under from beside, if it does so before `limit`, in s: its arc
     /// seen from below.
     pub(crate) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
-        let Point { depth, u, .. } = self.points[i];
+        let ContactState { depth, u, .. } = self.points[i];
         if depth == 0.0 {
             return None;
         }
-        let Arc { g, b, c, omega, .. } = self.arc(i);
+        let GapArc { g, b, c, omega, .. } = self.arc(i);
         // Its height stays below (u + |ωb|) t − g t²/2 + 2|d|: from then on it only falls. Without gravity it rises in a turn, or by its mean.
         let (drift, arm) = (u + (omega * b).abs(), libm::hypot(b, c));
         let last = if g > 0.0 {
@@ -144,7 +144,7 @@ impl Stance {
             let mean = u - omega * b;
             turn + if mean > 0.0 { (depth + 2.0 * arm) / mean } else { turn }
         };
-        let below = Arc { h: depth, u: -u, g: -g, b: -b, c: -c, omega };
+        let below = GapArc { h: depth, u: -u, g: -g, b: -b, c: -c, omega };
         below.touchdown_before(limit.min(last))
     }
 
@@ -161,7 +161,7 @@ impl Stance {
                     p.place.sides[side] = self.side(i, side).gap_turned(dt, &turn).max(0.0);
                 }
             }
-            let below = Arc { h: -was.depth, ..arc };
+            let below = GapArc { h: -was.depth, ..arc };
             if was.depth > 0.0 && self.frozen.is_some() {
                 p.depth = (dt * (0.5 * arc.g * dt - arc.u) + was.depth).max(f64::MIN_POSITIVE);
             } else if was.depth > 0.0 {

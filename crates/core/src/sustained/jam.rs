@@ -10,9 +10,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::modes::Mode;
-use crate::sustained::Stance;
+use crate::sustained::BodyState;
 
-impl Stance {
+impl BodyState {
     /// The slide that the impulse of a jam stops, after it; `None`, and nothing is changed, where it is not what happens first.
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);

@@ -45,7 +45,7 @@ pub(crate) struct Rounding {
 
 /// A contact at an instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point {
+pub(crate) struct ContactState {
     pub(crate) normal: Vector2<f64>,
     pub(crate) tangent: Vector2<f64>,
     pub(crate) friction: f64,
@@ -63,7 +63,7 @@ pub(crate) struct Point {
     pub(crate) rounding: Rounding,
 }
 
-impl Point {
+impl ContactState {
     /// Arm from the centre of mass, world axes, in m.
     pub(crate) fn arm(&self) -> Vector2<f64> {
         self.tangent * self.b + self.normal * self.c
@@ -72,14 +72,14 @@ impl Point {
     /// b and c after a turn.
     pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
         let (b, c) = (self.b, self.c);
-        (b - (b * turn.versed + c * turn.sin), c - (c * turn.versed - b * turn.sin))
+        (b - (b * turn.one_minus_cos + c * turn.sin), c - (c * turn.one_minus_cos - b * turn.sin))
     }
 }
 
 /// A body at an instant.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stance {
-    pub(crate) points: PerContact<Point>,
+pub(crate) struct BodyState {
+    pub(crate) points: PerContact<ContactState>,
     pub(crate) center: Center,
     pub(crate) spin: Spin,
     /// ρ²
@@ -89,7 +89,7 @@ pub(crate) struct Stance {
     pub(crate) frozen: Option<f64>,
 }
 
-impl Stance {
+impl BodyState {
     /// Tangential speed v_t = t·v − c ω of a contact point.
     pub(crate) fn slip(&self, i: usize) -> f64 {
         let p = &self.points[i];
@@ -128,7 +128,7 @@ impl Stance {
     }
 }
 
-impl Stance {
+impl BodyState {
     pub(crate) fn state(&self) -> State {
         let (r, v, spin) = (self.center.r, self.center.v, self.spin);
         State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega]).unsigned_zero()
@@ -162,7 +162,7 @@ impl Stance {
     }
 }
 
-impl Stance {
+impl BodyState {
     /// Impact matrix of a contact, per unit mass.
     pub(crate) fn impact_matrix(&self, i: usize) -> Matrix {
         let (p, rho2) = (&self.points[i], self.rho2);

@@ -13,7 +13,7 @@ use crate::math::roots::ORDER;
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
 use crate::sustained::step::Track;
-use crate::sustained::{Stance, Step};
+use crate::sustained::{BodyState, Step};
 
 /// Coefficient of the rate of a row, relative to the terms that make it, that is more than rounding.
 const PARTS: f64 = 1e-9;
@@ -70,7 +70,7 @@ impl Search {
     }
 }
 
-impl Stance {
+impl BodyState {
     /// Whether rows of a word follow from others, and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
         let rank = self.independent(word).len();
@@ -156,7 +156,7 @@ impl Step {
     /// rounding, and its power of time.
     fn departs(
         &self,
-        state: &Stance,
+        state: &BodyState,
         i: usize,
         tangential: bool,
         from: usize,
@@ -175,7 +175,7 @@ impl Step {
     }
 
     /// Whether a row does not vanish that the word says does: one of those that followed from the others.
-    fn parts(&self, state: &Stance, word: &[Mode]) -> bool {
+    fn parts(&self, state: &BodyState, word: &[Mode]) -> bool {
         let departs = |row: &Row| {
             let Unknown { contact, tangential } = row.unknown;
             self.departs(state, contact, tangential, NEXT).is_some()
@@ -185,7 +185,7 @@ impl Step {
 
     /// Whether the body goes on in this word: it keeps what it holds, and what it does not hold, or no more, moves as its
     /// letter says, off the terrain or along it that way, with forces in their cones.
-    fn goes_on(&self, state: &Stance, to: &Onward, ways: &[Option<i8>]) -> bool {
+    fn goes_on(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
                 (_, None) | (Mode::Fixed, _) => return true,
@@ -201,7 +201,7 @@ impl Step {
     }
 
     /// Whether all forces at the start lie in their cones.
-    fn presses(&self, state: &Stance) -> bool {
+    fn presses(&self, state: &BodyState) -> bool {
         let force = |track: &Track| (track.normal[0], track.tangential[0].abs());
         let most = self.tracks.iter().map(force).map(|(n, t)| n.abs().max(t)).fold(0.0, f64::max);
         let slack = PRESSES * most;
@@ -216,7 +216,7 @@ impl Step {
 
     /// A contact that its word has let go, from an instant at which nothing tells that it goes: what there is of its rate
     /// below the first coefficient that says so is rounding.
-    pub(crate) fn emerges(&mut self, state: &Stance, i: usize) {
+    pub(crate) fn emerges(&mut self, state: &BodyState, i: usize) {
         let off = self.tracks[i].mode == Mode::Separate;
         let Some((k, _)) = self.departs(state, i, !off, FIRST) else { return };
         let track = &mut self.tracks[i];

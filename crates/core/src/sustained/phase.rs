@@ -17,11 +17,11 @@ use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::endless::{Cycle, Swing};
 use crate::sustained::next_order::{Onward, Search};
-use crate::sustained::{ORDERS, Stance, Step, StepEnd};
+use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
 use crate::tolerance::{BEYOND, STILL, TOUCH};
 use nalgebra::{Vector2, Vector3};
 
-impl Stance {
+impl BodyState {
     /// The body and its contacts as a contact-mode problem takes them, without state or load.
     pub(crate) fn fields(&self, mass: f64) -> ProblemFields {
         ProblemFields {
@@ -106,7 +106,7 @@ pub(crate) fn only_mode_of(
 
 /// Contacts that rest or slide, and what they do.
 pub(crate) struct ContactPhase<'a> {
-    pub(crate) stance: Stance,
+    pub(crate) stance: BodyState,
     /// Signs of sliding; `None` where a contact is off.
     ways: PerContact<Option<i8>>,
     mass: f64,
@@ -133,7 +133,7 @@ pub(crate) struct ContactPhase<'a> {
 }
 
 /// What hears of every stretch that begins: its start, its word, and why it begins.
-pub(crate) type Note<'n> = dyn FnMut(&Stance, &[Mode], Clock, Option<Cause>) + 'n;
+pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
 /// How a phase of contact ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -151,7 +151,7 @@ pub(crate) enum PhaseEnd {
 
 /// What ends a stretch in one mode.
 #[derive(Debug, Clone, Copy)]
-enum Next {
+enum StretchEnd {
     End(PhaseEnd),
     LiftOff(usize),
     /// The sliding speed of this contact has come down to zero; the way it slid.
@@ -180,7 +180,7 @@ impl<'a> ContactPhase<'a> {
     /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
     pub(crate) fn new(
         posture: &Posture,
-        stance: Stance,
+        stance: BodyState,
         still: f64,
         brief: bool,
         options: &'a Options,
@@ -243,7 +243,7 @@ impl<'a> ContactPhase<'a> {
 
     /// The largest of the speeds of the body, in m/s.
     fn speed(&self) -> f64 {
-        let Stance { center, spin, .. } = &self.stance;
+        let BodyState { center, spin, .. } = &self.stance;
         center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
     }
 
@@ -268,7 +268,7 @@ impl<'a> ContactPhase<'a> {
             }
             swings.iter_mut().for_each(|swing| swing.passes(self.turned));
             let stopped = match last {
-                Some(Next::Stop(i, way)) => Some((i, way)),
+                Some(StretchEnd::Stop(i, way)) => Some((i, way)),
                 _ => None,
             };
             if let Some(now) = Swing::begins(&self.stance, &self.word, stopped) {
@@ -285,13 +285,13 @@ impl<'a> ContactPhase<'a> {
             }
             let next = self.hold(acceleration, last, &starting, &changed, log, note);
             match next {
-                Next::End(end) => {
+                StretchEnd::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
                         self.undecided = self.stance.problem(self.mass, &self.ways).ok();
                     }
                     return end;
                 }
-                Next::LiftOff(i) => {
+                StretchEnd::LiftOff(i) => {
                     self.ways[i] = None;
                     if let Some((j, way)) = self.stance.up_from_vertex(i)
                         && self.ways[j] == Some(0)
@@ -299,7 +299,7 @@ impl<'a> ContactPhase<'a> {
                         self.ways[j] = Some(way);
                     }
                 }
-                Next::Stop(i, _) => {
+                StretchEnd::Stop(i, _) => {
                     let slow = self.speed() <= self.still * STOPPED;
                     if self.stance.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
@@ -307,7 +307,7 @@ impl<'a> ContactPhase<'a> {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
-                Next::Slip(i, mode) => {
+                StretchEnd::Slip(i, mode) => {
                     // In a vertex it slides up one piece, and with that leaves the other.
                     if let Some(j) = self.stance.twin(i) {
                         self.ways[j] = None;
@@ -317,10 +317,10 @@ impl<'a> ContactPhase<'a> {
             }
             let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
             self.cause = match next {
-                Next::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
-                Next::Stop(i, _) => Some(Cause::Stop(contact(i))),
-                Next::Slip(i, _) => Some(Cause::Slip(contact(i))),
-                Next::End(_) => self.cause,
+                StretchEnd::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
+                StretchEnd::Stop(i, _) => Some(Cause::Stop(contact(i))),
+                StretchEnd::Slip(i, _) => Some(Cause::Slip(contact(i))),
+                StretchEnd::End(_) => self.cause,
             };
             last = Some(next);
         }
@@ -384,13 +384,13 @@ impl<'a> ContactPhase<'a> {
     fn hold(
         &mut self,
         mut acceleration: [f64; 3],
-        mut last: Option<Next>,
+        mut last: Option<StretchEnd>,
         starting: &[bool],
         changed: &[bool],
         log: &mut Log<'_>,
         note: &mut Note<'_>,
-    ) -> Next {
-        let outcome = |outcome| Next::End(PhaseEnd::Outcome(outcome));
+    ) -> StretchEnd {
+        let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // Rows that leave no motion leave no velocity either: what there is of it is rounding.
         let rests = self.stance.is_fixed(&self.word) || !self.moves(acceleration);
         let stance = &mut self.stance;
@@ -407,8 +407,8 @@ impl<'a> ContactPhase<'a> {
         }
         self.turned = [stance.spin.theta; 2];
         // Where a slide has come to a pole of the forces.
-        let jams = |stance: &mut Stance, word: &[Mode]| match stance.jams(word) {
-            Some(i) => Next::Stop(i, word[i]),
+        let jams = |stance: &mut BodyState, word: &[Mode]| match stance.jams(word) {
+            Some(i) => StretchEnd::Stop(i, word[i]),
             None => outcome(Outcome::Inconsistent),
         };
         let mut side = None;
@@ -434,13 +434,13 @@ impl<'a> ContactPhase<'a> {
                     changed.for_each(|i| step.emerges(stance, i));
                 }
                 match last {
-                    Some(Next::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                    Some(StretchEnd::LiftOff(i)) if self.word[i] == Mode::Separate => {
                         step.lifts_off(i);
                         if let Some((j, _)) = stance.up_from_vertex(i) {
                             step.breaks_loose(j);
                         }
                     }
-                    Some(Next::Slip(i, mode)) if self.word[i] == mode => {
+                    Some(StretchEnd::Slip(i, mode)) if self.word[i] == mode => {
                         if !step.breaks_loose(i) {
                             return None;
                         }
@@ -482,7 +482,7 @@ impl<'a> ContactPhase<'a> {
             side = Some(step.side);
             acceleration = step.acceleration();
             if self.brief && t > LONG * log.clock.hi {
-                return Next::End(PhaseEnd::Thaw);
+                return StretchEnd::End(PhaseEnd::Thaw);
             }
             let [ax, ay, _] = acceleration;
             let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
@@ -518,19 +518,19 @@ impl<'a> ContactPhase<'a> {
                             (p.h, p.u) = (0.0, p.u.min(0.0));
                         }
                     }
-                    return Next::End(PhaseEnd::Landing(i));
+                    return StretchEnd::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Leave(i, side) => {
                     stance.points[i].place.sides[side] = 0.0;
-                    return Next::End(PhaseEnd::Leave(i, side));
+                    return StretchEnd::End(PhaseEnd::Leave(i, side));
                 }
                 StepEnd::Surface(i) => stance.points[i].surfaces(),
                 StepEnd::Jam => return jams(stance, &self.word),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
                 _ if !counted => return outcome(Outcome::EventLimit),
-                StepEnd::LiftOff(i) => return Next::LiftOff(i),
-                StepEnd::Stop(i) => return Next::Stop(i, self.word[i]),
-                StepEnd::Slip(i, mode) => return Next::Slip(i, mode),
+                StepEnd::LiftOff(i) => return StretchEnd::LiftOff(i),
+                StepEnd::Stop(i) => return StretchEnd::Stop(i, self.word[i]),
+                StepEnd::Slip(i, mode) => return StretchEnd::Slip(i, mode),
                 StepEnd::Reach => {
                     if stance.center.r.norm() > self.options.neighbourhood {
                         return outcome(Outcome::Escape);
@@ -541,7 +541,7 @@ impl<'a> ContactPhase<'a> {
     }
 }
 
-impl Stance {
+impl BodyState {
     /// Whether a contact that this acceleration (m/s²) takes off the ground turns round so little below it, by u²/(2ḧ), that its gap
     /// does not tell, which has followed from the speeds of the body for a time (s): then it passes over the ground.
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {

@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use crate::body::contact::PerContact;
 use crate::modes::Mode;
-use crate::sustained::{Point, Rounding, Stance};
+use crate::sustained::{BodyState, ContactState, Rounding};
 
 /// Angle between pieces of ground, in units of the distance of the contacts over the radius of gyration, up to which the
 /// rotation is taken from the difference of their rows: it then is smaller by that than the terms that cancel without it.
@@ -105,7 +105,7 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     }
 }
 
-impl Stance {
+impl BodyState {
     /// The rows that vanish: normal ones of closed contacts, tangential ones of fixed ones.
     pub(super) fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
         let rho = self.rho2.sqrt();
@@ -261,7 +261,7 @@ impl Stance {
     /// with the body.
     pub(crate) fn thaw(&mut self) {
         let closed =
-            |p: &Point| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
+            |p: &ContactState| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
         let modes: PerContact<Mode> = self.points.iter().map(closed).collect();
         self.project(&modes);
         let (v, omega) = (self.center.v, self.spin.omega);
@@ -325,7 +325,7 @@ impl Stance {
             return;
         }
         let rho = self.rho2.sqrt();
-        let row = |p: &Point| {
+        let row = |p: &ContactState| {
             let row = Vector3::new(p.normal.x, p.normal.y, p.b / rho);
             (p.h < f64::INFINITY).then_some(row)
         };
@@ -358,7 +358,7 @@ impl Stance {
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project(&modes.iter().map(sliding).collect::<PerContact<_>>());
-        let sticks = |(p, mode): (&Point, &Mode)| {
+        let sticks = |(p, mode): (&ContactState, &Mode)| {
             if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
         };
         let sticking: PerContact<Mode> = self.points.iter().zip(modes).map(sticks).collect();

@@ -9,7 +9,7 @@ use crate::flight::parabola_touchdown;
 use crate::math::roots::{ORDER, first_root};
 use crate::math::series::{Series, ZERO, constant, determinant, product, radius};
 use crate::modes::Mode;
-use crate::sustained::Stance;
+use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
 use crate::tolerance::TOUCH;
 
@@ -108,7 +108,7 @@ pub(crate) enum StepEnd {
     Leave(usize, usize),
 }
 
-impl Stance {
+impl BodyState {
     /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
     /// where that is shorter; if it has a square.
     fn unit_of_time(&self) -> f64 {
@@ -143,7 +143,7 @@ impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the forces do not
     /// follow from it: the friction matrix is singular. `order`: the number of coefficients, at most [`ORDER`]; where the
     /// geometry is frozen there are no more than three.
-    pub(crate) fn new(state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
+    pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
@@ -157,7 +157,7 @@ impl Step {
     }
 
     /// With these rows and their forces.
-    fn on(rows: &[Row], state: &Stance, modes: &[Mode], order: usize) -> Option<Self> {
+    fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
         while !step.is_finite() && unit >= SHORTEST {
@@ -169,7 +169,7 @@ impl Step {
 
     /// The same step in a longer unit of time, for what happens so late that coefficients of a slow turn which matter by
     /// then may have fallen below all numbers; `None` where they do not.
-    pub(crate) fn longer(&self, state: &Stance, modes: &[Mode], t: f64) -> Option<Self> {
+    pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
         let rows = || state.independent(modes);
         let step =
@@ -186,7 +186,7 @@ impl Step {
 
     fn in_units(
         independent: &[Row],
-        state: &Stance,
+        state: &BodyState,
         modes: &[Mode],
         order: usize,
         unit: f64,
@@ -392,7 +392,7 @@ impl Step {
     }
 
     /// Way of a point to the right since the start. A sliding one moves along its terrain, a fixed one not at all.
-    fn way(&self, i: usize, state: &Stance) -> Series {
+    fn way(&self, i: usize, state: &BodyState) -> Series {
         let (track, p) = (&self.tracks[i], &state.points[i]);
         let mut way = ZERO;
         match track.mode {
@@ -417,7 +417,7 @@ impl Step {
     }
 
     /// Distances of a point to the ends of the terrain under it.
-    fn sides(&self, i: usize, state: &Stance) -> [Series; 2] {
+    fn sides(&self, i: usize, state: &BodyState) -> [Series; 2] {
         let way = self.way(i, state);
         let [left, right] = state.points[i].place.sides;
         let mut sides = [way, way.map(|k| -k)];
@@ -438,7 +438,7 @@ impl Step {
     /// point reports them.
     pub(super) fn vertex_edges(
         &self,
-        state: &Stance,
+        state: &BodyState,
         i: usize,
     ) -> SmallVec<[(Series, StepEnd); 2]> {
         let Some(j) = self.tracks[i].partner.filter(|&j| i < j) else { return SmallVec::new() };
@@ -477,7 +477,7 @@ impl Step {
     }
 
     /// The first event within the step, and when, in s. `limit`: no event later than this matters.
-    pub(crate) fn first_event(&self, state: &Stance, limit: f64) -> (f64, StepEnd) {
+    pub(crate) fn first_event(&self, state: &BodyState, limit: f64) -> (f64, StepEnd) {
         let end = self.reach.min(limit / self.unit);
         let mut first = (end, StepEnd::Reach);
         if end < f64::INFINITY
@@ -573,7 +573,7 @@ impl Step {
     }
 
     /// The state after `t` (s), which is within reach.
-    pub(crate) fn at(&self, state: &Stance, t: f64) -> Stance {
+    pub(crate) fn at(&self, state: &BodyState, t: f64) -> BodyState {
         let t = t / self.unit;
         let order = self.order;
         let value = |series: &Series| series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c);
@@ -671,14 +671,14 @@ impl Step {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Point, Rounding};
+    use super::super::{ContactState, Rounding};
     use super::*;
     use crate::body::terrain::Place;
     use crate::collisions::log::Center;
 
-    fn tall(friction: f64, theta: f64) -> Stance {
+    fn tall(friction: f64, theta: f64) -> BodyState {
         let (sin, cos) = theta.sin_cos();
-        let point = |i: usize, x: f64| Point {
+        let point = |i: usize, x: f64| ContactState {
             normal: Vector2::new(0.0, 1.0),
             tangent: Vector2::new(1.0, 0.0),
             friction,
@@ -693,7 +693,7 @@ mod tests {
         };
         let mut points = PerContact::from([point(0, -0.5), point(1, 0.5)]);
         points[0].h = points[0].c - points[1].c;
-        Stance {
+        BodyState {
             points,
             center: Center::default(),
             spin: Spin { theta, omega: 0.0 },
@@ -709,7 +709,7 @@ mod tests {
     fn energy_of_a_held_contact_is_kept() {
         for (mode, friction) in [(Mode::Right, 0.0), (Mode::Fixed, 1.0)] {
             let mut state = tall(friction, -0.2);
-            let energy = |s: &Stance| {
+            let energy = |s: &BodyState| {
                 let (p, w) = (&s.points[1], s.spin.omega);
                 let along = if mode == Mode::Fixed { p.c * p.c } else { 0.0 };
                 0.5 * w * w * (p.b * p.b + along + 0.16) - 9.81 * p.c

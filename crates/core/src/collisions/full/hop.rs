@@ -3,9 +3,9 @@
 
 use fearless_simd::Simd;
 
-use crate::body::geometry::Geometry;
-use crate::collisions::full::{Body, LONG, REFRESH, Tumble};
-use crate::flight::{Arc, longest};
+use crate::body::geometry::ContactGeometry;
+use crate::collisions::full::{Body, FullState, LONG, REFRESH};
+use crate::flight::{GapArc, longest};
 use crate::math::clock::{Clock, renormalised, unnormalised_after};
 use crate::math::lanes::{Columns, Lanes};
 use crate::math::real::Real;
@@ -88,9 +88,9 @@ pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: 
 }
 
 impl<T: Angle> Moment<T> {
-    fn arc(&self, i: usize, course: &Course<T>) -> Arc<T> {
+    fn arc(&self, i: usize, course: &Course<T>) -> GapArc<T> {
         let (g, omega) = (course.sides[i].gravity, self.omega);
-        Arc { h: self.h[i], u: self.u[i], g, b: self.b[i], c: self.c[i], omega }
+        GapArc { h: self.h[i], u: self.u[i], g, b: self.b[i], c: self.c[i], omega }
     }
 
     /// −ψ_i (b_i² + ρ²)
@@ -382,7 +382,7 @@ impl Course<f64> {
             Side { gravity, restitution, normal: k.normal.into(), arm: [k.b, k.c], slow }
         };
         let [one, two] = &body.contacts;
-        let square = |k: &Geometry| k.b * k.b + k.c * k.c;
+        let square = |k: &ContactGeometry| k.b * k.b + k.c * k.c;
         let size = square(one).max(square(two)).sqrt();
         Self {
             sides: [side(0), side(1)],
@@ -401,7 +401,7 @@ impl Moment<f64> {
         (self.b, self.c) = (arms.map(|arm| arm[0]), arms.map(|arm| arm[1]));
     }
 
-    pub(crate) fn of(state: &Tumble, clock: Clock) -> Self {
+    pub(crate) fn of(state: &FullState, clock: Clock) -> Self {
         let (center, spin) = (&state.center, state.spin);
         Self {
             h: state.gaps.h,
@@ -418,7 +418,7 @@ impl Moment<f64> {
     }
 
     /// Puts the state back; returns the clock.
-    pub(crate) fn put(&self, state: &mut Tumble) -> Clock {
+    pub(crate) fn put(&self, state: &mut FullState) -> Clock {
         (state.gaps.h, state.gaps.u) = (self.h, self.u);
         (state.b, state.c) = (self.b, self.c);
         (state.center.r, state.center.v) = (self.r.into(), self.v.into());

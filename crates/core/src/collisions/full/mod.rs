@@ -8,21 +8,21 @@ mod hop;
 
 use nalgebra::Vector2;
 
-use crate::body::geometry::{Geometry, couplings};
+use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::LocalModel;
-use crate::collisions::local::{Halt, are_one, time_to_rest};
+use crate::collisions::local::{LoopExit, are_one, time_to_rest};
 use crate::collisions::log::{Center, Collision, Log, Spin};
-use crate::flight::{Arc, Touchdown, is_lost};
+use crate::flight::{GapArc, Touchdown, is_lost};
 use crate::math::turn::Turn;
 use crate::tolerance::TAIL;
-use crate::zeno::{Frozen, Gaps, share};
+use crate::zeno::{FrozenModel, Gaps, share};
 pub(crate) use hop::Pool;
 use hop::{Course, Left, Moment, Stopped};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Body {
-    pub(crate) contacts: [Geometry; 2],
+    pub(crate) contacts: [ContactGeometry; 2],
     /// ρ²
     pub(crate) rho2: f64,
     /// n_1·n_2
@@ -35,7 +35,7 @@ pub(crate) struct Body {
 
 /// State of the full model: gap coordinates, centre of mass and rotation.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tumble {
+pub(crate) struct FullState {
     pub(crate) body: Body,
     pub(crate) gaps: Gaps,
     pub(crate) center: Center,
@@ -59,7 +59,7 @@ const MARGIN: f64 = 4.0;
 /// would, by their rounding, even where it does.
 const APART: f64 = 1e-3;
 
-impl Tumble {
+impl FullState {
     pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
         let turn = Turn::by(spin.theta);
         let arms = body.contacts.map(|k| k.turned(&turn));
@@ -75,8 +75,8 @@ impl Tumble {
         }
     }
 
-    pub(crate) fn arc(&self, i: usize) -> Arc {
-        Arc {
+    pub(crate) fn arc(&self, i: usize) -> GapArc {
+        GapArc {
             h: self.gaps.h[i],
             u: self.gaps.u[i],
             g: self.body.contacts[i].gravity,
@@ -137,8 +137,8 @@ impl Tumble {
             self.gaps.h[i] = arc.gap_turned(dt, turn).max(0.0);
             self.gaps.u[i] = arc.rate_turned(dt, turn);
             let (b, c) = (self.b[i], self.c[i]);
-            self.b[i] = b - (b * turn.versed + c * turn.sin);
-            self.c[i] = c - (c * turn.versed - b * turn.sin);
+            self.b[i] = b - (b * turn.one_minus_cos + c * turn.sin);
+            self.c[i] = c - (c * turn.one_minus_cos - b * turn.sin);
         }
         self.spin.theta += self.spin.omega * dt;
         self.center.fly(self.body.gravity, dt);
@@ -258,7 +258,7 @@ impl Tumble {
     }
 
     /// How the flights after an impact at `a` end here, if they do: whether the tail may be summed with frozen geometry.
-    fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<Halt> {
+    fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<LoopExit> {
         let moment = Moment::of(self, log.clock);
         let near =
             if a == 0 { moment.near::<0>(course, tau) } else { moment.near::<1>(course, tau) };
@@ -270,7 +270,7 @@ impl Tumble {
             return Some(halt);
         }
         if near.clatter {
-            let frozen = Frozen::new(&self.frozen());
+            let frozen = FrozenModel::new(&self.frozen());
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
                 && now + tail.duration <= log.end
             {
@@ -284,19 +284,19 @@ impl Tumble {
                     && self.is_turn_lost(t, sum.jump)
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
-                    return Some(Halt::Clatter(tail));
+                    return Some(LoopExit::Clatter(tail));
                 }
             }
         }
         if near.brief && self.is_brief(gravity, log) {
-            return Some(Halt::Freeze);
+            return Some(LoopExit::Freeze);
         }
         // Drawn off the ground or not, a contact that the impact stops is not in flight: its mode is to be found.
-        (self.gaps.u[a] == 0.0).then_some(Halt::Tie)
+        (self.gaps.u[a] == 0.0).then_some(LoopExit::Tie)
     }
 
     /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less
-    /// than their rounding: [`Tumble::turn_tail`] knows its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), only roughly, for ω does
+    /// than their rounding: [`FullState::turn_tail`] knows its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), only roughly, for ω does
     /// not change uniformly. On parallel ground the contacts at rest leave no speed that it could change.
     fn is_turn_lost(&self, t: f64, jump: [f64; 2]) -> bool {
         let per_own = [0, 1].map(|i| jump[i].abs() / self.own(i));
@@ -310,11 +310,11 @@ impl Tumble {
 
     /// Whether the bounce tail at `a` may be summed with frozen geometry.
     #[cold]
-    fn bounces(&self, a: usize, gravity: [f64; 2], log: &Log) -> Option<Halt> {
+    fn bounces(&self, a: usize, gravity: [f64; 2], log: &Log) -> Option<LoopExit> {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
         let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
-        let frozen = Frozen::new(&self.frozen());
+        let frozen = FrozenModel::new(&self.frozen());
         let psi_a = frozen.psi[a];
         let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
         let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
@@ -336,12 +336,12 @@ impl Tumble {
             h_b >= miss + u_b.abs() * t + gravity[b].abs() * t * t + kicks
         };
         (clear && t * drift.gravity[a] <= TAIL * (now + t) * gravity[a])
-            .then_some(Halt::Bounce { contact: a, duration: t })
+            .then_some(LoopExit::Bounce { contact: a, duration: t })
     }
 
     /// Whether both contacts, bouncing in step until they rest after `t`, go on landing together while the body turns.
     pub(crate) fn keeps_step(&self, t: f64, log: &Log) -> bool {
-        let [one, two] = Frozen::new(&self.frozen()).settle(&self.gaps, t).jump;
+        let [one, two] = FrozenModel::new(&self.frozen()).settle(&self.gaps, t).jump;
         let drift = self.drift(t, one.abs(), two.abs());
         let late = |i: usize| t * drift.gravity[i] / self.effective_gravity(i);
         drift.is_little() && late(0).max(late(1)) <= TAIL * (log.clock.hi + t)
@@ -358,7 +358,7 @@ impl Tumble {
     #[cold]
     fn is_brief(&self, gravity: [f64; 2], log: &Log) -> bool {
         let now = log.clock.hi;
-        let frozen = Frozen::new(&self.frozen());
+        let frozen = FrozenModel::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
         if t > LONG * now || now + t > log.end {
             return false;
@@ -403,7 +403,7 @@ impl Tumble {
 
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clatter {
+pub(crate) struct FullCollisions {
     course: Course<f64>,
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
@@ -416,9 +416,9 @@ const WORTH: usize = 4;
 /// less one takes, the longer they last.
 const YOUNG: f64 = 16.0;
 
-impl Clatter {
+impl FullCollisions {
     /// Puts the body into a lane, where plain collisions are next, if they may be and it is worth while.
-    pub(crate) fn enter(&self, state: &Tumble, log: &Log, pool: &mut Pool, run: usize) -> bool {
+    pub(crate) fn enter(&self, state: &FullState, log: &Log, pool: &mut Pool, run: usize) -> bool {
         let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
         let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
         if suits {
@@ -431,9 +431,9 @@ impl Clatter {
     pub(crate) fn leave(
         &mut self,
         stopped: &Stopped,
-        state: &mut Tumble,
+        state: &mut FullState,
         log: &mut Log,
-    ) -> Option<Option<Halt>> {
+    ) -> Option<Option<LoopExit>> {
         log.clock = stopped.moment.put(state);
         log.hits += self.left.granted - stopped.left.granted;
         self.left = stopped.left;
@@ -443,7 +443,13 @@ impl Clatter {
     }
 
     /// A look after a collision at `a`: `None`: plain collisions may be next, else an end or none.
-    fn look_after(&mut self, a: usize, dt: f64, state: &Tumble, log: &Log) -> Option<Option<Halt>> {
+    fn look_after(
+        &mut self,
+        a: usize,
+        dt: f64,
+        state: &FullState,
+        log: &Log,
+    ) -> Option<Option<LoopExit>> {
         self.active = (state.gaps.u[a] > 0.0).then_some(a);
         let halt = state.accumulates(a, dt, &self.course, log);
         (halt.is_some() || self.active.is_none()).then_some(halt)
@@ -452,9 +458,9 @@ impl Clatter {
     /// Plain collisions up to one at contact 1: from there on they come in turn. Anything else stops the loop.
     pub(crate) fn come_to_first(
         &mut self,
-        state: &mut Tumble,
+        state: &mut FullState,
         log: &mut Log,
-    ) -> Option<Option<Halt>> {
+    ) -> Option<Option<LoopExit>> {
         match self.active {
             None => Some(None),
             Some(0) => None,
@@ -481,22 +487,22 @@ impl Clatter {
     }
 
     /// After the loop: what is left of the time.
-    pub(crate) fn end(self, halt: Halt, state: &mut Tumble, log: &mut Log) -> Halt {
-        if halt == Halt::TimeLimit || halt == Halt::Never && log.end.is_finite() {
+    pub(crate) fn end(self, halt: LoopExit, state: &mut FullState, log: &mut Log) -> LoopExit {
+        if halt == LoopExit::TimeLimit || halt == LoopExit::Never && log.end.is_finite() {
             let left = log.left().max(0.0);
             state.fly(left, &Turn::by(state.spin.omega * left));
             log.clock = log.clock.after(left);
-            return Halt::TimeLimit;
+            return LoopExit::TimeLimit;
         }
         halt
     }
 
     /// The next collision, whatever it is.
-    pub(crate) fn next(&mut self, state: &mut Tumble, log: &mut Log) -> Option<Halt> {
+    pub(crate) fn next(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         if self.left.granted == 0 {
             self.left.granted = log.chunk();
             if self.left.granted == 0 {
-                return Some(Halt::EventLimit);
+                return Some(LoopExit::EventLimit);
             }
         }
         if self.left.fresh == 0 {
@@ -504,14 +510,14 @@ impl Clatter {
             self.left.fresh = REFRESH;
         }
         let Some((contact, landing, tie)) = state.next_landing(self.active) else {
-            return Some(Halt::Never);
+            return Some(LoopExit::Never);
         };
         if log.clock.hi + landing.dt > log.end {
-            return Some(Halt::TimeLimit);
+            return Some(LoopExit::TimeLimit);
         }
         if state.is_lost(contact, landing.dt) {
             log.phase_lost = true;
-            return Some(Halt::EventLimit);
+            return Some(LoopExit::EventLimit);
         }
         state.fly(landing.dt, &landing.turn);
         log.clock = log.clock.after(landing.dt);
@@ -519,7 +525,7 @@ impl Clatter {
         state.gaps.u[contact] = state.gaps.u[contact].min(0.0);
         if tie {
             state.gaps.h[1 - contact] = 0.0;
-            return Some(Halt::Tie);
+            return Some(LoopExit::Tie);
         }
         let before = state.gaps.u;
         let jump = state.hit(contact);
@@ -540,9 +546,9 @@ impl Clatter {
     pub(crate) fn alternate(
         &mut self,
         most: usize,
-        state: &mut Tumble,
+        state: &mut FullState,
         log: &mut Log,
-    ) -> Option<Option<Halt>> {
+    ) -> Option<Option<LoopExit>> {
         if let Some(stop) = self.come_to_first(state, log) {
             return Some(stop);
         }
@@ -565,9 +571,9 @@ impl Clatter {
     fn hop<const A: usize>(
         &mut self,
         moment: &mut Moment<f64>,
-        state: &mut Tumble,
+        state: &mut FullState,
         log: &mut Log,
-    ) -> Option<Option<Halt>> {
+    ) -> Option<Option<LoopExit>> {
         let mut small = true;
         if self.left.fresh == 0 {
             let (arms, known) = moment.arms(&self.course);
@@ -615,8 +621,8 @@ impl Drift {
 
 impl Body {
     /// The pair of contacts of a posture; a single contact gets an absent partner.
-    pub(crate) fn new(geometry: &[Geometry], rho2: f64, gravity: f64) -> Self {
-        let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(Geometry::ABSENT)];
+    pub(crate) fn new(geometry: &[ContactGeometry], rho2: f64, gravity: f64) -> Self {
+        let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(ContactGeometry::ABSENT)];
         let n: [Vector2<f64>; 2] = contacts.map(|k| k.normal);
         let least_loss = 1.0 - contacts[0].restitution.max(contacts[1].restitution);
         Self { contacts, rho2, n12: n[0].dot(&n[1]), gravity, least_loss }

@@ -7,7 +7,7 @@ use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
 use crate::motion::any::{General, Struck};
 use crate::options::{Impact, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
-use crate::sustained::Point;
+use crate::sustained::ContactState;
 
 impl General<'_> {
     /// Contacts with zero gap approach: one impact, or several at once.
@@ -143,7 +143,7 @@ impl General<'_> {
             self.told_of_friction = true;
             self.warnings.push(NO_FRICTION.into());
         }
-        let Point { place, u, .. } = self.state.points[i];
+        let ContactState { place, u, .. } = self.state.points[i];
         let contact = place.contact;
         self.last.follow(contact, -rate, &self.log);
         if self.log.record {
@@ -157,12 +157,12 @@ impl General<'_> {
     /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
     pub(super) fn together(&mut self) -> Option<Outcome> {
         let (n, state) = (self.state.points.len(), &self.state);
-        let restitution = |p: &Point| self.posture.geometry()[p.place.contact].restitution;
+        let restitution = |p: &ContactState| self.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
         // Rates of one body: those that are kept for each contact have roundings of their own, of faster motions.
         let (v, omega) = (state.center.v, state.spin.omega);
-        let rate = |p: &Point| (p.normal.dot(&v) + p.b * omega).min(0.0);
+        let rate = |p: &ContactState| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
         let touching: Vec<bool> = state.points.iter().map(|p| p.h == 0.0).collect();
         let problem = ContactProblem::new(ProblemFields {

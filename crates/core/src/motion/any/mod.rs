@@ -10,7 +10,7 @@ mod vertices;
 
 use std::collections::BTreeSet;
 
-use slow::{Ripple, Sequence};
+use slow::{ChatterMonitor, Sequence};
 
 use crate::body::contact::{ContactValues, PerContact};
 use crate::body::posture::Posture;
@@ -23,7 +23,7 @@ use crate::motion::rounds::Rounds;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
-use crate::sustained::{Point, Stance};
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BEYOND, STILL};
 
 /// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
@@ -55,14 +55,14 @@ pub(crate) struct Settled {
     pub(crate) plastic: bool,
     /// Time that their last bounces would still have taken, or error of the sum, in s.
     pub(crate) error: f64,
-    pub(crate) stance: Stance,
+    pub(crate) stance: BodyState,
 }
 
 /// From here on the contacts are in this word; all S in flight.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Stretch {
     pub(crate) clock: Clock,
-    pub(crate) stance: Stance,
+    pub(crate) stance: BodyState,
     pub(crate) word: Vec<Mode>,
     /// `None`: the phase goes on.
     pub(crate) cause: Option<Cause>,
@@ -77,7 +77,7 @@ pub(crate) struct GeneralRecord {
     pub(crate) stretches: Vec<Stretch>,
     pub(crate) collisions: Vec<Struck>,
     pub(crate) zeno: Vec<Settled>,
-    pub(crate) end: Stance,
+    pub(crate) end: BodyState,
     pub(crate) clock: Clock,
     pub(crate) hits: usize,
     pub(crate) outcome: Outcome,
@@ -91,7 +91,7 @@ fn look(
     watch: &mut Option<Box<Watch>>,
     posture: &Posture,
     options: &Options,
-    stance: &Stance,
+    stance: &BodyState,
     clock: Clock,
     warnings: &mut Vec<String>,
 ) {
@@ -110,7 +110,7 @@ pub(crate) struct General<'a> {
     contacts: usize,
     options: Options,
     log: Log<'a>,
-    state: Stance,
+    state: BodyState,
     /// Contacts that rest or slide.
     resting: ContactValues<bool>,
     /// The last event; `None`: one that changes no mode.
@@ -125,7 +125,7 @@ pub(crate) struct General<'a> {
     rounds: Rounds,
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     waiting: usize,
-    ripple: Ripple,
+    ripple: ChatterMonitor,
     /// Contacts that were taken to rest as they rattled, and below which speed, in m/s.
     rattled: (BTreeSet<usize>, f64),
     /// Whether it has been said that friction acts between impacts only.
@@ -141,7 +141,7 @@ pub(crate) struct General<'a> {
 impl<'a> General<'a> {
     pub(crate) fn new(
         posture: &Posture,
-        state: Stance,
+        state: BodyState,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
@@ -161,7 +161,7 @@ impl<'a> General<'a> {
             sequence: Sequence::default(),
             rounds: Rounds::default(),
             waiting: 0,
-            ripple: Ripple::default(),
+            ripple: ChatterMonitor::default(),
             rattled: (BTreeSet::new(), 0.0),
             told_of_friction: false,
             watch: Watch::new(posture),
@@ -258,7 +258,7 @@ impl<'a> General<'a> {
 
     /// Whether a flight of a duration and over a way loses the place of the body: of one contact there is only the rotation.
     fn loses_place(&self, dt: f64, way: f64) -> bool {
-        let Stance { points, spin, .. } = &self.state;
+        let BodyState { points, spin, .. } = &self.state;
         let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);
         let size = self.posture.size();
         is_lost(spin.omega * dt, if turned { way } else { 0.0 }, size * size)
@@ -313,8 +313,9 @@ impl<'a> General<'a> {
             self.cross(i, side);
             return None;
         }
-        let now = |(p, landing): (&Point, &Option<f64>)| (*landing == Some(first)).then_some(*p);
-        let firsts: PerContact<Point> =
+        let now =
+            |(p, landing): (&ContactState, &Option<f64>)| (*landing == Some(first)).then_some(*p);
+        let firsts: PerContact<ContactState> =
             self.state.points.iter().zip(&landings).filter_map(now).collect();
         for (p, landing) in self.state.points.iter_mut().zip(landings) {
             if landing == Some(first) || firsts.iter().any(|first| p.lands_with(first)) {
@@ -337,7 +338,7 @@ impl<'a> General<'a> {
 
     /// Whether the body has fallen below all of its terrain: nothing is ever met again.
     fn is_lost(&self) -> bool {
-        let Stance { center, gravity, .. } = &self.state;
+        let BodyState { center, gravity, .. } = &self.state;
         let lowest = self.posture.lowest_ground();
         let rise = 0.5 * center.v.y.max(0.0) * center.v.y / gravity;
         let top = self.posture.fields().center_of_mass[1] + center.r.y + rise;
@@ -485,13 +486,13 @@ impl<'a> General<'a> {
     }
 
     /// The state `dt` into a sum of rounds, round by round; `None` if too many events come before. `options`: of the run.
-    pub(crate) fn glance(
+    pub(crate) fn resimulate_tail(
         posture: &Posture,
         sum: &Stretch,
         options: &Options,
         dt: f64,
-    ) -> Option<Stance> {
-        let options = options.of_glance(dt);
+    ) -> Option<BodyState> {
+        let options = options.of_resimulated_tail(dt);
         let never = || false;
         let start = sum.stance.clone();
         let resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();

@@ -7,7 +7,7 @@ use crate::collisions::log::{in_words, names};
 use crate::math::clock::Clock;
 use crate::motion::any::General;
 use crate::outcome::Outcome;
-use crate::sustained::Point;
+use crate::sustained::ContactState;
 use crate::tolerance::TOUCH;
 
 /// √(u² + 2gh) of a contact, relative to the largest speed there has been, below which it has come to rest: the rounding of
@@ -48,7 +48,7 @@ pub(super) struct Round {
 
 /// Impacts that are all nearly slow enough to stop.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Ripple {
+pub(super) struct ChatterMonitor {
     impacts: usize,
     /// The largest speed of a slow contact in this stretch of them, and in the one before, in m/s.
     largest: f64,
@@ -59,7 +59,7 @@ pub(super) struct Ripple {
     ends: i32,
 }
 
-impl Ripple {
+impl ChatterMonitor {
     /// Impacts between two looks at whether they grow or shrink.
     const STRETCH: usize = 256;
 
@@ -198,7 +198,7 @@ impl General<'_> {
             (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
         // Without gravity, or with next to none, a contact may be slow anywhere.
         let near = TOUCH * self.posture.size();
-        let speed = |(p, pull): (&Point, &f64)| match (p.h, *pull > 0.0) {
+        let speed = |(p, pull): (&ContactState, &f64)| match (p.h, *pull > 0.0) {
             (0.0, _) => p.u.abs(),
             (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
             _ => f64::INFINITY,

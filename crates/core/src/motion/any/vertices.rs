@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::body::terrain::Place;
 use crate::motion::any::General;
 use crate::outcome::{Cause, ContactNumber};
-use crate::sustained::{Point, Rounding};
+use crate::sustained::{ContactState, Rounding};
 use crate::tolerance::{SIMULTANEOUS, TOUCH};
 
 /// Speed of a contact in a vertex of its terrain where nothing rubs, relative to the largest there has been, below which it
@@ -21,7 +21,7 @@ impl General<'_> {
         let first = self.state.points[i].place.contact;
         self.cross(i, side);
         for j in 0..self.contacts {
-            let Point { place, h, .. } = self.state.points[j];
+            let ContactState { place, h, .. } = self.state.points[j];
             if j == first || h > 0.0 || self.state.twin(j).is_some() {
                 continue;
             }
@@ -63,7 +63,7 @@ impl General<'_> {
     }
 
     /// Contact `i` at an end of the piece of terrain under it, over the next one.
-    pub(super) fn neighbour(&self, i: usize, side: usize) -> Point {
+    pub(super) fn neighbour(&self, i: usize, side: usize) -> ContactState {
         let old = self.state.points[i];
         let mut p = old;
         let Place { contact, piece, .. } = old.place;
@@ -119,7 +119,7 @@ impl General<'_> {
         let mut p = old;
         (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
         let one = std::mem::replace(&mut self.state.points[i], p);
-        let twin = Point { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
+        let twin = ContactState { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
         self.state.points.push(twin);
         // A body in flight that turns so fast that the contact is drawn off both pieces leaves at once.
         let leaves = |k: usize| self.state.arc(k).effective_gravity() < 0.0;
@@ -135,7 +135,7 @@ impl General<'_> {
     /// Contacts that start at rest in vertices are on both pieces.
     pub(super) fn rest_in_vertices(&mut self) {
         for i in 0..self.contacts {
-            let Point { h, u, place, .. } = self.state.points[i];
+            let ContactState { h, u, place, .. } = self.state.points[i];
             let mut ends = (0..2).filter(|&side| place.sides[side] == 0.0);
             if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
                 *self.resting.last_mut().unwrap_or(&mut false) = false; // it comes to rest now

@@ -11,8 +11,8 @@
 mod rest;
 
 use crate::body::state::State;
-use crate::collisions::full::Tumble;
-use crate::collisions::local::{Halt, are_one};
+use crate::collisions::full::FullState;
+use crate::collisions::local::{LoopExit, are_one};
 use crate::collisions::log::{Collision, Log, in_words, names};
 use crate::collisions::{full, local};
 use crate::flight::{LOST_PHASE, parabola_touchdown};
@@ -29,7 +29,7 @@ use crate::motion::rounds::{ROUNDINGS, Rounds};
 use crate::options::{Options, Simultaneous, Stop};
 use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Method, Outcome};
 use crate::tolerance::{BEYOND, REACHED};
-use crate::zeno::{Frozen, Gaps, Impulses};
+use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// The loop over the pieces of a motion.
 pub(crate) struct Driver<'a> {
@@ -43,7 +43,7 @@ pub(crate) struct Driver<'a> {
     gaps: Gaps,
     sum: Impulses,
     /// The full model's own state; unused in a frozen frame.
-    tumble: Option<Tumble>,
+    tumble: Option<FullState>,
     /// For each held contact: speed and time of the last landing of the other in this frame.
     landings: [Option<(f64, Clock)>; 2],
     acceleration: Option<[f64; 3]>,
@@ -65,28 +65,28 @@ pub(crate) struct Driver<'a> {
 
 /// Collisions under way, in a frozen geometry or in the full model.
 pub(crate) enum Flight {
-    Local(local::Clatter),
-    Full(full::Clatter),
+    Local(local::LocalCollisions),
+    Full(full::FullCollisions),
 }
 
 /// What a flight does next.
-pub(crate) enum Then {
+pub(crate) enum Resume {
     /// A collision of any kind.
     Any,
     /// Plain collisions, if they are.
     Plain,
-    Halt(Halt),
+    LoopExit(LoopExit),
 }
 
-impl Then {
+impl Resume {
     /// As the loops of plain collisions say it.
-    pub(crate) fn after(stop: Option<Option<Halt>>) -> Self {
-        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::Halt))
+    pub(crate) fn after(stop: Option<Option<LoopExit>>) -> Self {
+        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::LoopExit))
     }
 }
 
 /// What a motion does next.
-pub(crate) enum Next {
+pub(crate) enum DriverStep {
     /// Another piece.
     Piece,
     /// Flight and collisions.
@@ -104,7 +104,7 @@ impl<'a> Driver<'a> {
     ) -> Self {
         let tumble = match (&first.frozen, base.body) {
             (None, Some(body)) => {
-                Some(Tumble::new(body, first.start.gaps, first.start.center, first.start.spin))
+                Some(FullState::new(body, first.start.gaps, first.start.center, first.start.spin))
             }
             _ => None,
         };
@@ -134,7 +134,7 @@ impl<'a> Driver<'a> {
 
     /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
     /// collisions come before. `options`: of the run.
-    pub(crate) fn glance(
+    pub(crate) fn resimulate_tail(
         frame: &Frame,
         base: &Base,
         options: &Options,
@@ -168,7 +168,7 @@ impl<'a> Driver<'a> {
             }
             Tail::Collisions => dt,
         };
-        let options = options.of_glance(rest);
+        let options = options.of_resimulated_tail(rest);
         let never = || false;
         // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
         let mut own = frame.clone();
@@ -341,9 +341,9 @@ impl<'a> Driver<'a> {
     }
 
     /// The coupling of the contacts and the gravity into them at this moment.
-    fn model(&self) -> Frozen {
+    fn model(&self) -> FrozenModel {
         match &self.tumble {
-            Some(state) => Frozen::new(&state.frozen()),
+            Some(state) => FrozenModel::new(&state.frozen()),
             None => *frozen(&self.frames),
         }
     }
@@ -363,15 +363,15 @@ impl<'a> Driver<'a> {
     fn motion(&mut self) -> Outcome {
         loop {
             let end = match self.piece() {
-                Next::Piece => None,
-                Next::Flight => {
+                DriverStep::Piece => None,
+                DriverStep::Flight => {
                     let halt = match self.begin_flight() {
-                        Ok(mut flight) => self.fly(&mut flight, Then::Any, &mut |_, _| false),
+                        Ok(mut flight) => self.fly(&mut flight, Resume::Any, &mut |_, _| false),
                         Err(halt) => Some(halt),
                     };
                     halt.and_then(|halt| self.land(halt))
                 }
-                Next::End(outcome) => Some(outcome),
+                DriverStep::End(outcome) => Some(outcome),
             };
             if let Some(outcome) = end {
                 return outcome;
@@ -380,12 +380,12 @@ impl<'a> Driver<'a> {
     }
 
     /// The next piece, up to the flight after it.
-    pub(crate) fn piece(&mut self) -> Next {
+    pub(crate) fn piece(&mut self) -> DriverStep {
         if !self.log.step() {
-            return Next::End(Outcome::EventLimit);
+            return DriverStep::End(Outcome::EventLimit);
         }
         if self.is_far() {
-            return Next::End(Outcome::Escape);
+            return DriverStep::End(Outcome::Escape);
         }
         let fresh = std::mem::take(&mut self.fresh);
         let gaps = self.gaps();
@@ -394,13 +394,13 @@ impl<'a> Driver<'a> {
         }
         let coming = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] < 0.0);
         if coming != [false, false] {
-            return self.impact(coming).map_or(Next::Piece, Next::End);
+            return self.impact(coming).map_or(DriverStep::Piece, DriverStep::End);
         }
         // A body's contacts at rest are asked for more than gravity: their modes.
         let asked = fresh || self.base.body.is_none();
         let held = if asked { self.pressed(&gaps) } else { [false; 2] };
         if fresh && held != [false, false] && self.zeno_here(held, Method::Rest) {
-            return Next::End(Outcome::Zeno);
+            return DriverStep::End(Outcome::Zeno);
         }
         let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
         if fresh {
@@ -409,13 +409,13 @@ impl<'a> Driver<'a> {
         // One impact without rebound is all the accumulation there is.
         let stopped = [0, 1].map(|i| held[i] && !self.resting[i]);
         if stopped != [false, false] && self.zeno_here(stopped, Method::Bounce) {
-            return Next::End(Outcome::Zeno);
+            return DriverStep::End(Outcome::Zeno);
         }
         match held {
             _ if self.base.body.is_some() && rests != [false, false] => self.contact_phase(rests),
-            [false, false] => Next::Flight,
-            [true, true] => Next::End(self.stay(held)),
-            _ => self.hold(held).map_or(Next::Piece, Next::End),
+            [false, false] => DriverStep::Flight,
+            [true, true] => DriverStep::End(self.stay(held)),
+            _ => self.hold(held).map_or(DriverStep::Piece, DriverStep::End),
         }
     }
 
@@ -631,7 +631,7 @@ impl<'a> Driver<'a> {
     /// contacts have come to rest. `model`: the geometry at its start.
     fn tail(
         &mut self,
-        model: &Frozen,
+        model: &FrozenModel,
         t: f64,
         own: Impulses,
         end: Gaps,
@@ -657,7 +657,7 @@ impl<'a> Driver<'a> {
             let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
             let full = frame.to_full(&raw);
             self.log.clock = clock;
-            let mut after = Tumble::new(state.body, full.gaps, full.center, full.spin);
+            let mut after = FullState::new(state.body, full.gaps, full.center, full.spin);
             after.turn_tail(
                 &state,
                 t,
@@ -729,7 +729,7 @@ impl<'a> Driver<'a> {
         }
     }
 
-    fn freeze(&mut self, state: &Tumble) {
+    fn freeze(&mut self, state: &FullState) {
         self.frames.push(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
         (self.gaps, self.sum) = (state.gaps, Impulses::default());
         self.tumble = None;
@@ -743,18 +743,19 @@ impl<'a> Driver<'a> {
         {
             let full = self.frame().to_full(&self.raw());
             self.frames.push(Frame::full(full));
-            self.tumble = Some(Tumble::new(body, full.gaps, full.center, full.spin));
+            self.tumble = Some(FullState::new(body, full.gaps, full.center, full.spin));
         }
     }
 
     /// The first collision of a flight; an error: something else came before.
-    pub(crate) fn begin_flight(&mut self) -> Result<Flight, Halt> {
+    pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note(Kind::Flight);
         if let Some(state) = &self.tumble {
-            return Ok(Flight::Full(full::Clatter::begin(&state.body, &mut self.log)));
+            return Ok(Flight::Full(full::FullCollisions::begin(&state.body, &mut self.log)));
         }
         let frozen = frozen(&self.frames);
-        let begun = local::Clatter::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)?;
+        let begun =
+            local::LocalCollisions::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)?;
         self.look();
         Ok(Flight::Local(begun))
     }
@@ -764,13 +765,13 @@ impl<'a> Driver<'a> {
     pub(crate) fn fly(
         &mut self,
         flight: &mut Flight,
-        mut then: Then,
+        mut then: Resume,
         enter: &mut impl FnMut(&Self, &Flight) -> bool,
-    ) -> Option<Halt> {
+    ) -> Option<LoopExit> {
         let halt = loop {
             match then {
-                Then::Plain => {}
-                Then::Any => {
+                Resume::Plain => {}
+                Resume::Any => {
                     let halt = self.next_collision(flight);
                     if self.tumble.is_some() {
                         self.look();
@@ -779,20 +780,20 @@ impl<'a> Driver<'a> {
                         break halt;
                     }
                 }
-                Then::Halt(halt) => break halt,
+                Resume::LoopExit(halt) => break halt,
             }
             let stop = match self.come_to_first(flight) {
                 None if enter(self, flight) => return None,
                 None => self.alternate(flight),
                 stop => stop,
             };
-            then = Then::after(stop);
+            then = Resume::after(stop);
         };
         Some(self.end_flight(flight, halt))
     }
 
     /// The next collision, whatever it is.
-    fn next_collision(&mut self, flight: &mut Flight) -> Option<Halt> {
+    fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
         match (flight, &mut self.tumble) {
             (Flight::Local(clatter), _) => clatter.next(frozen(&self.frames), &mut self.log),
             (Flight::Full(clatter), Some(state)) => clatter.next(state, &mut self.log),
@@ -801,7 +802,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
-    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => {
                 let hits = self.log.hits;
@@ -815,7 +816,7 @@ impl<'a> Driver<'a> {
     }
 
     /// Plain collisions after that; `None`: many, and nothing else.
-    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<Halt>> {
+    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => {
                 let hits = self.log.hits;
@@ -831,7 +832,7 @@ impl<'a> Driver<'a> {
         }
     }
 
-    fn end_flight(&mut self, flight: &Flight, halt: Halt) -> Halt {
+    fn end_flight(&mut self, flight: &Flight, halt: LoopExit) -> LoopExit {
         match (flight, &mut self.tumble) {
             (Flight::Full(clatter), Some(state)) => clatter.end(halt, state, &mut self.log),
             (Flight::Local(clatter), _) => {
@@ -842,18 +843,23 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// As [`full::Clatter::enter`].
-    pub(crate) fn enter(&self, clatter: &full::Clatter, pool: &mut full::Pool, run: usize) -> bool {
+    /// As [`full::FullCollisions::enter`].
+    pub(crate) fn enter(
+        &self,
+        clatter: &full::FullCollisions,
+        pool: &mut full::Pool,
+        run: usize,
+    ) -> bool {
         self.tumble.as_ref().is_some_and(|state| clatter.enter(state, &self.log, pool, run))
     }
 
-    /// As [`full::Clatter::leave`].
+    /// As [`full::FullCollisions::leave`].
     pub(crate) fn leave_lane(
         &mut self,
-        clatter: &mut full::Clatter,
+        clatter: &mut full::FullCollisions,
         pool: &mut full::Pool,
         run: usize,
-    ) -> Option<Option<Halt>> {
+    ) -> Option<Option<LoopExit>> {
         let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
         let hits = self.log.hits;
         let stop = clatter.leave(&pool.take(run), state, &mut self.log);
@@ -887,38 +893,38 @@ impl<'a> Driver<'a> {
     }
 
     /// What a flight and its collisions have come to.
-    pub(crate) fn land(&mut self, halt: Halt) -> Option<Outcome> {
+    pub(crate) fn land(&mut self, halt: LoopExit) -> Option<Outcome> {
         self.align_bodies();
         match halt {
-            Halt::Bounce { contact, duration } => {
+            LoopExit::Bounce { contact, duration } => {
                 let model = self.model();
                 let (end, own) = model.end_bounce(contact, &self.gaps(), duration);
                 let closed = [contact == 0, contact == 1];
                 self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
                 self.zeno_point(closed, Method::Bounce, true, 0.0).then_some(Outcome::Zeno)
             }
-            Halt::Clatter(tail) => self.settle(
+            LoopExit::Clatter(tail) => self.settle(
                 tail.duration,
                 Method::Clatter,
                 tail.proved,
                 tail.error,
                 Tail::Collisions,
             ),
-            Halt::Reached { remaining, self_similar } => {
+            LoopExit::Reached { remaining, self_similar } => {
                 let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
                 // The bound is crude, but below the rounding of the time.
                 self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
             }
-            Halt::Freeze => {
+            LoopExit::Freeze => {
                 if let Some(state) = self.tumble {
                     self.freeze(&state);
                 }
                 None
             }
-            Halt::Tie => None,
-            Halt::TimeLimit => Some(Outcome::TimeLimit),
-            Halt::EventLimit => Some(Outcome::EventLimit),
-            Halt::Never => Some(self.never(Outcome::Escape)),
+            LoopExit::Tie => None,
+            LoopExit::TimeLimit => Some(Outcome::TimeLimit),
+            LoopExit::EventLimit => Some(Outcome::EventLimit),
+            LoopExit::Never => Some(self.never(Outcome::Escape)),
         }
     }
 
@@ -941,7 +947,7 @@ impl<'a> Driver<'a> {
         self.log.clock = after.clock;
         match &mut self.tumble {
             Some(state) => {
-                *state = Tumble::new(state.body, after.gaps, after.center, after.spin);
+                *state = FullState::new(state.body, after.gaps, after.center, after.spin);
             }
             None => (self.gaps, self.sum) = (after.gaps, after.impulses),
         }
@@ -1006,7 +1012,7 @@ impl<'a> Driver<'a> {
 }
 
 /// The frozen geometry of the current frame.
-fn frozen(frames: &[Frame]) -> &Frozen {
+fn frozen(frames: &[Frame]) -> &FrozenModel {
     match frames.last().map(|frame| &frame.frozen) {
         Some(Some(frozen)) => frozen,
         _ => unreachable!("without the full model's state a frame is frozen"),

@@ -2,27 +2,27 @@
 
 use nalgebra::Vector2;
 
-use crate::body::geometry::Geometry;
+use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::terrain::Place;
-use crate::collisions::full::Tumble;
+use crate::collisions::full::FullState;
 use crate::collisions::log::Spin;
 use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::motion::pair::{Driver, Next};
+use crate::motion::pair::{Driver, DriverStep};
 use crate::motion::record::{Kind, Span, Tail};
 use crate::motion::rounds::SEVERAL;
 use crate::options::Stop;
 use crate::outcome::{Method, Outcome};
 use crate::sustained::phase::{ContactPhase, PhaseEnd, only_mode_of};
-use crate::sustained::{Point, Rounding, Stance};
+use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::STILL;
 use crate::zeno::Impulses;
 
 impl Base {
     /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
-    pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<Stance> {
+    pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
         let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
         let turned = frozen.unwrap_or(at.spin).theta;
         let turn = Turn::by(turned);
@@ -31,7 +31,7 @@ impl Base {
             let (b, c) = k.turned(&turn);
             let (normal, tangent) = (k.normal, k.tangent);
             let friction = posture.contacts()[i].friction;
-            Point {
+            ContactState {
                 normal,
                 tangent,
                 friction,
@@ -45,7 +45,7 @@ impl Base {
                 rounding: Rounding::default(),
             }
         });
-        Some(Stance {
+        Some(BodyState {
             points: points.collect(),
             center: at.center,
             spin: at.spin,
@@ -72,7 +72,7 @@ impl Base {
 
 impl Driver<'_> {
     /// Goes on from contacts that rest on the terrain.
-    pub(super) fn contact_phase(&mut self, mut rests: [bool; 2]) -> Next {
+    pub(super) fn contact_phase(&mut self, mut rests: [bool; 2]) -> DriverStep {
         if rests == [true, true] {
             self.thaw();
         }
@@ -81,7 +81,7 @@ impl Driver<'_> {
         if (0..self.base.count).all(|i| rests[i] && self.resting[i])
             && let Some(modes) = self.stands(&full, frozen)
         {
-            return Next::End(self.stay_in(modes, full, frozen));
+            return DriverStep::End(self.stay_in(modes, full, frozen));
         }
         // A copy shares all that it holds.
         let (Some(stance), Some(posture)) =
@@ -103,7 +103,7 @@ impl Driver<'_> {
         };
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i] && pulled(i));
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
-            return Next::End(Outcome::Zeno);
+            return DriverStep::End(Outcome::Zeno);
         }
         phase.cause = self.cause;
         loop {
@@ -153,10 +153,12 @@ impl Driver<'_> {
             self.undecided = phase.undecided.take().map(Box::new);
             self.acceleration = phase.acceleration.take();
             return match end {
-                PhaseEnd::Outcome(outcome) => Next::End(outcome),
-                PhaseEnd::Free => Next::Flight,
-                PhaseEnd::Landing(i) => self.round(i, &phase.stance).map_or(Next::Piece, Next::End),
-                PhaseEnd::Thaw | PhaseEnd::Leave(..) => Next::Piece,
+                PhaseEnd::Outcome(outcome) => DriverStep::End(outcome),
+                PhaseEnd::Free => DriverStep::Flight,
+                PhaseEnd::Landing(i) => {
+                    self.round(i, &phase.stance).map_or(DriverStep::Piece, DriverStep::End)
+                }
+                PhaseEnd::Thaw | PhaseEnd::Leave(..) => DriverStep::Piece,
             };
         }
     }
@@ -175,7 +177,7 @@ impl Driver<'_> {
         let bend = spin * spin;
         // The centre of mass between two feet on level ground, without friction, λ_i = g b_j/(b_j − b_i): both forces press,
         // and no other motion suits them. All words cost a fifth of a short run.
-        let level = |k: &Geometry| k.friction == 0.0 && k.normal == Vector2::y();
+        let level = |k: &ContactGeometry| k.friction == 0.0 && k.normal == Vector2::y();
         let lies = body.gravity > 0.0 && v.x == 0.0 && spin == 0.0;
         if lies && self.base.count == 2 && body.contacts.iter().all(level) {
             let [one, two] = body.contacts.map(|k| k.turned(&turn).0);
@@ -242,7 +244,7 @@ impl Driver<'_> {
 
     /// Contact `b` lands while another is held: a round is over, and what all that come after it lead to may be known. A body
     /// as slow as the rounding of its speeds comes to rest, a contact that lands as slowly to rest on the ground.
-    fn round(&mut self, b: usize, stance: &Stance) -> Option<Outcome> {
+    fn round(&mut self, b: usize, stance: &BodyState) -> Option<Outcome> {
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = stance.state().qdot;
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
@@ -279,7 +281,7 @@ impl Driver<'_> {
     }
 
     /// The state after contacts were held, in the coordinates of flight.
-    fn leave(&mut self, stance: &Stance, frozen: Option<Spin>) {
+    fn leave(&mut self, stance: &BodyState, frozen: Option<Spin>) {
         self.go_on_from(Snapshot::of_stance(stance, self.log.clock), frozen);
     }
 
@@ -289,13 +291,13 @@ impl Driver<'_> {
             self.frames.clear();
         }
         if let Some(spin) = frozen {
-            let geometry = Tumble::new(body, full.gaps, full.center, spin);
+            let geometry = FullState::new(body, full.gaps, full.center, spin);
             self.frames.push(Frame::frozen(full, &geometry));
             (self.gaps, self.sum) = (full.gaps, Impulses::default());
             self.tumble = None;
         } else {
             self.frames.push(Frame::full(full));
-            self.tumble = Some(Tumble::new(body, full.gaps, full.center, full.spin));
+            self.tumble = Some(FullState::new(body, full.gaps, full.center, full.spin));
         }
     }
 }
