@@ -4,54 +4,71 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::body::posture::Posture;
 use crate::math::turn::Turn;
+use crate::sustained::BodyState;
 
 /// Looks at the ground while a run goes on, until there is something to say of it: once a run.
-#[derive(Debug, Clone)]
-pub(crate) struct Watch {
-    posture: Posture,
-    /// Where the body was at the last look, and how far its contacts may move from there before anything can be wrong, in m.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GroundWatch {
+    /// Where the body was at the last look.
     at: Vector3<f64>,
+    /// How far its contacts may move from there before anything can be wrong, in m; ∞: nothing is looked at.
     room: f64,
 }
 
-impl Watch {
-    /// `None`: of most postures there is nothing to be looked at.
-    pub(crate) fn new(posture: &Posture) -> Option<Box<Self>> {
-        let room = posture.own_ground()?.room;
-        Some(Box::new(Self { posture: posture.clone(), at: Vector3::zeros(), room }))
+impl GroundWatch {
+    /// Of most postures there is nothing to be looked at.
+    pub(crate) fn new(posture: Option<&Posture>) -> Self {
+        let own = posture.and_then(Posture::own_ground);
+        Self { at: Vector3::zeros(), room: own.map_or(f64::INFINITY, |own| own.room) }
     }
 
-    /// Looks at a moment of a run, at this q: whether there is more to be looked at. `local`: in the local model. `touches`: whether
-    /// a contact is on its own line. `time`: in s.
+    /// Whether there is anything to be looked at.
+    pub(crate) fn is_on(&self) -> bool {
+        self.room < f64::INFINITY
+    }
+
+    /// Looks at a moment of a run of this posture, at this q. `local`: in the local model. `touches`: whether a contact is on its
+    /// own line. `time`: in s.
     pub(crate) fn look(
         &mut self,
+        posture: &Posture,
         q: &Vector3<f64>,
         local: bool,
         touches: impl Fn(usize) -> bool,
         time: impl Fn() -> f64,
         warnings: &mut Vec<String>,
-    ) -> bool {
+    ) {
         let way = q - self.at;
-        if way.x.abs() + way.y.abs() + self.posture.size() * way.z.abs() < self.room {
-            return true;
+        if way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room {
+            return;
         }
-        let Some(own) = self.posture.own_ground() else { return false };
-        let (contacts, lines) = (self.posture.contacts(), self.posture.geometry());
+        let Some(own) = posture.own_ground() else { return };
+        let (contacts, lines) = (posture.contacts(), posture.geometry());
         let turn = if local { Turn { sin: q.z, ..Turn::default() } } else { Turn::by(q.z) };
-        let center = Vector2::from(self.posture.fields().center_of_mass);
+        let center = Vector2::from(posture.fields().center_of_mass);
         let moved = |i: usize| {
             let arm = Vector2::from(contacts[i].point) - center;
             q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.one_minus_cos
         };
-        match own.room(contacts, lines, self.posture.size(), moved, touches, time) {
-            Ok(room) => {
-                (self.at, self.room) = (*q, room);
-                true
-            }
-            Err(warning) => {
-                warnings.push(warning);
-                false
-            }
+        let room = own.room(contacts, lines, posture.size(), moved, touches, time);
+        self.at = *q;
+        self.room = room.unwrap_or_else(|warning| {
+            warnings.push(warning);
+            f64::INFINITY
+        });
+    }
+    /// As `look`, at this state of the body.
+    pub(crate) fn look_at(
+        &mut self,
+        posture: &Posture,
+        body: &BodyState,
+        local: bool,
+        time: impl Fn() -> f64,
+        warnings: &mut Vec<String>,
+    ) {
+        if self.is_on() {
+            let touches = |i: usize| body.points[posture.point_of(i)].h == 0.0;
+            self.look(posture, &body.state().q, local, touches, time, warnings);
         }
     }
 }

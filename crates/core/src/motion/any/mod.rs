@@ -18,7 +18,7 @@ use crate::collisions::log::{LastImpacts, Log};
 use crate::flight::{LOST_PHASE, is_lost};
 use crate::math::clock::Clock;
 use crate::modes::{ContactProblem, Mode};
-use crate::motion::ground_watch::Watch;
+use crate::motion::ground_watch::GroundWatch;
 use crate::motion::rounds::Rounds;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
@@ -86,23 +86,6 @@ pub(crate) struct GeneralRecord {
     pub(crate) acceleration: Option<[f64; 3]>,
 }
 
-/// Looks whether the ground of the contacts can be meant at a moment of a run.
-fn look(
-    watch: &mut Option<Box<Watch>>,
-    posture: &Posture,
-    options: &Options,
-    stance: &BodyState,
-    clock: Clock,
-    warnings: &mut Vec<String>,
-) {
-    let Some(looks) = watch else { return };
-    let touches = |i: usize| stance.points[posture.point_of(i)].h == 0.0;
-    let (q, local, time) = (stance.state().q, stance.frozen.is_some(), || options.clock(clock));
-    if !looks.look(&q, local, touches, time, warnings) {
-        *watch = None;
-    }
-}
-
 /// The loop.
 pub(crate) struct General<'a> {
     posture: Posture,
@@ -131,7 +114,7 @@ pub(crate) struct General<'a> {
     /// Whether it has been said that friction acts between impacts only.
     told_of_friction: bool,
     /// Whether the ground of the contacts can be meant.
-    watch: Option<Box<Watch>>,
+    watch: GroundWatch,
     last: LastImpacts,
     warnings: Vec<String>,
     undecided: Option<ContactProblem>,
@@ -164,7 +147,7 @@ impl<'a> General<'a> {
             ripple: ChatterMonitor::default(),
             rattled: (BTreeSet::new(), 0.0),
             told_of_friction: false,
-            watch: Watch::new(posture),
+            watch: GroundWatch::new(Some(posture)),
             last: LastImpacts::default(),
             warnings,
             undecided: None,
@@ -238,8 +221,9 @@ impl<'a> General<'a> {
 
     /// Looks whether the ground of the contacts can be meant.
     fn look(&mut self) {
-        let Self { posture, options, state, watch, warnings, .. } = self;
-        look(watch, posture, options, state, self.log.clock, warnings);
+        let Self { posture, options, state, watch, warnings, log, .. } = self;
+        let time = || options.clock(log.clock);
+        watch.look_at(posture, state, state.frozen.is_some(), time, warnings);
     }
 
     fn note(&mut self, word: &[Mode], summed: bool) {
@@ -435,7 +419,13 @@ impl<'a> General<'a> {
         rounds.drop(phase.dropped);
         let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
             rounds.hold(word, clock);
-            look(watch, posture, &options, stance, clock, warnings);
+            watch.look_at(
+                posture,
+                stance,
+                stance.frozen.is_some(),
+                || options.clock(clock),
+                warnings,
+            );
             if record {
                 let (stance, word) = (stance.clone(), word.to_vec());
                 stretches.push(Stretch { clock, stance, word, cause, summed: false });

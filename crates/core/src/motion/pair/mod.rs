@@ -23,7 +23,7 @@ use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::motion::ground_watch::Watch;
+use crate::motion::ground_watch::GroundWatch;
 use crate::motion::record::{Kind, Record, Span, Tail, ZenoRecord};
 use crate::motion::rounds::{ROUNDINGS, Rounds};
 use crate::options::{Options, Simultaneous, Stop};
@@ -52,7 +52,7 @@ pub(crate) struct Driver<'a> {
     /// Rounds on the ground.
     rounds: Rounds,
     /// Whether the ground of the contacts can be meant.
-    watch: Option<Box<Watch>>,
+    watch: GroundWatch,
     /// Contacts whose coming to rest has been noted, and that have not left since.
     resting: [bool; 2],
     /// Contacts that have no mode to go on in, or several.
@@ -116,7 +116,7 @@ impl<'a> Driver<'a> {
             undecided: None,
             cause: Some(Cause::Start),
             rounds: Rounds::default(),
-            watch: base.posture.as_ref().and_then(Watch::new),
+            watch: GroundWatch::new(base.posture.as_ref()),
             resting: [false; 2],
             frames: vec![first],
             base,
@@ -255,22 +255,17 @@ impl<'a> Driver<'a> {
     /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
     #[inline(never)]
     fn look(&mut self) {
-        if self.watch.is_some() {
+        if self.watch.is_on() {
             self.look_at(&self.frame().to_full(&self.raw()));
         }
     }
 
     /// As `look`, at this state of the full model.
     fn look_at(&mut self, full: &Snapshot) {
-        let Some(mut watch) = self.watch.take() else { return };
-        let goes_on = watch.look(
-            &Base::state(full).q,
-            self.local,
-            |i| full.gaps.h[i] == 0.0,
-            || self.options.clock(full.clock),
-            &mut self.warnings,
-        );
-        self.watch = goes_on.then_some(watch);
+        let Self { watch, base, local, options, warnings, .. } = self;
+        let Some(posture) = base.posture.as_ref().filter(|_| watch.is_on()) else { return };
+        let (q, touches) = (Base::state(full).q, |i: usize| full.gaps.h[i] == 0.0);
+        watch.look(posture, &q, *local, touches, || options.clock(full.clock), warnings);
     }
 
     /// The impacts of this loop are frictionless.

@@ -113,13 +113,7 @@ impl Driver<'_> {
             let (watch, warnings, local) = (&mut self.watch, &mut self.warnings, self.local);
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
                 rounds.hold(word, clock);
-                if let Some(looks) = watch {
-                    let (q, time) = (stance.state().q, || options.clock(clock));
-                    let touches = |i: usize| stance.points[i].h == 0.0;
-                    if !looks.look(&q, local, touches, time, warnings) {
-                        *watch = None;
-                    }
-                }
+                watch.look_at(&posture, stance, local, || options.clock(clock), warnings);
                 if !record {
                     return;
                 }
