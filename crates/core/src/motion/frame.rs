@@ -179,6 +179,21 @@ impl Frame {
         full
     }
 
+    /// q in the frozen geometry, but for roundings.
+    pub(crate) fn place(&self, frozen: &FrozenModel, clock: Clock, path: [f64; 2]) -> Vector3<f64> {
+        let start = &self.start;
+        let dt = clock.since(start.clock);
+        let mut r = start.center.r + start.center.v * dt;
+        if let Some(body) = &self.body {
+            r.y -= 0.5 * body.gravity * dt * dt;
+            for i in 0..2 {
+                r += body.contacts[i].normal * (self.share[i] * path[i]);
+            }
+        }
+        let turned = frozen.phi[0] * path[0] + frozen.phi[1] * path[1];
+        Vector3::new(r.x, r.y, start.spin.theta + start.spin.omega * dt - turned)
+    }
+
     /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
     /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
     /// linear in its state, without spin at the start.

@@ -27,6 +27,12 @@ impl GroundWatch {
         self.room < f64::INFINITY
     }
 
+    /// Whether a body at this q is so near to where it was at the last look that nothing can be wrong.
+    pub(crate) fn is_near(&self, posture: &Posture, q: &Vector3<f64>) -> bool {
+        let way = q - self.at;
+        way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room
+    }
+
     /// Looks at a moment of a run of this posture, at this q. `local`: in the local model. `touches`: whether a contact is on its
     /// own line. `time`: in s.
     pub(crate) fn look(
@@ -38,8 +44,7 @@ impl GroundWatch {
         time: impl Fn() -> f64,
         warnings: &mut Vec<String>,
     ) {
-        let way = q - self.at;
-        if way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room {
+        if self.is_near(posture, q) {
             return;
         }
         let Some(own) = posture.own_ground() else { return };
@@ -57,6 +62,7 @@ impl GroundWatch {
             f64::INFINITY
         });
     }
+
     /// As `look`, at this state of the body.
     pub(crate) fn look_at(
         &mut self,

@@ -102,23 +102,26 @@ impl BodyState {
     }
 
     /// The other point of a contact in a vertex of its terrain.
+    #[inline]
     pub(crate) fn twin(&self, i: usize) -> Option<usize> {
+        if self.points[i].place.sides == [f64::INFINITY; 2] {
+            return None; // a piece without ends has no vertex
+        }
         let contact = |j: usize| self.points[j].place.contact;
         (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
     }
 
     /// Whether point `i` is fixed by something: by friction, or in a vertex.
     fn sticks(&self, i: usize, modes: &[Mode]) -> bool {
-        let held = self.points[i].friction > 0.0 || self.twin(i).is_some();
-        modes[i] == Mode::Fixed && held
+        modes[i] == Mode::Fixed && (self.points[i].friction > 0.0 || self.twin(i).is_some())
     }
 
     /// The other of two fixed points that hold a contact in a vertex. The contact is held while the sum of their forces lies
     /// in the hull of their friction cones; how the force is shared between them has no consequence, so that the rows of
     /// the first of them represent both.
     fn partner(&self, i: usize, modes: &[Mode]) -> Option<usize> {
-        let fixed = |j: &usize| modes[*j] == Mode::Fixed;
-        self.twin(i).filter(fixed).filter(|_| fixed(&i))
+        let fixed = |j: usize| modes[j] == Mode::Fixed;
+        fixed(i).then(|| self.twin(i)).flatten().filter(|&j| fixed(j))
     }
 
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a

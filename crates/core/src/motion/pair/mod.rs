@@ -10,6 +10,8 @@
 
 mod rest;
 
+use nalgebra::Vector3;
+
 use crate::body::state::State;
 use crate::collisions::full::FullState;
 use crate::collisions::local::{LoopExit, are_one};
@@ -253,9 +255,22 @@ impl<'a> Driver<'a> {
     }
 
     /// Looks whether the ground of the contacts can be meant. Plain collisions in turn are not looked at one by one.
-    #[inline(never)]
     fn look(&mut self) {
         if self.watch.is_on() {
+            self.look_from_here();
+        }
+    }
+
+    #[inline(never)] // the collisions have the registers to themselves
+    fn look_from_here(&mut self) {
+        let Some(posture) = &self.base.posture else { return };
+        let place = match &self.tumble {
+            Some(FullState { center, spin, .. }) => {
+                Vector3::new(center.r.x, center.r.y, spin.theta)
+            }
+            None => self.frame().place(frozen(&self.frames), self.log.clock, self.sum.path),
+        };
+        if !self.watch.is_near(posture, &place) {
             self.look_at(&self.frame().to_full(&self.raw()));
         }
     }
