@@ -55,6 +55,9 @@ const CLOSE: f64 = 1e-14;
 /// After n collisions, the next look for a sum comes n/PATIENCE collisions later: it costs as much as a
 /// collision, and at most that share of them is simulated in vain.
 const PATIENCE: usize = 16;
+/// Collisions for which a record makes room at a time, an even number: to ask at every collision whether the list has to grow
+/// costs half as much as the collision.
+const BLOCK: usize = 64;
 /// τ relative to the elapsed time below which the accumulation may be all but reached.
 const SHORT: f64 = 1e-16;
 
@@ -329,17 +332,42 @@ impl LocalCollisions {
 
     #[inline(never)]
     fn hop_on<const RECORD: bool>(&mut self, collisions: &mut Vec<Collision>) {
-        let (mut r, mut left) = (self.r, self.left);
-        self.a = loop {
-            if left == 0 || !one_hop::<RECORD, 0>(&mut r, &self.course, collisions) {
+        let (mut r, mut left, course) = (self.r, self.left, self.course);
+        let (first, most) = (collisions.len(), left);
+        self.a = 'plain: loop {
+            if left == 0 {
                 break 0;
             }
-            left -= 1;
-            if left == 0 || !one_hop::<RECORD, 1>(&mut r, &self.course, collisions) {
+            let block = left.min(BLOCK);
+            let room: &mut [Collision] = if RECORD {
+                let written = first + most - left;
+                collisions.resize(written + block, Collision::default());
+                &mut collisions[written..]
+            } else {
+                &mut []
+            };
+            let mut slots = room.iter_mut();
+            for _ in 0..block / 2 {
+                if !one_hop::<0>(&mut r, &course, slots.next()) {
+                    break 'plain 0;
+                }
+                left -= 1;
+                if !one_hop::<1>(&mut r, &course, slots.next()) {
+                    break 'plain 1;
+                }
+                left -= 1;
+            }
+            if block % 2 == 1 {
+                if !one_hop::<0>(&mut r, &course, slots.next()) {
+                    break 0;
+                }
+                left -= 1;
                 break 1;
             }
-            left -= 1;
         };
+        if RECORD {
+            collisions.truncate(first + most - left);
+        }
         (self.r, self.left) = (r, left);
     }
 
@@ -527,19 +555,19 @@ impl Pool {
 
 /// One collision of the plain kind; if the next is not, nothing changes.
 #[inline(always)]
-fn one_hop<const RECORD: bool, const A: usize>(
+fn one_hop<const A: usize>(
     r: &mut Roles<f64>,
     course: &Course<f64>,
-    collisions: &mut Vec<Collision>,
+    slot: Option<&mut Collision>,
 ) -> bool {
     let hop = r.hop::<A>(course);
     if hop.plain {
         *r = hop.after;
-        if RECORD {
+        if let Some(slot) = slot {
             let clock = Clock { hi: r.hi, lo: r.lo }.renormalised();
             let after = [r.u_a, r.u_b];
             let blow = hop.s + r.u_a;
-            collisions.push(in_order(clock, 1 - A, [-hop.s, hop.w], after, blow, r.h_b));
+            *slot = in_order(clock, 1 - A, [-hop.s, hop.w], after, blow, r.h_b);
         }
     }
     hop.plain

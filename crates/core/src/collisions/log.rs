@@ -8,7 +8,7 @@ use crate::modes::Mode;
 use crate::options::Options;
 
 /// One collision, as it was simulated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Collision {
     pub(crate) elapsed: Clock,
     pub(crate) contact: usize,

@@ -585,10 +585,11 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One body beside each collision.
+    /// One body beside each collision of the full model; those of a frozen geometry have none until one comes after them.
     fn align_bodies(&mut self) {
-        let body = self.tumble.as_ref().map(|state| (state.center, state.spin)).unwrap_or_default();
-        self.log.bodies.resize(self.log.collisions.len(), body);
+        if let Some(state) = &self.tumble {
+            self.log.bodies.resize(self.log.collisions.len(), (state.center, state.spin));
+        }
     }
 
     fn warn_of_tie(&mut self) {
@@ -760,6 +761,7 @@ impl<'a> Driver<'a> {
     /// The first collision of a flight; an error: something else came before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note(Kind::Flight);
+        self.align_bodies();
         if let Some(state) = &self.tumble {
             return Ok(Flight::Full(full::FullCollisions::begin(&state.body, &mut self.log)));
         }
