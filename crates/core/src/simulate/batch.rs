@@ -158,7 +158,7 @@ trait Lanes: Default {
 
 impl Lanes for local::Pool {
     fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
-        matches!(flight, Flight::Local(clatter) if self.put(run, clatter))
+        matches!(flight, Flight::Local(_, collisions) if self.put(run, collisions))
     }
 
     fn alternate(&mut self, level: Level) {
@@ -170,8 +170,8 @@ impl Lanes for local::Pool {
     }
 
     fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Resume {
-        if let Flight::Local(clatter) = flight {
-            self.take(run, clatter);
+        if let Flight::Local(_, collisions) = flight {
+            self.take(run, collisions);
         }
         Resume::Any
     }
@@ -179,7 +179,7 @@ impl Lanes for local::Pool {
 
 impl Lanes for full::Pool {
     fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool {
-        matches!(flight, Flight::Full(clatter) if driver.enter(clatter, self, run))
+        matches!(flight, Flight::Full(state, collisions) if driver.enter((state, collisions), self, run))
     }
 
     fn alternate(&mut self, level: Level) {
@@ -192,7 +192,9 @@ impl Lanes for full::Pool {
 
     fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Resume {
         match flight {
-            Flight::Full(clatter) => Resume::after(driver.leave_lane(clatter, self, run)),
+            Flight::Full(state, collisions) => {
+                Resume::after(driver.leave_lane((state, collisions), self, run))
+            }
             Flight::Local(..) => Resume::Any,
         }
     }

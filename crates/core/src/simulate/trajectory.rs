@@ -678,7 +678,7 @@ impl Trajectory {
                     raw.impulses.jump[i] += c.jump;
                     frame.share(i)
                 } else {
-                    (raw.center, raw.spin) = record.bodies[index];
+                    (raw.center, raw.spin) = record.bodies.get(index).copied().unwrap_or_default();
                     record.base.share(i, raw.spin.theta)
                 };
                 expanded.shares.push(share);

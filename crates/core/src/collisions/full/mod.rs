@@ -6,7 +6,7 @@
 
 mod hop;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::LocalModel;
@@ -84,6 +84,11 @@ impl FullState {
             c: self.c[i],
             omega: self.spin.omega,
         }
+    }
+
+    /// Displacement of the centre of mass (m) and rotation.
+    pub(crate) fn q(&self) -> Vector3<f64> {
+        Vector3::new(self.center.r.x, self.center.r.y, self.spin.theta)
     }
 
     /// g_i + c_iω²: acceleration into terrain i.

@@ -10,8 +10,6 @@
 
 mod rest;
 
-use nalgebra::Vector3;
-
 use crate::body::state::State;
 use crate::collisions::full::FullState;
 use crate::collisions::local::{LoopExit, are_one};
@@ -42,10 +40,7 @@ pub(crate) struct Driver<'a> {
     warnings: Vec<String>,
     log: Log<'a>,
     options: Options,
-    gaps: Gaps,
-    sum: Impulses,
-    /// The full model's own state; unused in a frozen frame.
-    tumble: Option<FullState>,
+    state: Coordinates,
     /// For each held contact: speed and time of the last landing of the other in this frame.
     landings: [Option<(f64, Clock)>; 2],
     acceleration: Option<[f64; 3]>,
@@ -65,10 +60,48 @@ pub(crate) struct Driver<'a> {
     fresh: bool,
 }
 
-/// Collisions under way, in a frozen geometry or in the full model.
+/// Gaps in a frozen geometry, and the impulses since its frame began.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FrozenState {
+    model: FrozenModel,
+    gaps: Gaps,
+    sum: Impulses,
+}
+
+/// The state of a run, in the coordinates in which it is computed.
+#[derive(Debug, Clone, Copy)]
+enum Coordinates {
+    Frozen(FrozenState),
+    Full(FullState),
+}
+
+/// Collisions under way. The flight has the state of the run while it lasts, and gives it back at its end.
 pub(crate) enum Flight {
-    Local(local::LocalCollisions),
-    Full(full::FullCollisions),
+    Local(FrozenState, local::LocalCollisions),
+    Full(FullState, full::FullCollisions),
+}
+
+impl FrozenState {
+    fn at(&self, clock: Clock) -> Snapshot {
+        Snapshot { clock, gaps: self.gaps, impulses: self.sum, ..Snapshot::default() }
+    }
+}
+
+impl Frame {
+    /// A snapshot of this frame, in its coordinates.
+    fn coordinates(&self, base: &Base, raw: &Snapshot) -> Coordinates {
+        match (&self.frozen, base.body) {
+            (Some(model), _) => Coordinates::Frozen(FrozenState {
+                model: *model,
+                gaps: raw.gaps,
+                sum: raw.impulses,
+            }),
+            (None, Some(body)) => {
+                Coordinates::Full(FullState::new(body, raw.gaps, raw.center, raw.spin))
+            }
+            (None, None) => unreachable!("the full model has a body"),
+        }
+    }
 }
 
 /// What a flight does next.
@@ -104,16 +137,10 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let tumble = match (&first.frozen, base.body) {
-            (None, Some(body)) => {
-                Some(FullState::new(body, first.start.gaps, first.start.center, first.start.spin))
-            }
-            _ => None,
-        };
+        let state = first.coordinates(&base, &first.start);
         let log = Log::new(options, base.count, cancel);
         Self {
-            gaps: first.start.gaps,
-            sum: first.start.impulses,
+            state,
             local: first.frozen.is_some(),
             undecided: None,
             cause: Some(Cause::Start),
@@ -127,7 +154,6 @@ impl<'a> Driver<'a> {
             warnings,
             log,
             options: *options,
-            tumble,
             landings: [None; 2],
             acceleration: None,
             fresh: true,
@@ -176,7 +202,7 @@ impl<'a> Driver<'a> {
         let mut own = frame.clone();
         own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
         let mut driver = Driver::new(own, base.clone(), &options, Vec::new(), &never);
-        (driver.gaps, driver.sum) = (near.gaps, near.impulses);
+        driver.state = driver.frame().coordinates(&driver.base, &near);
         let outcome = driver.motion();
         let full = driver.frame().to_full(&driver.raw());
         let clock = raw.clock.after(dt);
@@ -264,11 +290,11 @@ impl<'a> Driver<'a> {
     #[inline(never)] // the collisions have the registers to themselves
     fn look_from_here(&mut self) {
         let Some(posture) = &self.base.posture else { return };
-        let place = match &self.tumble {
-            Some(FullState { center, spin, .. }) => {
-                Vector3::new(center.r.x, center.r.y, spin.theta)
+        let place = match &self.state {
+            Coordinates::Full(state) => state.q(),
+            Coordinates::Frozen(state) => {
+                self.frame().place(&state.model, self.log.clock, state.sum.path)
             }
-            None => self.frame().place(frozen(&self.frames), self.log.clock, self.sum.path),
         };
         if !self.watch.is_near(posture, &place) {
             self.look_at(&self.frame().to_full(&self.raw()));
@@ -304,9 +330,9 @@ impl<'a> Driver<'a> {
     /// The state in the coordinates of the current frame.
     fn raw(&self) -> Snapshot {
         let clock = self.log.clock;
-        match &self.tumble {
-            Some(state) => Snapshot::of_full(state, clock),
-            None => Snapshot { clock, gaps: self.gaps, impulses: self.sum, ..Snapshot::default() },
+        match &self.state {
+            Coordinates::Full(state) => Snapshot::of_full(state, clock),
+            Coordinates::Frozen(state) => state.at(clock),
         }
     }
 
@@ -352,20 +378,23 @@ impl<'a> Driver<'a> {
 
     /// The coupling of the contacts and the gravity into them at this moment.
     fn model(&self) -> FrozenModel {
-        match &self.tumble {
-            Some(state) => FrozenModel::new(&state.frozen()),
-            None => *frozen(&self.frames),
+        match &self.state {
+            Coordinates::Full(state) => FrozenModel::new(&state.frozen()),
+            Coordinates::Frozen(state) => state.model,
         }
     }
 
     fn gaps(&self) -> Gaps {
-        self.tumble.as_ref().map_or(self.gaps, |state| state.gaps)
+        match &self.state {
+            Coordinates::Full(state) => state.gaps,
+            Coordinates::Frozen(state) => state.gaps,
+        }
     }
 
     fn set_gaps(&mut self, gaps: Gaps) {
-        match &mut self.tumble {
-            Some(state) => state.gaps = gaps,
-            None => self.gaps = gaps,
+        match &mut self.state {
+            Coordinates::Full(state) => state.gaps = gaps,
+            Coordinates::Frozen(state) => state.gaps = gaps,
         }
     }
 
@@ -528,7 +557,7 @@ impl<'a> Driver<'a> {
         self.kick(jump, rates);
         turns |= self.turns();
         if count > 1
-            && let Some(state) = &mut self.tumble
+            && let Coordinates::Full(state) = &mut self.state
         {
             state.follow([true, true]);
         }
@@ -571,25 +600,28 @@ impl<'a> Driver<'a> {
 
     /// Own-rate jumps act; the rates they lead to are given exactly.
     fn kick(&mut self, jump: [f64; 2], rates: [f64; 2]) {
-        match &mut self.tumble {
-            Some(state) => {
+        match &mut self.state {
+            Coordinates::Full(state) => {
                 state.kick(jump);
                 state.gaps.u = rates;
                 state.forget_rounding();
             }
-            None => {
-                self.gaps.u = rates;
-                self.sum.jump[0] += jump[0];
-                self.sum.jump[1] += jump[1];
+            Coordinates::Frozen(state) => {
+                state.gaps.u = rates;
+                state.sum.jump[0] += jump[0];
+                state.sum.jump[1] += jump[1];
             }
         }
     }
 
-    /// One body beside each collision of the full model; those of a frozen geometry have none until one comes after them.
+    /// One body beside each collision, except in the local model, where none is asked for.
     fn align_bodies(&mut self) {
-        if let Some(state) = &self.tumble {
-            self.log.bodies.resize(self.log.collisions.len(), (state.center, state.spin));
-        }
+        let body = match &self.state {
+            Coordinates::Full(state) => (state.center, state.spin),
+            Coordinates::Frozen(_) if self.local => return,
+            Coordinates::Frozen(_) => Default::default(),
+        };
+        self.log.bodies.resize(self.log.collisions.len(), body);
     }
 
     fn warn_of_tie(&mut self) {
@@ -602,7 +634,7 @@ impl<'a> Driver<'a> {
 
     /// Whether the geometry changes with time.
     fn turns(&self) -> bool {
-        self.tumble.as_ref().is_some_and(|state| state.spin.omega != 0.0)
+        matches!(&self.state, Coordinates::Full(state) if state.spin.omega != 0.0)
     }
 
     /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
@@ -615,7 +647,8 @@ impl<'a> Driver<'a> {
         if !in_step
             || model.e[0] != model.e[1]
             || !(self.log.clock.hi + t <= self.log.end)
-            || turns && self.tumble.is_some_and(|state| !state.keeps_step(t, &self.log))
+            || turns
+                && matches!(&self.state, Coordinates::Full(state) if !state.keeps_step(t, &self.log))
         {
             return None;
         }
@@ -650,7 +683,7 @@ impl<'a> Driver<'a> {
         tail: Tail,
     ) {
         // A tail of the full model is evaluated in the geometry frozen at its start.
-        if let Some(state) = self.tumble {
+        if let Coordinates::Full(state) = self.state {
             let start = Snapshot::of_full(&state, self.log.clock);
             let frame = Frame::with(start, &state, *model);
             let clock = self.log.clock.after(t);
@@ -684,17 +717,19 @@ impl<'a> Driver<'a> {
                 }
             }
             let full = Snapshot::of_full(&after, clock);
-            self.tumble = Some(after);
+            self.state = Coordinates::Full(after);
             if self.log.record {
                 self.frames.push(Frame::full(full));
             }
         } else {
             self.note(Kind::Tail(tail));
-            for i in 0..2 {
-                self.sum.path[i] += self.sum.jump[i] * t + own.path[i];
-                self.sum.jump[i] += own.jump[i];
+            if let Coordinates::Frozen(state) = &mut self.state {
+                for i in 0..2 {
+                    state.sum.path[i] += state.sum.jump[i] * t + own.path[i];
+                    state.sum.jump[i] += own.jump[i];
+                }
+                state.gaps = end;
             }
-            self.gaps = end;
             self.log.clock = self.log.clock.after(t);
         }
     }
@@ -733,7 +768,7 @@ impl<'a> Driver<'a> {
 
     /// Freezes the full model's geometry if what remains is too short to change it.
     fn freeze_if_brief(&mut self) {
-        if let Some(state) = self.tumble
+        if let Coordinates::Full(state) = self.state
             && state.may_freeze(&self.log)
         {
             self.freeze(&state);
@@ -741,35 +776,39 @@ impl<'a> Driver<'a> {
     }
 
     fn freeze(&mut self, state: &FullState) {
-        self.frames.push(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
-        (self.gaps, self.sum) = (state.gaps, Impulses::default());
-        self.tumble = None;
+        self.begin_frame(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
         self.landings = [None; 2];
     }
 
     /// Back to the full model.
     fn thaw(&mut self) {
-        if self.is_brief()
-            && let Some(body) = self.base.body
-        {
-            let full = self.frame().to_full(&self.raw());
-            self.frames.push(Frame::full(full));
-            self.tumble = Some(FullState::new(body, full.gaps, full.center, full.spin));
+        if self.is_brief() {
+            self.begin_frame(Frame::full(self.frame().to_full(&self.raw())));
         }
+    }
+
+    /// From now on the motion is computed in this frame.
+    fn begin_frame(&mut self, frame: Frame) {
+        let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
+        self.state = frame.coordinates(&self.base, &raw);
+        self.frames.push(frame);
     }
 
     /// The first collision of a flight; an error: something else came before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note(Kind::Flight);
-        self.align_bodies();
-        if let Some(state) = &self.tumble {
-            return Ok(Flight::Full(full::FullCollisions::begin(&state.body, &mut self.log)));
-        }
-        let frozen = frozen(&self.frames);
-        let begun =
-            local::LocalCollisions::begin(frozen, &mut self.gaps, &mut self.sum, &mut self.log)?;
+        let state = match &mut self.state {
+            Coordinates::Full(state) => {
+                let collisions = full::FullCollisions::begin(&state.body, &mut self.log);
+                return Ok(Flight::Full(*state, collisions));
+            }
+            Coordinates::Frozen(state) => state,
+        };
+        let FrozenState { model, gaps, sum } = state;
+        let collisions = local::LocalCollisions::begin(model, gaps, sum, &mut self.log)?;
+        let flight = Flight::Local(*state, collisions);
         self.look();
-        Ok(Flight::Local(begun))
+        Ok(flight)
     }
 
     /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
@@ -785,7 +824,10 @@ impl<'a> Driver<'a> {
                 Resume::Plain => {}
                 Resume::Any => {
                     let halt = self.next_collision(flight);
-                    if self.tumble.is_some() {
+                    if let Flight::Full(state, _) = flight
+                        && self.watch.is_on()
+                    {
+                        self.state = Coordinates::Full(*state);
                         self.look();
                     }
                     if let Some(halt) = halt {
@@ -806,75 +848,76 @@ impl<'a> Driver<'a> {
 
     /// The next collision, whatever it is.
     fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
-        match (flight, &mut self.tumble) {
-            (Flight::Local(clatter), _) => clatter.next(frozen(&self.frames), &mut self.log),
-            (Flight::Full(clatter), Some(state)) => clatter.next(state, &mut self.log),
-            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+        match flight {
+            Flight::Local(state, collisions) => collisions.next(&state.model, &mut self.log),
+            Flight::Full(state, collisions) => collisions.next(state, &mut self.log),
         }
     }
 
     /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
-        match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => {
+        match flight {
+            Flight::Full(state, collisions) => {
                 let hits = self.log.hits;
-                let stop = clatter.come_to_first(state, &mut self.log);
+                let stop = collisions.come_to_first(state, &mut self.log);
                 self.log.struck[0] |= self.log.hits > hits;
                 stop
             }
-            (Flight::Local(clatter), _) => (!clatter.is_at_first()).then_some(None),
-            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+            Flight::Local(_, collisions) => (!collisions.is_at_first()).then_some(None),
         }
     }
 
     /// Plain collisions after that; `None`: many, and nothing else.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
-        match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => {
+        match flight {
+            Flight::Full(state, collisions) => {
                 let hits = self.log.hits;
-                let stop = clatter.alternate(MANY, state, &mut self.log);
+                let stop = collisions.alternate(MANY, state, &mut self.log);
                 self.log.struck[1] |= self.log.hits > hits; // the first of them
                 stop
             }
-            (Flight::Local(clatter), _) => {
-                clatter.alternate(&mut self.log);
+            Flight::Local(_, collisions) => {
+                collisions.alternate(&mut self.log);
                 Some(None)
             }
-            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
         }
     }
 
-    fn end_flight(&mut self, flight: &Flight, halt: LoopExit) -> LoopExit {
-        match (flight, &mut self.tumble) {
-            (Flight::Full(clatter), Some(state)) => clatter.end(halt, state, &mut self.log),
-            (Flight::Local(clatter), _) => {
-                let frozen = frozen(&self.frames);
-                clatter.end(halt, frozen, &mut self.gaps, &mut self.sum, &mut self.log)
+    fn end_flight(&mut self, flight: &mut Flight, halt: LoopExit) -> LoopExit {
+        match flight {
+            Flight::Full(state, collisions) => {
+                let halt = collisions.end(halt, state, &mut self.log);
+                self.state = Coordinates::Full(*state);
+                halt
             }
-            (Flight::Full(_), None) => unreachable!("the full model keeps its state"),
+            Flight::Local(state, collisions) => {
+                let FrozenState { model, gaps, sum } = state;
+                let halt = collisions.end(halt, model, gaps, sum, &mut self.log);
+                self.state = Coordinates::Frozen(*state);
+                halt
+            }
         }
     }
 
     /// As [`full::FullCollisions::enter`].
     pub(crate) fn enter(
         &self,
-        clatter: &full::FullCollisions,
+        (state, collisions): (&FullState, &full::FullCollisions),
         pool: &mut full::Pool,
         run: usize,
     ) -> bool {
-        self.tumble.as_ref().is_some_and(|state| clatter.enter(state, &self.log, pool, run))
+        collisions.enter(state, &self.log, pool, run)
     }
 
     /// As [`full::FullCollisions::leave`].
     pub(crate) fn leave_lane(
         &mut self,
-        clatter: &mut full::FullCollisions,
+        (state, collisions): (&mut FullState, &mut full::FullCollisions),
         pool: &mut full::Pool,
         run: usize,
     ) -> Option<Option<LoopExit>> {
-        let Some(state) = &mut self.tumble else { unreachable!("the full model keeps its state") };
         let hits = self.log.hits;
-        let stop = clatter.leave(&pool.take(run), state, &mut self.log);
+        let stop = collisions.leave(&pool.take(run), state, &mut self.log);
         self.log.struck[1] |= self.log.hits > hits; // the first of them
         stop
     }
@@ -928,7 +971,7 @@ impl<'a> Driver<'a> {
                 self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
             }
             LoopExit::Freeze => {
-                if let Some(state) = self.tumble {
+                if let Coordinates::Full(state) = self.state {
                     self.freeze(&state);
                 }
                 None
@@ -957,12 +1000,7 @@ impl<'a> Driver<'a> {
     fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
         let after = self.frame().smooth(&self.base, &self.raw(), held, dt);
         self.log.clock = after.clock;
-        match &mut self.tumble {
-            Some(state) => {
-                *state = FullState::new(state.body, after.gaps, after.center, after.spin);
-            }
-            None => (self.gaps, self.sum) = (after.gaps, after.impulses),
-        }
+        self.state = self.frame().coordinates(&self.base, &after);
     }
 
     /// One contact is held, the other is in the air, until it lands or the held one lifts off.
@@ -970,7 +1008,7 @@ impl<'a> Driver<'a> {
         self.note(Kind::Held(held));
         let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
         let model = self.model();
-        let gaps = self.gaps;
+        let gaps = self.gaps();
         let gravity = model.held_gravity(b);
         let resting = gaps.h[b] == 0.0 && gaps.u[b] == 0.0;
         let t =
@@ -1020,14 +1058,6 @@ impl<'a> Driver<'a> {
         let left = self.log.left().max(0.0);
         self.move_smoothly(held, left);
         Outcome::TimeLimit
-    }
-}
-
-/// The frozen geometry of the current frame.
-fn frozen(frames: &[Frame]) -> &FrozenModel {
-    match frames.last().map(|frame| &frame.frozen) {
-        Some(Some(frozen)) => frozen,
-        _ => unreachable!("without the full model's state a frame is frozen"),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::collisions::log::Spin;
 use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::motion::pair::{Driver, DriverStep};
+use crate::motion::pair::{Coordinates, Driver, DriverStep};
 use crate::motion::record::{Kind, Span, Tail};
 use crate::motion::rounds::SEVERAL;
 use crate::options::Stop;
@@ -97,10 +97,7 @@ impl Driver<'_> {
         self.rounds.drop(phase.dropped);
         // Rates can also come down to zero impact by impact, until there is no smaller number. What the rotation takes off the
         // ground has not come to rest.
-        let pulled = |i: usize| {
-            let state = self.tumble.as_ref();
-            state.is_none_or(|state| state.effective_gravity(i) >= 0.0)
-        };
+        let pulled = |i: usize| !matches!(&self.state, Coordinates::Full(state) if state.effective_gravity(i) < 0.0);
         let new = [0, 1].map(|i| i < count && rests[i] && !self.resting[i] && pulled(i));
         if new != [false; 2] && self.zeno_here(new, Method::Bounce) {
             return DriverStep::End(Outcome::Zeno);
@@ -260,14 +257,14 @@ impl Driver<'_> {
                 .then_some(Outcome::Zeno);
         }
         let limit = self.rounds.land(b, stance, self.log.clock, size, fastest, self.log.left())?;
-        if let Some(state) = self.tumble {
+        if let Coordinates::Full(state) = self.state {
             self.freeze(&state); // for looks into the tail
         }
         self.note(Kind::Tail(Tail::Collisions));
         self.log.clock = self.log.clock.after(limit.duration);
         let frozen = self.local.then_some(self.frame().spin);
         self.leave(&limit.end, frozen);
-        if let Some(state) = &mut self.tumble {
+        if let Coordinates::Full(state) = &mut self.state {
             state.forget_rounding();
         }
         let method = if limit.repeats { Method::Nested } else { Method::Mixed };
@@ -284,15 +281,13 @@ impl Driver<'_> {
         if !self.log.record {
             self.frames.clear();
         }
-        if let Some(spin) = frozen {
-            let geometry = FullState::new(body, full.gaps, full.center, spin);
-            self.frames.push(Frame::frozen(full, &geometry));
-            (self.gaps, self.sum) = (full.gaps, Impulses::default());
-            self.tumble = None;
-        } else {
-            self.frames.push(Frame::full(full));
-            self.tumble = Some(FullState::new(body, full.gaps, full.center, full.spin));
-        }
+        self.begin_frame(match frozen {
+            Some(spin) => {
+                let geometry = FullState::new(body, full.gaps, full.center, spin);
+                Frame::frozen(full, &geometry)
+            }
+            None => Frame::full(full),
+        });
     }
 }
 
