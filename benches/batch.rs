@@ -9,7 +9,9 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use standfast::{End, Model, Options, Posture, Resources, State, Stop, simulate_many_until};
+use standfast::outcome::End;
+use standfast::simulate::{Resources, simulate_many_until};
+use standfast::{Model, Options, Posture, State, Stop};
 
 const LANES: [usize; 4] = [1, 2, 4, 8];
 const RODS: u32 = 4096;

@@ -11,10 +11,10 @@ use std::hint::black_box;
 
 use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
-use standfast::{
-    ContactProblem, LocalModel, Model, Options, PairModes, Posture, ProblemFields, State, Stop,
-    Trajectory, simulate, simulate_local,
-};
+use standfast::body::LocalModel;
+use standfast::modes::{ContactProblem, PairModes, ProblemFields};
+use standfast::simulate::simulate_local;
+use standfast::{Model, Options, Posture, State, Stop, Trajectory, simulate};
 use standfast_benches::self_similar;
 
 /// To the same collision, by time: a run that ends by `event_limit` says so in words, which cost as much as ten collisions.

@@ -8,7 +8,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use standfast::{Options, Posture, State, Stop, simulate, simulate_local};
+use standfast::simulate::simulate_local;
+use standfast::{Options, Posture, State, Stop, simulate};
 use standfast_benches::self_similar;
 
 /// Links of a yardstick's chain.

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::process::Command;
 
 use standfast::{
-    Contact, Fields, Model, Options, Outcome, Posture, State, Stop, Trajectory, simulate,
+    Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory, simulate,
 };
 
 /// Scenes unless asked otherwise.
@@ -73,7 +73,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
             })
             .collect();
         let low = r.chance(0.3);
-        let fields = Fields {
+        let fields = PostureFields {
             mass: 1.0,
             gyration_radius: r.between(0.1, 0.7),
             center_of_mass: [r.between(-0.2, 0.2), if low { 0.0 } else { r.between(0.0, 0.6) }],

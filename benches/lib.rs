@@ -2,7 +2,7 @@
 
 pub mod told;
 
-use standfast::LocalModel;
+use standfast::body::LocalModel;
 
 /// The self-similar orbit below the bound of clattering convergence, with factor `c` a hit: contacts
 /// alternate, gravity stays as strong as it is, and nothing can be summed until the digits end.

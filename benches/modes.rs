@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use standfast::{ContactProblem, Method, ProblemFields, Status, contact_modes};
+use standfast::modes::{ContactProblem, Method, ProblemFields, Status, contact_modes};
 
 /// Contacts at rest on the arc of a valley, under a load that leans.
 fn valley(n: usize) -> ContactProblem {

@@ -7,9 +7,11 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use standfast::body::LocalModel;
+use standfast::simulate::simulate_local;
+use standfast::stability::conditions;
 use standfast::{
-    Contact, Fields, LocalModel, Model, Options, Outcome, Posture, State, Stop, conditions,
-    simulate, simulate_local, stability,
+    Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, simulate, stability,
 };
 
 const MODELS: [(Model, &str); 3] =
@@ -54,7 +56,7 @@ fn runs(c: &mut Criterion) {
 }
 
 fn ball() -> Posture {
-    Posture::new(Fields {
+    Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.4,
         center_of_mass: [0.0, 0.1],

@@ -2,10 +2,12 @@
 //! some value that is wrong or extreme; they are told to the library as a user would, and nothing may panic, run without end,
 //! or contradict itself. Shared by the targets of cargo-fuzz and by the tests, which try a corpus and random bytes.
 
+use standfast::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
+use standfast::options::{Impact, Simultaneous};
+use standfast::stability::{conditions, friction_margin, static_forces};
 use standfast::{
-    Contact, ContactProblem, Error, Fields, Impact, Level, Method, Model, Options, Outcome,
-    Posture, ProblemFields, Scene, Simultaneous, State, Stop, Trajectory, conditions,
-    contact_modes, friction_margin, simulate, simulate_many, stability, static_forces,
+    Contact, Error, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop,
+    Trajectory, simulate, simulate_many, stability,
 };
 
 /// Events that a run may have here.
@@ -124,8 +126,8 @@ impl Bytes<'_> {
         contact
     }
 
-    fn fields(&mut self) -> Fields {
-        let mut fields = Fields {
+    fn fields(&mut self) -> PostureFields {
+        let mut fields = PostureFields {
             mass: 1.0,
             gyration_radius: 0.05 + self.number(),
             center_of_mass: [4.0 * self.number() - 2.0, self.number()],
@@ -280,7 +282,8 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
         assert!(zeno.elapsed <= run.elapsed(), "{} {}", zeno.elapsed, run.elapsed());
     }
     let Ok(times) = run.sample_times(7) else { return };
-    let Some(&Fields { mass, gravity, gyration_radius, .. }) = run.posture().map(Posture::fields)
+    let Some(&PostureFields { mass, gravity, gyration_radius, .. }) =
+        run.posture().map(Posture::fields)
     else {
         return;
     };
@@ -326,7 +329,7 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
 /// Whether heights have as many digits as places: ground that is not too steep, without ends that a contact could go round, and
 /// arms that are not too long.
 fn is_plain(posture: &Posture) -> bool {
-    let Fields { terrain, contacts, gyration_radius, .. } = posture.fields();
+    let PostureFields { terrain, contacts, gyration_radius, .. } = posture.fields();
     if posture.size() > LONG * gyration_radius {
         return false;
     }

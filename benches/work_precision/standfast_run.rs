@@ -4,7 +4,8 @@
 //! `cargo run --release -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
 
 use serde_json::{Value, json};
-use standfast::{Contact, Fields, Impact, Model, Options, Posture, State, Trajectory, simulate};
+use standfast::options::Impact;
+use standfast::{Contact, Model, Options, Posture, PostureFields, State, Trajectory, simulate};
 use standfast_benches::told;
 
 fn main() {
@@ -23,7 +24,7 @@ fn main() {
             ..Contact::at(x + dx, y + dy)
         };
         let arms: Vec<[f64; 2]> = told::read(&body["arms"]);
-        let posture = Posture::new(Fields {
+        let posture = Posture::new(PostureFields {
             mass: told::read(&body["mass"]),
             gyration_radius: told::read(&body["gyration_radius"]),
             center_of_mass: [x, y],

@@ -21,6 +21,23 @@
 //! ```
 //!
 //! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
+//!
+//! The names of this example and [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything else is
+//! in the module of its subject:
+//!
+//! | module | subject |
+//! | --- | --- |
+//! | [`body`] | postures, contacts, terrain, states, the local model of two contacts |
+//! | [`options`], [`outcome`] | what a run is asked for; what it hands back: impacts, Zeno points, phases |
+//! | [`flight`] | the gap of a contact in flight and its guaranteed earliest touchdown |
+//! | [`modes`] | which contacts separate, stay fixed or slide: every consistent answer, none or several |
+//! | [`simulate`](mod@simulate) | one run, many runs at once, runs of the local model |
+//! | [`stability`](mod@stability) | equilibrium region, clattering convergence, reduced map, verdict |
+//! | [`sweep`] | the same questions on grids of parameters |
+//!
+//! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
+//! clattering), `sustained` (motion while contacts stay closed), `motion` (the loop over events), `auto` (choice of the model),
+//! `enclosure` (proved bounds). In the source each stands above those that use it, in the order of `lib.rs`.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
@@ -29,57 +46,33 @@
 mod math;
 mod serial;
 mod tolerance;
-mod error;
+pub mod error;
 mod file;
-mod body;
-mod options;
-mod outcome;
-mod flight;
+pub mod body;
+pub mod options;
+pub mod outcome;
+pub mod flight;
 mod zeno;
 mod impact;
-mod modes;
+pub mod modes;
 mod collisions;
 mod sustained;
 mod motion;
 mod auto;
 mod enclosure;
-mod simulate;
-mod stability;
-mod sweep;
+pub mod simulate;
+pub mod stability;
+pub mod sweep;
 mod scene;
 
-pub use body::contact::Contact;
-pub use body::local_model::LocalModel;
-pub use body::posture::{Fields, MAX_CONTACTS, Posture};
-pub use body::state::State;
-pub use error::{Error, IoCause};
+pub use body::{Contact, Posture, PostureFields, State};
+pub use error::Error;
 #[doc(hidden)]
 pub use file::write::write_whole;
-pub use flight::GapArc;
-pub use modes::{
-    Condition, ContactProblem, FEW, Forces, Jamming, Level, Margin, Method, Mode, ModeAnswer,
-    Modes, PairMode, PairModes, ProblemFields, Status, TIE, Word, contact_modes,
-};
-pub use options::{Impact, Model, Options, Simultaneous, Stop};
-pub use outcome::{
-    Bounds, Cause, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, End, FirstZeno,
-    ImpactRecord, Instant, Outcome, Phase, Uncertain, ZenoPoint,
-};
+pub use options::{Model, Options, Stop};
+pub use outcome::Outcome;
 pub use scene::Scene;
-pub use simulate::batch::{Resources, simulate_many, simulate_many_until};
-pub use simulate::{simulate, simulate_local, simulate_local_until, simulate_until};
+pub use simulate::{Trajectory, simulate, simulate_many};
+pub use stability::stability;
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
-pub use body::terrain::MAX_VERTICES;
-pub use simulate::trajectory::Trajectory;
-pub use stability::{
-    BATCHES, By, Conditions, CornerStep, Evidence, Exponents, Fate, FateKind, NoBound, Orbit,
-    OrbitEnd, Potential, Reason, ReducedMap, ReducedStep, SelfSimilar, Shape, Stability,
-    StaticForces, Trials, Verdict, chatter_bound, chatter_restitution, clattering_bound,
-    clattering_restitution, conditions, coupling, equilibrium_region, friction_margin,
-    neimark_sacker, self_similar, stability, static_forces, trials,
-};
-pub use sweep::{
-    Axis, Column, Kind, MOST_POINTS, OfConditions, OfVerdict, Quantity, Sweep, grid_size,
-};
-pub use tolerance::TOUCH;

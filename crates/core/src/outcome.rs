@@ -281,7 +281,7 @@ pub struct End {
     pub zeno: Option<FirstZeno>,
     /// Number of collisions simulated one by one.
     pub collisions: usize,
-    /// Whether the run has warnings: [`simulate`](crate::simulate) tells which.
+    /// Whether the run has warnings: [`simulate`](crate::simulate()) tells which.
     pub warned: bool,
 }
 

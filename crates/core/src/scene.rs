@@ -7,7 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::contact::Contact;
-use crate::body::posture::{Fields, Posture};
+use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::body::terrain;
 use crate::error::{Error, quoted};
@@ -222,7 +222,7 @@ impl Scene {
     /// Errors name the fields as the file does.
     fn of_file(file: File) -> Result<Self, Error> {
         let BodyTable { mass, gyration_radius, center_of_mass } = file.body;
-        let posture = Posture::new(Fields {
+        let posture = Posture::new(PostureFields {
             mass,
             gyration_radius,
             center_of_mass,

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use crate::body::posture::{Fields, Posture};
+use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
 use crate::options::Options;
@@ -40,7 +40,7 @@ pub struct Axis {
     values: Vec<f64>,
 }
 
-/// A number in [`Fields`].
+/// A number in [`PostureFields`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Field {
     Mass,
@@ -93,7 +93,7 @@ impl Field {
         Some(Self::Contact(index, *field))
     }
 
-    fn set(self, fields: &mut Fields, value: f64) {
+    fn set(self, fields: &mut PostureFields, value: f64) {
         match self {
             Self::Mass => fields.mass = value,
             Self::GyrationRadius => fields.gyration_radius = value,
@@ -128,7 +128,7 @@ impl Field {
 pub enum Quantity {
     /// A field of [`Conditions`], or [`Conditions::theorem_3`].
     Condition(OfConditions),
-    /// A field of [`Verdict`](crate::Verdict) that takes the whole of [`stability`](crate::stability()).
+    /// A field of [`Verdict`](crate::stability::Verdict) that takes the whole of [`stability`](crate::stability()).
     Verdict(OfVerdict),
     /// Of a run from the start given: how it ends.
     Fate,
@@ -321,7 +321,8 @@ pub enum Column {
 /// Quantities asked of a posture over a grid of its parameters.
 ///
 /// ```
-/// use standfast::{Axis, Column, Posture, Quantity, Sweep};
+/// use standfast::Posture;
+/// use standfast::sweep::{Axis, Column, Quantity, Sweep};
 ///
 /// // Clattering of a rod converges if its mass is near the middle: ψ = (L² − ρ²)/(L² + ρ²).
 /// let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81)?;
@@ -332,7 +333,7 @@ pub enum Column {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    fields: Fields,
+    fields: PostureFields,
     axes: Vec<Axis>,
     quantities: Vec<Quantity>,
     run: Option<(State, Options)>,
@@ -358,7 +359,7 @@ impl Axis {
         }
         // What is allowed is an interval: its ends stand for all. Where a terrain is, it depends on other parameters whether
         // a point lies on it: asked later.
-        let mut probe = Fields { terrain: Vec::new(), ..fields.clone() };
+        let mut probe = PostureFields { terrain: Vec::new(), ..fields.clone() };
         let ends = [
             values.iter().copied().fold(values[0], f64::min),
             values.iter().copied().fold(values[0], f64::max),
@@ -387,7 +388,7 @@ fn unusable(field: &str, value: &str, allowed: &str) -> Error {
     Error::Unusable { field: field.into(), value: value.into(), allowed: allowed.into() }
 }
 
-fn unknown(path: &str, fields: &Fields) -> Error {
+fn unknown(path: &str, fields: &PostureFields) -> Error {
     let own = OF_CONTACT.map(|(name, _)| format!("contacts.1.{name}")).join(", ");
     let allowed = format!(
         "the parameters are {}, {own}, contacts counting from 1 to {}",

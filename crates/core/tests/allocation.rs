@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
-use standfast::{ContactProblem, Method, ProblemFields, contact_modes};
+use standfast::modes::{ContactProblem, Method, ProblemFields, contact_modes};
 
 struct Counting;
 

@@ -2,9 +2,11 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use standfast::outcome::End;
+use standfast::simulate::{Resources, simulate_many_until};
 use standfast::{
-    Contact, End, Error, Fields, Model, Options, Posture, Resources, State, Stop, Trajectory,
-    simulate, simulate_many, simulate_many_until,
+    Contact, Error, Model, Options, Posture, PostureFields, State, Stop, Trajectory, simulate,
+    simulate_many,
 };
 
 /// Numbers in [0, 1): a Weyl sequence, good enough for scenes.
@@ -31,7 +33,7 @@ fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
             let friction = if k % 2 == 0 { 0.0 } else { 0.4 };
             let foot =
                 |x: f64, slope: f64| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
-            let posture = Posture::new(Fields {
+            let posture = Posture::new(PostureFields {
                 mass: 1.0,
                 gyration_radius: w.between(0.1, 0.6),
                 center_of_mass: [w.between(-0.1, 0.1), w.between(0.0, 0.2)],
@@ -144,7 +146,7 @@ fn nothing_depends_on_the_record() {
     for case in 0..400 {
         let slope = if case % 2 == 0 { 0.0 } else { 0.4 * share() };
         let feet = [Contact { slope, ..Contact::at(0.0, 0.0) }, Contact::at(1.0, 0.0)];
-        let posture = Posture::new(Fields {
+        let posture = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.2 + 0.3 * share(),
             center_of_mass: [0.3 * share(), 0.3],

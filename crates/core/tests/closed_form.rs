@@ -1,8 +1,10 @@
 //! Motions whose answer is known: closed forms, swept over their parameters, and plain summation.
 
+use standfast::body::LocalModel;
+use standfast::options::Simultaneous;
+use standfast::simulate::{simulate_local, simulate_until};
 use standfast::{
-    Contact, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State, Stop,
-    Trajectory, simulate, simulate_local, simulate_until,
+    Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory, simulate,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -26,7 +28,7 @@ fn run(m: &LocalModel, h: [f64; 2], u: [f64; 2], stop: Stop) -> Trajectory {
 
 /// One body point under the centre of mass.
 fn ball(e: f64, g: f64) -> Posture {
-    Posture::new(Fields {
+    Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.1,
         center_of_mass: [0.0, 1.0],
@@ -391,7 +393,7 @@ fn plastic_impacts_stop_at_once() {
 #[test]
 fn coincident_contacts_act_as_one() {
     let body = |contacts: usize, e: f64, x: f64| {
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.3,
             center_of_mass: [x, 0.5],
@@ -430,7 +432,7 @@ fn coincident_contacts_act_as_one() {
 fn feet_that_land_together_for_ever_come_to_rest() {
     let foot = |x: f64, e: f64| Contact { restitution: Some(e), ..Contact::at(x, 0.0) };
     for (one, two) in [(0.48, 0.0009), (0.3, 0.1), (0.7, 0.0)] {
-        let posture = Posture::new(Fields {
+        let posture = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.05,
             center_of_mass: [-2.0, 0.0],
@@ -475,7 +477,7 @@ fn without_gravity_nothing_returns() {
 }
 
 fn tall(e: f64, g: f64) -> Posture {
-    Posture::new(Fields {
+    Posture::new(PostureFields {
         mass: 2.0,
         gyration_radius: 0.4,
         center_of_mass: [0.0, 0.75],
@@ -794,7 +796,7 @@ fn a_long_flight_of_a_fast_spin_is_no_work() {
 /// Bounces at contact 1 while the spin throws contact 2 upwards, g + cω² < 0: their sum does not ask for it.
 #[test]
 fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
-    let posture = Posture::new(Fields {
+    let posture = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 3.0,
         center_of_mass: [0.0, 0.0],
@@ -896,7 +898,7 @@ fn a_rod_that_spins_beyond_all_digits_ends_and_says_so() {
 fn time_and_length_have_no_scale_of_their_own() {
     // A rocking block, which turns about its corners between its landings.
     let rest = |length: f64, time: f64| {
-        let block = Posture::new(Fields {
+        let block = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.520_416_499_866_533_2 * length,
             center_of_mass: [0.0, 0.75 * length],
@@ -920,7 +922,7 @@ fn time_and_length_have_no_scale_of_their_own() {
 
 #[test]
 fn a_body_laid_down_without_gravity_stays() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.225_842_432_430_978_62,
         center_of_mass: [0.386_951_971_733_938, -0.634_744_188_112_152_6],
@@ -1005,7 +1007,7 @@ fn without_gravity_unequal_ends_clatter_to_a_sum() {
 /// A body in a valley, its spin strong enough to pull contact 1 off the terrain while contact 2 bounces.
 #[test]
 fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.779_145_557_897_242_4,
         center_of_mass: [-0.166_444_518_232_363_78, 0.822_648_863_145_855],
@@ -1039,7 +1041,7 @@ fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
 /// the body tips over the other.
 #[test]
 fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
-    let wheel = Posture::new(Fields {
+    let wheel = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 340.660_788_255_338_9,
         center_of_mass: [0.0, 0.0],
@@ -1072,7 +1074,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
 
 #[test]
 fn a_level_body_bounces_on_both_contacts_in_step() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.1,
         center_of_mass: [0.141_388_702_527_958_02, 0.0],
@@ -1095,7 +1097,7 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
 #[test]
 fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
     for height in [5.0, 1e10, 5e12, 1e40] {
-        let body = Posture::new(Fields {
+        let body = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.628,
             center_of_mass: [-1.027, 0.773],
@@ -1126,7 +1128,7 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
 fn of_two_feet_one_above_the_other_the_upper_one_holds() {
     let (upper, lower) = (Contact::at(-2.0, 0.1737), Contact::at(-2.0, 0.0));
     let of = |contacts: Vec<Contact>, until: f64| {
-        let body = Posture::new(Fields {
+        let body = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.513,
             center_of_mass: [1.526, 0.651],
@@ -1155,7 +1157,7 @@ fn of_two_feet_one_above_the_other_the_upper_one_holds() {
 fn nothing_slides_beyond_all_bounds() {
     // So heavy to turn that its next turn takes it far; heavier ones are refused.
     for gyration_radius in [1e4, 3e7, 1e40] {
-        let body = Posture::new(Fields {
+        let body = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius,
             center_of_mass: [0.3, 0.7],
@@ -1199,7 +1201,7 @@ fn a_distant_time_limit_is_no_reason_to_slide_on() {
 fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
     // Its bounces are over in 1e-83 s, below all rounding of the time; so fast it spins, too.
     let foot = |x, slope| Contact { slope, ..Contact::at(x, 0.0) };
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 1.015,
         center_of_mass: [-0.105, -1.733],
@@ -1224,7 +1226,7 @@ fn one_point_twice_is_one_contact() {
         for x in [-1.0, 0.3] {
             let contact = Contact { friction, ..Contact::at(x, 0.0) };
             let of = |contacts: Vec<Contact>| {
-                let body = Posture::new(Fields {
+                let body = Posture::new(PostureFields {
                     mass: 1.0,
                     gyration_radius: 0.46,
                     center_of_mass: [0.0, 0.4],
@@ -1252,7 +1254,7 @@ fn one_point_twice_is_one_contact() {
 /// A run stops when it is asked to, also while it proves its times.
 #[test]
 fn bounds_are_cancelled() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.3,
         center_of_mass: [0.0, 0.5],
@@ -1284,7 +1286,7 @@ fn bounds_are_cancelled() {
 fn a_foot_that_bounces_without_an_impulse() {
     let (e, g, v) = (0.36, 9.81, 0.875);
     for height in [-2.0, 0.5] {
-        let body = Posture::new(Fields {
+        let body = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.78,
             center_of_mass: [1.625, height],
@@ -1307,7 +1309,7 @@ fn a_foot_that_bounces_without_an_impulse() {
 /// Two feet without friction, one right above the other: the upper one is the instant centre, and slides off all the same.
 #[test]
 fn an_instant_centre_without_friction_slides_off() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 2.0,
         center_of_mass: [2.25, 0.5],
@@ -1332,7 +1334,7 @@ fn an_instant_centre_without_friction_slides_off() {
 #[test]
 fn a_slope_that_has_no_square_turns_nothing() {
     let run = |slope: f64| {
-        let body = Posture::new(Fields {
+        let body = Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.117,
             center_of_mass: [-2.0, 0.0594],
@@ -1361,7 +1363,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
 /// A pivot about a foot at the centre of mass keeps its place and its spin, however heavy the load that it holds.
 #[test]
 fn a_pivot_under_a_load_of_1e94_times_its_own_stays() {
-    let body = Posture::new(Fields {
+    let body = Posture::new(PostureFields {
         mass: 1.0,
         gyration_radius: 0.43,
         center_of_mass: [-2.0, 0.0],

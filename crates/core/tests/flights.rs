@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use standfast::GapArc;
+use standfast::flight::GapArc;
 
 /// Splitmix64: a fixed sequence, the same on every machine.
 struct Random(u64);

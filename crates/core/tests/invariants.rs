@@ -4,9 +4,12 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
+use standfast::body::LocalModel;
+use standfast::options::Simultaneous;
+use standfast::simulate::simulate_local;
 use standfast::{
-    Contact, Error, Fields, LocalModel, Model, Options, Outcome, Posture, Simultaneous, State,
-    Stop, Trajectory, simulate, simulate_local,
+    Contact, Error, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory,
+    simulate,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -36,7 +39,7 @@ fn always<S: Strategy>(seed: u64, cases: u32, strategy: S, check: impl Fn(&S::Va
 /// A body, its start, and how it is run.
 #[derive(Debug, Clone)]
 struct Scene {
-    fields: Fields,
+    fields: PostureFields,
     state: State,
     options: Options,
 }
@@ -120,7 +123,7 @@ fn gyration() -> impl Strategy<Value = f64> {
     prop_oneof![4 => 0.1..1.5, 1 => (-1.3..3.0).prop_map(|x: f64| 10f64.powf(x))]
 }
 
-fn body() -> impl Strategy<Value = Fields> {
+fn body() -> impl Strategy<Value = PostureFields> {
     (
         (-3.0..3.0).prop_map(|x: f64| 10f64.powf(x)),
         gyration(),
@@ -133,7 +136,7 @@ fn body() -> impl Strategy<Value = Fields> {
         prop_oneof![1 => Just(0.0), 6 => 0.3..3.0],
     )
         .prop_map(|(mass, gyration_radius, center_of_mass, contacts, restitution, gravity)| {
-            Fields {
+            PostureFields {
                 mass,
                 gyration_radius,
                 center_of_mass,
@@ -179,7 +182,13 @@ fn scene() -> impl Strategy<Value = Scene> {
 }
 
 /// Lowered on to the terrain until only `lift` is left in the height.
-fn start(fields: &Fields, model: Model, [x, theta]: [f64; 2], lift: f64, v: [f64; 3]) -> State {
+fn start(
+    fields: &PostureFields,
+    model: Model,
+    [x, theta]: [f64; 2],
+    lift: f64,
+    v: [f64; 3],
+) -> State {
     let posture = Posture::new(fields.clone()).unwrap();
     let q = State::new([x, 0.0, theta], v);
     let gaps = match model {
@@ -351,7 +360,7 @@ fn check_impacts(run: &Trajectory, yard: &Yardstick) {
         let w = before[i];
         assert!(w <= 0.0, "{impact:?}");
         assert!((after[i] + e * w).abs() <= 16.0 * EPS * w.abs(), "Newton: {impact:?}");
-        let twin = |other: Option<&standfast::ImpactRecord>| {
+        let twin = |other: Option<&standfast::outcome::ImpactRecord>| {
             other.is_some_and(|o| o.elapsed == impact.elapsed && o.contact != impact.contact)
         };
         let together = run.options().policy() == Simultaneous::Newton
@@ -542,7 +551,7 @@ fn check_units(scene: &Scene) {
 fn check_origin(scene: &Scene) {
     let mut here = scene.clone();
     let grid = |x: f64| (x * 1024.0).round() / 1024.0;
-    let place = |fields: &mut Fields, by: [f64; 2]| {
+    let place = |fields: &mut PostureFields, by: [f64; 2]| {
         for k in 0..2 {
             fields.center_of_mass[k] = grid(fields.center_of_mass[k]) + by[k];
             for contact in &mut fields.contacts {

@@ -2,10 +2,8 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed, TestRunner};
-use standfast::{
-    Contact, ContactProblem, Fields, Method, Modes, Posture, ProblemFields, State, Status,
-    contact_modes,
-};
+use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, Status, contact_modes};
+use standfast::{Contact, Posture, PostureFields, State};
 
 fn solve(fields: ProblemFields) -> Modes {
     contact_modes(&ContactProblem::new(fields).unwrap(), Method::Enumerate).unwrap()
@@ -88,7 +86,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
     let block = |slope: f64, friction: f64, height: f64| {
         let (sin, cos) = slope.sin_cos();
         let foot = |s: f64| Contact { friction, ..Contact::at(s * cos, s * sin).on_slope(slope) };
-        let posture = Posture::new(Fields {
+        let posture = Posture::new(PostureFields {
             mass: 2.0,
             gyration_radius: 0.6,
             center_of_mass: [-height * sin, height * cos],

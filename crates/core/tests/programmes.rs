@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
-use standfast::{
+use standfast::modes::{
     ContactProblem, Level, Method, Mode, ModeAnswer, ProblemFields, Status, Word, contact_modes,
 };
 

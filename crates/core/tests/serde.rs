@@ -4,10 +4,14 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use standfast::body::LocalModel;
+use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
+use standfast::options::{Impact, Simultaneous};
+use standfast::simulate::simulate_local;
+use standfast::stability::{By, Evidence, Stability, Verdict, trials};
 use standfast::{
-    By, Contact, ContactProblem, Evidence, Fields, Impact, LocalModel, Method, Model, Modes,
-    Options, Outcome, Posture, ProblemFields, Scene, Simultaneous, Stability, State, Stop,
-    Trajectory, Verdict, contact_modes, simulate, simulate_local, stability, trials,
+    Contact, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop, Trajectory,
+    simulate, stability,
 };
 
 fn json<T: Serialize>(value: &T) -> String {
@@ -46,7 +50,7 @@ impl Random {
             ..Contact::at(2.0 * i as f64 - 1.0, self.within(-0.5, 0.5))
                 .on_slope(self.within(-1.3, 1.3))
         });
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass: 2.0,
             contacts: contacts.collect(),
             gyration_radius: self.within(0.2, 1.5),
@@ -97,8 +101,8 @@ fn a_contact_has_one_number() {
     assert_eq!((contact.index(), contact.number()), (0, 1));
     assert_eq!(format!("{contact} {contact:?} {}", json(&contact)), "1 1 1");
     assert_eq!(back(&contact), contact);
-    assert!(serde_json::from_str::<standfast::ContactNumber>("0").is_err());
-    assert_eq!(format!("{:?}", standfast::Cause::Impact(contact)), "Impact(1)");
+    assert!(serde_json::from_str::<standfast::outcome::ContactNumber>("0").is_err());
+    assert_eq!(format!("{:?}", standfast::outcome::Cause::Impact(contact)), "Impact(1)");
 }
 
 #[test]
@@ -201,7 +205,7 @@ fn modes_are_read_as_they_were_written() {
     same(&held);
     // A word without a motion has no numbers.
     let text = json(held.answers().first().unwrap()).replace("-1.0", "null");
-    let nothing: standfast::ModeAnswer = read(&text);
+    let nothing: standfast::modes::ModeAnswer = read(&text);
     assert!(nothing.acceleration[1].is_nan());
     assert_eq!(json(&nothing), text);
 }

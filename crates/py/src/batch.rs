@@ -3,9 +3,9 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use standfast::{
-    End, Error, FirstZeno, Options, Posture, Resources, State, simulate_many_until, simulate_until,
-};
+use standfast::outcome::{End, FirstZeno};
+use standfast::simulate::{Resources, simulate_many_until, simulate_until};
+use standfast::{Error, Options, Posture, State};
 
 use crate::convert::{array, call, call_some, question};
 use crate::error::to_py;

@@ -5,7 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
 use serde::de::{Deserialize, IntoDeserializer};
-use standfast::{Error, LocalModel};
+use standfast::Error;
+use standfast::body::LocalModel;
 
 use crate::error::to_py;
 

@@ -3,7 +3,7 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use standfast::{Enclosure, Uncertain};
+use standfast::outcome::{Enclosure, Uncertain};
 
 /// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point, for the body (or the
 /// LocalModel) and the start that are exactly these doubles; but a contact that starts in the terrain, by a rounding, is taken

@@ -6,7 +6,8 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PySequence, PyString};
-use standfast::{Error, MAX_CONTACTS, MAX_VERTICES};
+use standfast::Error;
+use standfast::body::{MAX_CONTACTS, MAX_VERTICES};
 
 use crate::convert::array;
 use crate::error::to_py;

@@ -120,7 +120,7 @@ mod _core {
         };
         let state = State::new(q, qdot);
         let body = posture.0.clone();
-        stopped(py, |cancel| standfast::simulate_until(&body, &state, &options, cancel))
+        stopped(py, |cancel| standfast::simulate::simulate_until(&body, &state, &options, cancel))
     }
 
     #[pymodule_init]

@@ -2,7 +2,10 @@
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
-use standfast::{Error, LocalModel, ReducedMap, simulate_local_until};
+use standfast::Error;
+use standfast::body::LocalModel;
+use standfast::simulate::simulate_local_until;
+use standfast::stability::ReducedMap;
 
 use crate::convert::{call, call_some, pair_text};
 use crate::error::to_py;

@@ -6,7 +6,8 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyIterator, PyList};
-use standfast::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields, State};
+use standfast::State;
+use standfast::modes::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields};
 
 use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
@@ -262,7 +263,7 @@ impl PyContactMode {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyModes, String))> {
         let getitem = py.import("operator")?.getattr("getitem")?;
-        let modes = standfast::contact_modes(&self.1.problem, self.1.method);
+        let modes = standfast::modes::contact_modes(&self.1.problem, self.1.method);
         let modes = PyModes { question: self.1.clone(), modes: modes.map_err(|e| to_py(&e))? };
         Ok((getitem, (modes, self.word())))
     }
@@ -302,7 +303,7 @@ impl PyModes {
     /// All words of a problem.
     pub(crate) fn enumerated(problem: ContactProblem) -> PyResult<Self> {
         let method = Method::Enumerate;
-        let modes = standfast::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
+        let modes = standfast::modes::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
         Ok(Self { question: Arc::new(Question { problem, method }), modes })
     }
 
@@ -352,7 +353,7 @@ impl PyModes {
     ) -> PyResult<PyContactMode> {
         let mode = |answer| PyContactMode(answer, self.question.clone());
         self.get(word).cloned().map(mode).ok_or_else(|| {
-            let asked: String = word.chars().take(standfast::MAX_CONTACTS).collect();
+            let asked: String = word.chars().take(standfast::body::MAX_CONTACTS).collect();
             let words = self.modes.answers().iter();
             PyKeyError::new_err(format!("{asked}: offered are {}", some(words, self.__len__())))
         })
@@ -430,6 +431,7 @@ pub(crate) fn contact_modes(
     } else {
         return Err(input::no_body(posture));
     };
-    let modes = py.detach(|| standfast::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
+    let modes =
+        py.detach(|| standfast::modes::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
     Ok(PyModes { question: Arc::new(Question { problem, method }), modes })
 }

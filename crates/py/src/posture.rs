@@ -2,7 +2,7 @@
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use standfast::{Contact, Error, Fields, Posture, State};
+use standfast::{Contact, Error, Posture, PostureFields, State};
 
 use crate::convert::{array, float, local_model, pair_text};
 use crate::error::to_py;
@@ -145,7 +145,7 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
     ) -> PyResult<Self> {
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass,
             gyration_radius,
             center_of_mass,

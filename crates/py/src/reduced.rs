@@ -3,7 +3,9 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::{Error, Exponents, Fate, LocalModel, Orbit, OrbitEnd, ReducedMap, SelfSimilar};
+use standfast::Error;
+use standfast::body::LocalModel;
+use standfast::stability::{Exponents, Fate, Orbit, OrbitEnd, ReducedMap, SelfSimilar};
 
 use crate::convert::{array, float, local_model};
 use crate::error::to_py;
@@ -242,7 +244,7 @@ impl PyFate {
 
     #[getter]
     fn contact(&self) -> Option<usize> {
-        self.fate.contact.map(standfast::ContactNumber::number)
+        self.fate.contact.map(standfast::outcome::ContactNumber::number)
     }
 
     #[getter]
@@ -405,7 +407,7 @@ fn coupling(psi: f64) -> PyResult<f64> {
 pub(crate) fn clattering_bound(
     #[pyo3(from_py_with = input::restitutions)] restitution: [f64; 2],
 ) -> PyResult<f64> {
-    Ok(standfast::clattering_bound(restitutions(restitution)?))
+    Ok(standfast::stability::clattering_bound(restitutions(restitution)?))
 }
 
 /// The least coupling ψ = ±√(ψ_1ψ_2) for which impacts without gravity go on for ever (Goyal's bound):
@@ -420,7 +422,7 @@ pub(crate) fn clattering_bound(
 pub(crate) fn chatter_bound(
     #[pyo3(from_py_with = input::restitutions)] restitution: [f64; 2],
 ) -> PyResult<f64> {
-    Ok(standfast::chatter_bound(restitutions(restitution)?))
+    Ok(standfast::stability::chatter_bound(restitutions(restitution)?))
 }
 
 /// The restitution below which clattering converges at coupling psi, in [−1, 1]: the inverse of `clattering_bound`; 0 for
@@ -433,7 +435,7 @@ pub(crate) fn chatter_bound(
 pub(crate) fn clattering_restitution(
     #[pyo3(from_py_with = input::coupling)] psi: f64,
 ) -> PyResult<f64> {
-    Ok(standfast::clattering_restitution(coupling(psi)?))
+    Ok(standfast::stability::clattering_restitution(coupling(psi)?))
 }
 
 /// The restitution up to which impacts without gravity go on for ever at coupling psi, in [−1, 1]: the inverse of
@@ -446,7 +448,7 @@ pub(crate) fn clattering_restitution(
 pub(crate) fn chatter_restitution(
     #[pyo3(from_py_with = input::coupling)] psi: f64,
 ) -> PyResult<f64> {
-    Ok(standfast::chatter_restitution(coupling(psi)?))
+    Ok(standfast::stability::chatter_restitution(coupling(psi)?))
 }
 
 /// The self-similar orbit of clattering below its bound: SelfSimilar, or None where there is none.
@@ -466,7 +468,7 @@ pub(crate) fn self_similar(
     #[pyo3(from_py_with = input::coupling)] psi: f64,
 ) -> PyResult<Option<PySelfSimilar>> {
     let [e, _] = restitutions([restitution; 2])?;
-    let found = standfast::self_similar(e, coupling(psi)?);
+    let found = standfast::stability::self_similar(e, coupling(psi)?);
     Ok(found.map(|orbit| PySelfSimilar { orbit, restitution, psi }))
 }
 
@@ -485,5 +487,5 @@ pub(crate) fn neimark_sacker(
 ) -> PyResult<f64> {
     let holds = restitution > 0.0 && restitution < 1.0;
     in_range("restitution", restitution, holds, "0 < restitution < 1")?;
-    Ok(standfast::neimark_sacker(restitution))
+    Ok(standfast::stability::neimark_sacker(restitution))
 }

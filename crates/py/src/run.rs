@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::{ContactNumber, Error, Instant, Phase, Trajectory, ZenoPoint};
+use standfast::outcome::{ContactNumber, Instant, Phase, ZenoPoint};
+use standfast::{Error, Trajectory};
 
 use crate::convert::{array, counted, local_model, question, vector, word};
 use crate::enclosure::PyEnclosure;

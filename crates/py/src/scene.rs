@@ -74,7 +74,7 @@ impl PyScene {
         }
         let scene = &self.0;
         stopped(py, |cancel| {
-            standfast::simulate_until(&scene.posture, &scene.start, &options, cancel)
+            standfast::simulate::simulate_until(&scene.posture, &scene.start, &options, cancel)
         })
     }
 

@@ -6,7 +6,9 @@ use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::{ContactProblem, Posture, State, StaticForces, Verdict};
+use standfast::modes::ContactProblem;
+use standfast::stability::{StaticForces, Verdict};
+use standfast::{Posture, State};
 
 use crate::error::to_py;
 use crate::files::write_whole;
@@ -122,7 +124,7 @@ impl PyVerdict {
     /// "accelerating-mode", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
-        self.verdict.by.map(standfast::By::as_str)
+        self.verdict.by.map(standfast::stability::By::as_str)
     }
 
     /// The argument's data: None where the margins are all of it; of "corner-map" {"limits", "potential",
@@ -156,7 +158,7 @@ impl PyVerdict {
     /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300); None where there is a bound.
     #[getter]
     fn amplification_reason(&self) -> Option<&str> {
-        self.verdict.amplification.err().map(standfast::NoBound::as_str)
+        self.verdict.amplification.err().map(standfast::stability::NoBound::as_str)
     }
 
     /// What came of the random kicks that were asked for: {"seed", "kicks", "rest", "others"}, or None. Evidence, no proof.
@@ -253,7 +255,9 @@ pub(crate) fn stability(
     let mut verdict = standfast::stability(&posture).map_err(|e| to_py(&e))?;
     if trials > 0 {
         let seed = seed as u64;
-        let found = interruptible(py, |cancel| standfast::trials(&posture, trials, seed, cancel))?;
+        let found = interruptible(py, |cancel| {
+            standfast::stability::trials(&posture, trials, seed, cancel)
+        })?;
         verdict.trials = Some(found);
     }
     Ok(PyVerdict { posture, verdict })
@@ -277,7 +281,7 @@ pub(crate) fn static_forces<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = posture)] posture: PyPosture,
 ) -> PyResult<Option<Extremes<'py>>> {
-    let Some(StaticForces { low, high }) = standfast::static_forces(&posture.0) else {
+    let Some(StaticForces { low, high }) = standfast::stability::static_forces(&posture.0) else {
         return Ok(None);
     };
     let array = |rows: Vec<[f64; 2]>| {
@@ -299,7 +303,7 @@ pub(crate) fn static_forces<'py>(
 /// 0.6
 #[pyfunction]
 pub(crate) fn friction_margin(#[pyo3(from_py_with = posture)] posture: PyPosture) -> f64 {
-    standfast::friction_margin(&posture.0)
+    standfast::stability::friction_margin(&posture.0)
 }
 
 /// Abscissas (low, high) of the centre of mass, m, at which friction and normal forces at the contacts can hold the body
@@ -312,5 +316,5 @@ pub(crate) fn friction_margin(#[pyo3(from_py_with = posture)] posture: PyPosture
 pub(crate) fn equilibrium_region(
     #[pyo3(from_py_with = posture)] posture: PyPosture,
 ) -> Option<(f64, f64)> {
-    standfast::equilibrium_region(&posture.0).map(Into::into)
+    standfast::stability::equilibrium_region(&posture.0).map(Into::into)
 }

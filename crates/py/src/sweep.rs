@@ -3,7 +3,8 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::{Axis, Column, Kind, Options, Quantity, State, Sweep, grid_size};
+use standfast::sweep::{Axis, Column, Kind, Quantity, Sweep, grid_size};
+use standfast::{Options, State};
 
 use crate::convert::vector;
 use crate::error::to_py;

@@ -584,14 +584,14 @@ const CONCAVE: f64 = 0.5;
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::Fields;
+    use crate::body::posture::PostureFields;
     use crate::options::Model;
     use crate::simulate::simulate;
 
     fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
         let foot =
             |&(x, slope): &(f64, f64)| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.3,
             center_of_mass: [0.0, height],

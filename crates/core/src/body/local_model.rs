@@ -27,7 +27,9 @@ const PRODUCT_ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// | e_i | restitution | 1 |
 ///
 /// ```
-/// use standfast::{LocalModel, Options, Stop, simulate_local};
+/// use standfast::{Options, Stop};
+/// use standfast::body::LocalModel;
+/// use standfast::simulate::simulate_local;
 ///
 /// // Inside the bound of clattering convergence: both contacts come to rest together.
 /// let model = LocalModel::new([1.0, 1.0], [0.9, 0.9], [0.0, 0.0], [0.1, 0.1])?;

@@ -8,3 +8,10 @@ pub(crate) mod own_ground;
 pub(crate) mod posture;
 pub(crate) mod state;
 pub(crate) mod terrain;
+
+pub use crate::tolerance::TOUCH;
+pub use contact::Contact;
+pub use local_model::LocalModel;
+pub use posture::{MAX_CONTACTS, Posture, PostureFields};
+pub use state::State;
+pub use terrain::MAX_VERTICES;

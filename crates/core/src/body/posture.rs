@@ -36,7 +36,7 @@ pub const MAX_CONTACTS: usize = 64;
 
 /// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
 ///
-/// Each contact meets a straight ground of its own, and no other, unless [`Fields::terrain`] is the ground of all: see
+/// Each contact meets a straight ground of its own, and no other, unless [`PostureFields::terrain`] is the ground of all: see
 /// [`Contact`].
 ///
 /// ```
@@ -47,13 +47,13 @@ pub const MAX_CONTACTS: usize = 64;
 /// # Ok::<(), standfast::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Fields", into = "Fields")]
+#[serde(try_from = "PostureFields", into = "PostureFields")]
 pub struct Posture(Arc<Parts>);
 
 /// What a posture holds: shared by its copies, for every run keeps one.
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
-    fields: Fields,
+    fields: PostureFields,
     geometry: PerContact<ContactGeometry>,
     /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
     grounds: Vec<Vec<Piece>>,
@@ -68,7 +68,7 @@ struct Parts {
 /// What a posture is made of, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Fields {
+pub struct PostureFields {
     /// Mass m > 0, in kg.
     pub mass: f64,
     /// Radius of gyration ρ > 0, in m.
@@ -91,15 +91,15 @@ pub struct Fields {
     pub terrain: Vec<[f64; 2]>,
 }
 
-impl TryFrom<Fields> for Posture {
+impl TryFrom<PostureFields> for Posture {
     type Error = Error;
 
-    fn try_from(fields: Fields) -> Result<Self, Error> {
+    fn try_from(fields: PostureFields) -> Result<Self, Error> {
         Self::new(fields)
     }
 }
 
-impl From<Posture> for Fields {
+impl From<Posture> for PostureFields {
     fn from(posture: Posture) -> Self {
         Arc::unwrap_or_clone(posture.0).fields
     }
@@ -116,7 +116,7 @@ impl Posture {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field, its value and what is allowed.
-    pub fn new(mut fields: Fields) -> Result<Self, Error> {
+    pub fn new(mut fields: PostureFields) -> Result<Self, Error> {
         positive("mass", fields.mass)?;
         positive("gyration_radius", fields.gyration_radius)?;
         finite("center_of_mass.x", fields.center_of_mass[0])?;
@@ -251,7 +251,7 @@ impl Posture {
     ) -> Result<Self, Error> {
         positive("half_length", half_length)?;
         let end = |x| Contact { friction, ..Contact::at(x, 0.0) };
-        Self::new(Fields {
+        Self::new(PostureFields {
             mass: 1.0,
             gyration_radius,
             center_of_mass: [0.0, 0.0],
@@ -269,7 +269,7 @@ impl Posture {
 
     /// The validated fields.
     #[must_use]
-    pub fn fields(&self) -> &Fields {
+    pub fn fields(&self) -> &PostureFields {
         &self.0.fields
     }
 
@@ -407,7 +407,7 @@ mod tests {
 
     #[test]
     fn rates_are_derivatives_of_gaps() {
-        let fields = Fields {
+        let fields = PostureFields {
             mass: 2.0,
             gyration_radius: 0.4,
             center_of_mass: [0.1, 0.7],

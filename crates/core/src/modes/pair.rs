@@ -214,7 +214,7 @@ fn closed_letters(row: &Row) -> &'static [Mode] {
 }
 
 impl ContactProblem {
-    /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::contact_modes) finds, without
+    /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::modes::contact_modes) finds, without
     /// its margins and without allocation.
     ///
     /// `None` for more contacts, where rows of two contacts depend on each other (contacts at one point, or with a

@@ -59,7 +59,7 @@ pub struct ProblemFields {
 /// A validated contact-mode problem, with the rows of its contacts in the mass metric.
 ///
 /// ```
-/// use standfast::{ContactProblem, ProblemFields, contact_modes, Method, Status};
+/// use standfast::modes::{ContactProblem, ProblemFields, contact_modes, Method, Status};
 ///
 /// // A uniform rod of half-length 1 slides to the right on its lower end, leaning back by atan 2: Painlevé's
 /// // example. From friction 4/3 on it has no consistent mode.

@@ -43,7 +43,7 @@ impl Default for Resources {
 }
 
 /// The ends of many runs: of one posture from each of the states, or of as many postures, each from its own. Nothing is
-/// recorded; [`simulate`](crate::simulate) makes the same run, to the bit, with its events.
+/// recorded; [`simulate`](crate::simulate()) makes the same run, to the bit, with its events.
 ///
 /// ```
 /// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
@@ -58,7 +58,7 @@ impl Default for Resources {
 /// # Errors
 ///
 /// [`Error::Unusable`] unless there is one posture, or as many as states; [`Error::At`] with the number of the first run
-/// that cannot be made, from 0, and why: as [`simulate`](crate::simulate).
+/// that cannot be made, from 0, and why: as [`simulate`](crate::simulate()).
 pub fn simulate_many(
     postures: &[Posture],
     states: &[State],

@@ -5,6 +5,9 @@ mod limits;
 pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
+pub use batch::{Resources, simulate_many, simulate_many_until};
+pub use trajectory::Trajectory;
+
 use crate::body::contact::PerContact;
 use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::LocalModel;
@@ -24,7 +27,6 @@ use crate::motion::record::Record;
 use crate::options::{Impact, Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
-use crate::simulate::trajectory::Trajectory;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::TOUCH;
 use crate::zeno::Gaps;
@@ -35,7 +37,7 @@ use crate::{auto, enclosure};
 /// # Errors
 ///
 /// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
-/// the body; [`Simultaneous::Newton`](crate::Simultaneous::Newton) asked for with another law of impact.
+/// the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) asked for with another law of impact.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
@@ -406,7 +408,7 @@ mod tests {
 
     /// A ball that bounces 10¹⁶ times.
     fn endless(record: bool, event_limit: usize) -> Trajectory {
-        let fields = crate::body::posture::Fields {
+        let fields = crate::body::posture::PostureFields {
             mass: 1.0,
             gyration_radius: 1.0,
             center_of_mass: [0.0, 0.0],

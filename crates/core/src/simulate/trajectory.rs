@@ -203,7 +203,7 @@ impl Trajectory {
         &self.options
     }
 
-    /// The posture; `None` for a run of a [`LocalModel`](crate::LocalModel) given by parameters.
+    /// The posture; `None` for a run of a [`LocalModel`](crate::body::LocalModel) given by parameters.
     #[must_use]
     pub fn posture(&self) -> Option<&Posture> {
         self.record.base.posture.as_ref()
@@ -258,7 +258,7 @@ impl Trajectory {
     }
 
     /// Things the user should know: ties, a start taken as touching, ground that cannot be meant (see
-    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::Impact::Newton) leaves out.
+    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::options::Impact::Newton) leaves out.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.record.warnings
@@ -271,7 +271,7 @@ impl Trajectory {
     }
 
     /// The contacts at the end of a run that is inconsistent or ambiguous: their modes are for
-    /// [`contact_modes`](crate::contact_modes) to say.
+    /// [`contact_modes`](crate::modes::contact_modes) to say.
     #[must_use]
     pub fn undecided(&self) -> Option<&ContactProblem> {
         self.record.undecided.as_deref()

@@ -449,7 +449,7 @@ fn between(metric: &Metric, j: usize, drift: I) -> [Form; 3] {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::{Fields, Posture};
+    use crate::body::posture::{Posture, PostureFields};
     use crate::body::state::State;
     use crate::options::{Model, Options, Stop};
     use crate::simulate::simulate;
@@ -467,7 +467,7 @@ mod tests {
         };
         let e = at(0.618_033_988, 0.0, 0.9);
         let other = if k.is_multiple_of(3) { at(0.302_775_637, 0.0, 0.9) } else { e };
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: at(0.414_213_562, 0.2, 1.5),
             center_of_mass: [at(0.732_050_807, -1.0, 1.0), at(0.236_067_977, -1.0, 2.0)],

@@ -220,7 +220,7 @@ mod bound_or_reason {
     use super::NoBound;
 
     #[derive(Serialize, Deserialize)]
-    struct Fields {
+    struct PostureFields {
         amplification: Option<f64>,
         amplification_reason: Option<NoBound>,
     }
@@ -229,14 +229,15 @@ mod bound_or_reason {
         bound: &Result<f64, NoBound>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        Fields { amplification: bound.ok(), amplification_reason: bound.err() }
+        PostureFields { amplification: bound.ok(), amplification_reason: bound.err() }
             .serialize(serializer)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Result<f64, NoBound>, D::Error> {
-        let Fields { amplification, amplification_reason } = Fields::deserialize(deserializer)?;
+        let PostureFields { amplification, amplification_reason } =
+            PostureFields::deserialize(deserializer)?;
         match (amplification, amplification_reason) {
             (Some(bound), None) => Ok(Ok(bound)),
             (None, Some(reason)) => Ok(Err(reason)),
@@ -365,13 +366,13 @@ fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::Fields;
+    use crate::body::posture::PostureFields;
 
     /// Kinematic-strong, and yet unstable at e = .26; at rest at .05.
     fn odd(restitution: f64) -> Posture {
         let contact =
             |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };
-        Posture::new(Fields {
+        Posture::new(PostureFields {
             mass: 1.0,
             gyration_radius: 0.38,
             center_of_mass: [0.58, 0.95],

@@ -87,7 +87,8 @@ pub enum OrbitEnd {
 /// The local model up to scale.
 ///
 /// ```
-/// use standfast::{LocalModel, ReducedMap, self_similar};
+/// use standfast::body::LocalModel;
+/// use standfast::stability::{ReducedMap, self_similar};
 ///
 /// // The self-similar orbit is a fixed point: every impact takes the same share of all speeds.
 /// let (e, psi) = (0.5, 0.9);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
-use crate::body::posture::{Fields, Posture};
+use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
 use crate::options::{Model, Options};
@@ -54,7 +54,7 @@ impl Random {
 ///
 /// # Errors
 ///
-/// As [`simulate`](crate::simulate).
+/// As [`simulate`](crate::simulate()).
 pub fn trials(
     posture: &Posture,
     kicks: usize,
@@ -66,7 +66,8 @@ pub fn trials(
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
     let straight =
         contacts.iter().map(|contact| Contact { segment: endless, ..*contact }).collect();
-    let fields = Fields { contacts: straight, terrain: Vec::new(), ..posture.fields().clone() };
+    let fields =
+        PostureFields { contacts: straight, terrain: Vec::new(), ..posture.fields().clone() };
     let posture = &Posture::new(fields)?;
     let (size, gravity) = (posture.size(), posture.fields().gravity);
     let speed = KICK * (gravity * size).sqrt();
