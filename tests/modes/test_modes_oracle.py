@@ -24,7 +24,6 @@ from modes_oracle import (
 )
 from modes_problems import CLASSES, Case, Draw, all_cases, build, stated_cases
 
-CASES = all_cases()
 ZERO, ONE = Fraction(0), Fraction(1)
 
 
@@ -123,7 +122,7 @@ def test_each_verdict_is_proved(kind):
     Of the larger problems, with up to 64 or 256 words each, some words are drawn.
     """
     rng = random.Random(kind)
-    for case in (case for case in CASES if case.kind == kind):
+    for case in (case for case in all_cases() if case.kind == kind):
         motions = consistent_motions(case.problem)
         words = list(case.problem.words())
         assert set(motions) == case.words <= set(words)
@@ -227,7 +226,7 @@ def test_forces_of_two_fixed_contacts():
         Case(f"wedge {k}", "squeezed", CLASSES["squeezed"](d, k))
         for k in range(0, 400, 2)
     ]
-    for case in (*CASES, *wedges):
+    for case in (*all_cases(), *wedges):
         problem = case.problem
         if problem.size != 2 or problem.arms[0] == problem.arms[1]:
             continue
@@ -328,7 +327,7 @@ def reordered(problem: Problem) -> Problem:
 @pytest.mark.parametrize("kind", ["stated", *CLASSES])
 def test_symmetries(kind):
     swap = str.maketrans("RL", "LR")
-    for case in (case for case in CASES if case.kind == kind):
+    for case in (case for case in all_cases() if case.kind == kind):
         mirror = {word.translate(swap) for word in case.words}
         assert consistent_words(mirrored(case.problem)) == mirror, case
         assert consistent_words(turned(case.problem)) == case.words, case
@@ -352,7 +351,7 @@ def test_at_rest_a_mode_always_exists():
     ]
     problems += [
         case.problem
-        for case in CASES
+        for case in all_cases()
         if case.problem.level == "acceleration"
         and not any(x for pair in case.problem.bias for x in pair)
         and all(not sliding for sliding in case.problem.sliding)
@@ -490,23 +489,23 @@ def test_linear_algebra_in_doubles_agrees():
 
 
 def test_the_problems_are_many_different_and_always_the_same():
-    assert len({case.name for case in CASES}) == len(CASES) >= 400
-    by_name = {case.name: case.problem for case in CASES}
+    assert len({case.name for case in all_cases()}) == len(all_cases()) >= 400
+    by_name = {case.name: case.problem for case in all_cases()}
     for case in all_cases(per_class=4):  # more cases continue the fewer
         assert by_name[case.name] == case.problem
-    count = Counter(min(len(case.words), 2) for case in CASES)
-    assert count[0] > len(CASES) / 12, count
-    assert count[2] > len(CASES) / 6, count
-    assert {case.problem.size for case in CASES} == {1, 2, 3, 4}
-    assert any(case.delicate for case in CASES if case.kind == "stated")
-    used = {letter for case in CASES for word in case.words for letter in word}
+    count = Counter(min(len(case.words), 2) for case in all_cases())
+    assert count[0] > len(all_cases()) / 12, count
+    assert count[2] > len(all_cases()) / 6, count
+    assert {case.problem.size for case in all_cases()} == {1, 2, 3, 4}
+    assert any(case.delicate for case in all_cases() if case.kind == "stated")
+    used = {letter for case in all_cases() for word in case.words for letter in word}
     assert used == set("SFRL")
 
 
 def test_problems_in_doubles_are_the_problems():
     """Tangents are unit vectors; where nothing had to be rounded the doubles are the rationals."""
     exact = 0
-    for case in CASES:
+    for case in all_cases():
         problem, keywords = case.problem, case.keywords
         assert all(tx * tx + ty * ty == 1 for tx, ty in problem.tangents)
         if not modes_problems.is_representable(problem):
@@ -530,7 +529,7 @@ def test_problems_in_doubles_are_the_problems():
 
 def test_the_verdict_changes_at_the_painleve_threshold():
     """The uniform rod, on either side of μ = 4/3 and at it, ever closer."""
-    at = next(c.problem for c in CASES if c.name == "uniform rod at 4/3")
+    at = next(c.problem for c in all_cases() if c.name == "uniform rod at 4/3")
     for k in range(1, 30):
         step = Fraction(1, 10**k)
         less = replace(at, friction=(Fraction(4, 3) - step,))

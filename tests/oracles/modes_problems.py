@@ -5,6 +5,7 @@ class lives on exact ties. Tangents such as (4/5, 3/5) are not doubles: a ``deli
 which rounding the data may break a tie and change the answer.
 """
 
+import functools
 import math
 import random
 import time
@@ -647,6 +648,7 @@ CLASSES: dict[str, Callable[[Draw, int], Problem]] = {
 }
 
 
+@functools.cache
 def all_cases(seed: int = SEED, per_class: int = PER_CLASS) -> list[Case]:
     """The stated cases, then ``per_class`` of every class; the same for the same seed.
 

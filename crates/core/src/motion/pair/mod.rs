@@ -245,7 +245,10 @@ impl<'a> Driver<'a> {
         } else if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
             self.warnings.push(format!("{limit}: {}", self.next_landing()));
         }
-        let mut end = self.frame().to_full(&self.raw());
+        let mut end = match self.zeno.last() {
+            Some(zeno) if outcome == Outcome::Zeno => zeno.at,
+            _ => self.frame().to_full(&self.raw()),
+        };
         self.look_at(&end);
         self.warn_of_friction();
         let mut state = Base::state(&end);
