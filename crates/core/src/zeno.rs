@@ -361,3 +361,108 @@ impl ClatteringConstants {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
+    use super::*;
+
+    /// Impacts that are followed one by one: what is left of a tail after them is below the rounding of its sum.
+    const MANY: usize = 4000;
+
+    fn frozen(gravity: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> FrozenModel {
+        FrozenModel::new(&LocalModel::new(gravity, psi, [0.3, -0.2], e).expect("a local model"))
+    }
+
+    /// Gaps after a flight of `dt` and then an impact at contact `i`: u_i⁺ = −e_i u_i, u_j⁺ = u_j + (1 + e_i) ψ_i u_i.
+    fn after_impact(m: &FrozenModel, at: &Gaps, dt: f64, i: usize) -> Gaps {
+        let mut next = *at;
+        for k in 0..2 {
+            next.h[k] = at.h[k] + dt * (at.u[k] - 0.5 * m.g[k] * dt);
+            next.u[k] = at.u[k] - m.g[k] * dt;
+        }
+        let hit = next.u[i];
+        next.h[i] = 0.0;
+        next.u[i] = -m.e[i] * hit;
+        next.u[1 - i] += (1.0 + m.e[i]) * m.psi[i] * hit;
+        next
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            rng_seed: RngSeed::Fixed(2008),
+            ..ProptestConfig::default()
+        })]
+
+        /// A contact that bounces by itself, impact by impact, against the closed form of the sum.
+        #[test]
+        fn a_bounce_tail_is_the_sum_of_its_bounces(
+            e in 0.05..0.9, g in 1.0..10.0, other in 1.0..10.0, u in 0.01..1.0, psi in 0.0..0.9, rate in -0.1..1.0,
+        ) {
+            let m = frozen([g, other], [psi, psi], [e, e]);
+            let start = Gaps { h: [0.0, 1e4], u: [u, rate] };
+            let (mut at, mut t) = (start, 0.0);
+            for _ in 0..MANY {
+                let dt = 2.0 * at.u[0] / g;
+                at = after_impact(&m, &at, dt, 0);
+                t += dt;
+            }
+            let sum = m.bounce_tail(0, &start).expect("contact 2 is far from the ground");
+            prop_assert!((sum - t).abs() <= 1e-13 * t, "{sum} {t}");
+            let (end, impulses) = m.end_bounce(0, &start, sum);
+            prop_assert!((end.h[1] - at.h[1]).abs() <= 1e-14 * 1e4);
+            prop_assert!((end.u[1] - at.u[1]).abs() <= 1e-12 * (rate.abs() + u + other * t));
+            // The whole own-rate jump: Σ (1 + e) eʲ u.
+            prop_assert!((impulses.jump[0] - u * (1.0 + e) / (1.0 - e)).abs() <= 1e-14 * u / (1.0 - e));
+        }
+
+        /// Contacts hit in turn, impact by impact, against the sum and the bound of its error.
+        #[test]
+        fn a_clattering_tail_is_the_sum_of_its_flights(
+            e in 0.02..0.3, psi in 0.95..0.99, weight in 0.0..1e-3, height in 0.1..1.0,
+        ) {
+            let m = frozen([weight; 2], [psi; 2], [e; 2]);
+            prop_assume!(m.chatters());
+            let start = Gaps { h: [0.0, height], u: [0.05, -1.0] };
+            let tail = m.clatter_tail(0, &start).expect("inside the cone");
+            prop_assert!(m.certainly_clatters(0, &start));
+            let (mut at, mut t, mut next) = (start, 0.0, 1);
+            for _ in 0..MANY {
+                // h + u dt − g dt²/2 = 0, the root that is one without gravity, too
+                let (h, u) = (at.h[next], at.u[next]);
+                let dt = 2.0 * h / (-u + (u * u + 2.0 * weight * h).sqrt());
+                if !(h > 0.0 && u < 0.0) {
+                    break;
+                }
+                at = after_impact(&m, &at, dt, next);
+                t += dt;
+                next = 1 - next;
+            }
+            // The estimate of the error can be 9 times low.
+            let allowed = 9.0 * tail.error + 1e-13 * t;
+            prop_assert!((tail.duration - t).abs() <= allowed, "{} {t} {}", tail.duration, tail.error);
+        }
+
+        /// Impulses that bring both contacts to rest fulfil the equations of motion, and their time integrals.
+        #[test]
+        fn impulses_to_rest_fulfil_the_equations_of_motion(
+            g in 0.0..10.0, psi in -0.9..0.9_f64, more in 0.1..1.0, h in 0.0..1.0, u in -1.0..1.0, t in 0.1..2.0,
+        ) {
+            let psi = [psi, psi * more];
+            let m = frozen([g, 2.0 * g], psi, [0.4, 0.6]);
+            let start = Gaps { h: [h, 0.5 * h], u: [u, -2.0 * u] };
+            let Impulses { jump, path } = m.settle(&start, t);
+            for i in 0..2 {
+                let j = 1 - i;
+                let rate = start.u[i] - m.g[i] * t + jump[i] - psi[j] * jump[j];
+                let gap = start.h[i] + t * (start.u[i] - 0.5 * m.g[i] * t) + path[i] - psi[j] * path[j];
+                let size = 1.0 + start.u[i].abs() + m.g[i] * (t + t * t) + jump[i].abs() + path[i].abs();
+                prop_assert!(rate.abs() <= 1e-13 * size / more, "{rate}");
+                prop_assert!(gap.abs() <= 1e-13 * size / more, "{gap}");
+            }
+        }
+    }
+}

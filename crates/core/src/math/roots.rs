@@ -127,6 +127,9 @@ fn first_crossing(
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+
     use super::*;
 
     fn poly(roots: &[f64]) -> [f64; ORDER] {
@@ -177,5 +180,50 @@ mod tests {
         assert!((root - 2f64.sqrt()).abs() <= 2.3e-16);
         let cubic = bracketed(0.0, 1.0, |x: f64| (1e-30 - x.powi(3), -3.0 * x * x));
         assert!((cubic - 1e-10).abs() < 1e-25, "{cubic}");
+    }
+    proptest! {
+        #![proptest_config(ProptestConfig {
+            failure_persistence: None,
+            rng_seed: RngSeed::Fixed(7),
+            ..ProptestConfig::default()
+        })]
+
+        /// Real roots within [0, 1], before it and behind it, and pairs of complex ones, planted; the first crossing is the smallest
+        /// of those within, to what the conditioning of a root allows: 1 / Π |1 − root/other|.
+        #[test]
+        fn the_planted_root_is_found(
+            mut within in prop::collection::vec(0.05..0.95_f64, 0..5),
+            outside in prop::collection::vec(prop_oneof![-3.0..-0.2_f64, 1.2..4.0_f64], 0..4),
+            pairs in prop::collection::vec((-1.0..1.0_f64, 0.3..1.0_f64), 0..3),
+            at_zero in 0..3_usize,
+        ) {
+            within.sort_by(f64::total_cmp);
+            prop_assume!(within.windows(2).all(|w| w[1] - w[0] > 0.02));
+            let real: Vec<f64> = within.iter().chain(&outside).copied().collect();
+            let mut c = poly(&real);
+            for &(re, im) in &pairs {
+                // times 1 − 2 re t/|z|² + t²/|z|²
+                let square = re * re + im * im;
+                for k in (0..ORDER).rev() {
+                    let of = |back: usize| if k >= back { c[k - back] } else { 0.0 };
+                    c[k] += (of(2) - 2.0 * re * of(1)) / square;
+                }
+            }
+            c.rotate_right(at_zero); // times t to that power: a root at zero is none
+            let found = first_root(&c, ORDER, 1.0);
+            match (within.first(), found) {
+                (Some(&root), Some(found)) => {
+                    let distance = |other: &f64| (1.0 - root / other).abs();
+                    let complex = |&(re, im): &(f64, f64)| {
+                        ((re - root) * (re - root) + im * im) / (re * re + im * im)
+                    };
+                    let apart: f64 = real.iter().filter(|r| **r != root).map(distance).product::<f64>()
+                        * pairs.iter().map(complex).product::<f64>();
+                    let size: f64 = c.iter().map(|c| c.abs()).sum();
+                    prop_assert!((found - root).abs() <= 16.0 * f64::EPSILON * size / apart, "{found} {root}");
+                }
+                (expected, found) => prop_assert_eq!(expected.copied(), found),
+            }
+        }
     }
 }
