@@ -3,11 +3,12 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use standfast::outcome::{End, FirstZeno};
 use standfast::simulate::{Resources, simulate_many_until, simulate_until};
 use standfast::{Error, Options, Posture, State};
 
-use crate::convert::{array, call, call_some, question};
+use crate::convert::{array, question};
 use crate::error::to_py;
 use crate::input;
 use crate::interrupt::interruptible;
@@ -241,46 +242,24 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
 #[pyfunction]
-#[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=false, certify=false, threads=None), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
-#[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+#[pyo3(signature = (posture, q, qdot, *, threads=None, **options), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,
     q: &Bound<'_, PyAny>,
     qdot: &Bound<'_, PyAny>,
-    #[pyo3(from_py_with = input::model)] model: &str,
-    #[pyo3(from_py_with = input::impact)] impact: &str,
-    #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
-    #[pyo3(from_py_with = input::stop)] stop: &str,
-    #[pyo3(from_py_with = input::time)] time: f64,
-    #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
-    #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
-    #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
-    #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
-    #[pyo3(from_py_with = input::record)] record: bool,
-    #[pyo3(from_py_with = input::certify)] certify: bool,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyRuns> {
-    if certify {
+    let unrecorded = Options { record: false, ..Options::default() };
+    let options = options::of_call("simulate_many", unrecorded, &[], options)?;
+    if options.certify {
         return Err(to_py(&Error::Unusable {
             field: "certify".into(),
             value: "True".into(),
             allowed: "False: runs[i] makes run i once more, with all its events".into(),
         }));
     }
-    let options = Options {
-        model: call("model", model)?,
-        impact: call("impact", impact)?,
-        simultaneous: call_some("simultaneous", simultaneous)?,
-        stop: call("stop", stop)?,
-        time,
-        time_limit,
-        event_limit,
-        neighbourhood,
-        tolerance,
-        record,
-        certify,
-    };
     let one = posture.cast::<PyPosture>().is_ok();
     let postures = postures(posture)?;
     let (q, qdot) = (rows("q", q)?, rows("qdot", qdot)?);

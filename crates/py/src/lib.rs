@@ -54,8 +54,10 @@ mod _core {
     #[pymodule_export]
     use crate::sweep::PySweep;
 
-    use crate::convert::{call, call_some};
+    use pyo3::types::PyDict;
+
     use crate::input;
+    use crate::options::of_call;
     use crate::run::stopped;
     use standfast::{Options, State};
 
@@ -86,38 +88,15 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, model="auto", impact="newton", simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=f64::INFINITY, tolerance=1e-12, record=true, certify=false), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
-    #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+    #[pyo3(signature = (posture, q, qdot, **options), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
-        #[pyo3(from_py_with = input::model)] model: &str,
-        #[pyo3(from_py_with = input::impact)] impact: &str,
-        #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
-        #[pyo3(from_py_with = input::stop)] stop: &str,
-        #[pyo3(from_py_with = input::time)] time: f64,
-        #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
-        #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
-        #[pyo3(from_py_with = input::neighbourhood)] neighbourhood: f64,
-        #[pyo3(from_py_with = input::tolerance)] tolerance: f64,
-        #[pyo3(from_py_with = input::record)] record: bool,
-        #[pyo3(from_py_with = input::certify)] certify: bool,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
-        let options = Options {
-            model: call("model", model)?,
-            impact: call("impact", impact)?,
-            simultaneous: call_some("simultaneous", simultaneous)?,
-            stop: call("stop", stop)?,
-            time,
-            time_limit,
-            event_limit,
-            neighbourhood,
-            tolerance,
-            record,
-            certify,
-        };
+        let options = of_call("simulate", Options::default(), &[], options)?;
         let state = State::new(q, qdot);
         let body = posture.0.clone();
         stopped(py, |cancel| standfast::simulate::simulate_until(&body, &state, &options, cancel))

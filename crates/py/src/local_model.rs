@@ -2,15 +2,17 @@
 
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
-use standfast::Error;
+use pyo3::types::PyDict;
 use standfast::body::LocalModel;
 use standfast::simulate::simulate_local_until;
 use standfast::stability::ReducedMap;
+use standfast::{Error, Options};
 
-use crate::convert::{call, call_some, pair_text};
+use crate::convert::pair_text;
 use crate::error::to_py;
 use crate::input;
 use crate::interrupt::interruptible;
+use crate::options::of_call;
 use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::{PyRun, stopped};
 
@@ -18,6 +20,8 @@ use crate::run::{PyRun, stopped};
 const MOST_IMPACTS: usize = 1 << 52;
 /// Impacts for which the fate of a motion is looked for, unless told.
 const FATE_IMPACTS: usize = 10_000;
+/// Options of a run that belong to a body.
+const OF_A_BODY: [&str; 4] = ["model", "impact", "neighbourhood", "tolerance"];
 /// States between two looks at whether the caller wants to stop.
 const STATES: usize = 256;
 
@@ -75,8 +79,7 @@ impl PyLocalModel {
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
-    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop="rest", time=0.0, time_limit=None, event_limit=1_000_000, record=true, certify=false))]
-    #[allow(clippy::too_many_arguments, reason = "the keywords of the face")]
+    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, **options), text_signature = "($self, gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, record=True, certify=False)")]
     fn simulate(
         &self,
         py: Python<'_>,
@@ -84,14 +87,9 @@ impl PyLocalModel {
         #[pyo3(from_py_with = input::rates)] rates: [f64; 2],
         #[pyo3(from_py_with = input::theta)] theta: f64,
         #[pyo3(from_py_with = input::omega)] omega: f64,
-        #[pyo3(from_py_with = input::simultaneous)] simultaneous: Option<&str>,
-        #[pyo3(from_py_with = input::stop)] stop: &str,
-        #[pyo3(from_py_with = input::time)] time: f64,
-        #[pyo3(from_py_with = input::time_limit)] time_limit: Option<f64>,
-        #[pyo3(from_py_with = input::event_limit)] event_limit: usize,
-        #[pyo3(from_py_with = input::record)] record: bool,
-        #[pyo3(from_py_with = input::certify)] certify: bool,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
+        let options = of_call("LocalModel.simulate", Options::default(), &OF_A_BODY, options)?;
         if let Some(i) = gaps.iter().position(|&gap| gap < 0.0) {
             return Err(to_py(&Error::OutOfRange {
                 field: format!("gaps.{}", i + 1),
@@ -99,16 +97,6 @@ impl PyLocalModel {
                 allowed: "finite and >= 0",
             }));
         }
-        let options = standfast::Options {
-            simultaneous: call_some("simultaneous", simultaneous)?,
-            stop: call("stop", stop)?,
-            time,
-            time_limit,
-            event_limit,
-            record,
-            certify,
-            ..Default::default()
-        };
         stopped(py, |cancel| {
             simulate_local_until(&self.0, gaps, rates, theta, omega, &options, cancel)
         })

@@ -1,5 +1,6 @@
 //! Options by their names.
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::Options;
@@ -8,28 +9,54 @@ use crate::convert::{call, call_some, word};
 use crate::error::to_py;
 use crate::input;
 
-/// Sets options by name.
+/// Sets one option; false: there is none of this name.
+fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    match name {
+        "model" => options.model = call("model", input::model(value)?)?,
+        "impact" => options.impact = call("impact", input::impact(value)?)?,
+        "simultaneous" => {
+            options.simultaneous = call_some("simultaneous", input::simultaneous(value)?)?
+        }
+        "stop" => options.stop = call("stop", input::stop(value)?)?,
+        "time" => options.time = input::time(value)?,
+        "time_limit" => options.time_limit = input::time_limit(value)?,
+        "event_limit" => options.event_limit = input::event_limit(value)?,
+        "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
+        "tolerance" => options.tolerance = input::tolerance(value)?,
+        "record" => options.record = input::record(value)?,
+        "certify" => options.certify = input::certify(value)?,
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+/// Sets options by name, and checks them.
 pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResult<()> {
     for (key, value) in keywords {
-        let field = key.to_string();
-        match field.as_str() {
-            "model" => options.model = call("model", input::model(&value)?)?,
-            "impact" => options.impact = call("impact", input::impact(&value)?)?,
-            "simultaneous" => {
-                options.simultaneous = call_some("simultaneous", input::simultaneous(&value)?)?
-            }
-            "stop" => options.stop = call("stop", input::stop(&value)?)?,
-            "time" => options.time = input::time(&value)?,
-            "time_limit" => options.time_limit = input::time_limit(&value)?,
-            "event_limit" => options.event_limit = input::event_limit(&value)?,
-            "neighbourhood" => options.neighbourhood = input::neighbourhood(&value)?,
-            "tolerance" => options.tolerance = input::tolerance(&value)?,
-            "record" => options.record = input::record(&value)?,
-            "certify" => options.certify = input::certify(&value)?,
-            _ => return Err(input::no_option(&field, &value)),
+        let name = key.to_string();
+        if !assign(options, &name, &value)? {
+            return Err(input::no_option(&name, &value));
         }
     }
     options.validate().map_err(|e| to_py(&e))
+}
+
+/// The options that the keywords of a call change. `without`: those that the function of this name does not have.
+pub(crate) fn of_call(
+    function: &str,
+    mut options: Options,
+    without: &[&str],
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Options> {
+    for (key, value) in keywords.into_iter().flatten() {
+        let name = key.to_string();
+        if without.contains(&name.as_str()) || !assign(&mut options, &name, &value)? {
+            return Err(PyTypeError::new_err(format!(
+                "{function}() got an unexpected keyword argument '{name}'"
+            )));
+        }
+    }
+    Ok(options)
 }
 
 /// Options by name.
