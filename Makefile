@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
+PROFILE := --release
 
-.PHONY: demo test rust python long bits bench caps instructions maps chart growth atlas accuracy calls weigh fuzz mutate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls weigh fuzz mutate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -14,6 +15,20 @@ endif
 demo: EXTRA := plot
 demo: wheel
 	$(BIN)/standfast run examples/clattering_rod.toml --plot clattering_rod.png
+
+# For daily use, a minute once everything has been built: lints, unit tests, and the Python tests that take seconds, on a wheel that
+# is built quickly.
+QUICK := tests/structure tests/modes/test_modes.py tests/motion/test_known_answers.py tests/motion/test_reference.py \
+	tests/motion/test_plastic.py tests/python_api/test_options.py tests/python_api/test_messages.py tests/python_api/test_zero.py
+check: EXTRA := test
+check: PROFILE := --profile quick
+check: wheel
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	cargo test -p standfast --lib --quiet
+	$(BIN)/ruff format --check --quiet python tests examples benches
+	$(BIN)/ruff check --quiet python tests examples benches
+	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
 # Rust and Python side by side: the wheel is built while the Rust tests are.
 test:
@@ -124,7 +139,7 @@ audit:
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin
 	rm -f $(WHEELS)/standfast-*.whl
-	$(BIN)/maturin build --release --out $(WHEELS)
+	$(BIN)/maturin build $(PROFILE) --out $(WHEELS)
 	$(PIP) install "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
 	$(PIP) install --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
 

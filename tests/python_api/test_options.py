@@ -41,11 +41,17 @@ def keywords(name):
 
 def stub_keywords(name):
     """The same in the type stubs."""
-    body = ast.parse((Path(sf.__file__).parent / "_core.pyi").read_text(encoding="utf-8")).body
+    body = ast.parse(
+        (Path(sf.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
+    ).body
     *classes, function = name.split(".")
     for one in classes:
-        body = next(n for n in body if isinstance(n, ast.ClassDef) and n.name == one).body
-    node = next(n for n in body if isinstance(n, ast.FunctionDef) and n.name == function)
+        body = next(
+            n for n in body if isinstance(n, ast.ClassDef) and n.name == one
+        ).body
+    node = next(
+        n for n in body if isinstance(n, ast.FunctionDef) and n.name == function
+    )
     pairs = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
     return {a.arg: ast.literal_eval(d) for a, d in pairs if a.arg != "threads"}
 
