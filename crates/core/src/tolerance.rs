@@ -1,5 +1,5 @@
-//! Every tolerance of the crate, with its reason. All are relative; none is a length or a time, but for the end of
-//! the world of doubles.
+//! Tolerances that several modules use, each with its reason; one that only one module uses stands in that module. All are relative,
+//! except [`BEYOND`], which is a length.
 
 /// Penetration of a start that counts as touching, relative to the size of the body.
 ///
