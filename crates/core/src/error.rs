@@ -1,4 +1,4 @@
-//! What the caller got wrong. What physics answers, however unwelcome, is an [`Outcome`](crate::Outcome).
+//! Errors of the caller. Where the physics has no answer, or several, that is an [`Outcome`](crate::Outcome) and not an error.
 
 use std::fmt::{self, Display};
 use std::io::{self, ErrorKind};

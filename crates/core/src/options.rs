@@ -1,4 +1,4 @@
-//! What a run is asked for.
+//! Options of a run.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

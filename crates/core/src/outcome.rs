@@ -1,4 +1,4 @@
-//! What a run tells: how it ends, its impacts, Zeno points and phases.
+//! Results of a run: how it ends, its impacts, Zeno points and phases.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -1,4 +1,4 @@
-//! What a rotation, small and exactly, does to the arm of a contact.
+//! The change of a contact arm by a rotation: linearised, and exact.
 
 use crate::body::geometry::ContactGeometry;
 

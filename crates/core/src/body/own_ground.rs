@@ -1,5 +1,5 @@
-//! Ground lines that cannot be meant: without a terrain each contact meets only its own straight line, and nothing keeps a
-//! contact above the line of another.
+//! Ground lines that the user can hardly have intended. Without a terrain each contact meets only its own straight line, and nothing
+//! keeps a contact above the line of another contact.
 //!
 //! ```text
 //!   (i)   1 |  2 falls below the line of 1      (ii)  3 ┌───┐ 4   the line of 3 and 4 is no floor of 1 and 2:

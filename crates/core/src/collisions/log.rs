@@ -1,4 +1,4 @@
-//! What a run writes down while it goes: the clock, the collisions, and the limits it must keep.
+//! The log of a run: its clock, its collisions, and its limits of time and of events.
 
 use nalgebra::Vector2;
 

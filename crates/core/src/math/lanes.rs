@@ -1,6 +1,6 @@
-//! Numbers, one by one or side by side: what a collision computes is written once and serves a single run as well as the
-//! lanes of a vector register. Additions, multiplications, divisions and square roots are those of IEEE 754 in either, and
-//! none is fused with another, so that a run has the same bits in a lane as by itself.
+//! Doubles in the lanes of a vector register. The arithmetic of a collision is written once, for one double and for lanes of them.
+//! Both use the additions, multiplications, divisions and square roots of IEEE 754, and never fuse two of them. So a run has the
+//! same bits in a lane as by itself.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

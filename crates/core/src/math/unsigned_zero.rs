@@ -1,4 +1,4 @@
-//! Zero has no sign in what is handed out.
+//! Results have no negative zeros.
 //!
 //! −0.0 equals 0.0 and means the same, but it is printed with its sign. Results are handed out as x + 0.0: that is 0.0 for both
 //! zeros, and x for every other number.

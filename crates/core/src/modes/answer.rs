@@ -1,4 +1,4 @@
-//! What is said of one word: its motion, its forces, and how far each test is met.
+//! The answer for one word: its motion, its forces, and the margin by which it meets each test.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Whether the accelerations and forces of a word are consistent with it.
+//! Tests whether the accelerations and forces of a word are consistent with it.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! The representative of many forces: of all that a hyperstatic word allows, the smallest.
+//! Where a hyperstatic word allows many forces, the smallest of them is reported.
 //!
 //! ```text
 //! min ½ Σ|f_i|²   subject to   Σ (T_iᵀ f_t,i + N_iᵀ f_n,i) = M(q̈ − a₀),   f_i in the cone that the word asks for

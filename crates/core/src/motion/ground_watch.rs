@@ -1,4 +1,4 @@
-//! Whether the ground that the contacts have without a terrain can be meant, while a run goes on.
+//! Watches, during a run without a terrain, for contacts on ground lines that the user can hardly have intended.
 
 use nalgebra::{Vector2, Vector3};
 

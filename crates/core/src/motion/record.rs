@@ -1,4 +1,4 @@
-//! What the event loops hand over.
+//! The record that the event loops hand over.
 
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};

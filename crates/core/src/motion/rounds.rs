@@ -1,5 +1,5 @@
-//! Rounds of a motion on the ground, from one landing of a contact to its next while the other is held, that come again on
-//! a smaller and smaller scale: infinitely many of them are summed.
+//! Sums of infinitely many rounds. A round goes from one landing of a contact to its next landing, while the other contact is held; the
+//! rounds repeat on a smaller and smaller scale.
 
 use nalgebra::Vector3;
 

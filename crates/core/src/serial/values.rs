@@ -1,4 +1,4 @@
-//! How values are read: a table is a table, a word is a word, an array has as many entries as it should.
+//! Strict reading of values: the kind of each value and the length of each array are checked.
 
 use std::fmt;
 use std::marker::PhantomData;

@@ -1,4 +1,4 @@
-//! What can be simulated: ranges of the numbers that a motion is computed with.
+//! Ranges of the numbers that can be simulated.
 
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};

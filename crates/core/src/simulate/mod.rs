@@ -1,4 +1,4 @@
-//! What a run is asked for: its start, its options, and their checks.
+//! Runs: the checks of start and options, the choice of the model, and the call of the event loops.
 
 pub(crate) mod batch;
 mod limits;

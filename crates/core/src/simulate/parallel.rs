@@ -1,4 +1,4 @@
-//! Many independent answers on several threads: who computes one cannot be seen in it.
+//! Many independent answers on several threads. No answer depends on the thread that computes it.
 
 use std::ops::Range;
 use std::sync::Mutex;

@@ -1,4 +1,4 @@
-//! What a run returns: events, phases, and the motion at any time.
+//! The trajectory that a run returns: events, phases, and the motion at any time.
 
 use std::sync::OnceLock;
 

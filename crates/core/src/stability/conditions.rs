@@ -1,4 +1,4 @@
-//! What closed forms say of a posture: equilibrium, the words at rest, and the bounds on the coupling.
+//! Conditions in closed form: equilibrium, the words at rest, and the bounds on the coupling.
 
 use serde::{Deserialize, Serialize};
 

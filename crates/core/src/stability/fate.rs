@@ -1,4 +1,4 @@
-//! What becomes of a clattering motion.
+//! The end of a clattering motion: one contact bounces alone, both clatter to rest, or the motion repeats on a smaller and smaller scale.
 
 use crate::error::Error;
 use crate::outcome::ContactNumber;

@@ -1,4 +1,4 @@
-//! Where the centre of mass may be for the contacts to hold the body, and the forces that do.
+//! The equilibrium region: the places of the centre of mass at which the contacts can hold the body, and their forces.
 //!
 //! The edges of the friction cones, u = n_i ± μ_i t_i with moments m_u = x_i × u, carry a weight of one at abscissa x if
 //!

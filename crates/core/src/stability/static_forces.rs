@@ -1,4 +1,4 @@
-//! The forces that can hold a body at rest: not unique, as soon as two contacts rub.
+//! The forces that can hold a body at rest. They are not unique where two contacts have friction.
 //!
 //! Forces at the contacts are sums of the edges u = n ± μt of the friction cones with weights a ≥ 0. Those that balance
 //! gravity, Σ a_u u = m g e_y and Σ a_u (x_u − r) × u = 0 about the centre of mass r, are a family; the extremes of each of their

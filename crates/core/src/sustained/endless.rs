@@ -1,4 +1,4 @@
-//! Motions without end: paths in the plane of θ and ω do not cross, and one that has closed itself in is never left.
+//! Motions without end. Paths in the plane of θ and ω do not cross, so a closed path encloses every motion that starts inside it.
 
 use crate::collisions::log::Spin;
 use crate::modes::Mode;

@@ -1,4 +1,4 @@
-//! What comes next where the accelerations do not tell.
+//! The choice of a mode where accelerations do not decide: by the next order of the motion.
 //!
 //! The rows that a word makes vanish may depend on each other at an instant and part as the body moves: feet whose normals
 //! meet in one point, a foot on the normal of another one that is fixed. A body that starts from rest then has the same

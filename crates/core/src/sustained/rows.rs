@@ -1,4 +1,4 @@
-//! The rows that vanish while contacts are held, and the velocities that keep them.
+//! Rows of the contact Jacobian that stay zero while contacts are held, and the velocities that keep them zero.
 
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;

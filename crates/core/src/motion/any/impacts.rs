@@ -1,4 +1,4 @@
-//! Impacts: one by one by the law asked for, together, or at a contact that jams.
+//! Impacts: one at a time by the law of the options, several at once, or at a contact that jams.
 
 use crate::body::contact::ContactValues;
 use crate::impact::friction;

@@ -1,4 +1,5 @@
-//! Where impacts end: those in turn in one instant that are summed, and those so slow that all that is left is rounding.
+//! Ends of sequences of impacts: infinitely many at one instant, which are summed; and impacts so slow that their speeds are no more
+//! than rounding errors.
 
 use nalgebra::Vector3;
 
