@@ -282,3 +282,23 @@ def test_motions_obey_the_laws_of_newton_and_coulomb():
         letters.update({letter: count for letter in mode if letter in "SFRL"})
     assert min(letters[x] for x in "SFRL") > RUNS / 4
     assert seen["impact"] > RUNS
+
+
+def test_within_a_phase_at_gives_the_end_of_a_run_of_that_length():
+    """Both move the body from the start of the phase in one step: all bits agree while that step suffices."""
+    alike, close = 0, 0
+    for seed in range(150):
+        posture, q, qdot, options = draw(np.random.default_rng([7, seed]))
+        options |= {"impact": "newton", "stop": "time"}
+        run = sf.simulate(posture, q, qdot, **options)
+        held = [p for p in run.phases if set(p.mode) != {"S"} and p.end > p.start]
+        for phase in held[:3]:
+            t = phase.start + 0.375 * (phase.end - phase.start)
+            end = sf.simulate(posture, q, qdot, **options | {"time_limit": t})
+            state = np.array(run.at(t))
+            wanted = np.array([end.q, end.qdot])
+            assert np.allclose(state, wanted, rtol=1e-13, atol=1e-13), (seed, phase)
+            alike += bool((state == wanted).all())
+            close += 1
+    assert close > 100
+    assert alike > 0.75 * close

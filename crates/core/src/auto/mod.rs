@@ -29,8 +29,7 @@ use crate::body::state::State;
 use crate::collisions::local::time_to_rest;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
-use crate::motion::frame::Base;
-use crate::motion::record::{Kind, Record, Span, ZenoRecord};
+use crate::motion::record::{InFrame, Motion, Record, Span, ZenoRecord};
 use crate::options::{Impact, Options, Stop};
 use crate::outcome::{Method, Outcome};
 use crate::zeno::{FrozenModel, Gaps};
@@ -196,7 +195,9 @@ pub(crate) fn error(
     match record.outcome {
         Outcome::EventLimit => return Err(MANY),
         _ if record.hits > MOST_COLLISIONS => return Err(MANY),
-        Outcome::Rest if record.end.gaps.h.iter().any(|h| *h > 0.0) => return Err(TIPS),
+        Outcome::Rest if record.end.gaps.len() < 2 || record.end.gaps.iter().any(|h| *h > 0.0) => {
+            return Err(TIPS);
+        }
         Outcome::Rest | Outcome::Zeno => {}
         Outcome::TimeLimit if options.stop == Stop::Time => {}
         // Two contacts on level ground slide on as they do now; other motions change their minds.
@@ -317,12 +318,13 @@ impl<'a> Shadow<'a> {
                 if zeno == 0 {
                     return Err(lost);
                 }
-                let at = record.zeno[zeno..].iter().position(|point| point.closed == [true, true]);
+                let at =
+                    record.zeno[zeno..].iter().position(|point| point.closed[..] == [true, true]);
                 zeno += at.ok_or(lost)?;
                 let point = &record.zeno[zeno];
                 self.skip(point).ok_or(lost)?;
                 zeno += 1;
-                let later = |span: &Span| span.raw.clock.since(point.at.clock) >= 0.0;
+                let later = |span: &Span| span.clock.since(point.at.clock) >= 0.0;
                 let rest = record.spans[k + 1..].iter().position(later);
                 k += rest.map_or(record.spans.len(), |more| more + 1);
             } else {
@@ -339,18 +341,20 @@ impl<'a> Shadow<'a> {
     /// The events of a span, and the Zeno points up to its end.
     fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), Lost> {
         let (span, next) = (&record.spans[k], record.spans.get(k + 1));
-        let end = next.map_or(record.end.clock, |next| next.raw.clock);
+        let end = next.map_or(record.end.clock, |next| next.clock);
         let last = next.map_or(record.collisions.len(), |next| next.first_collision);
         let collisions = &record.collisions[span.first_collision..last];
         let point = record.zeno.get(*zeno).filter(|point| point.at.clock.since(end) <= 0.0);
-        match span.kind {
-            Kind::Flight => {}
-            Kind::Modes(word, _) => {
-                let State { q, qdot } = Base::state(&span.raw);
+        match &span.motion {
+            Motion::Flight(_) => {}
+            Motion::Modes(body, modes) => {
+                let mut word = [Mode::Separate; 2];
+                word[..modes.len()].copy_from_slice(modes);
+                let State { q, qdot } = body.state();
                 (self.q, self.qdot) = (q, qdot);
                 let until = collisions.first().map_or(end, |c| c.elapsed);
                 // Where a landing brings all to rest, no collision is listed.
-                let sums = next.is_some_and(|next| matches!(next.kind, Kind::Tail(_)));
+                let sums = next.is_some_and(|next| matches!(next.motion, Motion::Tail(..)));
                 let stops = point.is_some_and(|point| point.method == Method::Chatter);
                 let stop = match collisions.first() {
                     Some(c) => Until::Landing(c.contact),
@@ -361,13 +365,13 @@ impl<'a> Shadow<'a> {
                 self.slide(&word, until.since(self.clock), stop)?;
                 self.clock = until;
             }
-            Kind::Tail(tail) => {
+            Motion::Tail(InFrame { raw, .. }, tail) => {
                 let point = point.ok_or(ENDS)?;
-                self.u = span.raw.gaps.u;
-                self.sum(tail, point, &span.raw.gaps, end.since(self.clock), next.is_none())?;
+                self.u = raw.gaps.u;
+                self.sum(*tail, point, &raw.gaps, end.since(self.clock), next.is_none())?;
                 self.clock = end;
             }
-            Kind::Held(_) | Kind::Stretch(_) => return Err(ENDS),
+            Motion::Held(..) | Motion::Rounds(_) => return Err(ENDS),
         }
         for (n, c) in collisions.iter().enumerate() {
             if *zeno > 0 && n % LOOK == LOOK - 1 && self.is_all_but_over(record, *zeno) {
@@ -401,8 +405,10 @@ impl<'a> Shadow<'a> {
         {
             match point.method {
                 Method::Chatter => self.chatter()?,
-                Method::Rest if k == 0 => self.touching = point.closed,
-                _ if matches!(span.kind, Kind::Tail(_)) => {}
+                Method::Rest if k == 0 => {
+                    self.touching[..point.closed.len()].copy_from_slice(&point.closed);
+                }
+                _ if matches!(span.motion, Motion::Tail(..)) => {}
                 _ => return Err(ORDER),
             }
             self.latest = self.latest.max(self.late.abs());
@@ -414,7 +420,7 @@ impl<'a> Shadow<'a> {
     /// Whether both contacts are at rest so soon that how they get there is of no matter.
     fn is_all_but_over(&self, record: &Record, zeno: usize) -> bool {
         let soon = |point: &&ZenoRecord| {
-            point.closed == [true, true] && point.at.clock.since(self.clock) <= self.small
+            point.closed[..] == [true, true] && point.at.clock.since(self.clock) <= self.small
         };
         let point = record.zeno.get(zeno).filter(soon);
         point.is_some() && self.time_to_rest().is_some_and(|t| t <= self.small)

@@ -117,7 +117,7 @@ impl Shadow<'_> {
 
     /// Both contacts are at rest, at a Zeno point of the local run; its shadow is off as before.
     pub(super) fn arrive(&mut self, point: &ZenoRecord) {
-        (self.q, self.qdot) = (point.state.q, point.state.qdot);
+        (self.q, self.qdot) = (point.at.state.q, point.at.state.qdot);
         self.clock = point.at.clock;
         self.touching = [true, true];
         self.measure();

@@ -1,28 +1,38 @@
-//! The record that the event loops hand over.
+//! The record of a run: the pieces of its motion, its collisions and its Zeno points.
 
+use crate::body::contact::PerContact;
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};
+use crate::math::clock::Clock;
+use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
-use crate::motion::any::GeneralRecord;
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::outcome::{Cause, Method, Outcome};
+use crate::outcome::{Cause, Instant, Method, Outcome};
+use crate::sustained::BodyState;
 
-/// Kinds of motion between two notes of the driver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
-    /// Ballistic, with simple collisions in between.
-    Flight,
+/// How the body moves during a span.
+#[derive(Debug, Clone)]
+pub(crate) enum Motion {
+    /// Flight of two contacts at most, with plain collisions in between.
+    Flight(InFrame),
     /// These contacts are held, in a model without a body.
-    Held([bool; 2]),
-    /// Each contact is in its mode; the rotation at which the geometry is frozen, if it is.
-    Modes([Mode; 2], Option<Spin>),
-    /// A summed tail; the frame is frozen.
-    Tail(Tail),
-    /// This stretch of a general run.
-    Stretch(usize),
+    Held(InFrame, [bool; 2]),
+    /// A summed tail of two contacts; its frame is frozen.
+    Tail(InFrame, Tail),
+    /// Each contact is in its mode; in flight all are separate.
+    Modes(BodyState, PerContact<Mode>),
+    /// The sum of infinitely many rounds of two contacts on the ground.
+    Rounds(BodyState),
 }
 
-/// How a summed tail is looked into.
+/// A state in the coordinates of a frame of the record.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct InFrame {
+    pub(crate) frame: usize,
+    pub(crate) raw: Snapshot,
+}
+
+/// How a state within a summed tail of two contacts is found again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Tail {
     /// A contact bounces by itself.
@@ -33,30 +43,74 @@ pub(crate) enum Tail {
     Collisions,
 }
 
-/// From here on the motion is of this kind, until the next span.
+/// A piece of the run: from here on the body moves in this way, until the next span.
 #[derive(Debug, Clone)]
 pub(crate) struct Span {
-    pub(crate) raw: Snapshot,
-    pub(crate) frame: usize,
-    pub(crate) kind: Kind,
-    pub(crate) mode: [u8; 2],
+    pub(crate) clock: Clock,
+    pub(crate) motion: Motion,
+    /// One letter a contact.
+    pub(crate) letters: PerContact<u8>,
+    /// `None`: the phase of the span before goes on.
     pub(crate) cause: Option<Cause>,
-    /// Index of the first collision after its start.
+    /// Index of the first plain collision after its start.
     pub(crate) first_collision: usize,
 }
 
+/// The body at an instant, as results give it. Without a body only θ and ω mean anything.
 #[derive(Debug, Clone)]
-pub(crate) struct ZenoRecord {
-    pub(crate) closed: [bool; 2],
-    pub(crate) method: Method,
-    pub(crate) certified: bool,
-    pub(crate) error: f64,
-    pub(crate) first_summed: usize,
+pub(crate) struct Moment {
+    pub(crate) clock: Clock,
     pub(crate) state: State,
-    pub(crate) at: Snapshot,
+    pub(crate) gaps: PerContact<f64>,
+    pub(crate) rates: PerContact<f64>,
 }
 
-/// What the driver hands over.
+impl Moment {
+    /// From a snapshot of the full model, of a body with `count` contacts.
+    pub(crate) fn of_snapshot(full: &Snapshot, count: usize) -> Self {
+        let each = |pair: [f64; 2]| pair[..count].iter().map(|x| x.unsigned_zero()).collect();
+        Self {
+            clock: full.clock,
+            state: Base::state(full).unsigned_zero(),
+            gaps: each(full.gaps.h),
+            rates: each(full.gaps.u),
+        }
+    }
+
+    pub(crate) fn instant(&self) -> Instant {
+        Instant { state: self.state, gaps: self.gaps.to_vec(), rates: self.rates.to_vec() }
+    }
+}
+
+/// A Zeno point.
+#[derive(Debug, Clone)]
+pub(crate) struct ZenoRecord {
+    /// Which contacts come to rest.
+    pub(crate) closed: PerContact<bool>,
+    pub(crate) method: Method,
+    pub(crate) certified: bool,
+    /// Whether each of them comes to rest in an impact without rebound.
+    pub(crate) plastic: bool,
+    /// Of its time, in s.
+    pub(crate) error: f64,
+    /// Collisions before it.
+    pub(crate) first_summed: usize,
+    pub(crate) at: Moment,
+}
+
+/// A collision that was simulated by itself outside the loops over plain collisions.
+#[derive(Debug, Clone)]
+pub(crate) struct ListedImpact {
+    pub(crate) clock: Clock,
+    pub(crate) contact: usize,
+    /// Gap rates point by point, in m/s.
+    pub(crate) before: Vec<f64>,
+    pub(crate) after: Vec<f64>,
+    /// (tangential, normal), per unit mass, in m/s.
+    pub(crate) impulse: [f64; 2],
+}
+
+/// What a run hands over.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
     pub(crate) outcome: Outcome,
@@ -65,41 +119,15 @@ pub(crate) struct Record {
     pub(crate) spans: Vec<Span>,
     pub(crate) zeno: Vec<ZenoRecord>,
     pub(crate) warnings: Vec<String>,
+    /// Plain collisions of two contacts, and the body after each of them.
     pub(crate) collisions: Vec<Collision>,
     pub(crate) bodies: Vec<(Center, Spin)>,
+    /// All other collisions.
+    pub(crate) impacts: Vec<ListedImpact>,
     pub(crate) hits: usize,
-    pub(crate) end: Snapshot,
-    pub(crate) state: State,
+    pub(crate) end: Moment,
     pub(crate) acceleration: Option<[f64; 3]>,
     pub(crate) undecided: Option<Box<ContactProblem>>,
-    /// The events of a run with any number of contacts and any law of impact; those above are then empty.
-    pub(crate) general: Option<Box<GeneralRecord>>,
-}
-
-impl Record {
-    /// The record of a run of this body with any number of contacts.
-    pub(crate) fn of_general(base: Base, general: GeneralRecord) -> Self {
-        let mut state = general.end.state();
-        if general.outcome == Outcome::Rest {
-            state.qdot.fill(0.0);
-        }
-        Self {
-            outcome: general.outcome,
-            base,
-            frames: Vec::new(),
-            spans: Vec::new(),
-            zeno: Vec::new(),
-            warnings: general.warnings.clone(),
-            collisions: Vec::new(),
-            bodies: Vec::new(),
-            hits: general.hits,
-            end: Snapshot { clock: general.clock, ..Snapshot::default() },
-            state,
-            acceleration: general.acceleration,
-            undecided: general.undecided.clone().map(Box::new),
-            general: Some(Box::new(general)),
-        }
-    }
 }
 
 impl Record {

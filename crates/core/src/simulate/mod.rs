@@ -281,8 +281,8 @@ impl Start {
                 gravity: posture.fields().gravity,
                 frozen: local.then_some(0.0),
             };
-            let general = General::new(posture, start, options, warnings, cancel).run()?;
-            return Some(Run { model, record: Box::new(Record::of_general(base, general)) });
+            let record = General::new(posture, start, options, warnings, cancel).run(base)?;
+            return Some(Run { model, record: Box::new(record) });
         }
         let record = self.driver(posture, state, options, cancel).run()?;
         Some(Run { model, record })

@@ -14,22 +14,24 @@ use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::ContactProblem;
-use crate::motion::any::{General, Settled, Stretch, Struck};
-use crate::motion::frame::{Base, Snapshot};
+use crate::motion::any::General;
+use crate::motion::frame::Snapshot;
 use crate::motion::pair::Driver;
-use crate::motion::record::{Kind, Record, Span, ZenoRecord};
+use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Method, Outcome, Phase, ZenoPoint,
+    Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
 };
 use crate::simulate::{simulate, simulate_local};
+use crate::sustained::BodyState;
 
 /// A piece of smooth motion: between two collisions, or a whole span.
 #[derive(Debug, Clone)]
 struct Piece {
-    frame: usize,
-    raw: Snapshot,
-    kind: Kind,
+    clock: Clock,
+    span: usize,
+    /// The flight after a collision of the span; `None`: the motion with which the span begins.
+    flight: Option<InFrame>,
 }
 
 /// The pieces of a run, and the normal impulse per own-rate jump and unit mass of each collision.
@@ -236,25 +238,19 @@ impl Trajectory {
     /// The final state. Without a body only θ and ω mean anything.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.record.state
+        &self.record.end.state
     }
 
     /// Final gaps, in m.
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
-        match &self.record.general {
-            Some(general) => general.end.gaps(&general.posture),
-            None => self.each(self.record.end.gaps.h),
-        }
+        self.record.end.gaps.to_vec()
     }
 
     /// Final gap rates, in m/s.
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
-        match &self.record.general {
-            Some(general) => general.end.rates(&general.posture),
-            None => self.each(self.record.end.gaps.u),
-        }
+        self.record.end.rates.to_vec()
     }
 
     /// Things the user should know: ties, a start taken as touching, ground that cannot be meant (see
@@ -291,35 +287,27 @@ impl Trajectory {
 
     fn make_impacts(&self) -> Vec<ImpactRecord> {
         let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
-        if let Some(general) = &self.record.general {
-            let rates = |posture: &Posture, of: &[f64]| {
-                posture.per_contact(|k| of[k].unsigned_zero()).collect()
+        let record =
+            |clock: Clock, contact: usize, before, after, impulse: [f64; 2]| ImpactRecord {
+                time: self.clock(clock),
+                elapsed: clock.hi,
+                contact: ContactNumber::of(contact),
+                rates_before: before,
+                rates_after: after,
+                impulse: impulse.map(|part| (mass * part).unsigned_zero()),
             };
-            let record = |struck: &Struck| ImpactRecord {
-                time: self.clock(struck.clock),
-                elapsed: struck.clock.hi,
-                contact: ContactNumber::of(struck.contact),
-                rates_before: rates(&general.posture, &struck.before),
-                rates_after: rates(&general.posture, &struck.after),
-                impulse: struck.impulse.map(|part| (mass * part).unsigned_zero()),
+        let plain = self.record.collisions.iter().zip(&self.expanded().shares).map(|(c, share)| {
+            let [before, after] = [c.before, c.after].map(|rates| self.each(rates));
+            record(c.elapsed, c.contact, before, after, [0.0, share * c.jump])
+        });
+        let others = self.record.impacts.iter().map(|c| {
+            let each = |rates: &[f64]| match self.posture() {
+                Some(posture) => posture.per_contact(|k| rates[k].unsigned_zero()).collect(),
+                None => Vec::new(),
             };
-            return general.collisions.iter().map(record).collect();
-        }
-        let shares = &self.expanded().shares;
-        let record = &self.record;
-        record
-            .collisions
-            .iter()
-            .zip(shares)
-            .map(|(c, share)| ImpactRecord {
-                time: self.clock(c.elapsed),
-                elapsed: c.elapsed.hi,
-                contact: ContactNumber::of(c.contact),
-                rates_before: self.each(c.before),
-                rates_after: self.each(c.after),
-                impulse: [mass * 0.0, mass * share * c.jump].unsigned_zero(),
-            })
-            .collect()
+            record(c.clock, c.contact, each(&c.before), each(&c.after), c.impulse)
+        });
+        plain.chain(others).collect()
     }
 
     /// The Zeno points, in order.
@@ -329,70 +317,29 @@ impl Trajectory {
     }
 
     fn make_zeno_points(&self) -> Vec<ZenoPoint> {
-        match &self.record.general {
-            Some(general) => {
-                general.zeno.iter().map(|zeno| self.settled(zeno, &general.posture)).collect()
-            }
-            None => self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect(),
-        }
-    }
-
-    fn settled(&self, zeno: &Settled, posture: &Posture) -> ZenoPoint {
-        let (elapsed, stance) = (zeno.clock.hi, &zeno.stance);
-        let state = stance.state();
-        let settled =
-            |&i: &usize| zeno.contacts.iter().any(|&k| posture.point_of(k) == posture.point_of(i));
-        let contacts: Vec<_> =
-            (0..posture.contacts().len()).filter(settled).map(ContactNumber::of).collect();
-        let method = match (zeno.from_start, zeno.contacts.len()) {
-            (true, _) => Method::Rest,
-            (_, 1) => Method::Bounce,
-            _ if zeno.nested => Method::Nested,
-            _ => Method::Mixed,
-        };
-        ZenoPoint {
-            kind: format!("{}-zeno", contacts.len()),
-            contacts,
-            time: self.clock(zeno.clock),
-            elapsed,
-            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
-            q: Some(state.q.into()),
-            qdot: Some(state.qdot.into()),
-            rotation: [state.q.z, state.qdot.z],
-            gaps: stance.gaps(posture),
-            gap_rates: stance.rates(posture),
-            certified: zeno.from_start,
-            method: method.as_str(),
-            plastic: zeno.plastic && !zeno.from_start,
-            first_summed: zeno.hits,
-        }
+        self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect()
     }
 
     fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
-        let closed: Vec<usize> = (0..self.count()).filter(|&i| zeno.closed[i]).collect();
-        let without_rebound = |&i: &usize| match (&self.record.base.reduced, self.posture()) {
-            (Some((model, ..)), _) => model.restitution()[i] == 0.0,
-            (None, Some(posture)) => posture.geometry()[i].restitution == 0.0,
-            (None, None) => unreachable!("a run is of a posture or of a local model"),
-        };
-        let contacts: Vec<_> = closed.iter().map(|&i| ContactNumber::of(i)).collect();
-        let elapsed = zeno.at.clock.hi;
-        let vector =
-            |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z].unsigned_zero());
+        let closed = |&i: &usize| zeno.closed[i];
+        let contacts: Vec<_> =
+            (0..zeno.closed.len()).filter(closed).map(ContactNumber::of).collect();
+        let Moment { clock, state, gaps, rates } = &zeno.at;
+        let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
         ZenoPoint {
             kind: format!("{}-zeno", contacts.len()),
             contacts,
-            time: self.clock(zeno.at.clock),
-            elapsed,
-            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * elapsed,
-            q: vector(&zeno.state.q),
-            qdot: vector(&zeno.state.qdot),
-            rotation: [zeno.at.spin.theta, zeno.at.spin.omega].unsigned_zero(),
-            gaps: self.each(zeno.at.gaps.h),
-            gap_rates: self.each(zeno.at.gaps.u),
+            time: self.clock(*clock),
+            elapsed: clock.hi,
+            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi,
+            q: vector(&state.q),
+            qdot: vector(&state.qdot),
+            rotation: [state.q.z, state.qdot.z],
+            gaps: gaps.to_vec(),
+            gap_rates: rates.to_vec(),
             certified: zeno.certified,
             method: zeno.method.as_str(),
-            plastic: zeno.method == Method::Bounce && closed.iter().all(without_rebound),
+            plastic: zeno.plastic,
             first_summed: zeno.first_summed,
         }
     }
@@ -407,21 +354,9 @@ impl Trajectory {
         let mut phases: Vec<Phase> = Vec::new();
         // Of each phase; finer than the time on the clock.
         let mut starts: Vec<Clock> = Vec::new();
-        let of_span = |span: &Span| {
-            let letters = span.mode.iter().take(self.count()).map(|&letter| char::from(letter));
-            (letters.collect::<String>(), span.raw.clock, span.cause)
-        };
-        let of_stretch = |stretch: &Stretch, posture: &Posture| {
-            (stretch.stance.letters(&stretch.word, posture), stretch.clock, stretch.cause)
-        };
-        let words: Vec<(String, Clock, Option<Cause>)> = match &self.record.general {
-            Some(general) => {
-                let posture = &general.posture;
-                general.stretches.iter().map(|stretch| of_stretch(stretch, posture)).collect()
-            }
-            None => self.record.spans.iter().map(of_span).collect(),
-        };
-        for (mode, clock, cause) in words {
+        for span in &self.record.spans {
+            let (clock, cause) = (span.clock, span.cause);
+            let mode: String = span.letters.iter().map(|&letter| char::from(letter)).collect();
             let start = self.clock(clock);
             let held = mode.contains(|letter| letter != 'S');
             let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
@@ -455,10 +390,8 @@ impl Trajectory {
 
     /// How many of the recorded collisions come while the time elapsed is early enough for this.
     fn impacts_while(&self, early: impl Fn(Clock) -> bool) -> usize {
-        match &self.record.general {
-            Some(general) => general.collisions.partition_point(|struck| early(struck.clock)),
-            None => self.record.collisions.partition_point(|collision| early(collision.elapsed)),
-        }
+        self.record.collisions.partition_point(|collision| early(collision.elapsed))
+            + self.record.impacts.partition_point(|impact| early(impact.clock))
     }
 
     /// The motion at time `t` on the clock, exact within a phase. At an impact: after it.
@@ -478,38 +411,36 @@ impl Trajectory {
             });
         }
         if t == end {
-            let state = self.record.state;
-            return Ok(Instant { state, gaps: self.gaps(), rates: self.rates() });
+            return Ok(self.record.end.instant());
         }
         let elapsed = t - start;
-        let next = pieces.partition_point(|piece| piece.raw.clock.hi <= elapsed);
+        let next = pieces.partition_point(|piece| piece.clock.hi <= elapsed);
         let piece = &pieces[next.max(1) - 1];
         // The clock of the pieces is finer than `t`: none is followed beyond its end.
-        let end = pieces.get(next).map_or(self.record.end.clock, |next| next.raw.clock);
-        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.raw.clock);
-        let dt = dt.min(end.since(piece.raw.clock)).max(0.0);
-        if let (Kind::Stretch(k), Some(general)) = (piece.kind, &self.record.general) {
-            let stretch = &general.stretches[k];
-            let posture = &general.posture;
-            if stretch.summed {
-                let stance = General::resimulate_tail(posture, stretch, &self.options, dt);
-                return stance.map(|stance| stance.instant(posture)).ok_or_else(|| too_deep(t));
-            }
-            return Ok(stretch.stance.moved(&stretch.word, dt).instant(posture));
-        }
-        let frame = &self.record.frames[piece.frame];
-        let base = &self.record.base;
-        let full = match piece.kind {
-            Kind::Flight => frame.to_full(&frame.smooth(base, &piece.raw, [false, false], dt)),
-            Kind::Held(held) => frame.to_full(&frame.smooth(base, &piece.raw, held, dt)),
-            Kind::Modes(modes, frozen) => base.in_modes(&piece.raw, modes, frozen, dt),
-            Kind::Stretch(_) => unreachable!("stretches belong to general runs"),
-            Kind::Tail(tail) => {
-                Driver::resimulate_tail(frame, base, &self.options, &piece.raw, tail, dt)
-                    .ok_or_else(|| too_deep(t))?
-            }
+        let end = pieces.get(next).map_or(self.record.end.clock, |next| next.clock);
+        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.clock);
+        let dt = dt.min(end.since(piece.clock)).max(0.0);
+        let Record { base, frames, spans, .. } = &*self.record;
+        let smooth = |at: &InFrame, held: [bool; 2]| {
+            let frame = &frames[at.frame];
+            self.instant(&frame.to_full(&frame.smooth(base, &at.raw, held, dt)))
         };
-        Ok(self.instant(&full, Base::state(&full)))
+        let of_body = |body: &BodyState| self.posture().map(|posture| body.instant(posture));
+        let instant = match (&piece.flight, &spans[piece.span].motion) {
+            (Some(at), _) | (None, Motion::Flight(at)) => Some(smooth(at, [false; 2])),
+            (None, Motion::Held(at, held)) => Some(smooth(at, *held)),
+            (None, Motion::Modes(body, modes)) => of_body(&body.moved(modes, dt)),
+            (None, Motion::Tail(at, tail)) => {
+                let frame = &frames[at.frame];
+                Driver::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
+                    .map(|full| self.instant(&full))
+            }
+            (None, Motion::Rounds(body)) => self
+                .posture()
+                .and_then(|p| General::resimulate_tail(p, body, piece.clock, &self.options, dt))
+                .and_then(|body| of_body(&body)),
+        };
+        instant.ok_or_else(|| too_deep(t))
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
@@ -549,8 +480,8 @@ impl Trajectory {
             // Evenly over the pieces: position x among them, in the middle of a share.
             let x = (k as f64 + 0.5) / busy as f64 * pieces.len() as f64;
             let index = (x as usize).min(pieces.len() - 1);
-            let from = self.clock(pieces[index].raw.clock);
-            let to = pieces.get(index + 1).map_or(end, |next| self.clock(next.raw.clock));
+            let from = self.clock(pieces[index].clock);
+            let to = pieces.get(index + 1).map_or(end, |next| self.clock(next.clock));
             times.push(from + (to - from) * (x - index as f64));
         }
         for t in &mut times {
@@ -627,9 +558,8 @@ impl Trajectory {
         self.options.clock(elapsed).unsigned_zero()
     }
 
-    fn instant(&self, full: &Snapshot, state: State) -> Instant {
-        let state = state.unsigned_zero();
-        Instant { state, gaps: self.each(full.gaps.h), rates: self.each(full.gaps.u) }
+    fn instant(&self, full: &Snapshot) -> Instant {
+        Moment::of_snapshot(full, self.count()).instant()
     }
 
     fn pieces(&self) -> Result<&[Piece], Error> {
@@ -651,38 +581,38 @@ impl Trajectory {
     fn expand(&self) -> Expanded {
         let record = &self.record;
         let mut expanded = Expanded::default();
-        if let Some(general) = &record.general {
-            for (k, stretch) in general.stretches.iter().enumerate() {
-                let raw = Snapshot { clock: stretch.clock, ..Snapshot::default() };
-                expanded.pieces.push(Piece { frame: 0, raw, kind: Kind::Stretch(k) });
-            }
-            return expanded;
-        }
         for (k, span) in record.spans.iter().enumerate() {
-            let frame = &record.frames[span.frame];
+            expanded.pieces.push(Piece { clock: span.clock, span: k, flight: None });
             let last = record
                 .spans
                 .get(k + 1)
                 .map_or(record.collisions.len(), |next| next.first_collision);
-            let mut raw = span.raw;
-            expanded.pieces.push(Piece { frame: span.frame, raw, kind: span.kind });
+            let start = match &span.motion {
+                Motion::Flight(at) | Motion::Held(at, _) | Motion::Tail(at, _) => Some(at),
+                Motion::Modes(..) | Motion::Rounds(_) => None,
+            };
+            let mut now = start.copied();
             for index in span.first_collision..last {
                 let c = &record.collisions[index];
                 let i = c.contact;
+                let body = record.bodies.get(index).copied().unwrap_or_default();
+                let frozen =
+                    start.map(|at| &record.frames[at.frame]).filter(|f| f.frozen.is_some());
+                let own = |theta: f64| record.base.share(i, theta);
+                expanded.shares.push(frozen.map_or_else(|| own(body.1.theta), |f| f.share(i)));
+                // An impact that ends a phase of contact is followed by a span of its own.
+                let Some(InFrame { raw, .. }) = &mut now else { continue };
                 let dt = c.elapsed.since(raw.clock);
                 (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);
                 raw.gaps.u = c.after;
                 raw.clock = c.elapsed;
-                let share = if frame.frozen.is_some() {
+                if frozen.is_some() {
                     advance(&mut raw.impulses, dt);
                     raw.impulses.jump[i] += c.jump;
-                    frame.share(i)
                 } else {
-                    (raw.center, raw.spin) = record.bodies.get(index).copied().unwrap_or_default();
-                    record.base.share(i, raw.spin.theta)
-                };
-                expanded.shares.push(share);
-                expanded.pieces.push(Piece { frame: span.frame, raw, kind: Kind::Flight });
+                    (raw.center, raw.spin) = body;
+                }
+                expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight: now });
             }
         }
         expanded

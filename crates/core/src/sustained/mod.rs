@@ -151,8 +151,8 @@ impl BodyState {
 
     /// One letter a contact. In a vertex, where it has a second point behind all first ones: that of the piece it is on, F if it is
     /// on both.
-    pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> String {
-        let mut modes = word.to_vec();
+    pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> PerContact<u8> {
+        let mut modes: PerContact<Mode> = word.into();
         for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
             let first = &mut modes[posture.point_of(p.place.contact)];
             if *first == Mode::Separate {
@@ -161,7 +161,7 @@ impl BodyState {
                 *first = Mode::Fixed;
             }
         }
-        posture.per_contact(|k| modes[k].letter()).collect()
+        posture.per_contact(|k| modes[k].letter() as u8).collect()
     }
 }
 

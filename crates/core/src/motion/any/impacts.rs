@@ -4,7 +4,8 @@ use crate::body::contact::ContactValues;
 use crate::impact::friction;
 use crate::impact::friction::{Material, NO_FRICTION};
 use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
-use crate::motion::any::{General, Struck};
+use crate::motion::any::General;
+use crate::motion::record::ListedImpact;
 use crate::options::{Impact, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::ContactState;
@@ -150,7 +151,7 @@ impl General<'_> {
             let (clock, mut after) = (self.log.clock, self.rates());
             let at = self.posture.point_of(contact);
             (before[at], after[at]) = (rate, u);
-            self.collisions.push(Struck { clock, contact, before, after, impulse });
+            self.impacts.push(ListedImpact { clock, contact, before, after, impulse });
         }
     }
 

@@ -17,74 +17,20 @@ use crate::body::posture::Posture;
 use crate::collisions::log::{LastImpacts, Log};
 use crate::flight::{LOST_PHASE, is_lost};
 use crate::math::clock::Clock;
+use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
+use crate::motion::frame::Base;
 use crate::motion::ground_watch::GroundWatch;
+use crate::motion::record::{ListedImpact, Moment, Motion, Record, Span, ZenoRecord};
 use crate::motion::rounds::Rounds;
 use crate::options::{Options, Stop};
-use crate::outcome::{Cause, Outcome};
+use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BEYOND, STILL};
 
 /// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
 const REFRESH: usize = 32;
-
-/// One collision.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Struck {
-    pub(crate) clock: Clock,
-    pub(crate) contact: usize,
-    pub(crate) before: Vec<f64>,
-    pub(crate) after: Vec<f64>,
-    /// (tangential, normal), per unit mass.
-    pub(crate) impulse: [f64; 2],
-}
-
-/// Contacts that come to rest at one instant.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Settled {
-    pub(crate) clock: Clock,
-    pub(crate) contacts: Vec<usize>,
-    /// Collisions before it.
-    pub(crate) hits: usize,
-    /// Whether they were at rest from the start of the run.
-    pub(crate) from_start: bool,
-    /// Whether rounds that repeat themselves were summed.
-    pub(crate) nested: bool,
-    /// Whether each came to rest in an impact without rebound.
-    pub(crate) plastic: bool,
-    /// Time that their last bounces would still have taken, or error of the sum, in s.
-    pub(crate) error: f64,
-    pub(crate) stance: BodyState,
-}
-
-/// From here on the contacts are in this word; all S in flight.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stretch {
-    pub(crate) clock: Clock,
-    pub(crate) stance: BodyState,
-    pub(crate) word: Vec<Mode>,
-    /// `None`: the phase goes on.
-    pub(crate) cause: Option<Cause>,
-    /// Whether it is the sum of infinitely many rounds.
-    pub(crate) summed: bool,
-}
-
-/// What a run hands over.
-#[derive(Debug, Clone)]
-pub(crate) struct GeneralRecord {
-    pub(crate) posture: Posture,
-    pub(crate) stretches: Vec<Stretch>,
-    pub(crate) collisions: Vec<Struck>,
-    pub(crate) zeno: Vec<Settled>,
-    pub(crate) end: BodyState,
-    pub(crate) clock: Clock,
-    pub(crate) hits: usize,
-    pub(crate) outcome: Outcome,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) undecided: Option<ContactProblem>,
-    pub(crate) acceleration: Option<[f64; 3]>,
-}
 
 /// The loop.
 pub(crate) struct General<'a> {
@@ -100,9 +46,9 @@ pub(crate) struct General<'a> {
     cause: Option<Cause>,
     /// The largest speed there has been, in m/s.
     fastest: f64,
-    stretches: Vec<Stretch>,
-    collisions: Vec<Struck>,
-    zeno: Vec<Settled>,
+    spans: Vec<Span>,
+    impacts: Vec<ListedImpact>,
+    zeno: Vec<ZenoRecord>,
     sequence: Sequence,
     /// Rounds on the ground, of a body with two contacts.
     rounds: Rounds,
@@ -138,8 +84,8 @@ impl<'a> General<'a> {
             state,
             cause: Some(Cause::Start),
             fastest: 0.0,
-            stretches: Vec::new(),
-            collisions: Vec::new(),
+            spans: Vec::new(),
+            impacts: Vec::new(),
             zeno: Vec::new(),
             sequence: Sequence::default(),
             rounds: Rounds::default(),
@@ -156,8 +102,31 @@ impl<'a> General<'a> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(mut self) -> Option<GeneralRecord> {
+    pub(crate) fn run(mut self, base: Base) -> Option<Record> {
         self.write(&ContactValues::from_elem(Mode::Separate, self.state.points.len()), false); // a run that ends at once has one, too
+        let outcome = self.finish()?;
+        let mut end = self.moment();
+        if outcome == Outcome::Rest {
+            end.state.qdot.fill(0.0);
+        }
+        Some(Record {
+            outcome,
+            base,
+            frames: Vec::new(),
+            spans: self.spans,
+            zeno: self.zeno,
+            warnings: self.warnings,
+            collisions: Vec::new(),
+            bodies: Vec::new(),
+            impacts: self.impacts,
+            hits: self.log.hits,
+            end,
+            acceleration: self.acceleration,
+            undecided: self.undecided.map(Box::new),
+        })
+    }
+
+    fn finish(&mut self) -> Option<Outcome> {
         let outcome = self.motion();
         if self.log.cancelled {
             return None;
@@ -171,19 +140,18 @@ impl<'a> General<'a> {
         if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
             self.warnings.push(format!("{limit}: {}", self.last.family(&self.log)));
         }
-        Some(GeneralRecord {
-            posture: self.posture,
-            stretches: self.stretches,
-            collisions: self.collisions,
-            zeno: self.zeno,
-            end: self.state,
+        Some(outcome)
+    }
+
+    /// The body now, as results give it.
+    fn moment(&self) -> Moment {
+        let (posture, points) = (&self.posture, &self.state.points);
+        Moment {
             clock: self.log.clock,
-            hits: self.log.hits,
-            outcome,
-            warnings: self.warnings,
-            undecided: self.undecided,
-            acceleration: self.acceleration,
-        })
+            state: self.state.state(),
+            gaps: posture.per_contact(|k| points[k].h.unsigned_zero()).collect(),
+            rates: posture.per_contact(|k| points[k].u.unsigned_zero()).collect(),
+        }
     }
 
     fn motion(&mut self) -> Outcome {
@@ -234,9 +202,11 @@ impl<'a> General<'a> {
     /// Begins a stretch of the record.
     fn write(&mut self, word: &[Mode], summed: bool) {
         if self.log.record {
-            let word = word.to_vec();
-            let (clock, stance, cause) = (self.log.clock, self.state.clone(), self.cause);
-            self.stretches.push(Stretch { clock, stance, word, cause, summed });
+            let (clock, state, cause) = (self.log.clock, self.state.clone(), self.cause);
+            let letters = state.letters(word, &self.posture);
+            let motion =
+                if summed { Motion::Rounds(state) } else { Motion::Modes(state, word.into()) };
+            self.spans.push(Span { clock, motion, letters, cause, first_collision: 0 });
         }
     }
 
@@ -338,36 +308,44 @@ impl<'a> General<'a> {
         error: f64,
         hit: f64,
     ) -> Option<Outcome> {
-        let mut contacts = Vec::new();
         let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
         let plastic = stops && !self.fades(hit);
+        let mut closed: ContactValues<bool> = self.posture.per_contact(|_| false).collect();
         for &i in points {
             self.resting[i] = true;
-            contacts.push(self.state.points[i].place.contact);
+            let at = self.posture.point_of(self.state.points[i].place.contact);
+            for (closed, point) in closed.iter_mut().zip(self.posture.per_contact(|k| k)) {
+                *closed |= point == at;
+            }
         }
         if !from_start {
             self.cause = Some(Cause::Zeno);
         }
-        let clock = self.log.clock;
+        let (clock, at) = (self.log.clock, self.moment());
+        let distinct = |closed: &[bool]| self.posture.distinct().filter(|&i| closed[i]).count();
         match self.zeno.last_mut() {
             // One accumulation ends contact by contact, within the rounding of the clock.
-            Some(last) if clock.since(last.clock) <= 2.0 * f64::EPSILON * clock.hi => {
-                last.contacts.append(&mut contacts);
-                last.contacts.sort_unstable();
-                last.contacts.dedup();
-                last.stance = self.state.clone();
+            Some(last) if clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi => {
+                last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);
+                last.at = Moment { clock: last.at.clock, ..at };
                 last.error = last.error.max(error);
                 last.plastic &= plastic;
+                if last.method == Method::Bounce && distinct(&last.closed) > 1 {
+                    last.method = Method::Mixed;
+                }
             }
-            _ => self.zeno.push(Settled {
-                clock,
-                contacts,
-                hits: self.log.hits,
-                from_start,
-                nested: false,
-                plastic,
+            _ => self.zeno.push(ZenoRecord {
+                method: match distinct(&closed) {
+                    _ if from_start => Method::Rest,
+                    1 => Method::Bounce,
+                    _ => Method::Mixed,
+                },
+                closed: closed.into_iter().collect(),
+                certified: from_start,
+                plastic: plastic && !from_start,
                 error,
-                stance: self.state.clone(),
+                first_summed: self.log.hits,
+                at,
             }),
         }
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
@@ -414,7 +392,7 @@ impl<'a> General<'a> {
             return Some(outcome);
         }
         phase.cause = self.cause;
-        let (stretches, rounds) = (&mut self.stretches, &mut self.rounds);
+        let (spans, rounds) = (&mut self.spans, &mut self.rounds);
         let (posture, watch, warnings) = (&self.posture, &mut self.watch, &mut self.warnings);
         rounds.drop(phase.dropped);
         let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
@@ -427,8 +405,9 @@ impl<'a> General<'a> {
                 warnings,
             );
             if record {
-                let (stance, word) = (stance.clone(), word.to_vec());
-                stretches.push(Stretch { clock, stance, word, cause, summed: false });
+                let letters = stance.letters(word, posture);
+                let motion = Motion::Modes(stance.clone(), word.into());
+                spans.push(Span { clock, motion, letters, cause, first_collision: 0 });
             }
         });
         self.resting = phase.word.iter().map(|mode| *mode != Mode::Separate).collect();
@@ -469,8 +448,8 @@ impl<'a> General<'a> {
             p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
         }
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
-        if let Some(last) = self.zeno.last_mut() {
-            last.nested = limit.repeats;
+        if let Some(last) = self.zeno.last_mut().filter(|last| last.method == Method::Mixed) {
+            last.method = if limit.repeats { Method::Nested } else { Method::Mixed };
         }
         outcome
     }
@@ -478,18 +457,18 @@ impl<'a> General<'a> {
     /// The state `dt` into a sum of rounds, round by round; `None` if too many events come before. `options`: of the run.
     pub(crate) fn resimulate_tail(
         posture: &Posture,
-        sum: &Stretch,
+        start: &BodyState,
+        clock: Clock,
         options: &Options,
         dt: f64,
     ) -> Option<BodyState> {
         let options = options.of_resimulated_tail(dt);
         let never = || false;
-        let start = sum.stance.clone();
         let resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         // What counts as no speed is what did in the run.
-        let fastest = start.gravity * sum.clock.hi;
-        let run = General::new(posture, start, &options, Vec::new(), &never);
-        let run = General { resting, fastest, ..run }.run()?;
-        (run.outcome == Outcome::TimeLimit).then_some(run.end)
+        let fastest = start.gravity * clock.hi;
+        let run = General::new(posture, start.clone(), &options, Vec::new(), &never);
+        let mut run = General { resting, fastest, ..run };
+        (run.finish()? == Outcome::TimeLimit).then_some(run.state)
     }
 }

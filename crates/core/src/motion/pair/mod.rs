@@ -10,7 +10,7 @@
 
 mod rest;
 
-use crate::body::state::State;
+use crate::body::contact::PerContact;
 use crate::collisions::full::FullState;
 use crate::collisions::local::{LoopExit, are_one};
 use crate::collisions::log::{Collision, Log, in_words, names};
@@ -20,11 +20,10 @@ use crate::impact::friction::NO_FRICTION;
 use crate::impact::newton;
 use crate::impact::newton::{Hit, Sequence};
 use crate::math::clock::Clock;
-use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
-use crate::motion::record::{Kind, Record, Span, Tail, ZenoRecord};
+use crate::motion::record::{InFrame, Moment, Motion, Record, Span, Tail, ZenoRecord};
 use crate::motion::rounds::{ROUNDINGS, Rounds};
 use crate::options::{Options, Simultaneous, Stop};
 use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Method, Outcome};
@@ -211,9 +210,9 @@ impl<'a> Driver<'a> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<Box<Record>> {
-        self.write(Kind::Flight); // impacts of the first instant belong to a span, too
+        self.write([false; 2], Motion::Flight); // impacts of the first instant belong to a span, too
         let outcome = self.motion();
-        let (end, state) = self.arrive(outcome)?;
+        let end = self.arrive(outcome)?;
         Some(Box::new(Record {
             outcome,
             base: self.base,
@@ -223,17 +222,16 @@ impl<'a> Driver<'a> {
             warnings: self.warnings,
             collisions: self.log.collisions,
             bodies: self.log.bodies,
+            impacts: Vec::new(),
             hits: self.log.hits,
             end,
-            state,
             acceleration: self.acceleration,
             undecided: self.undecided,
-            general: None,
         }))
     }
 
     /// The end of a motion; `None` if it was cancelled.
-    fn arrive(&mut self, outcome: Outcome) -> Option<(Snapshot, State)> {
+    fn arrive(&mut self, outcome: Outcome) -> Option<Moment> {
         if self.log.cancelled {
             return None;
         }
@@ -246,17 +244,15 @@ impl<'a> Driver<'a> {
             self.warnings.push(format!("{limit}: {}", self.next_landing()));
         }
         let mut end = match self.zeno.last() {
-            Some(zeno) if outcome == Outcome::Zeno => zeno.at,
-            _ => self.frame().to_full(&self.raw()),
+            Some(zeno) if outcome == Outcome::Zeno => zeno.at.clone(),
+            _ => self.moment(),
         };
         self.look_at(&end);
         self.warn_of_friction();
-        let mut state = Base::state(&end);
         if outcome == Outcome::Rest {
-            state.qdot.fill(0.0);
-            end.spin.omega = 0.0;
+            end.state.qdot.fill(0.0);
         }
-        Some((end, state.unsigned_zero()))
+        Some(end)
     }
 
     /// Which contacts are on the ground, or which one lands next, and how fast, in words: by the gravity into the contacts as it is
@@ -300,16 +296,16 @@ impl<'a> Driver<'a> {
             }
         };
         if !self.watch.is_near(posture, &place) {
-            self.look_at(&self.frame().to_full(&self.raw()));
+            self.look_at(&self.moment());
         }
     }
 
-    /// As `look`, at this state of the full model.
-    fn look_at(&mut self, full: &Snapshot) {
+    /// As `look`, at this state of the body.
+    fn look_at(&mut self, now: &Moment) {
         let Self { watch, base, local, options, warnings, .. } = self;
         let Some(posture) = base.posture.as_ref().filter(|_| watch.is_on()) else { return };
-        let (q, touches) = (Base::state(full).q, |i: usize| full.gaps.h[i] == 0.0);
-        watch.look(posture, &q, *local, touches, || options.clock(full.clock), warnings);
+        let touches = |i: usize| now.gaps[i] == 0.0;
+        watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
     }
 
     /// The impacts of this loop are frictionless.
@@ -339,35 +335,33 @@ impl<'a> Driver<'a> {
         }
     }
 
-    fn note(&mut self, kind: Kind) {
-        let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
-        let word = match kind {
-            Kind::Held(held) => held.map(mode),
-            _ => [Mode::Separate; 2],
-        };
+    /// From now on these contacts are held, and the body moves in this way.
+    fn note(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
+        let word = held.map(|held| if held { Mode::Fixed } else { Mode::Separate });
         self.log.enter(&word[..self.base.count]);
-        self.write(kind);
+        self.write(held, motion);
     }
 
     /// Begins a span of the record.
-    fn write(&mut self, kind: Kind) {
+    fn write(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
         if self.log.record {
-            let raw = self.raw();
+            let motion = motion(InFrame { frame: self.frames.len() - 1, raw: self.raw() });
             // Without a body nothing is known of motion along the terrain: a held contact reads F.
-            let mode = match kind {
-                Kind::Held(held) => held.map(|held| if held { b'F' } else { b'S' }),
-                _ => *b"SS",
-            };
-            let first_collision = self.log.collisions.len();
+            let letters =
+                held[..self.base.count].iter().map(|held| if *held { b'F' } else { b'S' });
             self.spans.push(Span {
-                raw,
-                frame: self.frames.len() - 1,
-                kind,
-                mode,
+                clock: self.log.clock,
+                motion,
+                letters: letters.collect(),
                 cause: self.cause,
-                first_collision,
+                first_collision: self.log.collisions.len(),
             });
         }
+    }
+
+    /// The body now, as results give it.
+    fn moment(&self) -> Moment {
+        Moment::of_snapshot(&self.frame().to_full(&self.raw()), self.base.count)
     }
 
     /// The largest speed there can have been, roughly, in m/s.
@@ -584,7 +578,7 @@ impl<'a> Driver<'a> {
             }
         }
         self.align_bodies();
-        self.note(Kind::Flight);
+        self.note([false; 2], Motion::Flight);
         if in_step && let Some(t) = self.bounce_together(rates, turns) {
             let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
             return self.settle(t, Method::Bounce, true, 0.0, tail);
@@ -693,10 +687,12 @@ impl<'a> Driver<'a> {
             if self.log.record {
                 self.frames.push(frame.clone());
                 self.spans.push(Span {
-                    raw: start,
-                    frame: self.frames.len() - 1,
-                    kind: Kind::Tail(tail),
-                    mode: *b"SS",
+                    clock: start.clock,
+                    motion: Motion::Tail(
+                        InFrame { frame: self.frames.len() - 1, raw: start },
+                        tail,
+                    ),
+                    letters: PerContact::from_elem(b'S', self.base.count),
                     cause: self.cause,
                     first_collision: self.log.collisions.len(),
                 });
@@ -725,7 +721,7 @@ impl<'a> Driver<'a> {
                 self.frames.push(Frame::full(full));
             }
         } else {
-            self.note(Kind::Tail(tail));
+            self.note([false; 2], |at| Motion::Tail(at, tail));
             if let Coordinates::Frozen(state) = &mut self.state {
                 for i in 0..2 {
                     state.sum.path[i] += state.sum.jump[i] * t + own.path[i];
@@ -750,7 +746,8 @@ impl<'a> Driver<'a> {
         certified: bool,
         error: f64,
     ) -> bool {
-        let full = self.frame().to_full(&self.raw());
+        let e = self.model().e;
+        let stops = (0..2).all(|i| !closed[i] || e[i] == 0.0);
         for i in (0..2).filter(|&i| closed[i]) {
             self.resting[i] = true;
         }
@@ -758,13 +755,13 @@ impl<'a> Driver<'a> {
             self.cause = Some(Cause::Zeno);
         }
         self.zeno.push(ZenoRecord {
-            closed,
+            closed: closed[..self.base.count].into(),
             method,
             certified,
+            plastic: method == Method::Bounce && stops,
             error,
             first_summed: self.log.hits,
-            state: Base::state(&full),
-            at: full,
+            at: self.moment(),
         });
         self.options.stop == Stop::Zeno
     }
@@ -799,7 +796,7 @@ impl<'a> Driver<'a> {
 
     /// The first collision of a flight; an error: something else came before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
-        self.note(Kind::Flight);
+        self.note([false; 2], Motion::Flight);
         let state = match &mut self.state {
             Coordinates::Full(state) => {
                 let collisions = full::FullCollisions::begin(&state.body, &mut self.log);
@@ -927,12 +924,12 @@ impl<'a> Driver<'a> {
 
     /// The end of a run that recorded nothing; `None` if it was cancelled.
     pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
-        let (end, state) = self.arrive(outcome)?;
+        let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
         let zeno = self.zeno.first().map(|zeno| FirstZeno {
             count: zeno.closed.iter().filter(|closed| **closed).count(),
-            contact: match zeno.closed {
-                [true, false] => Some(ContactNumber::of(0)),
+            contact: match zeno.closed[..] {
+                [true, false] | [true] => Some(ContactNumber::of(0)),
                 [false, true] => Some(ContactNumber::of(1)),
                 _ => None,
             },
@@ -943,7 +940,7 @@ impl<'a> Driver<'a> {
             outcome,
             time: time(end.clock),
             elapsed: end.clock.hi,
-            state,
+            state: end.state,
             zeno,
             collisions: self.log.hits,
             warned: !self.warnings.is_empty(),
@@ -993,7 +990,7 @@ impl<'a> Driver<'a> {
         }
         let left = self.log.left().max(0.0);
         let held = match self.spans.last() {
-            Some(Span { kind: Kind::Held(held), .. }) => *held,
+            Some(Span { motion: Motion::Held(_, held), .. }) => *held,
             _ => [false, false],
         };
         self.move_smoothly(held, left);
@@ -1008,7 +1005,7 @@ impl<'a> Driver<'a> {
 
     /// One contact is held, the other is in the air, until it lands or the held one lifts off.
     fn hold(&mut self, held: [bool; 2]) -> Option<Outcome> {
-        self.note(Kind::Held(held));
+        self.note(held, |at| Motion::Held(at, held));
         let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
         let model = self.model();
         let gaps = self.gaps();
@@ -1054,7 +1051,7 @@ impl<'a> Driver<'a> {
 
     /// Both contacts are held, and nothing is known of any motion along the terrain: at rest.
     fn stay(&mut self, held: [bool; 2]) -> Outcome {
-        self.note(Kind::Held(held));
+        self.note(held, |at| Motion::Held(at, held));
         if self.options.stop != Stop::Time {
             return Outcome::Rest;
         }

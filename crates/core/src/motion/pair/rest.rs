@@ -11,7 +11,7 @@ use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::pair::{Coordinates, Driver, DriverStep};
-use crate::motion::record::{Kind, Span, Tail};
+use crate::motion::record::{Motion, Span, Tail};
 use crate::motion::rounds::SEVERAL;
 use crate::options::Stop;
 use crate::outcome::{Method, Outcome};
@@ -54,20 +54,6 @@ impl Base {
             frozen: frozen.map(|spin| spin.omega * spin.omega),
         })
     }
-
-    /// The state `dt` after a snapshot of the full model, with each contact in its mode.
-    pub(crate) fn in_modes(
-        &self,
-        at: &Snapshot,
-        modes: [Mode; 2],
-        frozen: Option<Spin>,
-        dt: f64,
-    ) -> Snapshot {
-        let clock = at.clock.after(dt);
-        self.stance(at, frozen).map_or(Snapshot { clock, ..*at }, |stance| {
-            Snapshot::of_stance(&stance.moved(&modes[..stance.points.len()], dt), clock)
-        })
-    }
 }
 
 impl Driver<'_> {
@@ -104,28 +90,18 @@ impl Driver<'_> {
         }
         phase.cause = self.cause;
         loop {
-            let (frames, spans) = (&mut self.frames, &mut self.spans);
+            let spans = &mut self.spans;
             let first_collision = self.log.collisions.len();
             let rounds = &mut self.rounds;
             let (watch, warnings, local) = (&mut self.watch, &mut self.warnings, self.local);
             let end = phase.run(&mut self.log, &mut |stance, word, clock, cause| {
                 rounds.hold(word, clock);
                 watch.look_at(&posture, stance, local, || options.clock(clock), warnings);
-                if !record {
-                    return;
+                if record {
+                    let letters = word.iter().map(|mode| mode.letter() as u8).collect();
+                    let motion = Motion::Modes(stance.clone(), word.into());
+                    spans.push(Span { clock, motion, letters, cause, first_collision });
                 }
-                let raw = Snapshot::of_stance(stance, clock);
-                let mut modes = [Mode::Separate; 2];
-                modes[..word.len()].copy_from_slice(word);
-                frames.push(Frame::full(raw));
-                spans.push(Span {
-                    raw,
-                    frame: frames.len() - 1,
-                    kind: Kind::Modes(modes, frozen),
-                    mode: modes.map(|mode| mode.letter() as u8),
-                    cause,
-                    first_collision,
-                });
             });
             for (i, mode) in phase.word.iter().enumerate() {
                 self.resting[i] = *mode != Mode::Separate;
@@ -211,13 +187,12 @@ impl Driver<'_> {
             (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
         }
         full.impulses = Impulses::default();
-        if self.log.record {
-            self.frames.push(Frame::full(full));
+        if let Some(stance) = self.base.stance(&full, frozen).filter(|_| self.log.record) {
+            let modes = &modes[..self.base.count];
             self.spans.push(Span {
-                raw: full,
-                frame: self.frames.len() - 1,
-                kind: Kind::Modes(modes, frozen),
-                mode: modes.map(|mode| mode.letter() as u8),
+                clock: full.clock,
+                letters: modes.iter().map(|mode| mode.letter() as u8).collect(),
+                motion: Motion::Modes(stance, modes.into()),
                 cause: self.cause,
                 first_collision: self.log.collisions.len(),
             });
@@ -260,7 +235,7 @@ impl Driver<'_> {
         if let Coordinates::Full(state) = self.state {
             self.freeze(&state); // for looks into the tail
         }
-        self.note(Kind::Tail(Tail::Collisions));
+        self.note([false; 2], |at| Motion::Tail(at, Tail::Collisions));
         self.log.clock = self.log.clock.after(limit.duration);
         let frozen = self.local.then_some(self.frame().spin);
         self.leave(&limit.end, frozen);
