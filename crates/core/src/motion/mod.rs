@@ -1,8 +1,20 @@
-//! The event loops: flight, impacts, accumulations of impacts and contact phases in turn, until a run ends.
+//! The event loop: flight, impacts, accumulations of impacts and contact phases in turn, until a run ends.
 
-pub(crate) mod any;
+mod any;
+mod driver;
 pub(crate) mod frame;
-pub(crate) mod ground_watch;
-pub(crate) mod pair;
+mod ground_watch;
+mod impacts;
+mod pair;
+mod pair_contact;
+mod pair_flight;
 pub(crate) mod record;
-pub(crate) mod rounds;
+mod rounds;
+mod slow;
+mod vertices;
+mod without_body;
+
+pub(crate) use any::AnyContacts;
+pub(crate) use driver::{Driver, DriverStep};
+pub(crate) use pair::Pair;
+pub(crate) use pair_flight::{Flight, Resume};

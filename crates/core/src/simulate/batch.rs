@@ -16,7 +16,7 @@ use crate::collisions::{full, local};
 use crate::error::Error;
 use crate::math::lanes;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::pair::{Driver, DriverStep, Flight, Resume};
+use crate::motion::{Driver, DriverStep, Flight, Pair, Resume};
 use crate::options::{Model, Options};
 use crate::outcome::{End, FirstZeno, Outcome};
 use crate::simulate::parallel::{Wrong, in_blocks};
@@ -130,7 +130,7 @@ struct Block<'a> {
 /// A run on its way.
 struct Run<'a> {
     number: usize,
-    driver: Driver<'a>,
+    driver: Driver<'a, Pair>,
     flight: Option<Flight>,
 }
 
@@ -144,7 +144,7 @@ enum Stage {
 /// The lanes of one of the models. Runs have numbers from 0.
 trait Lanes: Default {
     /// Takes a run in whose loop plain collisions are next, if it may.
-    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool;
+    fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool;
 
     /// Plain collisions of all that are there, until one of them has stopped.
     fn alternate(&mut self, level: Level);
@@ -153,11 +153,11 @@ trait Lanes: Default {
     fn on(&self) -> u64;
 
     /// Gives one back that has.
-    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Resume;
+    fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume;
 }
 
 impl Lanes for local::Pool {
-    fn put(&mut self, run: usize, _: &Driver<'_>, flight: &Flight) -> bool {
+    fn put(&mut self, run: usize, _: &Driver<'_, Pair>, flight: &Flight) -> bool {
         matches!(flight, Flight::Local(_, collisions) if self.put(run, collisions))
     }
 
@@ -169,7 +169,7 @@ impl Lanes for local::Pool {
         self.on()
     }
 
-    fn take(&mut self, run: usize, _: &mut Driver<'_>, flight: &mut Flight) -> Resume {
+    fn take(&mut self, run: usize, _: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume {
         if let Flight::Local(_, collisions) = flight {
             self.take(run, collisions);
         }
@@ -178,7 +178,7 @@ impl Lanes for local::Pool {
 }
 
 impl Lanes for full::Pool {
-    fn put(&mut self, run: usize, driver: &Driver<'_>, flight: &Flight) -> bool {
+    fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool {
         matches!(flight, Flight::Full(state, collisions) if driver.enter((state, collisions), self, run))
     }
 
@@ -190,7 +190,7 @@ impl Lanes for full::Pool {
         self.on()
     }
 
-    fn take(&mut self, run: usize, driver: &mut Driver<'_>, flight: &mut Flight) -> Resume {
+    fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume {
         match flight {
             Flight::Full(state, collisions) => {
                 Resume::after(driver.leave_lane((state, collisions), self, run))
@@ -280,7 +280,7 @@ impl Run<'_> {
     fn go_on<L: Lanes>(&mut self, mut then: Resume, mut lanes: Option<(&mut L, usize)>) -> Stage {
         loop {
             if let Some(flight) = &mut self.flight {
-                let mut enter = |driver: &Driver<'_>, flight: &Flight| match &mut lanes {
+                let mut enter = |driver: &Driver<'_, Pair>, flight: &Flight| match &mut lanes {
                     Some((pool, k)) => pool.put(*k, driver, flight),
                     None => false,
                 };

@@ -20,10 +20,9 @@ use crate::flight::PHASE_LOST;
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::any::General;
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::motion::pair::Driver;
 use crate::motion::record::Record;
+use crate::motion::{Driver, Pair};
 use crate::options::{Impact, Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
@@ -281,8 +280,8 @@ impl Start {
                 gravity: posture.fields().gravity,
                 frozen: local.then_some(0.0),
             };
-            let record = General::new(posture, start, options, warnings, cancel).run(base)?;
-            return Some(Run { model, record: Box::new(record) });
+            let record = Driver::of_any(posture, start, base, options, warnings, cancel).run()?;
+            return Some(Run { model, record });
         }
         let record = self.driver(posture, state, options, cancel).run()?;
         Some(Run { model, record })
@@ -305,7 +304,7 @@ impl Start {
         state: &State,
         options: &Options,
         cancel: &'c dyn Fn() -> bool,
-    ) -> Driver<'c> {
+    ) -> Driver<'c, Pair> {
         let Self { model, heights, rates, warnings, .. } = self;
         let body =
             Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);

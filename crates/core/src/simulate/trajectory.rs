@@ -14,10 +14,9 @@ use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::ContactProblem;
-use crate::motion::any::General;
 use crate::motion::frame::Snapshot;
-use crate::motion::pair::Driver;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
+use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
@@ -432,12 +431,21 @@ impl Trajectory {
             (None, Motion::Modes(body, modes)) => of_body(&body.moved(modes, dt)),
             (None, Motion::Tail(at, tail)) => {
                 let frame = &frames[at.frame];
-                Driver::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
+                Driver::<Pair>::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
                     .map(|full| self.instant(&full))
             }
             (None, Motion::Rounds(body)) => self
                 .posture()
-                .and_then(|p| General::resimulate_tail(p, body, piece.clock, &self.options, dt))
+                .and_then(|p| {
+                    Driver::<AnyContacts>::resimulate_rounds(
+                        p,
+                        body,
+                        piece.clock,
+                        base,
+                        &self.options,
+                        dt,
+                    )
+                })
                 .and_then(|body| of_body(&body)),
         };
         instant.ok_or_else(|| too_deep(t))

@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 
 use crate::body::terrain::Place;
-use crate::motion::any::General;
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{ContactState, Rounding};
 use crate::tolerance::{SIMULTANEOUS, TOUCH};
@@ -15,22 +16,24 @@ const WEDGED: f64 = 1e-14;
 /// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
 const STEEP: f64 = 8.0;
 
-impl General<'_> {
+impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses an end, and with it those that come to one of theirs at this instant, as far as rounding can tell.
     pub(super) fn cross_together(&mut self, i: usize, side: usize) {
-        let first = self.state.points[i].place.contact;
+        let first = self.body.state.points[i].place.contact;
         self.cross(i, side);
-        for j in 0..self.contacts {
-            let ContactState { place, h, .. } = self.state.points[j];
-            if j == first || h > 0.0 || self.state.twin(j).is_some() {
+        for j in 0..self.body.contacts {
+            let ContactState { place, h, .. } = self.body.state.points[j];
+            if j == first || h > 0.0 || self.body.state.twin(j).is_some() {
                 continue;
             }
-            let arm = self.state.points[j].arm().norm();
-            let rounding = SIMULTANEOUS * (self.state.center.r.norm() + arm + self.posture.size());
-            let comes =
-                |&side: &usize| place.sides[side] <= rounding && self.state.side(j, side).u < 0.0;
+            let arm = self.body.state.points[j].arm().norm();
+            let rounding =
+                SIMULTANEOUS * (self.body.state.center.r.norm() + arm + self.body.posture.size());
+            let comes = |&side: &usize| {
+                place.sides[side] <= rounding && self.body.state.side(j, side).u < 0.0
+            };
             if let Some(side) = [0, 1].into_iter().find(comes) {
-                self.state.points[j].place.sides[side] = 0.0;
+                self.body.state.points[j].place.sides[side] = 0.0;
                 self.cross(j, side);
             }
         }
@@ -39,18 +42,18 @@ impl General<'_> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it: the next piece is as high there,
     /// and the point moves on over it, or there is none, and it meets nothing any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {
-        let count = self.contacts;
-        let contact = self.state.points[i].place.contact;
+        let count = self.body.contacts;
+        let contact = self.body.state.points[i].place.contact;
         self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
-        if let Some(twin) = (count..self.state.points.len())
-            .find(|&k| self.state.points[k].place.contact == contact)
+        if let Some(twin) = (count..self.body.state.points.len())
+            .find(|&k| self.body.state.points[k].place.contact == contact)
         {
             // At a vertex it had two pieces; the other one is left.
             if i < count {
-                self.state.points[i] = self.state.points[twin];
+                self.body.state.points[i] = self.body.state.points[twin];
                 self.resting[i] = self.resting[twin];
             }
-            self.state.points.remove(twin);
+            self.body.state.points.remove(twin);
             self.resting.remove(twin);
             return;
         }
@@ -58,74 +61,75 @@ impl General<'_> {
             return;
         }
         let p = self.neighbour(i, side);
-        self.state.points[i] = p;
+        self.body.state.points[i] = p;
         self.resting[i] &= p.h == 0.0 && p.u == 0.0;
     }
 
     /// Contact `i` at an end of the piece of terrain under it, over the next one.
     pub(super) fn neighbour(&self, i: usize, side: usize) -> ContactState {
-        let old = self.state.points[i];
+        let old = self.body.state.points[i];
         let mut p = old;
         let Place { contact, piece, .. } = old.place;
         let next = if side == 0 { piece - 1 } else { piece + 1 };
-        let width = self.posture.piece(contact, next).map_or(f64::INFINITY, |k| k.to - k.from);
+        let width = self.body.posture.piece(contact, next).map_or(f64::INFINITY, |k| k.to - k.from);
         p.place = Place {
             contact,
             piece: next,
             sides: if side == 0 { [width, 0.0] } else { [0.0, width] },
         };
-        let Some(piece) = self.posture.piece(contact, next) else {
+        let Some(piece) = self.body.posture.piece(contact, next) else {
             (p.h, p.depth) = (f64::INFINITY, 0.0);
             return p;
         };
-        let com = Vector2::from(self.posture.fields().center_of_mass);
+        let com = Vector2::from(self.body.posture.fields().center_of_mass);
         let arm = old.arm();
-        let velocity = old.tangent * self.state.slip(i) + old.normal * old.u;
+        let velocity = old.tangent * self.body.state.slip(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         (p.held, p.depth) = (None, 0.0);
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
         }
-        let turn = if self.state.frozen.is_some() { self.state.spin.theta } else { 0.0 };
-        let at = com + self.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
-        let (height, touch) = (piece.height(&at), TOUCH * self.posture.size());
+        let turn = if self.body.state.frozen.is_some() { self.body.state.spin.theta } else { 0.0 };
+        let at = com + self.body.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
+        let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
         if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEP * old.normal.y) {
             p.h = old.h * p.normal.y / old.normal.y; // as high above the vertex as before
             return p;
         }
         p.h = if height >= -touch { height.max(0.0) } else { f64::INFINITY };
         p.depth = if height >= -touch { 0.0 } else { -height };
-        let terms = self.state.center.r.norm() + p.b.abs() + p.c.abs() + self.posture.size();
+        let terms =
+            self.body.state.center.r.norm() + p.b.abs() + p.c.abs() + self.body.posture.size();
         p.rounding = Rounding { gap: f64::EPSILON * terms, ..old.rounding };
         p
     }
 
     /// Whether a contact has come to rest in a vertex between two rising pieces, on both of them.
     pub(super) fn wedge(&mut self, i: usize, side: usize) -> bool {
-        let old = self.state.points[i];
+        let old = self.body.state.points[i];
         let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
-        let Some(piece) = self.posture.piece(old.place.contact, next) else { return false };
+        let Some(piece) = self.body.posture.piece(old.place.contact, next) else { return false };
         let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
-        let slip = self.state.slip(i);
+        let slip = self.body.state.slip(i);
         let height = old.h + old.place.sides[side] / old.tangent.x;
-        let square = slip * slip + old.u * old.u + 2.0 * self.state.gravity * height;
+        let square = slip * slip + old.u * old.u + 2.0 * self.body.state.gravity * height;
         let limit = self.wedged(i);
         // Without gravity a contact may come to rest anywhere.
-        let near = height <= TOUCH * self.posture.size();
+        let near = height <= TOUCH * self.body.posture.size();
         if !(rises > 0.0 && near && square <= limit * limit) {
             return false;
         }
         let mut p = old;
         (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
-        let one = std::mem::replace(&mut self.state.points[i], p);
+        let one = std::mem::replace(&mut self.body.state.points[i], p);
         let twin = ContactState { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
-        self.state.points.push(twin);
+        self.body.state.points.push(twin);
         // A body in flight that turns so fast that the contact is drawn off both pieces leaves at once.
-        let leaves = |k: usize| self.state.arc(k).effective_gravity() < 0.0;
-        if !self.resting.contains(&true) && leaves(i) && leaves(self.state.points.len() - 1) {
-            self.state.points.pop();
-            self.state.points[i] = one;
+        let leaves = |k: usize| self.body.state.arc(k).effective_gravity() < 0.0;
+        if !self.resting.contains(&true) && leaves(i) && leaves(self.body.state.points.len() - 1) {
+            self.body.state.points.pop();
+            self.body.state.points[i] = one;
             return false;
         }
         self.resting.push(true);
@@ -134,8 +138,8 @@ impl General<'_> {
 
     /// Contacts that start at rest in vertices are on both pieces.
     pub(super) fn rest_in_vertices(&mut self) {
-        for i in 0..self.contacts {
-            let ContactState { h, u, place, .. } = self.state.points[i];
+        for i in 0..self.body.contacts {
+            let ContactState { h, u, place, .. } = self.body.state.points[i];
             let mut ends = (0..2).filter(|&side| place.sides[side] == 0.0);
             if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
                 *self.resting.last_mut().unwrap_or(&mut false) = false; // it comes to rest now
@@ -145,16 +149,16 @@ impl General<'_> {
 
     /// Contacts that leave a vertex where they met two pieces: they are over the one that they move to.
     pub(super) fn leave_vertices(&mut self) {
-        let count = self.contacts;
-        while let Some(twin) = self.state.points.pop() {
-            if self.state.points.len() < count {
-                self.state.points.push(twin);
+        let count = self.body.contacts;
+        while let Some(twin) = self.body.state.points.pop() {
+            if self.body.state.points.len() < count {
+                self.body.state.points.push(twin);
                 break;
             }
-            let i = self.posture.point_of(twin.place.contact);
-            let right = self.state.side(i, 0).u > 0.0;
-            if right == (twin.place.piece > self.state.points[i].place.piece) {
-                self.state.points[i] = twin;
+            let i = self.body.posture.point_of(twin.place.contact);
+            let right = self.body.state.side(i, 0).u > 0.0;
+            if right == (twin.place.piece > self.body.state.points[i].place.piece) {
+                self.body.state.points[i] = twin;
             }
         }
         self.resting.truncate(count);
@@ -162,7 +166,7 @@ impl General<'_> {
 
     /// Speed of point `i` in a vertex that counts as none, in m/s.
     pub(super) fn wedged(&self, i: usize) -> f64 {
-        let rubs = self.state.points[i].friction > 0.0;
-        if rubs { self.still() } else { WEDGED * self.fastest }
+        let rubs = self.body.state.points[i].friction > 0.0;
+        if rubs { self.still() } else { WEDGED * self.body.fastest }
     }
 }

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 use crate::body::contact::ContactValues;
 use crate::collisions::log::{in_words, names};
 use crate::math::clock::Clock;
-use crate::motion::any::General;
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::Driver;
 use crate::outcome::Outcome;
 use crate::sustained::ContactState;
 use crate::tolerance::TOUCH;
@@ -98,7 +99,7 @@ impl ChatterMonitor {
     }
 }
 
-impl General<'_> {
+impl Driver<'_, AnyContacts> {
     /// Point `i` is about to be hit, after others in the same instant. Where the rounds of impacts from one at `i` to the
     /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
     ///
@@ -108,8 +109,8 @@ impl General<'_> {
     ///
     /// Contacts whose rates come to zero with it are hit infinitely often; they come to rest.
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
-        let rates: ContactValues<f64> = self.state.points.iter().map(|p| p.u).collect();
-        let sequence = &mut self.sequence;
+        let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
+        let sequence = &mut self.body.sequence;
         if sequence.clock != self.log.clock || sequence.rounds.len() != rates.len() {
             (sequence.clock, sequence.hits) = (self.log.clock, 0);
             sequence.rounds.clear();
@@ -127,16 +128,16 @@ impl General<'_> {
         }
         let sum = ratio / (1.0 - ratio);
         let few = ROUNDINGS * f64::EPSILON;
-        let gyration = self.state.rho2.sqrt();
+        let gyration = self.body.state.rho2.sqrt();
         let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
         if !(size(change - last * ratio) <= few * size(change)) {
             return false;
         }
         // Rounds that are nothing but rounding do not shrink, and their sum were anything.
-        if !(few * (1.0 + sum) * sum * size(change) <= KNOWN * self.fastest) {
+        if !(few * (1.0 + sum) * sum * size(change) <= KNOWN * self.body.fastest) {
             return false;
         }
-        let mut end = self.state.clone();
+        let mut end = self.body.state.clone();
         end.center.v += change.xy() * sum;
         end.spin.omega += change.z * sum;
         for (j, p) in end.points.iter_mut().enumerate() {
@@ -153,13 +154,13 @@ impl General<'_> {
         }
         // Who slides through all of it has to slide the same way at its end.
         let turns_back = |j: usize| {
-            let (slip, after) = (self.state.slip(j), end.slip(j));
-            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.fastest
+            let (slip, after) = (self.body.state.slip(j), end.slip(j));
+            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.body.fastest
         };
         if (0..rates.len()).any(turns_back) {
             return false;
         }
-        self.state = end;
+        self.body.state = end;
         true
     }
 
@@ -177,14 +178,14 @@ impl General<'_> {
 
     /// Whether an impact with this speed (m/s) is one of many that fade away.
     pub(super) fn fades(&self, hit: f64) -> bool {
-        hit <= IN_TURN * STOPPED * self.fastest
+        hit <= IN_TURN * STOPPED * self.body.fastest
     }
 
     /// What the run has to say of contacts that were taken to rest without becoming slower.
     pub(super) fn rattle(&self) -> Option<String> {
-        let (contacts, limit) = &self.rattled;
+        let (contacts, limit) = &self.body.rattled;
         let who = names(contacts.iter().copied());
-        let [slow, fast] = [*limit, self.fastest].map(in_words);
+        let [slow, fast] = [*limit, self.body.fastest].map(in_words);
         (!contacts.is_empty()).then(|| {
             format!(
                 "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
@@ -194,36 +195,38 @@ impl General<'_> {
 
     /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
-        let limit = STOPPED * self.fastest;
-        let pulls: ContactValues<f64> =
-            (0..self.state.points.len()).map(|i| self.state.arc(i).effective_gravity()).collect();
+        let limit = STOPPED * self.body.fastest;
+        let pulls: ContactValues<f64> = (0..self.body.state.points.len())
+            .map(|i| self.body.state.arc(i).effective_gravity())
+            .collect();
         // Without gravity, or with next to none, a contact may be slow anywhere.
-        let near = TOUCH * self.posture.size();
+        let near = TOUCH * self.body.posture.size();
         let speed = |(p, pull): (&ContactState, &f64)| match (p.h, *pull > 0.0) {
             (0.0, _) => p.u.abs(),
             (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
             _ => f64::INFINITY,
         };
-        let speeds: ContactValues<f64> = self.state.points.iter().zip(&pulls).map(speed).collect();
+        let speeds: ContactValues<f64> =
+            self.body.state.points.iter().zip(&pulls).map(speed).collect();
         let in_turn = |one: f64, other: f64| {
             other > limit && other <= IN_TURN * limit && one > STOPPED * other
         };
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
-        self.waiting = if slow { self.waiting + 1 } else { 0 };
-        let rattle = self.ripple.limit(limit);
-        self.ripple.follow(hit, &speeds, rattle);
+        self.body.waiting = if slow { self.body.waiting + 1 } else { 0 };
+        let rattle = self.body.ripple.limit(limit);
+        self.body.ripple.follow(hit, &speeds, rattle);
         // The speed below which contacts stop that are hit in turn.
-        let together = if self.ripple.goes_on {
+        let together = if self.body.ripple.goes_on {
             rattle
-        } else if self.waiting > LISTED {
+        } else if self.body.waiting > LISTED {
             IN_TURN * limit
         } else {
             0.0
         };
         let (mut stopped, mut error, mut found) = (ContactValues::new(), 0.0_f64, false);
         let mut stops: ContactValues<bool> =
-            self.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+            self.body.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         for (i, &speed) in speeds.iter().enumerate() {
             let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
             if !(alone || speed <= together) {
@@ -241,22 +244,25 @@ impl General<'_> {
         }
         if found {
             self.arrest(&stops);
-            self.state.reconcile(self.posture.size());
-            let (v, omega) = (self.state.center.v.norm(), self.state.spin.omega);
-            if self.ripple.goes_on && v + self.posture.size() * omega.abs() <= rattle {
-                self.state.stand();
+            self.body.state.reconcile(self.body.posture.size());
+            let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
+            if self.body.ripple.goes_on && v + self.body.posture.size() * omega.abs() <= rattle {
+                self.body.state.stand();
             }
         }
         if stopped.is_empty() {
             return None;
         }
-        if self.ripple.goes_on {
-            self.ripple.ends += 1;
-            self.rattled.0.extend(stopped.iter().map(|&i| self.state.points[i].place.contact));
-            self.rattled.1 = rattle;
+        if self.body.ripple.goes_on {
+            self.body.ripple.ends += 1;
+            self.body
+                .rattled
+                .0
+                .extend(stopped.iter().map(|&i| self.body.state.points[i].place.contact));
+            self.body.rattled.1 = rattle;
         }
-        self.waiting = 0;
-        self.ripple.goes_on = false;
-        self.settle(&stopped, false, error + self.rounds.missing(self.state.gravity), by)
+        self.body.waiting = 0;
+        self.body.ripple.goes_on = false;
+        self.settle(&stopped, false, error + self.rounds.missing(self.body.state.gravity), by)
     }
 }

@@ -4,13 +4,14 @@ use crate::body::contact::ContactValues;
 use crate::impact::friction;
 use crate::impact::friction::{Material, NO_FRICTION};
 use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
-use crate::motion::any::General;
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::Driver;
 use crate::motion::record::ListedImpact;
 use crate::options::{Impact, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::ContactState;
 
-impl General<'_> {
+impl Driver<'_, AnyContacts> {
     /// Contacts with zero gap approach: one impact, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
         let arriving: ContactValues<usize> =
@@ -34,17 +35,17 @@ impl General<'_> {
         }
         let last = self.options.policy() == Simultaneous::LastContactFirst;
         let i = if last { *chosen.last()? } else { chosen[0] };
-        let owner = self.state.points[i].place.contact;
+        let owner = self.body.state.points[i].place.contact;
         let material = self.material(i);
         let restitution = material.restitution;
-        let w = self.state.impact_matrix(i);
-        let (rate, rounding) = (self.state.points[i].u, self.state.points[i].rounding);
+        let w = self.body.state.impact_matrix(i);
+        let (rate, rounding) = (self.body.state.points[i].u, self.body.state.points[i].rounding);
         let law = self.options.impact;
         if self.sum_up(i) {
             return self.stop_slow(0.0);
         }
         let Some([p_t, mut p_n]) =
-            friction::impulse(law, &w, [self.state.slip(i), rate], &material)
+            friction::impulse(law, &w, [self.body.state.slip(i), rate], &material)
         else {
             self.warnings.push(format!("the law of impact has no answer at contact {}", owner + 1));
             return Some(Outcome::Inconsistent);
@@ -57,7 +58,7 @@ impl General<'_> {
         }
         let impulse = [p_t, p_n];
         self.kick(i, impulse);
-        let p = &mut self.state.points[i];
+        let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // the law itself, not its rounding
         }
@@ -66,8 +67,10 @@ impl General<'_> {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
-        if self.state.points.len() == self.contacts && (self.wedge(i, 0) || self.wedge(i, 1)) {
-            let g = self.state.gravity;
+        if self.body.state.points.len() == self.body.contacts
+            && (self.wedge(i, 0) || self.wedge(i, 1))
+        {
+            let g = self.body.state.gravity;
             return self.settle(&[i], false, 2.0 * self.wedged(i) / g, rate.abs());
         }
         self.stop_slow(rate.abs())
@@ -75,7 +78,7 @@ impl General<'_> {
 
     /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
     pub(super) fn jam(&mut self) -> bool {
-        let points = &self.state.points;
+        let points = &self.body.state.points;
         let mut closed: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
         if self.options.policy() == Simultaneous::LastContactFirst {
@@ -83,12 +86,12 @@ impl General<'_> {
         }
         let law = self.options.impact;
         let found = closed.into_iter().find_map(|i| {
-            let w = self.state.impact_matrix(i);
-            let impulse = friction::jam(law, &w, self.state.slip(i), &self.material(i));
+            let w = self.body.state.impact_matrix(i);
+            let impulse = friction::jam(law, &w, self.body.state.slip(i), &self.material(i));
             impulse.map(|impulse| (i, impulse))
         });
         let Some((i, impulse)) = found else { return false };
-        let contact = self.state.points[i].place.contact;
+        let contact = self.body.state.points[i].place.contact;
         let warning = format!(
             "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
             contact + 1
@@ -96,10 +99,10 @@ impl General<'_> {
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
         }
-        let (before, rate) = (self.rates(), self.state.points[i].u);
+        let (before, rate) = (self.rates(), self.body.state.points[i].u);
         self.kick(i, impulse);
         if self.material(i).restitution == 0.0 {
-            self.state.points[i].u = 0.0; // the end of compression, not its rounding
+            self.body.state.points[i].u = 0.0; // the end of compression, not its rounding
         }
         self.resting[i] = false;
         self.undecided = None;
@@ -111,24 +114,24 @@ impl General<'_> {
 
     /// Of the contact of point `i`, from 1.
     fn number(&self, i: usize) -> usize {
-        self.state.points[i].place.contact + 1
+        self.body.state.points[i].place.contact + 1
     }
 
     /// What point `i` is made of.
     pub(super) fn material(&self, i: usize) -> Material {
-        let owner = self.state.points[i].place.contact;
-        let contact = self.posture.contacts()[owner];
+        let owner = self.body.state.points[i].place.contact;
+        let contact = self.body.posture.contacts()[owner];
         Material {
             friction: contact.friction,
-            restitution: self.posture.geometry()[owner].restitution,
+            restitution: self.body.posture.geometry()[owner].restitution,
             tangential_restitution: contact.tangential_restitution,
         }
     }
 
     /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
     pub(super) fn rates(&self) -> Vec<f64> {
-        let count = if self.log.record { self.contacts } else { 0 };
-        self.state.points.iter().take(count).map(|p| p.u).collect()
+        let count = if self.log.record { self.body.contacts } else { 0 };
+        self.body.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
     /// Point `i` has been hit, with this rate: of a contact in a vertex the one over the piece that hits it is told.
@@ -139,17 +142,18 @@ impl General<'_> {
         rate: f64,
         impulse: [f64; 2],
     ) {
-        let rubs = self.options.impact == Impact::Newton && self.state.points[i].friction > 0.0;
-        if rubs && !self.told_of_friction {
-            self.told_of_friction = true;
+        let rubs =
+            self.options.impact == Impact::Newton && self.body.state.points[i].friction > 0.0;
+        if rubs && !self.body.told_of_friction {
+            self.body.told_of_friction = true;
             self.warnings.push(NO_FRICTION.into());
         }
-        let ContactState { place, u, .. } = self.state.points[i];
+        let ContactState { place, u, .. } = self.body.state.points[i];
         let contact = place.contact;
-        self.last.follow(contact, -rate, &self.log);
+        self.body.last.follow(contact, -rate, &self.log);
         if self.log.record {
             let (clock, mut after) = (self.log.clock, self.rates());
-            let at = self.posture.point_of(contact);
+            let at = self.body.posture.point_of(contact);
             (before[at], after[at]) = (rate, u);
             self.impacts.push(ListedImpact { clock, contact, before, after, impulse });
         }
@@ -157,8 +161,9 @@ impl General<'_> {
 
     /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
     pub(super) fn together(&mut self) -> Option<Outcome> {
-        let (n, state) = (self.state.points.len(), &self.state);
-        let restitution = |p: &ContactState| self.posture.geometry()[p.place.contact].restitution;
+        let (n, state) = (self.body.state.points.len(), &self.body.state);
+        let restitution =
+            |p: &ContactState| self.body.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
         // Rates of one body: those that are kept for each contact have roundings of their own, of faster motions.
@@ -186,9 +191,9 @@ impl General<'_> {
             self.kick(i, [0.0, force[1]]);
         }
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
-            self.state.points[i].u = -restitutions[i] * before[i].min(0.0);
+            self.body.state.points[i].u = -restitutions[i] * before[i].min(0.0);
             self.log.hits += 1;
-            let contact = self.state.points[i].place.contact;
+            let contact = self.body.state.points[i].place.contact;
             self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
             self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
         }
@@ -197,16 +202,16 @@ impl General<'_> {
 
     /// These contacts stop.
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
-        let change = self.state.arrest(stopped);
-        for round in &mut self.sequence.rounds {
+        let change = self.body.state.arrest(stopped);
+        for round in &mut self.body.sequence.rounds {
             round.change += change;
         }
     }
 
     /// An impulse (tangential, normal) per unit mass acts at point `i`.
     pub(super) fn kick(&mut self, i: usize, impulse: [f64; 2]) {
-        let change = self.state.kick(i, impulse);
-        for round in &mut self.sequence.rounds {
+        let change = self.body.state.kick(i, impulse);
+        for round in &mut self.body.sequence.rounds {
             round.change += change;
         }
     }

@@ -1,0 +1,401 @@
+//! Any number of contacts, every law of impact, every terrain. There are no closed sums of bounces and clatter here: an accumulation is
+//! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there. Impacts in turn in
+//! one instant are summed, and rounds of two contacts on the ground that repeat themselves.
+
+use std::collections::BTreeSet;
+
+use crate::body::contact::{ContactValues, PerContact};
+use crate::body::posture::Posture;
+use crate::collisions::log::LastImpacts;
+use crate::flight::is_lost;
+use crate::math::clock::Clock;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::Mode;
+use crate::motion::driver::{Coordinates, Driver, DriverStep};
+use crate::motion::frame::Base;
+use crate::motion::record::{Moment, Motion, Record, ZenoRecord};
+use crate::motion::rounds::Limit;
+use crate::motion::slow::{ChatterMonitor, Sequence};
+use crate::options::{Options, Stop};
+use crate::outcome::{Cause, Method, Outcome};
+use crate::sustained::{BodyState, ContactState};
+use crate::tolerance::{BEYOND, STILL};
+
+/// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
+const REFRESH: usize = 32;
+
+/// The coordinates of a body with any number of contacts.
+pub(crate) struct AnyContacts {
+    pub(super) posture: Posture,
+    pub(super) state: BodyState,
+    /// Number of contacts that differ: each has a point, and a second one behind them all while it is in a vertex.
+    pub(super) contacts: usize,
+    /// The largest speed there has been, in m/s.
+    pub(super) fastest: f64,
+    pub(super) sequence: Sequence,
+    /// Impacts for which a contact that is slow enough to stop has waited for others.
+    pub(super) waiting: usize,
+    pub(super) ripple: ChatterMonitor,
+    /// Contacts that were taken to rest as they rattled, and below which speed, in m/s.
+    pub(super) rattled: (BTreeSet<usize>, f64),
+    /// Whether it has been said that friction acts between impacts only.
+    pub(super) told_of_friction: bool,
+    pub(super) last: LastImpacts,
+}
+
+impl Coordinates for AnyContacts {
+    fn points(&self) -> ContactValues<(f64, f64)> {
+        self.state.points.iter().map(|p| (p.h, p.u)).collect()
+    }
+
+    fn has_left(driver: &mut Driver<'_, Self>) -> bool {
+        let AnyContacts { state, posture, fastest, .. } = &mut driver.body;
+        let left = state.center.r.norm() > driver.options.neighbourhood.min(BEYOND);
+        if !left {
+            let speed = state.center.v.norm() + posture.size() * state.spin.omega.abs();
+            *fastest = fastest.max(speed);
+        }
+        left
+    }
+
+    fn moment(driver: &Driver<'_, Self>) -> Moment {
+        let AnyContacts { posture, state, .. } = &driver.body;
+        let points = &state.points;
+        Moment {
+            clock: driver.log.clock,
+            state: state.state(),
+            gaps: posture.per_contact(|k| points[k].h.unsigned_zero()).collect(),
+            rates: posture.per_contact(|k| points[k].u.unsigned_zero()).collect(),
+        }
+    }
+
+    fn watch_ground(driver: &mut Driver<'_, Self>) {
+        let Driver { body, options, watch, warnings, log, local, .. } = driver;
+        let time = || options.clock(log.clock);
+        watch.look_at(&body.posture, &body.state, *local, time, warnings);
+    }
+
+    fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
+        driver.body.fastest
+    }
+
+    fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64 {
+        driver.still()
+    }
+
+    fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
+        driver.impact(coming)
+    }
+
+    fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        driver.next_event()
+    }
+
+    fn rest(
+        driver: &mut Driver<'_, Self>,
+        mut rests: ContactValues<bool>,
+        fresh: bool,
+    ) -> DriverStep {
+        if fresh {
+            driver.rest_in_vertices();
+            let points = &driver.body.state.points;
+            rests = points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        }
+        driver.contact_phase(rests, fresh)
+    }
+
+    fn enter_contact(driver: &mut Driver<'_, Self>, _: &[bool]) -> Result<BodyState, Outcome> {
+        Ok(driver.body.state.clone())
+    }
+
+    fn come_to_rest(
+        driver: &mut Driver<'_, Self>,
+        body: &BodyState,
+        rests: &[bool],
+        fresh: bool,
+    ) -> Option<Outcome> {
+        driver.body.state = body.clone();
+        // What the rotation takes off the ground has not come to rest, nor at the start what gravity does not press down.
+        let resting = &driver.resting;
+        let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
+        let new: ContactValues<usize> = (0..rests.len())
+            .filter(|&i| rests[i] && !held(i))
+            .filter(|&i| match body.arc(i).effective_gravity() {
+                0.0 => !fresh,
+                pull => pull > 0.0,
+            })
+            .collect();
+        if new.is_empty() { None } else { driver.settle(&new, fresh, 0.0, f64::INFINITY) }
+    }
+
+    fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
+        driver.body.state = body;
+    }
+
+    fn end_contact(driver: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
+        match outcome {
+            Outcome::Inconsistent if driver.jam() => driver.stop_after_jam(),
+            outcome => Some(outcome),
+        }
+    }
+
+    fn cross_end(driver: &mut Driver<'_, Self>, point: usize, side: usize) {
+        driver.cross_together(point, side);
+    }
+
+    fn sum_rounds(
+        driver: &mut Driver<'_, Self>,
+        before: BodyState,
+        limit: Limit,
+    ) -> Option<Outcome> {
+        driver.sum_rounds(&before, limit)
+    }
+
+    fn last_impacts(driver: &Driver<'_, Self>) -> String {
+        driver.body.last.family(&driver.log)
+    }
+
+    fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let rattle = driver.rattle();
+        driver.warnings.extend(rattle);
+    }
+}
+
+impl<'a> Driver<'a, AnyContacts> {
+    pub(crate) fn of_any(
+        posture: &Posture,
+        state: BodyState,
+        base: Base,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let local = state.frozen.is_some();
+        let body = AnyContacts {
+            posture: posture.clone(),
+            contacts: posture.distinct().count(),
+            state,
+            fastest: 0.0,
+            sequence: Sequence::default(),
+            waiting: 0,
+            ripple: ChatterMonitor::default(),
+            rattled: (BTreeSet::new(), 0.0),
+            told_of_friction: false,
+            last: LastImpacts::default(),
+        };
+        Self::with(body, base, local, options, warnings, cancel)
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    pub(crate) fn run(mut self) -> Option<Box<Record>> {
+        self.write_flight(); // a run that ends at once has one, too
+        self.run_on()
+    }
+
+    /// The state `dt` into a sum of rounds that begins in this state at this time, round by round; `None` if too many events come
+    /// before. `options`: of the run.
+    pub(crate) fn resimulate_rounds(
+        posture: &Posture,
+        start: &BodyState,
+        clock: Clock,
+        base: &Base,
+        options: &Options,
+        dt: f64,
+    ) -> Option<BodyState> {
+        let options = options.of_resimulated_tail(dt);
+        let mut run =
+            Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
+        run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        // What counts as no speed is what did in the run.
+        run.body.fastest = start.gravity * clock.hi;
+        run.run_tail().map(|run| run.body.state)
+    }
+
+    fn note_flight(&mut self) {
+        self.log.enter(&ContactValues::from_elem(Mode::Separate, self.body.state.points.len()));
+        self.write_flight();
+    }
+
+    fn write_flight(&mut self) {
+        if self.log.record {
+            let body = self.body.state.clone();
+            let word = PerContact::from_elem(Mode::Separate, body.points.len());
+            let letters = body.letters(&word, &self.body.posture);
+            self.write(Motion::Modes(body, word), letters);
+        }
+    }
+
+    /// Sliding speed that counts as none, in m/s.
+    pub(super) fn still(&self) -> f64 {
+        STILL * self.body.fastest.max(self.body.state.gravity * self.log.clock.hi)
+    }
+
+    /// Infinitely many rounds lead to this limit.
+    fn sum_rounds(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
+        self.log.enter(&[Mode::Separate; 2]);
+        if self.log.record {
+            let letters = before.letters(&[Mode::Separate; 2], &self.body.posture);
+            self.write(Motion::Rounds(before.clone()), letters);
+        }
+        self.log.clock = self.log.clock.after(limit.duration);
+        self.body.state = limit.end;
+        // Each stays on its piece; how far along it has come, not where its rounded place lies.
+        for (p, old) in self.body.state.points.iter_mut().zip(&before.points) {
+            let turn = self.body.state.spin.theta - before.spin.theta;
+            let way = self.body.state.center.r.x - before.center.r.x - old.arm().y * turn;
+            let [left, right] = old.place.sides;
+            p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
+        }
+        let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
+        if let Some(last) = self.zeno.last_mut().filter(|last| last.method == Method::Mixed) {
+            last.method = if limit.repeats { Method::Nested } else { Method::Mixed };
+        }
+        outcome
+    }
+
+    /// Notes that these contacts have come to rest, by an impact with the speed `hit` (m/s): 0 where impacts were summed, infinite
+    /// where none was needed.
+    pub(super) fn settle(
+        &mut self,
+        points: &[usize],
+        from_start: bool,
+        error: f64,
+        hit: f64,
+    ) -> Option<Outcome> {
+        let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
+        let plastic = stops && !self.fades(hit);
+        let mut closed: ContactValues<bool> = self.body.posture.per_contact(|_| false).collect();
+        for &i in points {
+            self.resting[i] = true;
+            let at = self.body.posture.point_of(self.body.state.points[i].place.contact);
+            for (closed, point) in closed.iter_mut().zip(self.body.posture.per_contact(|k| k)) {
+                *closed |= point == at;
+            }
+        }
+        if !from_start {
+            self.cause = Some(Cause::Zeno);
+        }
+        let (clock, at) = (self.log.clock, AnyContacts::moment(self));
+        let distinct =
+            |closed: &[bool]| self.body.posture.distinct().filter(|&i| closed[i]).count();
+        match self.zeno.last_mut() {
+            // One accumulation ends contact by contact, within the rounding of the clock.
+            Some(last) if clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi => {
+                last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);
+                last.at = Moment { clock: last.at.clock, ..at };
+                last.error = last.error.max(error);
+                last.plastic &= plastic;
+                if last.method == Method::Bounce && distinct(&last.closed) > 1 {
+                    last.method = Method::Mixed;
+                }
+            }
+            _ => {
+                let method = match distinct(&closed) {
+                    _ if from_start => Method::Rest,
+                    1 => Method::Bounce,
+                    _ => Method::Mixed,
+                };
+                return self.zeno_point(ZenoRecord {
+                    closed: closed.into_iter().collect(),
+                    method,
+                    certified: from_start,
+                    plastic: plastic && !from_start,
+                    error,
+                    first_summed: self.log.hits,
+                    at,
+                });
+            }
+        }
+        (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
+    }
+
+    /// Whether a flight of a duration and over a way loses the place of the body: of one contact there is only the rotation.
+    fn loses_place(&self, dt: f64, way: f64) -> bool {
+        let BodyState { points, spin, .. } = &self.body.state;
+        let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);
+        let size = self.body.posture.size();
+        is_lost(spin.omega * dt, if turned { way } else { 0.0 }, size * size)
+    }
+
+    /// Flight to the next touchdown, or to an end of a piece of terrain.
+    fn next_event(&mut self) -> Option<Outcome> {
+        self.leave_vertices();
+        let n = self.body.state.points.len();
+        self.resting.fill(false);
+        self.note_flight();
+        let lost = self.is_lost();
+        let landings: ContactValues<Option<f64>> =
+            (0..n).map(|i| self.body.state.touchdown(i)).collect();
+        let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let crossing = (0..n)
+            .filter_map(|i| self.body.state.crossing(i).map(|(t, side)| (t, i, side)))
+            .filter(|(t, ..)| !lost && *t < first)
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = crossing.map_or(first, |(t, ..)| t);
+        let left = self.log.left();
+        let surfacing = (0..n)
+            .filter(|_| !lost)
+            .filter_map(|i| self.body.state.surfacing(i, t.min(left)).map(|t| (t, i)))
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let t = surfacing.map_or(t, |(t, _)| t);
+        // What lies beyond all bounds is never come to.
+        let fall =
+            |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
+        if t > left || t == f64::INFINITY || fall(t) > BEYOND {
+            if left == f64::INFINITY || fall(left) > BEYOND {
+                return Some(Outcome::Escape);
+            }
+            self.body.state = self.body.state.flown(left.max(0.0));
+            self.log.clock = self.log.clock.after(left.max(0.0));
+            return Some(Outcome::TimeLimit);
+        }
+        if self.body.state.frozen.is_none() && self.loses_place(t, fall(t)) {
+            self.log.phase_lost = true;
+            return Some(Outcome::EventLimit);
+        }
+        self.body.state = self.body.state.flown(t);
+        self.log.clock = self.log.clock.after(t);
+        if self.log.hits.is_multiple_of(REFRESH) {
+            self.refresh();
+        }
+        if let Some((_, i)) = surfacing {
+            self.body.state.points[i].surfaces();
+            return None;
+        }
+        if let Some((_, i, side)) = crossing {
+            self.body.state.points[i].place.sides[side] = 0.0;
+            self.cross(i, side);
+            return None;
+        }
+        let now =
+            |(p, landing): (&ContactState, &Option<f64>)| (*landing == Some(first)).then_some(*p);
+        let firsts: PerContact<ContactState> =
+            self.body.state.points.iter().zip(&landings).filter_map(now).collect();
+        for (p, landing) in self.body.state.points.iter_mut().zip(landings) {
+            if landing == Some(first) || firsts.iter().any(|first| p.lands_with(first)) {
+                (p.h, p.u) = (0.0, p.u.min(0.0));
+            }
+        }
+        None
+    }
+
+    /// Takes back what roundings have added up to: b, c from θ itself, and gaps and their rates of one rigid body.
+    fn refresh(&mut self) {
+        if self.body.state.frozen.is_none() {
+            let theta = self.body.state.spin.theta;
+            for p in &mut self.body.state.points {
+                (p.b, p.c) = self.body.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
+            }
+        }
+        self.body.state.reconcile(self.body.posture.size());
+    }
+
+    /// Whether the body has fallen below all of its terrain: nothing is ever met again.
+    fn is_lost(&self) -> bool {
+        let BodyState { center, gravity, .. } = &self.body.state;
+        let lowest = self.body.posture.lowest_ground();
+        let rise = 0.5 * center.v.y.max(0.0) * center.v.y / gravity;
+        let top = self.body.posture.fields().center_of_mass[1] + center.r.y + rise;
+        lowest > f64::NEG_INFINITY && top + self.body.posture.size() < lowest
+    }
+}

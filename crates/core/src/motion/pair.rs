@@ -1,0 +1,660 @@
+//! One contact or two, with frictionless impacts on lines without ends: gaps and impulses, in the nominal geometry, in one that is frozen
+//! for the last moments of an accumulation, or with finite rotation.
+
+use crate::body::contact::ContactValues;
+use crate::collisions::full::FullState;
+use crate::collisions::local::are_one;
+use crate::collisions::log::Collision;
+use crate::impact::friction::NO_FRICTION;
+use crate::impact::newton;
+use crate::impact::newton::{Hit, Sequence};
+use crate::math::clock::Clock;
+use crate::modes::Mode;
+use crate::motion::driver::{Coordinates, Driver, DriverStep};
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::pair_flight::Resume;
+use crate::motion::record::{InFrame, Moment, Motion, Record, Tail, ZenoRecord};
+use crate::motion::rounds::Limit;
+use crate::options::{Options, Simultaneous};
+use crate::outcome::{Cause, ContactNumber, Method, Outcome};
+use crate::sustained::BodyState;
+use crate::tolerance::{BEYOND, REACHED, STILL};
+use crate::zeno::{FrozenModel, Gaps, Impulses};
+
+/// Gaps in a frozen geometry, and the impulses since its frame began.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FrozenState {
+    pub(super) model: FrozenModel,
+    pub(super) gaps: Gaps,
+    pub(super) sum: Impulses,
+}
+
+/// The state of a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PairState {
+    Frozen(FrozenState),
+    Full(FullState),
+}
+
+/// The coordinates of a body with two contacts at most.
+pub(crate) struct Pair {
+    pub(super) count: usize,
+    pub(super) state: PairState,
+    /// The set of equations that the state belongs to.
+    pub(super) frame: Frame,
+    /// For each held contact of a model without a body: speed and time of the last landing of the other in this frame.
+    pub(super) landings: [Option<(f64, Clock)>; 2],
+}
+
+impl Pair {
+    pub(super) fn gaps(&self) -> Gaps {
+        match &self.state {
+            PairState::Full(state) => state.gaps,
+            PairState::Frozen(state) => state.gaps,
+        }
+    }
+}
+
+impl FrozenState {
+    fn at(&self, clock: Clock) -> Snapshot {
+        Snapshot { clock, gaps: self.gaps, impulses: self.sum, ..Snapshot::default() }
+    }
+}
+
+impl Frame {
+    /// A snapshot of this frame, as the state of a run.
+    pub(super) fn state(&self, base: &Base, raw: &Snapshot) -> PairState {
+        match (&self.frozen, base.body) {
+            (Some(model), _) => {
+                PairState::Frozen(FrozenState { model: *model, gaps: raw.gaps, sum: raw.impulses })
+            }
+            (None, Some(body)) => {
+                PairState::Full(FullState::new(body, raw.gaps, raw.center, raw.spin))
+            }
+            (None, None) => unreachable!("the full model has a body"),
+        }
+    }
+}
+
+impl Coordinates for Pair {
+    fn points(&self) -> ContactValues<(f64, f64)> {
+        let gaps = self.gaps();
+        (0..self.count).map(|i| (gaps.h[i], gaps.u[i])).collect()
+    }
+
+    fn has_left(driver: &mut Driver<'_, Self>) -> bool {
+        let limit = driver.options.neighbourhood.min(BEYOND);
+        // Nobody comes that far in the age of the universe.
+        let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > EARLY;
+        may && driver.base.body.is_some() && {
+            let q = Base::state(&driver.full()).q;
+            libm::hypot(q.x, q.y) > limit
+        }
+    }
+
+    fn moment(driver: &Driver<'_, Self>) -> Moment {
+        Moment::of_snapshot(&driver.full(), driver.body.count)
+    }
+
+    fn watch_ground(driver: &mut Driver<'_, Self>) {
+        if driver.watch.is_on() {
+            driver.watch_from_here();
+        }
+    }
+
+    fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
+        let start = &driver.base.start;
+        let Some(posture) = &driver.base.posture else { return 0.0 };
+        libm::hypot(start.qdot.x, start.qdot.y)
+            + posture.size() * start.qdot.z.abs()
+            + posture.fields().gravity * driver.log.clock.hi
+    }
+
+    fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64 {
+        STILL * Self::largest_speed(driver)
+    }
+
+    fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
+        driver.impact([0, 1].map(|i| coming.contains(&i)))
+    }
+
+    fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        let exit = match driver.begin_flight() {
+            Ok(mut flight) => driver.fly(&mut flight, Resume::Any, &mut |_, _| false)?,
+            Err(exit) => exit,
+        };
+        driver.land(exit)
+    }
+
+    fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
+        // A body's contacts at rest are asked for more than gravity: their modes.
+        let asked = fresh || driver.base.body.is_none();
+        let held = if asked { driver.pressed() } else { [false; 2] };
+        if fresh {
+            if held != [false; 2]
+                && let Some(outcome) = driver.zeno_here(held, Method::Rest)
+            {
+                return DriverStep::End(outcome);
+            }
+            driver.resting.clone_from(&rests); // they have been: nothing brought them there
+        }
+        // One impact without rebound is all the accumulation there is.
+        let stopped = driver.not_yet(held);
+        if stopped != [false; 2]
+            && let Some(outcome) = driver.zeno_here(stopped, Method::Bounce)
+        {
+            return DriverStep::End(outcome);
+        }
+        match held {
+            _ if driver.base.body.is_some() => driver.contact_phase(rests, fresh),
+            [false, false] => DriverStep::Flight,
+            [true, true] => DriverStep::End(driver.stay(held)),
+            _ => driver.hold(held).into(),
+        }
+    }
+
+    fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
+        if rests == [true, true] {
+            driver.thaw();
+        }
+        let frame = &driver.body.frame;
+        let (frozen, full) = (frame.frozen.is_some().then_some(frame.spin), driver.full());
+        let all = (0..driver.body.count).all(|i| rests[i] && driver.resting[i]);
+        if all && let Some(modes) = driver.stands(&full, frozen) {
+            return Err(driver.stay_in(modes, full, frozen));
+        }
+        let body = driver.base.stance(&full, frozen);
+        Ok(body.unwrap_or_else(|| unreachable!("contact phases belong to a body")))
+    }
+
+    fn come_to_rest(
+        driver: &mut Driver<'_, Self>,
+        _: &BodyState,
+        rests: &[bool],
+        _: bool,
+    ) -> Option<Outcome> {
+        // Rates can also come down to zero impact by impact, until there is no smaller number. What the rotation takes off the
+        // ground has not come to rest.
+        let pulled = |i: usize| !matches!(&driver.body.state, PairState::Full(state) if state.effective_gravity(i) < 0.0);
+        let new = driver.not_yet([0, 1].map(|i| i < rests.len() && rests[i] && pulled(i)));
+        if new == [false; 2] { None } else { driver.zeno_here(new, Method::Bounce) }
+    }
+
+    fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
+        let frozen = body.frozen.map(|_| driver.body.frame.spin);
+        driver.leave(&body, frozen);
+    }
+
+    fn stop_slowly(
+        driver: &mut Driver<'_, Self>,
+        b: usize,
+        body: &BodyState,
+    ) -> Option<DriverStep> {
+        driver.stop_slowly(b, body).map(DriverStep::from)
+    }
+
+    fn sum_rounds(driver: &mut Driver<'_, Self>, _: BodyState, limit: Limit) -> Option<Outcome> {
+        driver.sum_rounds(&limit)
+    }
+
+    fn last_impacts(driver: &Driver<'_, Self>) -> String {
+        driver.next_landing()
+    }
+
+    /// The impacts of two contacts on lines are frictionless.
+    fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let Some(posture) = &driver.base.posture else { return };
+        let mut contacts = posture.contacts().iter().zip(driver.log.struck);
+        if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
+            driver.warnings.push(NO_FRICTION.into());
+        }
+    }
+}
+
+impl<'a> Driver<'a, Pair> {
+    pub(crate) fn new(
+        first: Frame,
+        base: Base,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let (state, local) = (first.state(&base, &first.start), first.frozen.is_some());
+        let body = Pair { count: base.count, state, frame: first, landings: [None; 2] };
+        Self::with(body, base, local, options, warnings, cancel)
+    }
+
+    /// Runs to the outcome; `None` if cancelled.
+    pub(crate) fn run(mut self) -> Option<Box<Record>> {
+        if self.log.record {
+            self.frames.push(self.body.frame.clone());
+        }
+        self.begin_span([false; 2], Motion::Flight); // impacts of the first instant belong to a span, too
+        self.run_on()
+    }
+
+    /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
+    /// collisions come before. `options`: of the run.
+    pub(crate) fn resimulate_tail(
+        frame: &Frame,
+        base: &Base,
+        options: &Options,
+        raw: &Snapshot,
+        tail: Tail,
+        dt: f64,
+    ) -> Option<Snapshot> {
+        let frozen = frame.frozen.as_ref()?;
+        let mut near = *raw;
+        let mut skip = |t: f64, gaps: Gaps, own: Impulses| {
+            for i in 0..2 {
+                near.impulses.path[i] += near.impulses.jump[i] * t + own.path[i];
+                near.impulses.jump[i] += own.jump[i];
+            }
+            (near.gaps, near.clock) = (gaps, raw.clock.after(t));
+            dt - t
+        };
+        let rest = match tail {
+            Tail::Bounce { contact } => {
+                let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
+                let rest = skip(t, gaps, own).max(0.0);
+                return Some(frame.to_full(&frame.smooth(base, &near, [false; 2], rest)));
+            }
+            Tail::Cycle { ratio, duration } => {
+                let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
+                let scale = libm::pow(ratio, cycles);
+                let t = duration * (1.0 - scale);
+                let rates = raw.gaps.u.map(|u| u * scale);
+                let own = frozen.lead_to(rates, &raw.gaps, t);
+                skip(t, Gaps { h: [0.0; 2], u: rates }, own).max(0.0)
+            }
+            Tail::Collisions => dt,
+        };
+        let options = options.of_resimulated_tail(rest);
+        let never = || false;
+        // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
+        let mut own = frame.clone();
+        own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
+        let mut driver = Driver::<Pair>::new(own, base.clone(), &options, Vec::new(), &never);
+        driver.body.state = driver.body.frame.state(&driver.base, &near);
+        let full = driver.run_tail()?.full();
+        Some(Snapshot { clock: raw.clock.after(dt), ..full })
+    }
+
+    /// From now on these contacts are held, and the body moves in this way.
+    pub(super) fn note(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
+        let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
+        self.log.enter(&held.map(mode)[..self.body.count]);
+        self.begin_span(held, motion);
+    }
+
+    /// Begins a span of the record, in the frame that was recorded last.
+    fn begin_span(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
+        if self.log.record {
+            let motion = motion(InFrame { frame: self.frames.len() - 1, raw: self.raw() });
+            // Without a body nothing is known of motion along the terrain: a held contact reads F.
+            let letter = |held: bool| if held { b'F' } else { b'S' };
+            self.write(motion, held.map(letter).into_iter().take(self.body.count));
+        }
+    }
+
+    /// From now on the motion is computed in this frame.
+    fn set_frame(&mut self, frame: Frame) {
+        if self.log.record {
+            self.frames.push(frame.clone());
+        }
+        self.body.frame = frame;
+    }
+
+    #[inline(never)] // the collisions have the registers to themselves
+    fn watch_from_here(&mut self) {
+        let Some(posture) = &self.base.posture else { return };
+        let place = match &self.body.state {
+            PairState::Full(state) => state.q(),
+            PairState::Frozen(state) => {
+                self.body.frame.place(&state.model, self.log.clock, state.sum.path)
+            }
+        };
+        if !self.watch.is_near(posture, &place) {
+            self.watch_moment(&Pair::moment(self));
+        }
+    }
+
+    /// The state in the coordinates of the full model.
+    pub(super) fn full(&self) -> Snapshot {
+        self.body.frame.to_full(&self.raw())
+    }
+
+    /// Whether the full model is frozen for the last moments of an accumulation.
+    fn is_brief(&self) -> bool {
+        !self.local && self.body.frame.frozen.is_some()
+    }
+
+    /// The state in the coordinates of the current frame.
+    pub(super) fn raw(&self) -> Snapshot {
+        let clock = self.log.clock;
+        match &self.body.state {
+            PairState::Full(state) => Snapshot::of_full(state, clock),
+            PairState::Frozen(state) => state.at(clock),
+        }
+    }
+
+    /// The coupling of the contacts and the gravity into them at this moment.
+    pub(super) fn model(&self) -> FrozenModel {
+        match &self.body.state {
+            PairState::Full(state) => FrozenModel::new(&state.frozen()),
+            PairState::Frozen(state) => state.model,
+        }
+    }
+
+    pub(super) fn set_gaps(&mut self, gaps: Gaps) {
+        match &mut self.body.state {
+            PairState::Full(state) => state.gaps = gaps,
+            PairState::Frozen(state) => state.gaps = gaps,
+        }
+    }
+
+    /// Contacts with zero gap approach: the impacts of this instant.
+    fn impact(&mut self, coming: [bool; 2]) -> Option<Outcome> {
+        let model = self.model();
+        let gaps = self.body.gaps();
+        let mut rates = gaps.u;
+        let mut hits: Vec<Hit> = Vec::new();
+        let both_touch = gaps.h == [0.0, 0.0];
+        let mut end = Sequence::Finite;
+        let (mut together, mut in_step) = (false, false);
+        if coming == [true, true] {
+            self.warn_of_tie();
+            together = self.options.policy() == Simultaneous::Newton;
+        }
+        let first = match (coming, self.options.policy()) {
+            ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,
+            _ => 0,
+        };
+        let (mut jump, mut count) = ([0.0; 2], 0);
+        if together {
+            (jump, in_step) = newton::newton_together(&model, rates);
+            let mut after = newton::kicked(&model, rates, jump);
+            if in_step {
+                after = [0, 1].map(|i| -model.e[i] * rates[i]); // the law itself, not its rounding
+            }
+            for contact in (0..2).filter(|&i| jump[i] > 0.0) {
+                hits.push(Hit { contact, before: rates, after });
+            }
+            rates = after;
+        } else if both_touch {
+            end = newton::in_zero_time(&model, first, &mut rates, |hit| {
+                count += 1;
+                jump[hit.contact] += hit.after[hit.contact] - hit.before[hit.contact];
+                if hits.len() < LISTED {
+                    hits.push(*hit);
+                }
+            });
+            // One impact on each may leave no speed: without restitution and without coupling.
+            if end == Sequence::Infinite || count > 2 && rates == [0.0; 2] {
+                end = Sequence::Infinite; // or so long that its speeds are below any double
+                jump = model.share([-gaps.u[0], -gaps.u[1]]);
+                rates = [0.0; 2];
+                hits.clear();
+            } else if count > 1 {
+                // The jumps of many impacts cancel; what they leave says what they come to.
+                jump = model.share([0, 1].map(|i| rates[i] - gaps.u[i]));
+            }
+        } else {
+            rates = newton::newton(&model, first, rates);
+            jump[first] = rates[first] - gaps.u[first];
+            hits.push(Hit { contact: first, before: gaps.u, after: rates });
+        }
+        for hit in &hits {
+            self.log.struck[hit.contact] = true;
+        }
+        if end == Sequence::Infinite {
+            self.log.struck = [true; 2];
+            // Both gaps are zero and stay so.
+            self.kick(jump, rates);
+            self.body.landings = [None; 2];
+            let certified = model.chatters();
+            return self.come_to_rest([true, true], Method::Chatter, certified, 0.0);
+        }
+        let before = gaps;
+        let mut turns = self.turns();
+        self.kick(jump, rates);
+        turns |= self.turns();
+        if count > 1
+            && let PairState::Full(state) = &mut self.body.state
+        {
+            state.follow([true, true]);
+        }
+        self.log.hits += count.max(hits.len());
+        let last = hits.last().map_or(first, |hit| hit.contact);
+        self.cause = Some(Cause::Impact(ContactNumber::of(last)));
+        for hit in &hits {
+            if self.log.record {
+                self.log.collisions.push(Collision {
+                    elapsed: self.log.clock,
+                    contact: hit.contact,
+                    before: hit.before,
+                    after: hit.after,
+                    jump: if together {
+                        jump[hit.contact]
+                    } else {
+                        hit.after[hit.contact] - hit.before[hit.contact]
+                    },
+                    other_gap: before.h[1 - hit.contact],
+                });
+            }
+        }
+        self.align_bodies();
+        self.note([false; 2], Motion::Flight);
+        if in_step && let Some(t) = self.bounce_together(rates, turns) {
+            let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
+            return self.settle(t, Method::Bounce, true, 0.0, tail);
+        }
+        // Ties without end, one after the other, until what is left of them is below the rounding of the clock.
+        if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
+            let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
+            let left = 0.5 * left[0].max(left[1]);
+            if 0.0 < left && left <= 0.5 * REACHED * self.log.clock.hi {
+                return self.settle(left, Method::Mixed, false, left, Tail::Collisions);
+            }
+        }
+        self.freeze_if_brief();
+        None
+    }
+
+    /// Own-rate jumps act; the rates they lead to are given exactly.
+    fn kick(&mut self, jump: [f64; 2], rates: [f64; 2]) {
+        match &mut self.body.state {
+            PairState::Full(state) => {
+                state.kick(jump);
+                state.gaps.u = rates;
+                state.forget_rounding();
+            }
+            PairState::Frozen(state) => {
+                state.gaps.u = rates;
+                state.sum.jump[0] += jump[0];
+                state.sum.jump[1] += jump[1];
+            }
+        }
+    }
+
+    /// One body beside each collision, except in the local model, where none is asked for.
+    pub(super) fn align_bodies(&mut self) {
+        let body = match &self.body.state {
+            PairState::Full(state) => (state.center, state.spin),
+            PairState::Frozen(_) if self.local => return,
+            PairState::Frozen(_) => Default::default(),
+        };
+        self.log.bodies.resize(self.log.collisions.len(), body);
+    }
+
+    fn warn_of_tie(&mut self) {
+        const TIE: &str = "contacts 1 and 2 collided at the same instant; the outcome depends on \
+                           the policy `simultaneous`";
+        if !self.warnings.iter().any(|warning| warning == TIE) {
+            self.warnings.push(TIE.into());
+        }
+    }
+
+    /// Whether the geometry changes with time.
+    fn turns(&self) -> bool {
+        matches!(&self.body.state, PairState::Full(state) if state.spin.omega != 0.0)
+    }
+
+    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
+    /// after it, so that they keep step only if what is left is short.
+    fn bounce_together(&self, rates: [f64; 2], turns: bool) -> Option<f64> {
+        let model = self.model();
+        let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
+        let in_step = flight[0] > 0.0 && flight[0] < f64::INFINITY && are_one(flight[0], flight[1]);
+        let t = model.bounce[0] * rates[0];
+        if !in_step
+            || model.e[0] != model.e[1]
+            || !(self.log.clock.hi + t <= self.log.end)
+            || turns
+                && matches!(&self.body.state, PairState::Full(state) if !state.keeps_step(t, &self.log))
+        {
+            return None;
+        }
+        Some(t)
+    }
+
+    /// Both contacts come to rest after `t`: the limit of an accumulation.
+    pub(super) fn settle(
+        &mut self,
+        t: f64,
+        method: Method,
+        certified: bool,
+        error: f64,
+        tail: Tail,
+    ) -> Option<Outcome> {
+        let raw = self.raw();
+        let model = self.model();
+        let impulses = model.settle(&raw.gaps, t);
+        self.tail(&model, t, impulses, Gaps::default(), [true, true], tail);
+        self.come_to_rest([true, true], method, certified, error)
+    }
+
+    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
+    /// contacts have come to rest. `model`: the geometry at its start.
+    pub(super) fn tail(
+        &mut self,
+        model: &FrozenModel,
+        t: f64,
+        own: Impulses,
+        end: Gaps,
+        closed: [bool; 2],
+        tail: Tail,
+    ) {
+        // A tail of the full model is evaluated in the geometry frozen at its start.
+        if let PairState::Full(state) = self.body.state {
+            let start = Snapshot::of_full(&state, self.log.clock);
+            let frame = Frame::with(start, &state, *model);
+            let clock = self.log.clock.after(t);
+            if self.log.record {
+                self.frames.push(frame.clone());
+                self.begin_span([false; 2], |at| Motion::Tail(at, tail));
+            }
+            let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
+            let full = frame.to_full(&raw);
+            self.log.clock = clock;
+            let mut after = FullState::new(state.body, full.gaps, full.center, full.spin);
+            after.turn_tail(
+                &state,
+                t,
+                frame.translational(own.jump),
+                frame.translational(own.path),
+            );
+            after.follow(closed);
+            if let Tail::Bounce { contact } = tail {
+                // The other one, out of reach, moves as the body does: its rate in the frozen geometry misses that.
+                let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);
+                if after.gaps.h[i].is_finite() {
+                    after.gaps.u[i] = k.normal.dot(&after.center.v) + after.b[i] * after.spin.omega;
+                }
+            }
+            let full = Snapshot::of_full(&after, clock);
+            self.body.state = PairState::Full(after);
+            self.set_frame(Frame::full(full));
+        } else {
+            self.note([false; 2], |at| Motion::Tail(at, tail));
+            if let PairState::Frozen(state) = &mut self.body.state {
+                for i in 0..2 {
+                    state.sum.path[i] += state.sum.jump[i] * t + own.path[i];
+                    state.sum.jump[i] += own.jump[i];
+                }
+                state.gaps = end;
+            }
+            self.log.clock = self.log.clock.after(t);
+        }
+    }
+
+    /// Those of these contacts whose coming to rest has not been recorded yet.
+    fn not_yet(&self, rests: [bool; 2]) -> [bool; 2] {
+        [0, 1].map(|i| rests[i] && !self.resting[i])
+    }
+
+    /// A Zeno point at this instant that needed no sum.
+    fn zeno_here(&mut self, closed: [bool; 2], method: Method) -> Option<Outcome> {
+        self.come_to_rest(closed, method, true, 0.0)
+    }
+
+    /// Records the Zeno point at this instant; an outcome: the run ends with it.
+    pub(super) fn come_to_rest(
+        &mut self,
+        closed: [bool; 2],
+        method: Method,
+        certified: bool,
+        error: f64,
+    ) -> Option<Outcome> {
+        let e = self.model().e;
+        let stops = (0..2).all(|i| !closed[i] || e[i] == 0.0);
+        for (resting, closed) in self.resting.iter_mut().zip(closed) {
+            *resting |= closed;
+        }
+        if method != Method::Rest {
+            self.cause = Some(Cause::Zeno);
+        }
+        self.zeno_point(ZenoRecord {
+            closed: closed[..self.body.count].into(),
+            method,
+            certified,
+            plastic: method == Method::Bounce && stops,
+            error,
+            first_summed: self.log.hits,
+            at: Pair::moment(self),
+        })
+    }
+
+    /// Freezes the full model's geometry if what remains is too short to change it.
+    fn freeze_if_brief(&mut self) {
+        if let PairState::Full(state) = self.body.state
+            && state.may_freeze(&self.log)
+        {
+            self.freeze(&state);
+        }
+    }
+
+    pub(super) fn freeze(&mut self, state: &FullState) {
+        self.begin_frame(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
+        self.body.landings = [None; 2];
+    }
+
+    /// Back to the full model.
+    pub(super) fn thaw(&mut self) {
+        if self.is_brief() {
+            self.begin_frame(Frame::full(self.full()));
+        }
+    }
+
+    /// From now on the motion is computed in this frame.
+    pub(super) fn begin_frame(&mut self, frame: Frame) {
+        let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
+        self.body.state = frame.state(&self.base, &raw);
+        self.set_frame(frame);
+    }
+}
+
+/// Time, in s, before which no body is looked for beyond all bounds.
+const EARLY: f64 = 1e18;
+/// Impacts of one instant that are listed one by one.
+const LISTED: usize = 64;

@@ -1,0 +1,197 @@
+//! Two contacts and their phases of contact: from the coordinates of flight to those of a body, and back.
+
+use nalgebra::Vector2;
+
+use crate::body::geometry::ContactGeometry;
+use crate::body::posture::Posture;
+use crate::body::terrain::Place;
+use crate::collisions::full::FullState;
+use crate::collisions::log::Spin;
+use crate::math::turn::Turn;
+use crate::modes::{Mode, Row};
+use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::pair::{Pair, PairState};
+use crate::motion::record::{Motion, Tail};
+use crate::motion::rounds::{Limit, SEVERAL};
+use crate::options::Stop;
+use crate::outcome::{Method, Outcome};
+use crate::sustained::phase::only_mode_of;
+use crate::sustained::{BodyState, ContactState, Rounding};
+use crate::tolerance::STILL;
+use crate::zeno::Impulses;
+
+impl Base {
+    /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
+    pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
+        let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
+        let turned = frozen.unwrap_or(at.spin).theta;
+        let turn = Turn::by(turned);
+        let points = (0..self.count).map(|i| {
+            let k = &body.contacts[i];
+            let (b, c) = k.turned(&turn);
+            let (normal, tangent) = (k.normal, k.tangent);
+            let friction = posture.contacts()[i].friction;
+            ContactState {
+                normal,
+                tangent,
+                friction,
+                b,
+                c,
+                held: None,
+                place: Place::anywhere(i),
+                h: at.gaps.h[i],
+                depth: 0.0,
+                u: at.gaps.u[i],
+                rounding: Rounding::default(),
+            }
+        });
+        Some(BodyState {
+            points: points.collect(),
+            center: at.center,
+            spin: at.spin,
+            rho2: body.rho2,
+            gravity: body.gravity,
+            frozen: frozen.map(|spin| spin.omega * spin.omega),
+        })
+    }
+}
+
+impl Driver<'_, Pair> {
+    /// A body all of whose contacts rest, and that has no speed beyond rounding: the modes in which it stays, where closed
+    /// forms find them. `None`: a phase of contact has to see.
+    pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
+        let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
+        let still = STILL * Pair::largest_speed(self);
+        let (v, omega) = (at.center.v, at.spin.omega);
+        if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= still) {
+            return None;
+        }
+        let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
+        let spin = frozen.map_or(omega, |spin| spin.omega);
+        let bend = spin * spin;
+        // The centre of mass between two feet on level ground, without friction, λ_i = g b_j/(b_j − b_i): both forces press,
+        // and no other motion suits them. All words cost a fifth of a short run.
+        let level = |k: &ContactGeometry| k.friction == 0.0 && k.normal == Vector2::y();
+        let lies = body.gravity > 0.0 && v.x == 0.0 && spin == 0.0;
+        if lies && self.body.count == 2 && body.contacts.iter().all(level) {
+            let [one, two] = body.contacts.map(|k| k.turned(&turn).0);
+            if one * two < 0.0 {
+                return Some([Mode::Fixed; 2]);
+            }
+        }
+        let mut rows = [Row::ABSENT; 2];
+        let mut fastest = 0.0_f64;
+        for i in 0..self.body.count {
+            let k = &body.contacts[i];
+            let (b, c) = k.turned(&turn);
+            let slip = (k.tangent.dot(&v) - c * omega).abs();
+            if slip > if k.friction > 0.0 { still } else { 0.0 } {
+                return None;
+            }
+            fastest = fastest.max(slip);
+            let arm = (k.tangent * b + k.normal * c) / rho;
+            rows[i] = Row::new(k.tangent, arm, [-b * bend, -c * bend], k.friction, Some(0));
+        }
+        let (mut modes, [ax, ay, turn]) =
+            only_mode_of(&mut rows[..self.body.count], body.gravity, rho)?;
+        let most = ax.abs().max(ay.abs()).max(posture.size() * turn.abs());
+        if !(most <= STILL * body.gravity) {
+            return None;
+        }
+        for (mode, k) in modes.iter_mut().zip(&body.contacts) {
+            if *mode != Mode::Separate && k.friction == 0.0 {
+                *mode = Mode::Fixed; // the same forces
+            }
+        }
+        self.rounds.drop(fastest);
+        Some(modes)
+    }
+
+    /// At rest in these modes.
+    pub(super) fn stay_in(
+        &mut self,
+        modes: [Mode; 2],
+        mut full: Snapshot,
+        frozen: Option<Spin>,
+    ) -> Outcome {
+        (full.center.v, full.spin.omega) = (Vector2::zeros(), 0.0);
+        for i in 0..self.body.count {
+            (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
+        }
+        full.impulses = Impulses::default();
+        if let Some(stance) = self.base.stance(&full, frozen).filter(|_| self.log.record) {
+            let modes = &modes[..self.body.count];
+            let letters = modes.iter().map(|mode| mode.letter() as u8);
+            self.write(Motion::Modes(stance, modes.into()), letters);
+        }
+        let outcome = if self.options.stop == Stop::Time {
+            self.log.clock = self.log.clock.after(self.log.left().max(0.0));
+            full.clock = self.log.clock;
+            Outcome::TimeLimit
+        } else {
+            Outcome::Rest
+        };
+        self.go_on_from(full, frozen);
+        outcome
+    }
+
+    /// Contact `b` lands while another is held. A body as slow as the rounding of its speeds comes to rest, a contact that lands as
+    /// slowly to rest on the ground.
+    pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
+        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
+        let v = body.state().qdot;
+        let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
+        let fastest = Pair::largest_speed(self);
+        let landing = -body.points[b].u;
+        let (quiet, slow) = (left <= QUIET * fastest, landing <= f64::EPSILON * fastest);
+        if !(body.gravity > 0.0 && (quiet || slow)) {
+            return None;
+        }
+        let mut end = body.clone();
+        end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+        end.close(&[true; 2]);
+        if quiet {
+            (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
+        }
+        self.leave(&end, self.local.then_some(self.body.frame.spin));
+        self.rounds.forget();
+        let error = SEVERAL * if quiet { left } else { landing } / body.gravity;
+        Some(self.come_to_rest([true; 2], Method::Mixed, false, error))
+    }
+
+    /// Infinitely many rounds lead to this limit.
+    pub(super) fn sum_rounds(&mut self, limit: &Limit) -> Option<Outcome> {
+        if let PairState::Full(state) = self.body.state {
+            self.freeze(&state); // for states within the tail
+        }
+        self.note([false; 2], |at| Motion::Tail(at, Tail::Collisions));
+        self.log.clock = self.log.clock.after(limit.duration);
+        self.leave(&limit.end, self.local.then_some(self.body.frame.spin));
+        if let PairState::Full(state) = &mut self.body.state {
+            state.forget_rounding();
+        }
+        let method = if limit.repeats { Method::Nested } else { Method::Mixed };
+        self.come_to_rest([true; 2], method, false, limit.error)
+    }
+
+    /// The state after contacts were held, in the coordinates of flight.
+    pub(super) fn leave(&mut self, stance: &BodyState, frozen: Option<Spin>) {
+        self.go_on_from(Snapshot::of_stance(stance, self.log.clock), frozen);
+    }
+
+    fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {
+        let Some(body) = self.base.body else { unreachable!("friction belongs to a body") };
+        self.begin_frame(match frozen {
+            Some(spin) => {
+                let geometry = FullState::new(body, full.gaps, full.center, spin);
+                Frame::frozen(full, &geometry)
+            }
+            None => Frame::full(full),
+        });
+    }
+}
+
+/// Speed of the body where a contact lands, relative to the largest there was, at which all that is left is rounding: some
+/// fifty of them.
+const QUIET: f64 = 1e-14;

@@ -1,0 +1,242 @@
+//! Flights of two contacts: their plain collisions go on in loops of their own, up to whatever else happens.
+
+use crate::collisions::full::FullState;
+use crate::collisions::local::LoopExit;
+use crate::collisions::log::{in_words, names};
+use crate::collisions::{full, local};
+use crate::flight::parabola_touchdown;
+use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::pair::{FrozenState, Pair, PairState};
+use crate::motion::record::{Motion, Tail};
+use crate::outcome::{Method, Outcome};
+
+/// Collisions under way. The flight has the state of the run while it lasts, and gives it back at its end.
+pub(crate) enum Flight {
+    Local(FrozenState, local::LocalCollisions),
+    Full(FullState, full::FullCollisions),
+}
+
+/// What a flight does next.
+pub(crate) enum Resume {
+    /// A collision of any kind.
+    Any,
+    /// Plain collisions, if they are.
+    Plain,
+    LoopExit(LoopExit),
+}
+
+impl Resume {
+    /// As the loops of plain collisions say it.
+    pub(crate) fn after(stop: Option<Option<LoopExit>>) -> Self {
+        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::LoopExit))
+    }
+}
+
+impl Driver<'_, Pair> {
+    /// The first collision of a flight; an error: something else came before.
+    pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
+        self.note([false; 2], Motion::Flight);
+        let state = match &mut self.body.state {
+            PairState::Full(state) => {
+                let collisions = full::FullCollisions::begin(&state.body, &mut self.log);
+                return Ok(Flight::Full(*state, collisions));
+            }
+            PairState::Frozen(state) => state,
+        };
+        let FrozenState { model, gaps, sum } = state;
+        let collisions = local::LocalCollisions::begin(model, gaps, sum, &mut self.log)?;
+        let flight = Flight::Local(*state, collisions);
+        Pair::watch_ground(self);
+        Ok(flight)
+    }
+
+    /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
+    #[inline(never)] // the collisions have the registers to themselves
+    pub(crate) fn fly(
+        &mut self,
+        flight: &mut Flight,
+        mut then: Resume,
+        enter: &mut impl FnMut(&Self, &Flight) -> bool,
+    ) -> Option<LoopExit> {
+        let halt = loop {
+            match then {
+                Resume::Plain => {}
+                Resume::Any => {
+                    let halt = self.next_collision(flight);
+                    if let Flight::Full(state, _) = flight
+                        && self.watch.is_on()
+                    {
+                        self.body.state = PairState::Full(*state);
+                        Pair::watch_ground(self);
+                    }
+                    if let Some(halt) = halt {
+                        break halt;
+                    }
+                }
+                Resume::LoopExit(halt) => break halt,
+            }
+            let stop = match self.come_to_first(flight) {
+                None if enter(self, flight) => return None,
+                None => self.alternate(flight),
+                stop => stop,
+            };
+            then = Resume::after(stop);
+        };
+        Some(self.end_flight(flight, halt))
+    }
+
+    /// The next collision, whatever it is.
+    fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
+        match flight {
+            Flight::Local(state, collisions) => collisions.next(&state.model, &mut self.log),
+            Flight::Full(state, collisions) => collisions.next(state, &mut self.log),
+        }
+    }
+
+    /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
+    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
+        match flight {
+            Flight::Full(state, collisions) => {
+                let hits = self.log.hits;
+                let stop = collisions.come_to_first(state, &mut self.log);
+                self.log.struck[0] |= self.log.hits > hits;
+                stop
+            }
+            Flight::Local(_, collisions) => (!collisions.is_at_first()).then_some(None),
+        }
+    }
+
+    /// Plain collisions after that; `None`: many, and nothing else.
+    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
+        match flight {
+            Flight::Full(state, collisions) => {
+                let hits = self.log.hits;
+                let stop = collisions.alternate(MANY, state, &mut self.log);
+                self.log.struck[1] |= self.log.hits > hits; // the first of them
+                stop
+            }
+            Flight::Local(_, collisions) => {
+                collisions.alternate(&mut self.log);
+                Some(None)
+            }
+        }
+    }
+
+    fn end_flight(&mut self, flight: &mut Flight, halt: LoopExit) -> LoopExit {
+        match flight {
+            Flight::Full(state, collisions) => {
+                let halt = collisions.end(halt, state, &mut self.log);
+                self.body.state = PairState::Full(*state);
+                halt
+            }
+            Flight::Local(state, collisions) => {
+                let FrozenState { model, gaps, sum } = state;
+                let halt = collisions.end(halt, model, gaps, sum, &mut self.log);
+                self.body.state = PairState::Frozen(*state);
+                halt
+            }
+        }
+    }
+
+    /// As [`full::FullCollisions::enter`].
+    pub(crate) fn enter(
+        &self,
+        (state, collisions): (&FullState, &full::FullCollisions),
+        pool: &mut full::Pool,
+        run: usize,
+    ) -> bool {
+        collisions.enter(state, &self.log, pool, run)
+    }
+
+    /// As [`full::FullCollisions::leave`].
+    pub(crate) fn leave_lane(
+        &mut self,
+        (state, collisions): (&mut FullState, &mut full::FullCollisions),
+        pool: &mut full::Pool,
+        run: usize,
+    ) -> Option<Option<LoopExit>> {
+        let hits = self.log.hits;
+        let stop = collisions.leave(&pool.take(run), state, &mut self.log);
+        self.log.struck[1] |= self.log.hits > hits; // the first of them
+        stop
+    }
+
+    /// What a flight and its collisions have come to.
+    pub(crate) fn land(&mut self, halt: LoopExit) -> Option<Outcome> {
+        self.align_bodies();
+        match halt {
+            LoopExit::Bounce { contact, duration } => {
+                let model = self.model();
+                let (end, own) = model.end_bounce(contact, &self.body.gaps(), duration);
+                let closed = [contact == 0, contact == 1];
+                self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
+                self.come_to_rest(closed, Method::Bounce, true, 0.0)
+            }
+            LoopExit::Clatter(tail) => self.settle(
+                tail.duration,
+                Method::Clatter,
+                tail.proved,
+                tail.error,
+                Tail::Collisions,
+            ),
+            LoopExit::Reached { remaining, self_similar } => {
+                let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
+                // The bound is crude, but below the rounding of the time.
+                self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
+            }
+            LoopExit::Freeze => {
+                if let PairState::Full(state) = self.body.state {
+                    self.freeze(&state);
+                }
+                None
+            }
+            LoopExit::Tie => None,
+            LoopExit::TimeLimit => Some(Outcome::TimeLimit),
+            LoopExit::EventLimit => Some(Outcome::EventLimit),
+            LoopExit::Never => Some(self.never(Outcome::Escape)),
+        }
+    }
+
+    /// Nothing ends this motion any more.
+    fn never(&mut self, outcome: Outcome) -> Outcome {
+        if self.log.end == f64::INFINITY {
+            return outcome;
+        }
+        let left = self.log.left().max(0.0);
+        self.move_smoothly([false; 2], left);
+        Outcome::TimeLimit
+    }
+
+    pub(super) fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
+        let after = self.body.frame.smooth(&self.base, &self.raw(), held, dt);
+        self.log.clock = after.clock;
+        self.body.state = self.body.frame.state(&self.base, &after);
+    }
+
+    /// Which contacts are on the ground, or which one lands next, and how fast, in words: by the gravity into the contacts as it is
+    /// now.
+    pub(super) fn next_landing(&self) -> String {
+        let (gaps, gravity) = (self.body.gaps(), self.model().g);
+        let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
+        if (0..self.body.count).any(|i| stays(&i)) {
+            return format!("with {} on the ground", names((0..self.body.count).filter(stays)));
+        }
+        let after = |i: usize| {
+            if i < self.body.count {
+                parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i])
+            } else {
+                f64::INFINITY
+            }
+        };
+        let first = usize::from(after(1) < after(0));
+        if !after(first).is_finite() {
+            return "no contact lands any more".into();
+        }
+        let (h, u) = (gaps.h[first], gaps.u[first]);
+        let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
+        format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
+    }
+}
+
+/// Pairs of plain collisions after which a run that goes on by itself is looked at again.
+const MANY: usize = 8;
