@@ -11,6 +11,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::math::real::Ring;
 use crate::math::roots::bracketed;
 use crate::math::turn::{Angle, Turn, phase};
 
@@ -98,19 +99,24 @@ pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
     if gravity > 0.0 { (2.0 * FARTHEST * size / gravity).sqrt() } else { f64::INFINITY }
 }
 
-#[expect(private_bounds, reason = "for doubles, and for lanes of them in this crate alone")]
-impl<T: Angle> GapArc<T> {
+#[expect(private_bounds, reason = "doubles are public; lanes and balls are of this crate alone")]
+impl<T: Ring> GapArc<T> {
+    /// h(dt), with the turn by ω dt.
     #[inline(always)]
     pub(crate) fn gap_turned(&self, dt: T, turn: &Turn<T>) -> T {
-        self.h + dt * (self.u - self.g * 0.5 * dt)
+        self.h + dt * (self.u - self.g.half() * dt)
             - (turn.one_minus_cos * self.c + turn.x_minus_sin * self.b)
     }
 
+    /// ḣ(dt), with the turn by ω dt.
     #[inline(always)]
     pub(crate) fn rate_turned(&self, dt: T, turn: &Turn<T>) -> T {
         self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.one_minus_cos * self.b)
     }
+}
 
+#[expect(private_bounds, reason = "doubles are public; lanes are of this crate alone")]
+impl<T: Angle> GapArc<T> {
     /// Of a concave arc: Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
     /// gravity g + cω² of the start: the two differ by the turn during the flight only. And whether it has found it.
     #[inline(always)]
@@ -324,11 +330,12 @@ impl GapArc {
         let before = phase(self.omega, dt);
         let turn = Turn::by(before);
         let turn = Turn { x_minus_sin: self.omega * dt - turn.sin, ..turn };
+        let [b, c] = turn.turned([self.b, self.c]);
         let later = Self {
             h: self.gap_turned(dt, &turn).max(f64::MIN_POSITIVE),
             u: self.rate_turned(dt, &turn),
-            b: self.b - (self.b * turn.one_minus_cos + self.c * turn.sin),
-            c: self.c - (self.c * turn.one_minus_cos - self.b * turn.sin),
+            b,
+            c,
             ..*self
         };
         let landing = later.any_touchdown(true)?;

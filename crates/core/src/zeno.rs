@@ -31,7 +31,7 @@ pub(crate) struct FrozenModel {
     pub(crate) phi: [f64; 2],
     pub(crate) e: [f64; 2],
     /// (1+e_i)ψ_i
-    pub(crate) kick: [f64; 2],
+    pub(crate) kappa: [f64; 2],
     /// 2/(g_i(1−e_i)): duration of a bounce tail per take-off speed.
     pub(crate) bounce: [f64; 2],
     /// (g_j + e_iψ_i g_i)/2: fall of the other gap per squared duration of a bounce tail at i.
@@ -93,7 +93,7 @@ impl FrozenModel {
             psi,
             phi,
             e,
-            kick: each(&|i| (1.0 + e[i]) * psi[i]),
+            kappa: each(&|i| (1.0 + e[i]) * psi[i]),
             bounce: each(&|i| 2.0 / (g[i] * (1.0 - e[i]))),
             fall: each(&|i| 0.5 * (g[1 - i] + e[i] * psi[i] * g[i])),
             clatter: ClatteringConstants::new(g, psi, e),
@@ -135,7 +135,7 @@ impl FrozenModel {
     fn clear_of_bounces(&self, a: usize, gaps: &Gaps, t: f64) -> bool {
         let (b, e) = (1 - a, self.e[a]);
         // h_b at the j-th impact from now is h + p y − q y², y = 1 − eʲ in (0, 1); limit y = 1.
-        let lift = self.kick[a] * gaps.u[a] * t / (1.0 - e);
+        let lift = self.kappa[a] * gaps.u[a] * t / (1.0 - e);
         let p = gaps.u[b] * t + lift * (1.0 - e) / (1.0 + e);
         let q = 0.5 * self.g[b] * t * t + lift / (1.0 + e);
         let h = gaps.h[b];
@@ -268,11 +268,11 @@ impl FrozenModel {
         }
         let scale = (self.psi[a] / self.psi[b]).sqrt();
         let ratio = scale * (u_a / -u_b).max(k.limit[b]);
-        let kappa = ratio * ratio * ratio / (e * e);
+        let factor = ratio * ratio * ratio / (e * e);
         let eta = self.g[a] * parabola(h_b, u_b, self.g[b]) / (2.0 * u_a);
-        kappa < 1.0
+        factor < 1.0
             && eta < 1.0
-            && k.reduced_gravity[b] * kappa * eta * (1.0 - eta) < k.reduced_gravity[a]
+            && k.reduced_gravity[b] * factor * eta * (1.0 - eta) < k.reduced_gravity[a]
     }
 
     /// How much faster than ψ itself the tail changes with ψ: 1/√(1 − 4e/P²).
@@ -291,7 +291,7 @@ impl FrozenModel {
     /// p_1p_2 ≥ (√e_1 + √e_2)², p_i = (1+e_i)ψ_i (Goyal's bound, for unequal restitutions).
     pub(crate) fn chatters(&self) -> bool {
         let bound = self.e[0].sqrt() + self.e[1].sqrt();
-        self.psi[0] > 0.0 && self.kick[0] * self.kick[1] >= bound * bound
+        self.psi[0] > 0.0 && self.kappa[0] * self.kappa[1] >= bound * bound
     }
 }
 

@@ -89,7 +89,7 @@ pub(crate) fn fly_for(g: [f64; 2], gaps: &Gaps, dt: f64) -> Gaps {
 pub(crate) struct Side<T> {
     g: T,
     e: T,
-    kick: T,
+    kappa: T,
     /// 2(1+e)ψ g of the other contact.
     lift: T,
 }
@@ -152,12 +152,11 @@ impl<T: Real> Roles<T> {
             & (u_a * CLOSE).below(climb)
             & hi.at_most(course.end);
 
-        let kick = of_b.kick * s;
-        let d = u_a - kick;
-        let hit = of_b.e * s;
+        let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
+        let d = u_a - of_b.kappa * s;
         let mut after = Self {
             u_a: hit,
-            u_b: w - kick,
+            u_b: other,
             h_b: tau * 0.5 * climb,
             square: d * d + gain,
             hi,
@@ -241,8 +240,8 @@ impl LocalCollisions {
         let sides = [0, 1].map(|i| Side {
             g: m.g[i],
             e: m.e[i],
-            kick: m.kick[i],
-            lift: 2.0 * m.kick[i] * m.g[1 - i],
+            kappa: m.kappa[i],
+            lift: 2.0 * m.kappa[i] * m.g[1 - i],
         });
         let course = Course { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
         let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
@@ -398,7 +397,7 @@ impl LocalCollisions {
             let w = u_b - g_b * back;
             let blow = (1.0 + m.e[a]) * u_a;
             let h = (h_b + 0.5 * back * (u_b + w)).max(0.0);
-            let (hit, other) = (m.e[a] * u_a, w - m.kick[a] * u_a);
+            let [hit, other] = newton::rates_after(m.e[a], m.kappa[a], u_a, w);
             self.land(a, [-u_a, w], [hit, other], blow, h, log);
             self.r.square = other * other + 2.0 * m.g[b] * h;
             return None;
@@ -408,9 +407,9 @@ impl LocalCollisions {
             return Some(if forever { LoopExit::Never } else { LoopExit::TimeLimit });
         }
         self.advance_clock(tau);
-        let (kick, hit) = (m.kick[b] * s, m.e[b] * s);
+        let [hit, other] = newton::rates_after(m.e[b], m.kappa[b], s, w);
         self.a = b;
-        self.land(b, [-s, w], [hit, w - kick], s + hit, 0.5 * tau * climb, log);
+        self.land(b, [-s, w], [hit, other], s + hit, 0.5 * tau * climb, log);
         self.r.square = self.r.u_b * self.r.u_b + 2.0 * m.g[a] * self.r.h_b;
         None
     }
@@ -461,14 +460,14 @@ impl<T: Real> Roles<T> {
 
 impl<T: Real> Course<T> {
     fn numbers(self) -> [T; 10] {
-        let side = |Side { g, e, kick, lift }: Side<T>| [g, e, kick, lift];
+        let side = |Side { g, e, kappa, lift }: Side<T>| [g, e, kappa, lift];
         let [one, two] = self.sides.map(side);
         let [[a, b, c, d], [e, f, g, h]] = [one, two];
         [a, b, c, d, e, f, g, h, self.from, self.end]
     }
 
     fn of([a, b, c, d, e, f, g, h, from, end]: [T; 10]) -> Self {
-        let side = |[g, e, kick, lift]: [T; 4]| Side { g, e, kick, lift };
+        let side = |[g, e, kappa, lift]: [T; 4]| Side { g, e, kappa, lift };
         Self { sides: [side([a, b, c, d]), side([e, f, g, h])], from, end }
     }
 }

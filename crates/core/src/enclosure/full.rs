@@ -80,13 +80,9 @@ struct Foot {
 }
 
 impl Foot {
-    fn gap(&self, t: Ball, turn: &Turn<Ball>) -> Ball {
-        self.h + t * (self.u - (self.g * t).scaled(0.5))
-            - (turn.one_minus_cos * self.c + turn.x_minus_sin * self.b)
-    }
-
-    fn rate(&self, t: Ball, turn: &Turn<Ball>, omega: Ball) -> Ball {
-        self.u - self.g * t - omega * (turn.sin * self.c + turn.one_minus_cos * self.b)
+    fn arc(&self, omega: Ball) -> GapArc<Ball> {
+        let Self { h, u, b, c, g, .. } = *self;
+        GapArc { h, u, g, b, c, omega }
     }
 
     /// What the rotation may take from gravity: ω²√(b² + c²).
@@ -216,6 +212,7 @@ impl<'a> Course<'a> {
     /// The landing of contact i, about `guess` from now, were it alone.
     fn landing(&self, i: usize, guess: f64) -> Option<Landing> {
         let (foot, omega) = (&self.feet[i], self.omega);
+        let arc = foot.arc(omega);
         if foot.h.is_zero() && foot.u.is_negative() {
             let turn = self.sine.of(Ball::ZERO);
             return Some(Landing { contact: i, dt: Ball::ZERO, turn, s: -foot.u });
@@ -228,12 +225,12 @@ impl<'a> Course<'a> {
         let mut t = ball(guess);
         for _ in 0..2 {
             let turn = self.sine.of(omega * t);
-            let step = foot.gap(t, &turn).over(foot.rate(t, &turn, omega))?;
+            let step = arc.gap_turned(t, &turn).over(arc.rate_turned(t, &turn))?;
             t = (t - step).center();
         }
         let turn = self.sine.of(omega * t);
-        let rest = foot.gap(t, &turn).size();
-        let slope = foot.rate(t, &turn, omega);
+        let rest = arc.gap_turned(t, &turn).size();
+        let slope = arc.rate_turned(t, &turn);
         if !slope.is_negative() {
             return None;
         }
@@ -252,7 +249,7 @@ impl<'a> Course<'a> {
             one_minus_cos: wide(turn.one_minus_cos),
             x_minus_sin: wide(turn.x_minus_sin),
         };
-        Some(Landing { contact: i, s: -foot.rate(dt, &turn, omega), dt, turn })
+        Some(Landing { contact: i, s: -arc.rate_turned(dt, &turn), dt, turn })
     }
 
     /// The first landing of all.
@@ -269,7 +266,9 @@ impl<'a> Course<'a> {
         let clear = |i: usize, landing: &Landing| {
             let foot = &self.feet[i];
             let concave = foot.lift(self.omega).is_some_and(|lift| (foot.g - lift).is_positive());
-            let later = || concave && foot.gap(landing.dt, &landing.turn).is_positive();
+            let later = || {
+                concave && foot.arc(self.omega).gap_turned(landing.dt, &landing.turn).is_positive()
+            };
             foot.starts() && (landing.dt.is_zero() || later())
         };
         for &i in order {
@@ -289,10 +288,9 @@ impl<'a> Course<'a> {
         }
         self.claims.collide(i, dt)?;
         for (j, foot) in self.feet.iter_mut().enumerate() {
-            let (h, u) = (foot.gap(dt, &turn), foot.rate(dt, &turn, self.omega));
-            let (b, c) = (foot.b, foot.c);
-            foot.b = b - (b * turn.one_minus_cos + c * turn.sin);
-            foot.c = c - (c * turn.one_minus_cos - b * turn.sin);
+            let arc = foot.arc(self.omega);
+            let (h, u) = (arc.gap_turned(dt, &turn), arc.rate_turned(dt, &turn));
+            [foot.b, foot.c] = turn.turned([foot.b, foot.c]);
             (foot.h, foot.u) = if j == i { (Ball::ZERO, -s) } else { (h, u) };
         }
         let Foot { b, e, .. } = self.feet[i];

@@ -37,6 +37,7 @@ use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::log::CHUNK;
+use crate::impact::newton;
 use crate::math::ball::Ball;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
@@ -129,7 +130,7 @@ struct Model {
     g: [Ball; 2],
     e: [Ball; 2],
     /// k_i = (1 + e_i)ψ_i
-    kick: [Ball; 2],
+    kappa: [Ball; 2],
     psi: [Ball; 2],
     /// What is not there never lands.
     count: usize,
@@ -153,13 +154,13 @@ fn ball(x: f64) -> Ball {
 
 impl BallConstants {
     /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, what repels two impacts without gravity.
-    fn new(g: [Ball; 2], kick: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
-        let product = kick[0] * kick[1];
+    fn new(g: [Ball; 2], kappa: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
+        let product = kappa[0] * kappa[1];
         let c = |a: usize| {
             let b = 1 - a;
             let sum = product + e[a] - e[b];
             let root = (sum.square() - (e[a] * product).scaled(4.0)).sqrt()?;
-            kick[a].scaled(2.0).over(sum + root)
+            kappa[a].scaled(2.0).over(sum + root)
         };
         let c = [c(1)?, c(0)?];
         let r = e.map(|e| e * c[0] * c[1]);
@@ -167,7 +168,7 @@ impl BallConstants {
         let limit = |b: usize| (r[1 - b] * (one + r[b])).over(one + r[1 - b]);
         let limit = [limit(0)?, limit(1)?];
         let positive = |x: Ball| x.is_positive();
-        let usable = positive(kick[0]) && c.into_iter().chain(r.map(|r| one - r)).all(positive);
+        let usable = positive(kappa[0]) && c.into_iter().chain(r.map(|r| one - r)).all(positive);
         let gravity = [0, 1].map(|b| g[b] + c[b] * g[1 - b]);
         usable.then_some(Self { c, r, limit, gravity })
     }
@@ -217,9 +218,9 @@ impl BallConstants {
 
 impl Model {
     fn of(g: [Ball; 2], psi: [Ball; 2], e: [Ball; 2], count: usize) -> Self {
-        let kick = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
-        let clatter = if count == 2 { BallConstants::new(g, kick, e) } else { None };
-        Self { g, e, kick, psi, count, clatter }
+        let kappa = [0, 1].map(|i| (ball(1.0) + e[i]) * psi[i]);
+        let clatter = if count == 2 { BallConstants::new(g, kappa, e) } else { None };
+        Self { g, e, kappa, psi, count, clatter }
     }
 
     /// Whether gravity presses both contacts down, and either one presses the other down when it is hit.
@@ -267,7 +268,7 @@ impl Model {
         // Kicks that press b down leave its gap concave: its ends decide.
         let pressed = self.psi[a].is_not_negative();
         let clear = || {
-            let lift = (self.kick[a] * u_a * t).over(left)?;
+            let lift = (self.kappa[a] * u_a * t).over(left)?;
             let p = other.u * t + (lift * left).over(one + e)?;
             let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
             let turns = p.square() + (q * other.h).scaled(4.0);
@@ -306,9 +307,10 @@ impl Course<'_> {
     fn land(&mut self, i: usize, dt: Ball, s: Ball) -> Result<(), Uncertain> {
         self.claims.collide(i, dt)?;
         self.fly(dt);
-        self.gaps[i] = Gap { h: Ball::ZERO, u: self.model.e[i] * s };
-        let other = &mut self.gaps[1 - i];
-        other.u = other.u - self.model.kick[i] * s;
+        let Model { e, kappa, .. } = &self.model;
+        let [hit, other] = newton::rates_after(e[i], kappa[i], s, self.gaps[1 - i].u);
+        self.gaps[i] = Gap { h: Ball::ZERO, u: hit };
+        self.gaps[1 - i].u = other;
         self.inside = None;
         Ok(())
     }

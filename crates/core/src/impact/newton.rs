@@ -3,6 +3,7 @@
 //! In gap rates, with w = u_i⁻ < 0 at the contact that is hit: u_i⁺ = −e_i w, u_j⁺ = u_j⁻ + (1+e_i)ψ_i w
 //! [Or & Rimon 2008, (4), (6)]. The energy lost is (1−e²)w²/(2D_ii).
 
+use crate::math::real::{Real, Ring};
 use crate::zeno::FrozenModel;
 
 /// One impact: the contact and the gap rates around it.
@@ -13,13 +14,25 @@ pub(crate) struct Hit {
     pub(crate) after: [f64; 2],
 }
 
+/// Rates after an impact with the speed s = −w: u_i⁺ = e s of the contact that is hit, u_j⁺ = u_j⁻ − κ s of the `other` one, with
+/// κ = (1+e)ψ_i.
+#[inline(always)]
+pub(crate) fn rates_after<T: Ring>(e: T, kappa: T, s: T, other: T) -> [T; 2] {
+    [e * s, other - kappa * s]
+}
+
+/// Own-rate jump (1+e)s of an impact with the speed s, and the same over own = b² + ρ²: the impulse per unit mass over ρ².
+#[inline(always)]
+pub(crate) fn own_jump<T: Real>(e: T, s: T, own: T) -> (T, T) {
+    let jump = (e + 1.0) * s;
+    (jump, jump / own)
+}
+
 /// Rates after an impact at `i`.
 #[inline]
 pub(crate) fn newton(model: &FrozenModel, i: usize, before: [f64; 2]) -> [f64; 2] {
-    let s = -before[i];
     let mut after = before;
-    after[i] = model.e[i] * s;
-    after[1 - i] -= model.kick[i] * s;
+    [after[i], after[1 - i]] = rates_after(model.e[i], model.kappa[i], -before[i], before[1 - i]);
     after
 }
 

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+use crate::math::real::Ring;
+
 /// A sum of two doubles, and how far it may be off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball {
@@ -157,6 +159,12 @@ impl Ball {
         let least = root.clearance() + self.clearance().sqrt() / SLACK;
         let radius = (self - root.square()).size() / least * (SLACK * SLACK);
         radius.is_finite().then_some(Self { radius, ..root })
+    }
+}
+
+impl Ring for Ball {
+    fn half(self) -> Self {
+        self.scaled(0.5)
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math::real::Ring;
+
 /// All numbers from `lo` to `hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Interval {
@@ -114,6 +116,12 @@ impl Add for Interval {
         } else {
             outward(self.lo + other.lo, self.hi + other.hi)
         }
+    }
+}
+
+impl Ring for Interval {
+    fn half(self) -> Self {
+        outward(0.5 * self.lo, 0.5 * self.hi)
     }
 }
 

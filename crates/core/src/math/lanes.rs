@@ -6,7 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
 
-use crate::math::real::Real;
+use crate::math::real::{Real, Ring};
 
 /// The lanes of two vector registers side by side, so that one computes while the other waits for its root or its quotient.
 #[derive(Debug, Clone, Copy)]
@@ -76,6 +76,13 @@ impl<const N: usize> Columns<N> {
 #[inline(always)]
 pub(crate) fn count<S: Simd>(_: S) -> usize {
     Lanes::<S>::COUNT
+}
+
+impl<S: Simd> Ring for Lanes<S> {
+    #[inline(always)]
+    fn half(self) -> Self {
+        self * 0.5
+    }
 }
 
 impl<S: Simd> Real for Lanes<S> {

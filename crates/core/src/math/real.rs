@@ -1,17 +1,25 @@
-//! The arithmetic of a double, which lanes of several doubles have as well.
+//! Arithmetic that formulas are written over: of doubles, of lanes of several doubles, of balls and of intervals.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+/// Sums, differences and products: a double, one in each lane, a ball or an interval.
+pub(crate) trait Ring:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// self/2
+    fn half(self) -> Self;
+}
+
+impl Ring for f64 {
+    #[inline(always)]
+    fn half(self) -> Self {
+        0.5 * self
+    }
+}
+
 /// A double, or one in each lane.
 pub(crate) trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + Add<f64, Output = Self>
-    + Mul<f64, Output = Self>
+    Ring + Div<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
 {
     /// Yes or no, in each lane.
     type Mask: Copy

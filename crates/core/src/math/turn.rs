@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 use fearless_simd::Simd;
 
 use crate::math::lanes::Lanes;
-use crate::math::real::Real;
+use crate::math::real::{Real, Ring};
 
 /// The three functions of an angle that a rotating arm needs, at one angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,6 +70,14 @@ impl Turn {
     }
 }
 
+impl<T: Ring> Turn<T> {
+    /// b and c after this turn: db/dθ = −c, dc/dθ = b.
+    #[inline(always)]
+    pub(crate) fn turned(&self, [b, c]: [T; 2]) -> [T; 2] {
+        [b - (b * self.one_minus_cos + c * self.sin), c - (c * self.one_minus_cos - b * self.sin)]
+    }
+}
+
 impl<T: Real> Turn<T> {
     /// Where [`Turn::small`] serves, in rad.
     pub(crate) const SMALL: f64 = FRAC_PI_4;
@@ -96,12 +104,6 @@ impl<T: Real> Turn<T> {
             one_minus_cos: self.one_minus_cos + dx * (self.sin + half * cos),
             x_minus_sin: self.x_minus_sin + dx * (self.one_minus_cos + half * self.sin),
         }
-    }
-
-    /// b and c after this turn: db/dθ = −c, dc/dθ = b.
-    #[inline(always)]
-    pub(crate) fn turned(&self, [b, c]: [T; 2]) -> [T; 2] {
-        [b - (b * self.one_minus_cos + c * self.sin), c - (c * self.one_minus_cos - b * self.sin)]
     }
 
     /// The first where the mask says so, else the second.

@@ -18,6 +18,7 @@
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
 
 use crate::body::posture::Posture;
+use crate::impact::newton;
 use crate::math::interval::Interval;
 
 type I = Interval;
@@ -433,8 +434,8 @@ impl Local {
     /// Rates after an impact at i.
     fn hit(&self, u: [I; 2], i: usize) -> [I; 2] {
         let mut after = u;
-        after[i] = -(self.e[i] * u[i]);
-        after[1 - i] = u[1 - i] + (I::ONE + self.e[i]) * self.psi[i] * u[i];
+        let kappa = (I::ONE + self.e[i]) * self.psi[i];
+        [after[i], after[1 - i]] = newton::rates_after(self.e[i], kappa, -u[i], u[1 - i]);
         after
     }
 

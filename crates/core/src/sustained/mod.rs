@@ -71,8 +71,7 @@ impl ContactState {
 
     /// b and c after a turn.
     pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
-        let (b, c) = (self.b, self.c);
-        (b - (b * turn.one_minus_cos + c * turn.sin), c - (c * turn.one_minus_cos - b * turn.sin))
+        turn.turned([self.b, self.c]).into()
     }
 }
 

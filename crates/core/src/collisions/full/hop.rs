@@ -6,6 +6,7 @@ use fearless_simd::Simd;
 use crate::body::geometry::ContactGeometry;
 use crate::collisions::full::{Body, FullState, LONG, REFRESH};
 use crate::flight::{GapArc, longest};
+use crate::impact::newton;
 use crate::math::clock::{Clock, renormalised, unnormalised_after};
 use crate::math::lanes::{Columns, Lanes};
 use crate::math::real::Real;
@@ -172,8 +173,7 @@ impl<T: Angle> Moment<T> {
         }
 
         let (s, e, normal) = (-rates[1], course.sides[b].restitution, course.sides[b].normal);
-        let jump = (e + 1.0) * s;
-        let per_own = jump / (after.b[b] * after.b[b] + course.rho2);
+        let (jump, per_own) = newton::own_jump(e, s, after.b[b] * after.b[b] + course.rho2);
         let push = course.rho2 * per_own;
         (after.h[A], after.h[b]) = (height, zero);
         after.u[b] = e * s;

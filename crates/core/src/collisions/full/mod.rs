@@ -13,6 +13,7 @@ use crate::body::local_model::LocalModel;
 use crate::collisions::local::{LoopExit, are_one, time_to_rest};
 use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::flight::{GapArc, Touchdown, is_lost};
+use crate::impact::newton;
 use crate::math::turn::Turn;
 use crate::tolerance::TAIL;
 use crate::zeno::{FrozenModel, Gaps, share};
@@ -141,9 +142,7 @@ impl FullState {
             let arc = self.arc(i);
             self.gaps.h[i] = arc.gap_turned(dt, turn).max(0.0);
             self.gaps.u[i] = arc.rate_turned(dt, turn);
-            let (b, c) = (self.b[i], self.c[i]);
-            self.b[i] = b - (b * turn.one_minus_cos + c * turn.sin);
-            self.c[i] = c - (c * turn.one_minus_cos - b * turn.sin);
+            [self.b[i], self.c[i]] = turn.turned([self.b[i], self.c[i]]);
         }
         self.spin.theta += self.spin.omega * dt;
         self.center.fly(self.body.gravity, dt);
@@ -208,8 +207,7 @@ impl FullState {
     /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]; returns its own-rate jump.
     fn hit(&mut self, i: usize) -> f64 {
         let (s, e) = (-self.gaps.u[i], self.body.contacts[i].restitution);
-        let jump = (1.0 + e) * s;
-        let per_own = jump / self.own(i);
+        let (jump, per_own) = newton::own_jump(e, s, self.own(i));
         let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
         self.gaps.u[i] = e * s;
         self.gaps.u[1 - i] += cross * per_own;
