@@ -1,4 +1,4 @@
-"""How far off: errors of Zeno times, collision times and states against arbitrary precision, by family of random scenes.
+"""Errors of Zeno times, collision times and states, compared with arbitrary precision, by family of random scenes.
 
 `python benches/accuracy.py` writes docs/accuracy.md and docs/accuracy.png. Errors of times are in ulps of the time, and every
 error also in units of c, its conditioning: the largest change of the exact result when one input moves by one ulp. An error of
@@ -21,7 +21,7 @@ import oracle  # noqa: E402
 import oracle_inputs  # noqa: E402
 
 SEED = 20081101
-#: Families: how a scene is drawn, how standfast runs it, and how many scenes there are for each hundred asked for.
+#: Families: how a scene is drawn, how standfast runs it, and the number of scenes in percent of the option --scenes.
 FAMILIES = {
     "local model, clattering": (
         oracle_inputs.draw_local,
@@ -57,7 +57,7 @@ def judge(task):
         "Zeno time, ulp": off / math.ulp(exact),
         "Zeno time, c": off / change.largest("time"),
     }
-    # A rate that is nearly zero still has the roundings of the speeds it came from.
+    # A rate near zero still has the rounding errors of the speeds from which it is computed.
     speeds = [abs(float(u)) for c in truth.collisions for u in (*c.before, *c.after)]
     rounding = sys.float_info.epsilon * max(speeds, default=0.0)
     turning = (
@@ -108,9 +108,9 @@ def main():
     lines = [
         "# Accuracy",
         "",
-        "Made by `make accuracy`: errors against arbitrary precision over random scenes. One ulp is the spacing of doubles at",
-        "the exact time; c is the conditioning: what one ulp of one input changes, of velocities at least the rounding of the",
-        "largest speed there was. Of a scene with several collisions or numbers, the largest error.",
+        "`make accuracy` writes this page. It compares random scenes with solutions in arbitrary precision. One ulp is the spacing of doubles",
+        "at the exact time. The conditioning c is the change that one ulp of one input causes; for velocities it is at least the rounding of",
+        "the largest speed so far. For a scene with several collisions or numbers the largest error counts.",
         "",
         "| family | scenes | quantity | median | 90 % | 99 % | largest |",
         "| --- | --- | --- | --- | --- | --- | --- |",
@@ -159,8 +159,8 @@ def main():
     figure.savefig(ROOT / "docs" / "accuracy.png", dpi=110)
     lines += [
         "",
-        "Where an input's last bit changes which contact comes to rest first, a double cannot say; these scenes are counted,",
-        "not judged. A large error in ulps with a small one in c is the scene's own amplification of its rounded inputs.",
+        "In some scenes the last bit of an input changes which contact comes to rest first. Doubles cannot decide these scenes; they are counted",
+        "as not judged. An error that is large in ulps and small in c comes from the scene, which amplifies the rounding of its inputs.",
     ]
     (ROOT / "docs" / "accuracy.md").write_text("\n".join(lines) + "\n")
 

@@ -1,5 +1,5 @@
-"""What calls from Python cost: one run of a clattering rod to rest, and a million at once. `python benches/calls.py` prints the best
-of several rounds."""
+"""Cost of calls from Python: one run of a clattering rod to rest, and a million runs in one call. `python benches/calls.py` prints
+the best of several rounds."""
 
 import math
 import time

@@ -1,4 +1,4 @@
-"""Cost as the work grows: number of runs, number of contacts, restitution towards 1, and closeness to the bound of clattering
+"""Growth of the cost with the work: number of runs, number of contacts, restitution towards 1, and closeness to the bound of clattering
 convergence. `python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
 
 import csv
@@ -19,7 +19,7 @@ START = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0)}
 
 
 def seconds(call, *arguments, **options):
-    """Median of several calls: at least three, and a tenth of a second of them."""
+    """Median of several calls: at least three calls, and at least a tenth of a second in total."""
     times = []
     while len(times) < 3 or sum(times) < 0.1:
         start = time.perf_counter()
@@ -35,7 +35,7 @@ def rod(restitution, radius=0.2):
 
 
 def runs():
-    """One rod from different starts to rest, the time of one run."""
+    """Runs of one rod to rest from different starts: time per run."""
     for count in (1, 10, 100, 1000, 10_000, 100_000, 1_000_000):
         share = np.arange(count) / count
         q = np.zeros((count, 3))
@@ -56,7 +56,7 @@ def one_by_one(body, starts):
 
 
 def contacts():
-    """A body on n feet along an arc, dropped a little askew: until its first contact rests."""
+    """A body on n feet along an arc, dropped with a small tilt, until its first contact rests."""
     for count in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64):
         feet = [0.0] if count == 1 else np.linspace(-0.5, 0.5, count)
         body = sf.Posture(
@@ -73,7 +73,7 @@ def contacts():
 
 
 def restitutions():
-    """A rod to its first Zeno point, over 1 − e."""
+    """A rod up to its first Zeno point, over 1 − e."""
     for loss in 10.0 ** np.arange(-0.25, -3.6, -0.25):
         body = rod(1 - loss)
         for model in ("local", "full"):
@@ -87,7 +87,7 @@ def restitutions():
 
 
 def closeness():
-    """e = 0.5 and ψ off its bound by this share, to either side: L² − ρ² = ψ (L² + ρ²)."""
+    """A rod with e = 0.5, and ψ away from its bound by this share, on either side: L² − ρ² = ψ (L² + ρ²)."""
     bound = sf.clattering_bound(0.5)
     for off in 10.0 ** np.arange(-1, -12.5, -0.5):
         for name, psi in (

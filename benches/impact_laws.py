@@ -1,8 +1,8 @@
-"""Which law of impact other engines have: one impact of one contact each, in random scenes, against the laws of standfast.
+"""The law of impact of other engines: one impact of one contact in each random scene, compared with the laws of standfast.
 
-A body without gravity falls on a level floor with one contact; friction from 0 to 1, restitution from 0 to .9. Both engines are
-told the contact as a small disc that touches the floor under its centre, and make one step that is so short that nothing moves.
-Compared are the changes of velocity, relative to that of the engine. Needs the extra `peers`."""
+A body without gravity hits a level floor with one contact; friction is from 0 to 1, restitution from 0 to .9. In both engines the
+contact is a small disc that touches the floor under its centre. They make one step that is so short that nothing moves. The changes
+of velocity are compared; the difference is relative to the change in the engine. Needs the extra `peers`."""
 
 import Box2D
 import numpy as np
@@ -15,7 +15,7 @@ STEP = 1e-12  # s
 
 
 def draw(rng):
-    """Arm of the contact, ρ², μ, e, and the velocity of the body by those of the contact."""
+    """Arm of the contact, ρ², μ, e, and the velocity of the body, computed from that of the contact."""
     arm = np.array([rng.uniform(-1, 1), -rng.uniform(0, 1)])
     mu, e, omega = rng.uniform(0, 1), rng.uniform(0, 0.9), rng.normal()
     slip, rate = rng.normal(0, 3), -rng.uniform(3, 9)

@@ -1,8 +1,8 @@
-"""Seconds for a map of 500 x 500 postures, and the share of it that is left open: `make maps`.
+"""Time of a map of 500 x 500 postures, and the share of it that is undecided: `make maps`.
 
-The postures are those of examples/third_figure.py: in part (b) Theorem 3 decides a third of the equilibria, in part (a) one
-in twenty, so that nearly all need the corner map. The clock covers `sf.sweep` on all cores, from the question to the
-dataset; seconds of all cores together are shown beside it.
+The postures are those of examples/third_figure.py. In part (b) Theorem 3 decides a third of the equilibria. In part (a) it decides
+one in twenty, so that nearly all need the corner map. The time covers the whole call of `sf.sweep` on all cores. The CPU time of
+all cores together is shown beside it.
 """
 
 import runpy
@@ -46,7 +46,7 @@ def main() -> None:
     """Part (b), then part (a)."""
     points = int(sys.argv[1]) if len(sys.argv) > 1 else POINTS
     example = runpy.run_path(str(EXAMPLE))
-    # Nothing of the first call, such as the import of xarray, is timed.
+    # A first call imports xarray, so that the timed calls do not.
     sf.sweep(example["vee"](0.4), {"mass": [1.0]}, "theorem_3")
     for part in ("b", "a"):
         radius = example["PARTS"][part]

@@ -1,4 +1,4 @@
-"""What the package weighs: the time of its import beyond numpy's, and the size of its wheel."""
+"""The time of importing the package, without that of numpy, and the size of its wheel."""
 
 import statistics
 import subprocess

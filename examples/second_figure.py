@@ -1,7 +1,7 @@
-"""Bounds on the coupling ψ over the restitution e (Fig. 2 of the paper), and what impacts do on either side.
+"""Bounds on the coupling ψ over the restitution e (Fig. 2 of the paper), and the end of the impacts on either side.
 
-Two contacts of equal gravity start from one state for every e and ψ; the first Zeno point and the argument by which
-it was found are shown under both bounds. `python examples/second_figure.py` draws second_figure.png.
+Two contacts of equal gravity start from the same state for every e and ψ. The picture shows the first Zeno point and its
+method under both bounds. `python examples/second_figure.py` draws second_figure.png.
 """
 
 import sys
@@ -13,9 +13,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-#: Contact 1 has just been hit, contact 2 comes down fast: gravity matters little until it hits.
+#: Contact 1 has just been hit. Contact 2 comes down so fast that gravity has little effect before its impact.
 START = {"gaps": (0.0, 1e-3), "rates": (0.1, -1.0)}
-#: First Zeno points: contacts that come to rest and the argument; colours after Okabe and Ito.
+#: Kind and method of the first Zeno point; colours after Okabe and Ito.
 KINDS = {
     ("2-zeno", "clatter"): ("#0072B2", "both contacts, clattering"),
     ("2-zeno", "self-similar"): ("#009E73", "both contacts, self-similar"),
@@ -38,14 +38,14 @@ def chatter(e):
 
 
 def fate(e, psi):
-    """Kind and argument of the first Zeno point."""
+    """Kind and method of the first Zeno point."""
     local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
     run = local.simulate(**START, stop="zeno", record=False)
     return run.zeno_points[0].kind, run.zeno_points[0].method
 
 
 def fates(points):
-    """Restitutions, couplings, and the place in `KINDS` of the fate at each pair."""
+    """Restitutions, couplings, and the index in `KINDS` of the fate at each pair."""
     middles = (np.arange(points) + 0.5) / points
     kinds = list(KINDS)
     return (

@@ -1,7 +1,7 @@
 """Where the shape of clattering is chaotic: the largest Lyapunov exponent over restitution e and coupling ψ.
 
-Below clattering convergence impacts on two contacts of equal gravity shrink on for ever or end on one contact. Divided by their size
-they come to a fixed shape, to a cycle, or never repeat: chaos, with Λ_1 > 0. `python examples/shape_chaos.py` draws
+Below clattering convergence impacts on two contacts of equal gravity shrink for ever or end on one contact. Divided by their size
+they approach a fixed shape or a cycle, or never repeat: chaos, with Λ_1 > 0. `python examples/shape_chaos.py` draws
 shape_chaos.png.
 """
 
@@ -16,16 +16,16 @@ from matplotlib.patches import Patch
 
 #: States right after an impact at contact 1: gap and rate of contact 2 for a speed of 1 m/s at 1 m/s².
 STARTS = [(0.3, -1.0), (0.1, 0.5), (0.05, -1.9), (1.5, 0.2)]
-#: Impacts that the exponents are over, after as many that are not counted.
+#: Number of impacts over which the exponents are taken, after as many that are not counted.
 IMPACTS = 4000
-#: Λ_1 of chaos: those of shapes that repeat are negative, or zero within the scatter of so many impacts.
+#: Λ_1 above this is chaos. For shapes that repeat Λ_1 is negative, or zero within the scatter of so many impacts.
 CHAOS = 0.01
 #: Colours after Okabe and Ito.
 REPEATS, ENDS = "#56B4E9", "#D9D9D9"
 
 
 def largest_exponent(e, psi):
-    """Λ_1 per impact, the largest of the starts whose impacts go on; NaN where all end on one contact."""
+    """Λ_1 per impact, the largest over the starts whose impacts do not end; NaN where all end on one contact."""
     local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
     found = (
         local.exponents((0, gap), (1, rate), n=IMPACTS, transient=IMPACTS)
@@ -45,7 +45,7 @@ def chaos(points, restitutions=(0.6, 1.0), couplings=(0.0, 0.8)):
 
 
 def main(path="shape_chaos.png", points=120):
-    """Draw Λ_1, chaos apart from order, and the curves known in closed form."""
+    """Draw Λ_1 where there is chaos, the other cases as areas, and the curve known in closed form."""
     e, psi, found = chaos(points)
     figure, axes = plt.subplots(figsize=(8, 6.5), layout="constrained")
     axes.set_facecolor(ENDS)

@@ -1,4 +1,4 @@
-"""Where the centre of mass may be: Theorem 3 of the paper over its Fig. 3, and what sharper tests add.
+"""Stable positions of the centre of mass: Theorem 3 of the paper (its Fig. 3), and sharper tests.
 
 A body stands in a V of tan β = 8/15 on two contacts with friction 1/2 and restitution 0.1; its radius of gyration
 is (a) 0.8, (b) 0.4, in half-widths of the V. `python examples/third_figure.py` draws third_figure.png.
@@ -16,7 +16,7 @@ from standfast.map_plot import COLORS, contacts
 
 #: Radii of gyration of the two parts.
 PARTS = {"a": 0.8, "b": 0.4}
-#: What is drawn as areas: colour and text.
+#: Areas of the picture: colour and text.
 AREAS = {
     "theorem": (COLORS["theorem-3"], "stable by Theorem 3"),
     "stable": (COLORS["goyal"], "stable by a sharper test"),
@@ -43,7 +43,7 @@ def vee(gyration_radius):
 
 
 def grid(gyration_radius, points):
-    """The paper's conditions and the verdict over places of the centre of mass."""
+    """The paper's conditions and the verdict over positions of the centre of mass."""
     return sf.sweep(
         vee(gyration_radius),
         over={
@@ -69,7 +69,7 @@ def silent(found):
 
 
 def draw(axes, found, part, gyration_radius):
-    """Areas for what is known, lines for the paper's conditions."""
+    """Areas for the verdicts, lines for the paper's conditions."""
     x, y = (found[f"center_of_mass.{axis}"].values for axis in "xy")
     equilibrium, theorem = found["equilibrium"].values, found["theorem_3"].values
     verdict = found["stability"].values
@@ -101,7 +101,7 @@ def draw(axes, found, part, gyration_radius):
 
 
 def main(path="third_figure.png", points=300):
-    """Draw both parts side by side and say how much is left open."""
+    """Draw both parts side by side and print the shares that are undecided."""
     figure, panels = plt.subplots(1, 2, figsize=(11, 9), layout="constrained")
     for axes, (part, gyration_radius) in zip(panels, PARTS.items(), strict=True):
         found = grid(gyration_radius, points)

@@ -1,4 +1,4 @@
-"""Speed against accuracy: runs every tool that is installed over the scenes, and charts what each needs for what it gets.
+"""Speed against accuracy: runs every installed tool on the scenes, and draws the time of each run against its error.
 
 `python chart.py` writes into docs/: work_precision.png and .svg, work_precision.csv (every point) and work_precision.md (the
 table, and every point that standfast does not dominate). Points of tools that ran before are kept in target/work_precision;
@@ -58,7 +58,7 @@ def kept(tool):
 
 
 def measure(tool, command):
-    """The points of a tool; none if it is missing."""
+    """Run a tool and store its points; skip it if it is missing."""
     if shutil.which(command[0]) is None:
         print(f"{tool}: {command[0]} is missing: skipped", file=sys.stderr)
         return
@@ -73,8 +73,8 @@ def measure(tool, command):
 
 
 def points(scenes):
-    """Every point with its error: of heights or places relative to the height of the start or the way travelled, of times
-    relative to themselves; None where a tool never comes to rest."""
+    """Every point with its error. Errors of positions are relative to `length`, those of times to the exact time; None where a
+    tool never comes to rest."""
     found = []
     for tool in TOOLS:
         if not kept(tool).exists():
@@ -105,7 +105,7 @@ def points(scenes):
 
 
 def length(scene):
-    """What errors of places are relative to: the way of the centre of mass from the start to rest; of rocking, its width."""
+    """The length to which errors of positions are relative: the distance from the start to rest; for rocking, the width."""
     start, end = scene["start"]["q"], [float(x) for x in scene["rest"]["q"]]
     way = max(abs(a - b) for a, b in zip(start[:2], end[:2], strict=False))
     return way or 2 * abs(scene["body"]["arms"][0][0])
@@ -190,7 +190,7 @@ def panel(axis, here):
 
 
 def dominated(here, ours, others):
-    """Points of these families that no single call of `ours` beats: both at most as slow and at most as far off."""
+    """Points of these families for which no single call of `ours` has at most their time and at most their error."""
     mine = [p for p in here if p["family"] == ours and "at once" not in p["setting"]]
     for point in here:
         if point["family"] not in others:
@@ -246,12 +246,12 @@ def table(scenes, found):
     lines = [
         "# Speed against accuracy",
         "",
-        "Made by `make chart`: time of a run as its user calls it, state read, against the error; scenes and",
-        "exact answers in `benches/work_precision/scenes.py`, how each tool was told them in its script beside it.",
-        "Setting up a body or a world is not timed. A run of a fixed step to rest is timed up to the time of rest that it",
-        "found, as if that had been known. 10 000 at once: as many equal runs by one call of `simulate_many` on all cores, the",
-        "time of one of them.",
-        "Of each tool: its fastest setting, and its most accurate one.",
+        "`make chart` writes this page: the time of a run as a user calls it, with its state read, and the error of the result.",
+        "`benches/work_precision/scenes.py` has the scenes and their exact answers. A script in `peers` beside it sets them up for each",
+        "tool. Set-up of bodies and worlds is excluded from the timing of every tool. A run with a fixed step to rest is timed up to the",
+        'time of rest that an earlier run found. "10000 at once" means 10 000 equal runs in one call of `simulate_many` on all cores; the',
+        "time is divided by their number.",
+        "The table has the fastest setting and the most accurate setting of each tool.",
         "",
         "| scene | task | tool | setting | time, s | relative error |",
         "| --- | --- | --- | --- | --- | --- |",
@@ -285,23 +285,23 @@ def table(scenes, found):
         "",
         "## Against fixed steps",
         "",
-        f"Moreau–Jean's largest step with an error of at most {COARSE:.0e}, or else the most accurate one, beside standfast's full",
-        "model; both in Rust, without recording.",
+        f"The largest step of Moreau–Jean with an error of at most {COARSE:.0e} (or, if there is none, its most accurate step), compared with",
+        "the full model of standfast. Both are in Rust, without recording.",
         "",
         "| scene | task | step, s | relative error | time, s | standfast, s | ratio |",
         "| --- | --- | --- | --- | --- | --- | --- |",
         *against_steps(scenes, found),
         "",
-        "## Points that no single call of standfast from Python beats in both",
+        "## Points that no single call of standfast from Python beats in both time and error",
         "",
-        "Of all other engines. Errors of up to nine roundings of a double, 1.0e-15, count as alike: so much moves the time at",
-        "which the sliding block stops if each of its inputs is changed by one rounding.",
+        "The points of all other engines are compared. Errors of up to nine roundings of a double, 1.0e-15, count as equal: the time at",
+        "which the sliding block stops changes by this much if each of its inputs is changed by one rounding.",
         "",
         *bullets(scenes, left),
         "",
-        "## Points in Rust that no single call of standfast in Rust beats in both",
+        "## Points in Rust that no single call of standfast in Rust beats in both time and error",
         "",
-        "Of rapier and of Moreau–Jean.",
+        "The points of rapier and of Moreau–Jean are compared.",
         "",
         *bullets(scenes, bare),
     ]

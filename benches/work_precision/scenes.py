@@ -1,4 +1,4 @@
-"""The scenes of the chart and what is true of them, to 20 digits: computed with mpmath from the equations of motion, event
+"""The scenes of the chart and their exact answers, to 20 digits: computed with mpmath from the equations of motion, event
 by event, without standfast. All given numbers are the doubles that the tools get, and exact.
 
 `python scenes.py` writes scenes.json, which every tool reads. Each scene has two tasks: *before* the impacts accumulate, the
@@ -93,7 +93,7 @@ class Rod:
             self.collide(time)
 
     def collide(self, time=mp.inf):
-        """The next collision, or none before this time; the end that is hit."""
+        """The next collision and the end that is hit, or None if there is none before this time."""
         landings = [self.touchdown(end) for end in (0, 1)]
         end = int(landings[1] < landings[0])
         if self.t + landings[end] > time:
@@ -104,7 +104,7 @@ class Rod:
         return end
 
     def settle(self):
-        """To rest: an end whose bounces have become negligible is held while the other one falls and lands."""
+        """The motion to rest. An end whose bounces have become negligible is held while the other end falls and lands."""
         while True:
             end = self.collide()
             if abs(self.rate(end)) < NEGLIGIBLE:
@@ -140,7 +140,7 @@ class Rod:
         self.v = side * self.length * self.omega
 
     def corner(self, landed):
-        """The end that lands is hit first, then whichever approaches; all in no time."""
+        """The end that lands is hit first, then any end that approaches, all at one instant."""
         end = landed
         while min(self.rate(0), self.rate(1)) < 0:
             if self.rate(end) < 0:
@@ -208,9 +208,9 @@ def block():
 
 
 def rocking():
-    """Housner's block: it turns about a corner, by quadrature, and each impact at the other one keeps a share of its spin."""
+    """Housner's block. It turns about a corner, by quadrature. Each impact at the other corner keeps a constant share of its spin."""
     radius, alpha, omega = mpf(1.25), mpf(0.3), mpf(0.4)
-    # As a double has them.
+    # The values as doubles.
     b, h = mpf(float(radius * mp.sin(alpha))), mpf(float(radius * mp.cos(alpha)))
     rho2 = mpf(float(radius / mp.sqrt(3))) ** 2
     diagonal2, angle = b * b + h * h, mp.atan(b / h)

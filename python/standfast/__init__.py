@@ -1,8 +1,8 @@
 """Exact motion of planar rigid bodies on frictional contacts, through every impact.
 
 A body dropped on its contacts bounces and clatters, infinitely often in finite time.
-Every collision is computed as an event of its own, and the infinitely many that pile
-up are summed to their limit, the *Zeno point*.
+Every collision is computed as an event of its own. Where infinitely many collisions
+accumulate, they are summed to their limit, the *Zeno point*.
 
 >>> import math
 >>> import standfast as sf
@@ -14,8 +14,8 @@ up are summed to their limit, the *Zeno point*.
 >>> zeno.kind, zeno.contacts, f"{zeno.time:.12f} s"
 ('2-zeno', (1, 2), '0.047784807064 s')
 
-SI units; angles in rad, counterclockwise; pairs in the order (tangential, normal);
-contacts are numbered from 1.
+Units are SI, angles are in rad, counterclockwise. Pairs have the order (tangential,
+normal). Contacts are numbered from 1.
 """
 
 from standfast._core import (

@@ -1,7 +1,7 @@
 """The command line: `standfast run SCENE`, `modes`, `stability`, `map`, `schema`.
 
-Exit code 0: there is an answer, whichever it is. 1: a solver failed. 2: wrong input, named in one
-line on stderr. 130: interrupted.
+Exit codes. 0: there is a result, whatever its outcome. 1: a solver failed. 2: wrong input; one line on
+stderr names it. 130: interrupted.
 """
 
 import math
@@ -37,7 +37,7 @@ from standfast.table import (
 #: Formats of a picture.
 PICTURES = (".png", ".pdf", ".svg")
 
-#: Values of a parameter of a map: one more is a mistake, and its array would fill the memory.
+#: Largest number of values of a parameter of a map. More values are a mistake, and their array would fill the memory.
 MOST_VALUES = 10_000_000
 
 app = App(
@@ -51,17 +51,17 @@ app = App(
 
 
 def _path(_: object, tokens: Sequence[Token]) -> Path:
-    """A path as it was given; an empty one would be taken for the current folder."""
+    """The path as given. An empty path is refused, because `Path("")` is the current folder."""
     if not tokens[0].value:
         raise ValueError("the path is empty")
     return Path(tokens[0].value)
 
 
 def _whole(_: object, tokens: Sequence[Token]) -> int:
-    """An integer as it is written: nothing is rounded to one."""
+    """An integer in decimal digits; other numbers are refused and not rounded."""
     text = tokens[0].value
     if not (text.isascii() and text.isdigit()):
-        raise ValueError(f"{text!r} is no integer >= 0")
+        raise ValueError(f"{text!r} is not an integer >= 0")
     return int(text)
 
 
@@ -72,7 +72,7 @@ def run(
     json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
-    """Simulate a scene and tell the story of the run.
+    """Simulate a scene and print a report of the run.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def run(
     _writable(json, "--json", scene)
     _drawable(plot, scene)
     if json is not None and plot is not None and json.resolve() == plot.resolve():
-        raise ValueError(f"--plot {plot}: is the file of --json, too")
+        raise ValueError(f"--plot {plot}: is also the file of --json")
     loaded = sf.load(scene)
     with _of(scene):
         result = loaded.simulate(**({} if plot is None else {"record": True}))
@@ -101,7 +101,7 @@ def run(
 
 @app.command
 def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
-    """Print what the contacts of a scene may do next from its start, by Coulomb's law.
+    """Print the contact modes that Coulomb's law allows at the start of a scene.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
     asked = (start.posture, start.q, start.qdot)
     with _of(scene):
         found = sf.contact_modes(*asked)
-        if found.status == "found":  # searched for: the table is of all words
+        if found.status == "found":  # a search gives one word; the table needs all
             found = sf.contact_modes(*asked, method="enumerate")
     _say(f"{scene.name}\n{found}")
 
@@ -125,16 +125,16 @@ def stability(
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
     json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
-    """Print whether the posture of a scene is stable, and why.
+    """Print whether the posture of a scene is stable, with the reason.
 
     Parameters
     ----------
     scene
         Scene file, TOML or JSON.
     trials
-        Simulate so many random small kicks, too.
+        Number of random small kicks to simulate as well.
     seed
-        Of their random numbers.
+        Seed of the random numbers of these kicks.
     json
         Write the verdict with its evidence to this file, as JSON.
     """
@@ -157,27 +157,27 @@ def sweep(
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
     cache: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
-    """Map a quantity of a scene over one or two of its parameters, or more.
+    """Map a quantity of a scene over one or more of its parameters.
 
     Parameters
     ----------
     scene
         Scene file, TOML or JSON.
     over
-        PATH=LOW:HIGH:COUNT, such as center_of_mass.x=-1:1:200; given again for another parameter.
+        PATH=LOW:HIGH:COUNT, such as center_of_mass.x=-1:1:200; repeat the option for another parameter.
     quantity
-        Such as stability, theorem_3, clattering_margin, fate; given again for another one.
+        Such as stability, theorem_3, clattering_margin, fate; repeat the option for another quantity.
     plot
         Draw the map into this file: .png, .pdf or .svg. Needs matplotlib.
     cache
-        Folder in which finished parts are kept: the same question goes on from there.
+        Folder for finished parts; the same command then computes only the missing parts.
     """
     _drawable(plot, scene)
     axes: dict[str, np.ndarray[Any, Any]] = {}
     for text in over:
         path, values = _axis(text)
         if path in axes:
-            raise ValueError(f"--over {text}: {path} is there already")
+            raise ValueError(f"--over {text}: {path} is given twice")
         axes[path] = values
     names = quantity or ["stability"]
     if plot is not None:
@@ -201,7 +201,7 @@ def sweep(
 
 
 def _culprit(problem: str, over: Sequence[str], scene: Path) -> str:
-    """What a map was refused for: one of its options, or else its scene."""
+    """The option that was refused, or the scene file if it is none of the options."""
     if problem.startswith("quantity = "):
         return "--quantity"
     for text in over:
@@ -212,7 +212,7 @@ def _culprit(problem: str, over: Sequence[str], scene: Path) -> str:
 
 
 def _axis(text: str) -> tuple[str, np.ndarray[Any, Any]]:
-    """A parameter and its values.
+    """The path of a parameter and its values.
 
     >>> _axis("center_of_mass.x=-1:1:5")
     ('center_of_mass.x', array([-1. , -0.5,  0. ,  0.5,  1. ]))
@@ -245,7 +245,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _printing():
             if isinstance(sys.stdout, TextIOWrapper):
-                # A name or a unit that its encoding lacks is no reason to lose an answer.
+                # A character that the encoding of the terminal lacks must not stop the output.
                 sys.stdout.reconfigure(errors="replace")
             app(
                 arguments,
@@ -256,7 +256,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
     except BrokenPipeError:
-        # The reader has gone, as in `standfast ... | head`: nothing is left to say.
+        # The reader has closed the pipe, as in `standfast ... | head`.
         return 1
     except sf.SolverError as error:
         return _complain(str(error), 1)
@@ -274,7 +274,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _of(scene: Path) -> Iterator[None]:
-    """Name the scene of what is wrong with it."""
+    """Put the path of the scene before the message of an error."""
     try:
         yield
     except ValueError as error:
@@ -283,7 +283,7 @@ def _of(scene: Path) -> Iterator[None]:
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Name standard output if it cannot be written."""
+    """Name standard output in the error if it cannot be written."""
     try:
         yield
         if sys.stdout is not None:  # None: it was closed from the start.
@@ -291,7 +291,7 @@ def _printing() -> Iterator[None]:
     except OSError as error:
         if error.filename is not None:
             raise
-        # What could not be written goes nowhere, or the interpreter would try again at its end.
+        # Discard the buffered output; otherwise the interpreter would try to write it again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         raise OSError(error.errno, error.strerror, "standard output") from error
 
@@ -312,7 +312,7 @@ def _one_line(text: str) -> str:
 
 
 def _writable(path: Path | None, option: str, scene: Path) -> None:
-    """Refuse a target that cannot be written, or that is the scene, before anything is computed for it."""
+    """Refuse an output file that cannot be written, or that is the scene file, before the computation starts."""
     if path is None:
         return
     if path.exists() and scene.exists() and path.samefile(scene):
@@ -337,7 +337,7 @@ def _drawable(path: Path | None, scene: Path) -> None:
         raise ValueError("--plot needs matplotlib: pip install matplotlib") from error
 
 
-# The story of a run.
+# The report of a run.
 
 
 def decimal(seconds: float) -> str:
@@ -369,28 +369,28 @@ def estimate(seconds: float) -> str:
 
 
 def story(run: sf.Run, title: str) -> str:
-    """What happened, for a person to read."""
+    """The report of a run, as text."""
     lines = [title]
 
-    def tell(name: str, value: str) -> None:
+    def row(name: str, value: str) -> None:
         lines.append(f"  {name:<11} {value}")
 
     posture = run.posture
     if posture is not None:
-        tell(
+        row(
             "body",
             f"mass {posture.mass:g} kg, radius of gyration {posture.gyration_radius:g} m,"
             f" centre of mass {_tuple(posture.center_of_mass)} m, gravity {posture.gravity:g} m/s^2",
         )
         for number, contact in enumerate(posture.contacts, start=1):
             e = contact.restitution
-            tell(
+            row(
                 f"contact {number}",
                 f"point {_tuple(contact.point)} m, slope {contact.slope:zg} rad,"
                 f" friction {contact.friction:g},"
                 f" restitution {posture.restitution if e is None else e:g}",
             )
-    tell("model", f"{run.model}: {run.model_reason}")
+    row("model", f"{run.model}: {run.model_reason}")
 
     impacts = run.impacts
     lines.append("")
@@ -403,7 +403,7 @@ def story(run: sf.Run, title: str) -> str:
             lines.append(f"    ... and {len(impacts) - ROWS} more (all with --json)")
     elif run.collisions:
         lines.append(
-            f"  impacts simulated one by one: {run.collisions}, none of them recorded (record = false)"
+            f"  impacts simulated one by one: {run.collisions}, not recorded (record = false)"
         )
     else:
         lines.append("  no impact was simulated")
@@ -429,7 +429,7 @@ def story(run: sf.Run, title: str) -> str:
     lines.append("")
     if run.phases:
         lines.append(
-            "  phases (a letter for each contact: S separate, F held fast, R, L slides right, left)"
+            "  phases (a letter for each contact: S separate, F fixed, R, L slides right, left)"
         )
         ends = {
             p.time: "plastic landing" if p.plastic else "contact at rest"
@@ -445,17 +445,17 @@ def story(run: sf.Run, title: str) -> str:
         if len(run.phases) > ROWS:
             lines.append(f"    ... and {len(run.phases) - ROWS} more (all with --json)")
         lines.append("")
-    tell("outcome", f"{run.outcome} at {decimal(run.time)} s")
+    row("outcome", f"{run.outcome} at {decimal(run.time)} s")
     if run.q is not None and run.qdot is not None:
-        tell("q", f"({_numbers(run.q)}) m, m, rad")
-        tell("qdot", f"({_numbers(run.qdot)}) m/s, m/s, rad/s")
+        row("q", f"({_numbers(run.q)}) m, m, rad")
+        row("qdot", f"({_numbers(run.qdot)}) m/s, m/s, rad/s")
     else:
-        tell("theta", f"{run.theta!r} rad")
-        tell("omega", f"{run.omega!r} rad/s")
-    tell("gaps", f"({_numbers(run.gaps)}) m")
-    tell("gap rates", f"({_numbers(run.rates)}) m/s")
+        row("theta", f"{run.theta!r} rad")
+        row("omega", f"{run.omega!r} rad/s")
+    row("gaps", f"({_numbers(run.gaps)}) m")
+    row("gap rates", f"({_numbers(run.rates)}) m/s")
     for warning in run.warnings:
-        tell("warning", warning)
+        row("warning", warning)
     if run.undecided is not None:
         lines += ["", str(sf.contact_modes(run.undecided))]
     return "\n".join(lines)
@@ -476,26 +476,26 @@ def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
     return aligned(rows)
 
 
-#: How a Zeno point was found, for a person to read.
+#: Text of the report for each method of a Zeno point.
 METHODS = {
-    "bounce": "bouncing, summed in closed form if certified, else followed until rounding ends it",
+    "bounce": "bouncing, summed in closed form if certified, else simulated until the speeds are below rounding",
     "clatter": "clattering on both contacts in turn, summed in closed form",
     "chatter": "infinitely many impacts in zero time",
-    "rest": "the contact rests on the terrain, without an impact",
+    "rest": "the contact rests on the terrain from the start, without an impact",
     "self-similar": "impacts repeat on a smaller and smaller scale, summed as a geometric series",
-    "mixed": "impacts without a pattern, followed until rounding ends them",
+    "mixed": "impacts without a pattern, simulated until the time left or the speeds are below rounding",
     "nested": "Zeno points that themselves accumulate, summed as a geometric series",
     "plastic": "the restitution is 0: the contact comes to rest in an impact, without rebound",
 }
 
 
 def _method(point: sf.ZenoPoint) -> str:
-    """How contacts came to rest; for a person to read, no bounce is what needs none."""
+    """The method of a Zeno point as the report names it: "plastic" instead of "bounce" where there is no rebound."""
     return "plastic" if point.plastic else point.method
 
 
 def _zeno_title(points: list[sf.ZenoPoint]) -> str:
-    """What happens at these points: infinitely many impacts, one on each contact, or none."""
+    """The title of the table: infinitely many impacts, plastic landings or contacts at rest from the start."""
     kinds = {
         "Zeno points (infinitely many impacts end)": any(map(is_infinite, points)),
         "plastic landings (no rebound)": any(p.plastic for p in points),
@@ -507,11 +507,11 @@ def _zeno_title(points: list[sf.ZenoPoint]) -> str:
 
 
 def _enclosure(run: sf.Run) -> list[str]:
-    """What is proved of the times."""
+    """The lines of the report on proved times."""
     enclosure = run.enclosure
     if enclosure is None:
         return []
-    proved = f"  proved, after the start: {counted(len(enclosure.impacts), 'impact')} within the bounds that --json gives"
+    proved = f"  proved, after the start: {counted(len(enclosure.impacts), 'impact')} within bounds (all with --json)"
     if enclosure.zeno is None:
         return [f"{proved}; then {enclosure.reason}"]
     low, high = map(decimal, enclosure.zeno)
@@ -552,7 +552,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
     return aligned(rows)
 
 
-#: How the story tells of the events that phases begin with.
+#: Text of the report for each event with which a phase begins.
 CAUSES = {
     "lift-off": "lift-off of contact {}",
     "impact": "impact of contact {}",
@@ -564,7 +564,7 @@ CAUSES = {
 
 
 def _cause(phase: sf.Phase, ends: dict[float, str]) -> str:
-    """What a phase begins with; `ends`: at which times contacts come to rest without infinitely many impacts, and how."""
+    """The event with which a phase begins. `ends`: text for each time at which contacts come to rest without infinitely many impacts."""
     if phase.cause == "zeno" and phase.start in ends:
         return ends[phase.start]
     return CAUSES.get(phase.cause, phase.cause).format(phase.contact)

@@ -19,7 +19,7 @@ from standfast.plot import save
 if TYPE_CHECKING:
     import xarray
 
-#: Colours of words, after Okabe and Ito: told apart with every kind of colour vision, and in grey what is not known.
+#: Colours of words, after Okabe and Ito: readable with every kind of colour vision. Unknown results are grey.
 COLORS = {
     "stable": "#0072B2",
     "unstable": "#D55E00",
@@ -42,13 +42,13 @@ COLORS = {
     "yes": "#0072B2",
     "no": "#D9D9D9",
 }
-#: A map of places of the centre of mass is drawn to scale.
+#: A map over both coordinates of the centre of mass is drawn to scale.
 PLACES = {"center_of_mass.x", "center_of_mass.y"}
 #: Width of a panel and of the figure's height, in inches.
 WIDTH, HEIGHT = 6.0, 5.2
-#: Place of the scale beside a panel, in its width and height.
+#: Position and size of the colour scale beside a panel, relative to the width and height of the panel.
 SCALE = (1.03, 0.0, 0.05, 1.0)
-#: Share of the numbers at either end, in percent, that get the colour of the scale's end.
+#: Share of the lowest and of the highest values, in percent, that are drawn in the colour of the end of the scale.
 POLES = 2.0
 #: Panels in a row.
 ROW = 2
@@ -62,8 +62,9 @@ def draw(
 ) -> Figure:
     """Draw every quantity of a sweep over one or two parameters; if `path` is given, save the figure there.
 
-    Words and flags are areas with a legend that says how much of the map each covers, numbers are colours with a
-    scale; where they change their sign there is a line. Over both coordinates of the centre of mass the contacts of `posture` are shown, too.
+    Words and flags are drawn as areas; the legend has the share of the map that each covers. Numbers are drawn as
+    colours with a scale, and a line where they change their sign. If the parameters are both coordinates of the
+    centre of mass, the contacts of `posture` are shown, too.
     """
     refuse(list(grid.sizes))
     names = [str(name) for name in grid.data_vars]
@@ -100,7 +101,7 @@ def refuse(parameters: list[Any]) -> None:
 
 
 def panel(axes: Axes, grid: "xarray.Dataset", name: str) -> None:
-    """One quantity over one or two parameters, the first of them to the right."""
+    """One quantity over one or two parameters. The first parameter is on the horizontal axis."""
     variable = grid[name].sortby(list(grid[name].dims))
     paths = [str(dim) for dim in variable.dims]
     coordinates = [variable[path].values for path in paths]
@@ -167,7 +168,7 @@ def areas(
 
 
 def percent(share: float) -> str:
-    """A share in percent: what is there is not shown as nothing, and what is missing not as all.
+    """A share in percent. A share above zero is not rounded to 0 %, and a share below one not to 100 %.
 
     >>> percent(0.25), percent(1e-6), percent(1.0), percent(1.0 - 1e-6)
     ('25.0 %', '<0.1 %', '100 %', '>99.9 %')
@@ -190,7 +191,7 @@ def numbers(
     """Numbers as colours, with the line on which a margin changes its sign."""
     finite = np.where(np.isfinite(values), values, np.nan)
     known = finite[np.isfinite(finite)]
-    # A few poles would take all colours for themselves.
+    # Without this a few poles would take the whole range of colours.
     low, high = np.percentile(known, [POLES, 100 - POLES]) if known.size else (0, 1)
     image = axes.pcolormesh(
         *coordinates,
@@ -221,7 +222,7 @@ def numbers(
 
 
 def contacts(axes: Axes, grid: "xarray.Dataset", posture: Posture) -> None:
-    """The contacts and their terrain, where the map is a map of places of the centre of mass."""
+    """The contacts and their terrain, if the map is over both coordinates of the centre of mass."""
     if list(grid.sizes) != ["center_of_mass.x", "center_of_mass.y"]:
         return
     x, y = axes.get_xlim(), axes.get_ylim()

@@ -1,7 +1,7 @@
 """Maps: quantities of a posture over a grid of its parameters.
 
-A grid is answered in chunks, ranges of its points in the order of an array. Each chunk is a picklable
-call, so that any executor can answer it, and its answer can be kept on disk.
+A grid is computed in chunks, which are ranges of its points in array order. Each chunk is a picklable
+call, so that any executor can run it, and its result can be saved to disk.
 """
 
 import hashlib
@@ -22,13 +22,13 @@ from standfast._core import Posture, Sweep, write_whole
 if TYPE_CHECKING:
     import xarray
 
-#: Chunks that a grid is divided into unless they would be smaller than `SMALLEST` points.
+#: Number of chunks of a grid, unless they would then have fewer than `SMALLEST` points.
 CHUNKS, SMALLEST = 128, 256
 
-#: Bytes of a hash.
+#: Length of a hash, in bytes.
 HASH = hashlib.sha256().digest_size
 
-#: What the parameters and the quantities are, and their units.
+#: Description and unit of each parameter and quantity.
 UNITS = {
     "mass": ("mass", "kg"),
     "gyration_radius": ("radius of gyration", "m"),
@@ -58,12 +58,12 @@ UNITS = {
     "chatter_margin": ("coupling above Goyal's bound", ""),
     "energy": ("frictionless motion comes to rest", ""),
     "delicate": ("rounding may decide", ""),
-    "amplification": ("largest motion after a kick, relative to it, at most", ""),
+    "amplification": ("bound on the largest motion relative to the kick", ""),
     "fate": ("outcome of the run", ""),
     "zeno_time": ("first Zeno point", "s"),
 }
 
-#: Keywords of `simulate` for a fate.
+#: Keywords of `simulate` that `sweep` passes on for "fate" and "zeno_time".
 OPTIONS = {
     "model",
     "impact",
@@ -97,21 +97,22 @@ def sweep(
 ) -> "xarray.Dataset":
     """Quantities of a posture over a grid of its parameters, as an xarray.Dataset.
 
-    over : the values of each parameter, by its path: mass, gyration_radius, gravity, restitution, friction (of
-    all contacts), center_of_mass.x, center_of_mass.y, and of contact 1 (2, …) contacts.1.point.x, point.y,
-    slope, friction, restitution, tangential_restitution. quantity : one name or several: every field of a
-    Verdict ("stability" is its frictional_stability; "by" says "undecided" where that is None), "theorem_3"
-    (kinematic_strong and clattering), "fate" (the outcome of a run from q, qdot) and "zeno_time" (s, of its first Zeno
-    point; NaN if there is none). q, qdot, options : start and keywords of `simulate` for these two.
+    over : a mapping from the path of each parameter to its values. Paths: mass, gyration_radius, gravity,
+    restitution, friction (of all contacts), center_of_mass.x, center_of_mass.y; for contact 1 (2, …)
+    contacts.1.point.x, point.y, slope, friction, restitution, tangential_restitution. quantity : one name or
+    several: every field of a Verdict ("stability" is its frictional_stability; "by" is "undecided" where the field
+    is None), "theorem_3" (kinematic_strong and clattering), "fate" (the outcome of a run from q, qdot) and
+    "zeno_time" (time of its first Zeno point in s; NaN if there is none). q, qdot, options : start and keywords of
+    `simulate` for "fate" and "zeno_time".
 
-    threads : None takes all cores. executor : any concurrent.futures.Executor, such as a ProcessPoolExecutor or
-    that of a Dask client, instead of threads. cache : folder in which finished chunks are kept; the same question
-    finds them again and computes only what is missing. chunk : points of a chunk. progress : whether a bar is
-    shown; None: on a terminal, where tqdm is installed.
+    threads : number of threads; None uses all cores. executor : any concurrent.futures.Executor, such as a
+    ProcessPoolExecutor or that of a Dask client, instead of threads. cache : folder for finished chunks; a later
+    call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
+    chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
 
-    The answer is the same to the bit whatever the threads, the executor and the chunks. Margins and "theorem_3"
-    are cheap (microseconds a point); "stability", "by", "energy" and "delicate" may take the corner map, "amplification"
-    (NaN where it is None) always does. Needs xarray: the extra `map`.
+    The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
+    microseconds a point. "stability", "by", "energy" and "delicate" may need the corner map, which takes longer;
+    "amplification" (NaN where the field is None) always needs it. Needs xarray: the extra `map`.
 
     >>> import numpy as np
     >>> import standfast as sf
@@ -132,7 +133,7 @@ def sweep(
     unknown = sorted(set(options) - OPTIONS)
     if unknown:
         raise TypeError(
-            f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep, nor one of simulate:"
+            f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep; those of simulate are"
             f" {', '.join(sorted(OPTIONS))}"
         )
     if not (
@@ -152,7 +153,7 @@ def sweep(
         )
     if len(set(names)) < len(names):
         raise ValueError(
-            f"quantity = {names!r} cannot be used: each one once is allowed"
+            f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
     axes = [(path, np.asanyarray(values)) for path, values in over.items()]
     question = Sweep(posture, axes, names, q, qdot, options or None)
@@ -177,7 +178,7 @@ def _xarray() -> Any:
 
 
 def _divided(size: int, chunk: int | None) -> list[tuple[int, int]]:
-    """The ranges of points that are answered as one.
+    """The chunks: ranges of points that are computed in one call.
 
     >>> _divided(600, None), _divided(5, 2)
     ([(0, 256), (256, 512), (512, 600)], [(0, 2), (2, 4), (4, 5)])
@@ -192,7 +193,7 @@ def _divided(size: int, chunk: int | None) -> list[tuple[int, int]]:
 
 
 def answer(question: Sweep, start: int, stop: int, threads: int | None = 1) -> _Columns:
-    """What an executor is asked to call: the quantities at the points from `start` up to `stop`."""
+    """The call that an executor runs: the quantities at the points from `start` up to `stop`."""
     return question.run(start, stop, threads)
 
 
@@ -203,7 +204,7 @@ def _answers(
     executor: Executor | None,
     cache: str | os.PathLike[str] | None,
 ) -> Iterator[tuple[int, _Columns]]:
-    """The answers of all parts with their starts, those that are kept first."""
+    """The results of all chunks with their starts; those found in the cache come first."""
     kept = None if cache is None else Kept(Path(cache), question)
     missing = []
     for part in parts:
@@ -218,7 +219,7 @@ def _answers(
     else:
         if threads is not None:
             raise ValueError(
-                f"threads = {threads!r} cannot be used: left out beside an executor, which has its own"
+                f"threads = {threads!r} cannot be used: with an executor only None is allowed"
             )
         store = (lambda *_: None) if kept is None else kept.write
         computed = _submitted(question, missing, executor, store)
@@ -234,7 +235,7 @@ def _submitted(
     executor: Executor,
     store: Callable[[tuple[int, int], _Columns], None],
 ) -> Iterator[tuple[tuple[int, int], _Columns]]:
-    """Answers by an executor, in the order in which they come. Should one fail, those that are under way are still kept."""
+    """Results from an executor, in the order in which they are finished. If one fails, those under way are still stored."""
     futures: dict[Future[_Columns], tuple[int, int]] = {}
     try:
         for part in parts:
@@ -247,7 +248,7 @@ def _submitted(
     except BaseException as error:
         under_way = [future for future in futures if not future.cancel()]
         for future in under_way:
-            # A reader who interrupts does not want to wait for what has only begun.
+            # After an interrupt (not an Exception) do not wait for chunks that are still running.
             if isinstance(error, Exception) or future.done():
                 try:
                     columns = future.result()
@@ -258,9 +259,9 @@ def _submitted(
 
 
 class Kept:
-    """Finished chunks on disk, in a folder of their question: each is there whole or not at all.
+    """Finished chunks on disk, in one folder for each set of arguments. A chunk is stored whole or not at all.
 
-    A chunk is a file of its columns, one after the other, behind a hash of them: whatever else is in its place counts as
+    The file of a chunk has a hash and then the columns, one after the other. A file whose hash does not match counts as
     missing.
     """
 
@@ -286,10 +287,10 @@ class Kept:
             write_whole(self.folder / "question.json", text.encode())
 
     def read(self, part: tuple[int, int]) -> _Columns | None:
-        """The answer of a part; None if it is not there, or not whole."""
+        """The result of a chunk; None if it is missing or incomplete."""
         path, count = self._path(part), part[1] - part[0]
         size = HASH + count * sum(dtype.itemsize for dtype in self.dtypes)
-        # A pipe would keep its reader waiting, and a file of another size is none of ours.
+        # Reading a pipe would block, and a file of another size was not written here.
         if not (path.is_file() and path.stat().st_size == size):
             return None
         data = path.read_bytes()
@@ -302,7 +303,7 @@ class Kept:
         return columns
 
     def write(self, part: tuple[int, int], columns: _Columns) -> None:
-        """Keep the answer of a part."""
+        """Store the result of a chunk."""
         data = b"".join(column.tobytes() for column in columns)
         path = self._path(part)
         if path.exists() and not path.is_file():
@@ -314,12 +315,12 @@ class Kept:
 
 
 def _hash(path: Path, data: bytes) -> bytes:
-    """Of a chunk and of what it answers."""
+    """The hash of a chunk and of its file name."""
     return hashlib.sha256(f"{path.parent.name}/{path.name}\n".encode() + data).digest()
 
 
 def _build() -> str:
-    """A hash of the compiled module: answers of another one are not taken for its own."""
+    """A hash of the compiled module, so that results of another build are not reused."""
     return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()
 
 
@@ -329,7 +330,7 @@ def _shown(
     parts: list[tuple[int, int]],
     progress: bool | None,
 ) -> Iterator[tuple[int, _Columns]]:
-    """The answers, with a bar that counts their points if it is wanted."""
+    """The results, with a progress bar over the points if `progress` asks for it."""
     if progress is None:
         wanted = sys.stderr is not None and sys.stderr.isatty()
     else:
@@ -354,7 +355,7 @@ def _shown(
 
 
 def described(name: str) -> tuple[str, str]:
-    """What a path or a quantity is, and its unit.
+    """The description of a path or a quantity, and its unit.
 
     >>> described("contacts.2.slope"), described("gyration_radius")
     (('contact 2 slope', 'rad'), ('radius of gyration', 'm'))

@@ -1,4 +1,4 @@
-"""Pictures of a run: the gaps, their way into a Zeno point, and the body. Needs matplotlib."""
+"""Pictures of a run: the gaps over time, the gaps before a Zeno point, and the body. Needs matplotlib."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
 
-#: Okabe and Ito's colours: told apart with every kind of colour vision.
+#: Okabe and Ito's colours, which can be distinguished with every kind of colour vision.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 MARKERS = ("o", "^", "s", "D")
@@ -32,48 +32,48 @@ WIDTH = 9.0
 
 #: Samples of a curve between two events, and of a whole curve.
 ARC, CURVE = 60, 6000
-#: Samples of a turn of the body.
+#: Samples in one revolution of the body.
 TURN = 20
-#: Impacts that are marked one by one.
+#: Largest number of impacts that are marked one by one.
 MARKS = 500
-#: Least distance of marks over time, as a share of the run: about the width of a marker.
+#: Least distance between marks on the time axis, as a share of the run: about the width of a marker.
 APART = 0.015
-#: How far the approach is followed beyond the last simulated impact: share of the time then left.
+#: Where the curve of the approach ends after the last simulated impact: the share of the time then left.
 BEYOND = 1e-3
-#: Entries of a legend: more of them would not fit beside the axes.
+#: Largest number of entries in a legend: more would not fit beside the axes.
 LEGEND = 14
-#: Distances from an impact, relative to the time left, at which the curve into its cusp is sampled.
+#: Times around an impact, relative to the time left, at which the curve is sampled near its cusp.
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
-#: Poses of the body that are drawn.
+#: Number of poses of the body that are drawn.
 POSES = 5
-#: Distances, in sizes of the body: of a journey that is long, and of what is near its end.
+#: Distances, in sizes of the body: a body that moves farther than the first is drawn only within the second of its end.
 JOURNEY, NEAR = 12.0, 3.0
 #: Room around the body and the ground beneath it, and thickness of the ground, as shares of their extent.
 MARGIN, THICKNESS = 0.08, 0.05
-#: Width of the panel of the body, least and largest height, in inches: without labels and title.
+#: Width, least height and largest height of the panel of the body, in inches, without labels and title.
 PANEL, LOW, HIGH = WIDTH - 1.2, 1.2, 4.0
-#: What a legend beside the panel above takes of that width, in inches.
+#: Part of that width that a legend beside the panel above needs, in inches.
 BESIDE = 2.3
-#: Contacts whose legend has room among the curves.
+#: Largest number of contacts whose legend is drawn among the curves.
 FEW = 2
-#: Lines of ground are one where their directions (rad) and, in sizes of the body, their places differ by less: a pixel's share.
+#: Two lines of ground are the same where their directions (rad) and their positions (in sizes of the body) differ by less than this.
 SAME_LINE = 1e-6
-#: What labels and title take of the height of that panel, in inches.
+#: Height that labels and title of that panel need, in inches.
 LABELS = 0.9
-#: Impacts that are not summed are followed until their speeds are rounding: the time left at the last of them is then a
-#: smaller share of the time they took than this. Otherwise they all fall in one instant.
+#: Impacts that are not summed are simulated until their speeds are below rounding. They accumulate over a time, and not at one
+#: instant, if the time left at the last of them is less than this share of the time they took.
 FOLLOWED = 1e-3
 
 
 def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
-    """Draw a run and, if `path` is given, save the figure there (the suffix says the format).
+    """Draw a run and, if `path` is given, save the figure there. The suffix of `path` determines the format.
 
-    Panels, as far as the run has them:
+    The figure has up to three panels:
 
     1. the gaps over time, with the impacts marked on the terrain;
-    2. where impacts accumulate, the same against the time that is left until the last Zeno point that they lead to, both axes
-       logarithmic: impacts that pile up in time stand evenly spaced here, and go on so for ever;
-    3. the body over its terrain at some moments, to scale.
+    2. if impacts accumulate, the gaps against the time left until the last Zeno point of an accumulation, with two logarithmic
+       axes: accumulating impacts are evenly spaced here;
+    3. if the run has a posture, the body over its terrain at some instants, to scale.
     """
     point = accumulation(run)
     view = None if run.posture is None else View(run)
@@ -101,9 +101,9 @@ def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
 
 
 def save(figure: Figure, path: str | PathLike[str]) -> None:
-    """Write a figure to exactly this path, whole or not at all; its suffix says the format.
+    """Write a figure to exactly this path, whole or not at all. The suffix determines the format.
 
-    Raises ValueError for a suffix that is none, and OSError where it cannot be written.
+    Raises ValueError for a suffix that is no picture format, and OSError if the file cannot be written.
     """
     target = Path(path)
     kind = target.suffix[1:].lower()
@@ -118,18 +118,18 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
 
 
 def accumulation(run: Run) -> ZenoPoint | None:
-    """The last Zeno point before which infinitely many impacts accumulate, not all of them in one instant."""
+    """The last Zeno point at which infinitely many impacts accumulate over a time, and not at one instant."""
     reached = (point for point in run.zeno_points[::-1] if accumulates(run, point))
     return next(reached, None)
 
 
 def is_summed(point: ZenoPoint) -> bool:
-    """Whether the impacts from some point on were summed, instead of followed until they are lost in rounding."""
+    """Whether the last impacts were summed, and not simulated until they are below rounding."""
     return point.certified or point.method not in ("bounce", "mixed")
 
 
 def accumulates(run: Run, point: ZenoPoint) -> bool:
-    """Whether infinitely many impacts end at this point that take more than an instant."""
+    """Whether infinitely many impacts accumulate at this point over a time, and not at one instant."""
     if not is_infinite(point) or point.method == "chatter" or point.time <= start(run):
         return False
     if is_summed(point):
@@ -149,7 +149,7 @@ def start(run: Run) -> float:
 
 
 def event_times(run: Run) -> _Floats:
-    """Start, impacts, ends of phases, Zeno points and end: the motion is smooth in between."""
+    """Times of the start, impacts, ends of phases, Zeno points and the end. The motion is smooth between them."""
     times = [start(run), run.time]
     times += [point.time for point in run.zeno_points]
     times += [t for phase in run.phases for t in (phase.start, phase.end)]
@@ -159,7 +159,7 @@ def event_times(run: Run) -> _Floats:
 
 
 def curves(run: Run) -> tuple[_Floats, _Floats]:
-    """Times (k,) at which the curves over time are sampled, dense where the motion is busy, and the gaps (k, n) there."""
+    """Times (k,) at which the curves over time are sampled, dense where there are many events, and the gaps (k, n) there."""
     events = event_times(run)
     spin = abs(run.at(events[:-1])[1][:, 2])
     arc = max(3, min(ARC, CURVE // len(events)))
@@ -180,8 +180,8 @@ def curves(run: Run) -> tuple[_Floats, _Floats]:
 def sharpened(
     times: _Floats, gaps: Callable[[_Floats], _Floats]
 ) -> tuple[_Floats, _Floats]:
-    """`times`, sorted ones, with more of them around the lows of the gaps, and the gaps there: impacts that were summed have no
-    record."""
+    """The sorted `times` with more times around the minima of the gaps, and the gaps there. These minima are summed impacts,
+    which have no record."""
     height = gaps(times)
     for _ in range(4):
         low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
@@ -190,7 +190,7 @@ def sharpened(
         new = np.setdiff1d(around, times)
         if not len(new):
             break
-        # A look into a summed tail is dear: no time is asked for twice.
+        # Evaluating a summed tail is slow: no time is evaluated twice.
         times, height = np.append(times, new), np.vstack([height, gaps(new)])
         order = np.argsort(times)
         times, height = times[order], height[order]
@@ -198,7 +198,7 @@ def sharpened(
 
 
 def apart(times: _Floats, least: float) -> list[int]:
-    """Indices of the times, sorted ones, that are left if none follows another by less than `least`.
+    """Indices of a subset of the sorted times in which neighbours are at least `least` apart.
 
     >>> apart(np.array([0.0, 0.5, 1.0, 1.1, 3.0]), 1.0)
     [0, 2, 4]
@@ -212,7 +212,7 @@ def apart(times: _Floats, least: float) -> list[int]:
 
 
 def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
-    """Indices of the impacts that are marked: the first of each contact, and what stands apart from it."""
+    """Indices of the impacts that are marked: the first of each contact, and others that are far enough apart from these."""
     times = impacts["time"]
     firsts = np.unique(impacts["index"], return_index=True)[1]
     clear = (abs(times[:, None] - times[firsts]) >= least).all(axis=1)
@@ -221,14 +221,14 @@ def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
 
 
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Every contact's index and the look of its line."""
+    """The index of every contact and the style of its line."""
     for index in range(len(run.gaps)):
         look = {"color": COLORS[index % 4], "linestyle": LINES[_style(index)]}
         yield index, {"lw": 1.6, **look}
 
 
 def _style(index: int) -> int:
-    """Of a line or a marker, so that the first 16 contacts differ in it or in their colour."""
+    """Index of the line style or marker: the first 16 contacts differ in this or in their colour."""
     return (index + index // 4) % 4
 
 
@@ -239,7 +239,7 @@ def draw_gaps(axes: Axes, run: Run) -> None:
     """
     t, gaps = curves(run)
     for index, look in _contacts(run):
-        if not run.elapsed:  # a point is no line
+        if not run.elapsed:  # one point needs a marker
             look |= {"marker": MARKERS[_style(index)], "clip_on": False}
         axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
     least = APART * run.elapsed
@@ -307,7 +307,7 @@ def _count(number: int, shown: int, what: str) -> str:
 
 
 def _mark(index: int) -> dict[str, Any]:
-    """The look of an impact's marker."""
+    """The style of the marker of an impact."""
     return {
         "linestyle": "none",
         "marker": MARKERS[_style(index)],
@@ -319,7 +319,7 @@ def _mark(index: int) -> dict[str, Any]:
 
 
 def _headline(run: Run) -> str:
-    """What the run comes to: the one event at which contacts come to rest, or the outcome and how many events led to it."""
+    """The title: the event at which contacts come to rest, if there is only one; else the outcome and the numbers of events."""
     moving = [point for point in run.zeno_points if point.method != "rest"]
     resting = [point for point in run.zeno_points if point.method == "rest"]
     if len(moving) == 1 and run.outcome in ("rest", "zeno"):
@@ -352,13 +352,13 @@ def _headline(run: Run) -> str:
 
 
 def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
-    """Gaps against the time left until a Zeno point, both logarithmic, time running to the right."""
+    """Gaps against the time left until a Zeno point, with two logarithmic axes. Time increases to the right."""
     impacts = run.impacts
     before = impacts[(impacts["time"] < point.time) & (impacts["time"] >= start(run))]
     left = point.elapsed - before["elapsed"]
     whole = point.time - start(run)
     left_at_last = float(left[-1]) if len(left) else whole
-    # The clock resolves no more than this of the time that is left.
+    # The clock does not resolve a shorter time left.
     finest = 256.0 * math.ulp(max(abs(point.time), abs(start(run))))
     shortest = min(max(left_at_last * BEYOND, finest), 0.5 * whole)
     around = np.outer(left, 1.0 + CUSP).ravel()
@@ -385,7 +385,7 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
         axes.axvspan(left_at_last, shortest, color=SHADE, zorder=-1)
         story = "summed, not simulated\nand so on, for ever \u2192"
     else:
-        story = "followed until what is left\nis below the rounding of the clock"
+        story = "simulated until the time left\nis below the rounding of the clock"
     axes.text(
         0.985,
         0.95,
@@ -397,7 +397,7 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
         bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2.0},
     )
     axes.set_title(
-        f"The same against the time that is left until t = {point.time:.12f} s",
+        f"The same against the time left until t = {point.time:.12f} s",
         loc="left",
         fontsize=11,
     )
@@ -411,8 +411,8 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
 
 
 def _decades(rest: _Floats, gaps: _Floats) -> tuple[float, float]:
-    """Limits of a logarithmic axis: from below the last bounces to above everything."""
-    gaps = np.where(np.isfinite(gaps), gaps, 0.0)  # nothing is under a contact
+    """Limits of a logarithmic axis: from below the last bounces to above the largest gap."""
+    gaps = np.where(np.isfinite(gaps), gaps, 0.0)  # infinite: no ground under a contact
     high = float(gaps.max())
     if not high > 0.0:
         return 1e-3, 1.0
@@ -432,7 +432,7 @@ def _posture(run: Run) -> Posture:
 def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
     """Times, and for each the points of the body (n + 1, 2): its contact points, then its centre of mass.
 
-    From the start to the end; of a long journey only the end, near where it leads.
+    The times go from the start to the end. If the body moves far, they cover only the part near the end.
     """
     posture = _posture(run)
     center = np.asarray(posture.center_of_mass)
@@ -460,11 +460,11 @@ def body_size(posture: Posture) -> float:
 
 
 def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
-    """The terrain as straight pieces: a point of each (2,), its direction (2,), and from where to where along it, m.
+    """The terrain as straight pieces. For each: a point (2,), the direction (2,), and the interval along the direction, m.
 
-    On the left of its direction is the air. The pieces of a polyline are those of the terrain. Otherwise every contact has a line
-    of its own. What is drawn of it ends where the lines of two contacts meet between them. Where they do not, each ends halfway
-    to the other contact.
+    The air is on the left of the direction. The pieces of a polyline are those of the terrain. Without a polyline every contact has a
+    line of its own. The drawn part of this line ends where it meets the line of another contact between both contacts. If they do not
+    meet there, each line ends halfway to the other contact.
     """
     if posture.terrain is not None:
         vertices = np.array(posture.terrain)
@@ -512,7 +512,7 @@ def _cross(a: _Floats, b: _Floats) -> float:
 def clipped(
     piece: tuple[_Floats, _Floats, float, float], low: _Floats, high: _Floats
 ) -> tuple[float, float] | None:
-    """From where to where, along a piece of ground, it is in the box from `low` (2,) to `high` (2,); None: nowhere.
+    """The interval along a piece of ground in which it is inside the box from `low` (2,) to `high` (2,); None if it is outside.
 
     >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
     >>> clipped(flat, np.array([-2.0, 0.0]), np.array([2.0, 2.0]))
@@ -531,7 +531,7 @@ def clipped(
 
 
 class View:
-    """The body at some moments, the ground around it, and the box that shows both, to scale.
+    """The body at some instants, the ground around it, and the box that shows both, to scale.
 
     times (k,), s; corners: k of (n + 1, 2), m; low, high (2,), m: the box; height: of the panel, in inches.
     """
@@ -551,13 +551,13 @@ class View:
         wide, tall = high - low + 2.0 * margin
         panel = PANEL - BESIDE * (len(self.posture.contacts) > FEW)
         self.height = float(np.clip(panel * tall / wide, LOW, HIGH))
-        # The panel is wider or higher than what it has to show: the ground goes on.
+        # Where the panel is wider or higher than its contents, the ground fills it.
         scale = max(wide / panel, tall / self.height)
         middle, half = 0.5 * (low + high), 0.5 * scale * np.array([panel, self.height])
         self.low, self.high = middle - half, middle + half
 
     def _beneath(self) -> Iterator[_Floats]:
-        """The points of the ground (1, 2) that are nearest to the contacts, where the body is not far away from it."""
+        """The points of the ground (1, 2) that are nearest to the contacts, for poses in which the body is not far from the ground."""
         reach = JOURNEY * body_size(self.posture)
         points, tangents, first, last = map(np.array, zip(*self.pieces, strict=True))
         for shape in self.corners:
@@ -571,7 +571,7 @@ class View:
 
 
 def draw_body(axes: Axes, view: View) -> None:
-    """The body over its terrain, to scale, at some moments of the run: its arms, its hull, its contacts."""
+    """The body over its terrain, to scale, at some instants of the run: its arms, its hull, its contacts."""
     posture = view.posture
     extent = view.high - view.low
     depth = THICKNESS * float(extent.min())

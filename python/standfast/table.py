@@ -1,4 +1,4 @@
-"""Tables for a person to read."""
+"""Tables as text: contact modes, verdicts and maps."""
 
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
@@ -13,9 +13,9 @@ from standfast.maps import described
 if TYPE_CHECKING:
     import xarray
 
-#: Rows of a table that are printed.
+#: Largest number of rows of a table that are printed.
 ROWS = 20
-#: Forces of a word that are printed.
+#: Largest number of forces of a word that are printed.
 FORCES = 3
 
 
@@ -29,7 +29,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def listed(numbers: Sequence[int]) -> str:
-    """Numbers in rising order; three or more in a row are "first to last".
+    """Numbers in rising order; three or more consecutive ones are "first to last".
 
     >>> listed([2]), listed([1, 2]), listed([1, 2, 4, 5, 6, 7])
     ('2', '1 and 2', '1, 2 and 4 to 7')
@@ -56,18 +56,18 @@ def contacts_named(numbers: Sequence[int]) -> str:
 
 
 def is_infinite(point: sf.ZenoPoint) -> bool:
-    """Whether infinitely many impacts end at this point: contacts neither rest from the start nor land without rebound."""
+    """Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound."""
     return point.method != "rest" and not point.plastic
 
 
 def aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Rows in aligned columns; the first one heads them."""
+    """Rows in aligned columns; the first row is the header."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["    " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 def modes_table(modes: sf.Modes) -> str:
-    """Contact modes: consistent words first, then those that fail by least.
+    """The table of contact modes: consistent words first, then the others, those that fail by least first.
 
     >>> ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 1), restitution=0,
     ...                   gravity=10, contacts=[sf.Contact(point=(0, 0), friction=0.5)])
@@ -100,7 +100,7 @@ def modes_table(modes: sf.Modes) -> str:
         lines.append(f"    ... and {left} more, {none} consistent")
     if any(mode.near_degenerate for mode in solved[:shown]):
         lines.append(
-            "    tie: a test is met or missed by so little that rounding may decide"
+            "    tie: a test holds or fails by so little that rounding may decide"
         )
     lines += [
         f"  {mode.word}  holds with any internal force from {low:.6g} to {high:.6g} along the line"
@@ -125,33 +125,33 @@ def modes_table(modes: sf.Modes) -> str:
     return "\n".join(lines)
 
 
-#: What the argument of a verdict says.
+#: Text of the report for each argument of a verdict.
 ARGUMENTS = {
     "not-equilibrium": "no forces at the contacts hold the body",
     "theorem-3": "kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon",
     "theorem-3-loose": "kinematic-strong and clattering converges: Theorem 3 of Or and Rimon",
     "goyal": "kinematic-strong, and impacts alternate for ever without gravity (Goyal's bound)",
     "corner-map": "every sequence of corners shrinks, or ends at rest",
-    "growing-cycle": "a cycle of corners comes again and again, larger every time",
-    "accelerating-mode": "a contact mode leads away and does not come back",
+    "growing-cycle": "a cycle of corners repeats, larger every time",
+    "accelerating-mode": "a contact mode leads away from the posture and does not return",
 }
 
 
-#: Why a verdict has no bound on the amplification of a kick.
+#: Text of the report for each reason why a verdict has no bound on the amplification of a kick.
 NO_BOUND = {
     "not-stable": "the posture is not proved stable",
     "energy": "energy does not bound the frictionless motion (lambda > 0 fails)",
     "falls": "gravity does not pull the body onto the terrain of each contact",
-    "modes": "what follows a slide or a landing is not certain",
+    "modes": "the motion after a slide or a landing is not certain",
     "cells": "the corner map does not bound the growth",
-    "rounding": "the bound is above 1e300, or lost in rounding",
+    "rounding": "the bound is above 1e300, or rounding decides whether it is finite",
 }
 #: Amplification above which a verdict warns: displacements then grow more than 1e4 times.
 WARNED = 100.0
 
 
 def verdict_table(verdict: sf.Verdict) -> str:
-    """A verdict on a posture, with what it rests on.
+    """A verdict on a posture, with its evidence.
 
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
     >>> print(sf.stability(rod))
@@ -239,7 +239,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
 
 
 def _rounded_up(value: float) -> str:
-    """Three digits, not below the value.
+    """The value rounded up to three digits.
 
     >>> _rounded_up(1.0), _rounded_up(1.23001), _rounded_up(1234.0)
     ('1', '1.24', '1240')
@@ -253,7 +253,7 @@ def _yes(answer: bool) -> str:
 
 
 def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
-    """Kinematics and forces of a word at rest, apart."""
+    """A row for a word at rest, with separate columns for its kinematic tests and its force tests."""
     if mode.determined == "impossible":
         return mode.word, "no motion", "", "", ""
     words = {}
@@ -274,7 +274,7 @@ def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
 
 
 def _failure(mode: sf.ContactMode) -> tuple[bool, bool, float]:
-    """How far a word is from being consistent; 0 for all that are."""
+    """Sort key: how far a word is from being consistent; 0 for consistent words."""
     worst = min((value for _, _, value in mode.margins), default=0.0)
     return (
         not mode.consistent,
@@ -302,7 +302,7 @@ def _row(mode: sf.ContactMode) -> tuple[str, str, str, str]:
 
 
 def _forces(forces: npt.NDArray[np.float64]) -> str:
-    """Those that are not zero, with the numbers of their contacts."""
+    """The forces that are not zero, with the numbers of their contacts."""
     acting = [f"{i}: {_vector(f)}" for i, f in enumerate(forces, start=1) if f.any()]
     if len(acting) > FORCES:
         acting[FORCES:] = [f"and {len(acting) - FORCES} more"]
@@ -310,12 +310,12 @@ def _forces(forces: npt.NDArray[np.float64]) -> str:
 
 
 def _vector(values: npt.NDArray[np.float64]) -> str:
-    # z: zero without a sign.
+    # The format option z drops the sign of a zero.
     return f"({', '.join(f'{value:z.6g}' for value in values)})"
 
 
 def map_table(grid: "xarray.Dataset") -> list[str]:
-    """A map in numbers: how many points say what."""
+    """A map in numbers: the range of each parameter, and for each quantity how many points have which value."""
     lines = []
     for path, values in grid.coords.items():
         text, unit = described(str(path))

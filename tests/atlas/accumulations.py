@@ -37,7 +37,7 @@ def slow_to_rest(scene):
     order = math.log10(errors[0] / errors[2]) / 2
     told = ", ".join(f"{x:.1%}" for x in errors)
     return (
-        f"time of rest off by {told} at dt = 1e-4, 1e-5, 1e-6 s: order {order:.2f}",
+        f"the error of the time of rest is {told} at dt = 1e-4, 1e-5, 1e-6 s: order {order:.2f}",
         order < 0.6,
     )
 
@@ -45,7 +45,7 @@ def slow_to_rest(scene):
 @entry(
     name="through_a_2_zeno_point",
     title="Moreau–Jean through the Zeno point of a rod",
-    breaks="Infinitely many impacts within a step: the order falls below one.",
+    breaks="There are infinitely many impacts within one step, and the order of convergence falls below one.",
     method="Moreau–Jean, θ = 1/2, exact contact solve",
     fails=slow_to_rest,
     source="integrated impact by impact with 40 digits",
@@ -99,7 +99,7 @@ def stuck(scene):
     )
     end = float(nested(scene)["elapsed"])
     return (
-        f"after {hits} impacts time stands still at {t:.5f} s, the first Zeno point; there are infinitely many more until {end:.5f} s",
+        f"after {hits} impacts the time no longer changes, at {t:.5f} s, the first Zeno point; there are infinitely many more until {end:.5f} s",
         t < 0.95 * end,
     )
 
@@ -107,8 +107,8 @@ def stuck(scene):
 @entry(
     name="zeno_points_that_accumulate",
     title="A uniform rod, e = 0.5: Zeno points that accumulate",
-    breaks="After infinitely many impacts of one end come infinitely many of the other, and so on without end.",
-    method="event loop, time added up",
+    breaks="After infinitely many impacts of one end there are infinitely many of the other end, and so on without end.",
+    method="event loop, times of flights added up",
     fails=stuck,
     source="`benches/work_precision/scenes.py`: finite rotation in mpmath",
     answer=rest,
@@ -125,7 +125,7 @@ def one_end_after_the_other(scene):
     )
     error = abs(t / float(apart(scene)["elapsed"]) - 1)
     return (
-        f"time stands still after {hits} impacts; the time of rest is off by {error:.1e}",
+        f"the time no longer changes after {hits} impacts; the error of the time of rest is {error:.1e}",
         error > 1e-13,
     )
 
@@ -144,8 +144,8 @@ def a_rounding_an_impact(scene):
 @entry(
     name="nearly_elastic_rod",
     title="A rod that loses a thousandth of its speed, ρ equal to half its length",
-    breaks="Thousands of impacts of both ends, of which each adds a rounding; ψ = 0 keeps the ends from knowing each other.",
-    method="event loop, time added up",
+    breaks="There are thousands of impacts at both ends, and each adds a rounding error. With ψ = 0 the impacts of one end have no effect on the other.",
+    method="event loop, times of flights added up",
     fails=one_end_after_the_other,
     source="two geometric series, one for each end",
     answer=rest,
@@ -176,7 +176,7 @@ def still_matters(scene):
         scene.posture.restitution,
         1e-10,
     )
-    told = "" if left < 1e-10 else f", and it has fallen to {left:.1e} only"
+    told = "" if left < 1e-10 else f", and it has decreased to {left:.1e} only"
     return f"{count} impacts{told}", count > 10_000
 
 
@@ -221,8 +221,8 @@ for name, title in (
     entry(
         name=name,
         title=title,
-        breaks="Gravity becomes negligible so slowly that to wait for it takes ever more impacts: e/λ₊³ → 1.",
-        method="impact by impact until 2gh/u² has fallen by 1e-10",
+        breaks="Near the bound gravity becomes negligible only after very many impacts: e/λ₊³ → 1.",
+        method="impact by impact until 2gh/u² has decreased by the factor 1e-10",
         fails=still_matters,
         source="ψ and the bound (e^⅓ + e^⅔)/(1 + e), and impacts one by one, with 40 digits",
         answer=margin_told,
@@ -249,7 +249,7 @@ def neglected(scene):
         state, float(rod(scene)), scene.posture.restitution
     )
     error = summed / float(self_similar(scene)["elapsed"]) - 1
-    return f"the time of rest is off by {error:.0%}", abs(error) > 0.1
+    return f"the error of the time of rest is {error:.0%}", abs(error) > 0.1
 
 
 def rounded_start(scene):
@@ -270,7 +270,7 @@ def told_shape(scene):
 @entry(
     name="self_similar_shrinking",
     title="A rod below the bound of clattering, e = 0.2, ψ = 0.76",
-    breaks="Without gravity the ends would clatter; with it each impact repeats the last one, smaller by a factor.",
+    breaks="Without gravity the ends would clatter. With gravity each impact repeats the last one, smaller by a constant factor.",
     method="sum of the impacts without gravity",
     fails=neglected,
     source="c³ + Kc² + (1 − K − e)c − e = 0, K = 1 + (1 + e)ψ: the time from impact to impact is multiplied by c",
@@ -305,7 +305,7 @@ def forgotten(scene):
         0.1,
     )
     return (
-        f"two states one rounding apart differ by 10 % after {count} impacts",
+        f"two states that differ by one rounding differ by 10 % after {count} impacts",
         count < 400,
     )
 
@@ -352,7 +352,7 @@ def sensitive(scene):
 @entry(
     name="chaos",
     title="Chaos: e = 0.9, ψ = 0.22",
-    breaks="The impacts shrink to a point without any pattern, and each multiplies what rounding has done to the ones before.",
+    breaks="The impacts shrink to a point without any pattern, and each impact amplifies the rounding errors of the earlier ones.",
     method="impact by impact in doubles",
     fails=forgotten,
     source="2000 impacts with 300 digits, two orbits 1e-270 apart; the time of rest impact by impact",
@@ -395,7 +395,7 @@ def no_flight(scene):
     )
     end = float(falls_on(scene)["elapsed"])
     return (
-        f"time stands still after {hits} impact at {t:.4f} s, with flights of no length; it rests at {end:.4f} s",
+        f"the time no longer changes after {hits} impact, at {t:.4f} s, with flights of zero length; the rod rests at {end:.4f} s",
         t < 0.99 * end,
     )
 
@@ -403,8 +403,8 @@ def no_flight(scene):
 @entry(
     name="plastic_rod",
     title="A rod that does not rebound, e = 0",
-    breaks="The end that has landed stays, and slides while the other one falls; its next flight has no length.",
-    method="event loop, time added up",
+    breaks="The end that has landed stays on the ground and slides while the other end falls. Its next flight has zero length.",
+    method="event loop, times of flights added up",
     fails=no_flight,
     source="energy about the sliding end, by quadrature",
     answer=rest,
@@ -441,7 +441,7 @@ def too_soon(scene):
         for step in (1e-2, 1e-3)
     ]
     return (
-        f"time of rest off by {errors[0]:.0%} at dt = 1e-2 s, by {errors[1]:.1%} at 1e-3 s",
+        f"the error of the time of rest is {errors[0]:.0%} at dt = 1e-2 s and {errors[1]:.1%} at 1e-3 s",
         errors[0] > 0.1 and errors[1] > 0.01,
     )
 
@@ -449,7 +449,7 @@ def too_soon(scene):
 @entry(
     name="rocking_block",
     title="A block that rocks to rest",
-    breaks="Ever shorter swings from one foot to the other, each begun by an impact that takes its share.",
+    breaks="The swings from one foot to the other become shorter and shorter, and each begins with an impact that takes energy.",
     method="pymunk",
     needs="pymunk",
     fails=too_soon,

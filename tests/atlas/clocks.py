@@ -14,7 +14,7 @@ def stalls(scene):
     count, end = naive.bounces_on_an_absolute_clock(landing, e * v, gravity, e)
     error = abs((end - start) / float(ball_rest(scene)["elapsed"]) - 1)
     return (
-        f"time stands still after {count} bounces, with speed left; the time of rest is off by {error:.1e}",
+        f"the time no longer changes after {count} bounces, while the ball still moves; the error of the time of rest is {error:.1e}",
         error > 1e-14,
     )
 
@@ -23,8 +23,8 @@ for name, when in (("clock_at_1000", "1000 s"), ("clock_at_1e9", "1e9 s")):
     entry(
         name=name,
         title=f"A ball that bounces at {when} on the clock",
-        breaks="Flights become shorter than the rounding of the time of day.",
-        method="flights added to the time of day",
+        breaks="Flights become shorter than the rounding of the absolute time.",
+        method="flights added to the absolute time",
         fails=stalls,
         source="geometric series",
         answer=rest,
@@ -35,13 +35,13 @@ def many_bounces(scene):
     _, gravity, e, v = ball_numbers(scene)
     count, end = naive.bounces_until_slow(v / gravity, e * v, gravity, e)
     error = abs(end / float(ball_rest(scene)["elapsed"]) - 1)
-    return f"{count} bounces until 1e-10 m/s, an error of {error:.1e}", count > 1e6
+    return f"{count} bounces until 1e-10 m/s, with an error of {error:.1e}", count > 1e6
 
 
 entry(
     name="nearly_elastic",
     title="A ball that loses a hundred-thousandth of its speed",
-    breaks="As e → 1 a rest needs ever more bounces, −10/log₁₀ e and more, and each adds a rounding.",
+    breaks="As e → 1 the number of bounces until rest grows, to −10/log₁₀ e and more, and each bounce adds a rounding error.",
     method="bounce by bounce until 1e-10 m/s",
     fails=many_bounces,
     source="geometric series",
@@ -62,7 +62,7 @@ def at_once(scene):
 entry(
     name="small_scale",
     title="A ball dropped from a picometre",
-    breaks="Tolerances in metres and seconds end a small motion at its beginning.",
+    breaks="Absolute tolerances in metres and seconds stop a small motion at its start.",
     method="rest below 1e-5 m/s",
     fails=at_once,
     source="geometric series",

@@ -1,4 +1,4 @@
-"""What an entry of the atlas is, and what several of them ask of a scene."""
+"""The type of an entry of the atlas, and helper functions that several entries use."""
 
 import math
 from collections.abc import Callable
@@ -19,11 +19,11 @@ WITHIN = 4e-15
 
 @dataclass(eq=False)
 class Entry:
-    """One scene. What is found out about it is found once, with the digits of the truths."""
+    """One scene. Its truth, the failure and the answer are computed once, with the digits of the truths."""
 
     name: str
     title: str
-    #: What breaks, in a sentence.
+    #: The difficulty, in a sentence.
     breaks: str
     #: The method that fails; what it found, and whether that is wrong.
     method: str

@@ -19,7 +19,7 @@ def squares_vanish(scene):
     h = float(scene.posture.gaps(scene.q)[0])
     error = abs(naive.textbook_root(h, u, gravity) / (2 * u / gravity) - 1)
     return (
-        f"√(u² + 2gh) of u = {u:.0e} m/s is 0, the time of the landing off by {error:.0%}",
+        f"√(u² + 2gh) of u = {u:.0e} m/s is 0; the error of the time of the landing is {error:.0%}",
         h == 0 and error > 0.1,
     )
 
@@ -30,7 +30,7 @@ def squares_vanish(scene):
     breaks="The square of a speed below 1e-162 is zero.",
     method="textbook root",
     fails=squares_vanish,
-    source="no double holds the square: to be refused by name",
+    source="no double can represent the square: the start must be refused with the name of the field",
     answer=refused,
 )
 def _(_scene):
@@ -67,7 +67,7 @@ def ill_conditioned(scene):
     matrix = np.array([[1 + x * y / rho2 for y in b] for x in b])
     forces = np.linalg.solve(matrix, np.full(2, body.gravity))
     error = max(abs(forces / (body.gravity / 2) - 1))
-    return f"the force of each foot at rest is off by {error:.0e}", error > 1e-11
+    return f"the error of the force of each foot at rest is {error:.0e}", error > 1e-11
 
 
 def clatters(scene):
@@ -100,7 +100,7 @@ def oracle_inputs(scene):
 @entry(
     name="rho_tiny",
     title="A radius of gyration of a ten-thousandth of a metre under a rod of one metre",
-    breaks="ψ₁ψ₂ → 1: the two rows of the contacts become one and the same beside ρ.",
+    breaks="ψ₁ψ₂ → 1: the two contact rows become nearly equal, because ρ is small beside the arms.",
     method="forces by the matrix of the contacts",
     fails=ill_conditioned,
     source="impact by impact with 36 digits and more; half of the weight by symmetry",
@@ -121,7 +121,7 @@ def difference(scene):
     right = float(first_turn(scene))
     error = abs(omega / right - 1)
     return (
-        f"the angular velocity after the first impact is off by {error:.0e}",
+        f"the error of the angular velocity after the first impact is {error:.0e}",
         error > 1e-9,
     )
 
@@ -139,7 +139,7 @@ def first_turn(scene):
 @entry(
     name="rho_huge",
     title="A radius of gyration of fifty kilometres",
-    breaks="ψ → −1: both ends rebound as one, and what turns the body is lost beside it.",
+    breaks="ψ → −1: both ends rebound together, and the small rotation is lost in the rounding of their rates.",
     method="ω as a difference of the rates of both ends",
     fails=difference,
     source="impact by impact with 36 digits and more",
@@ -161,7 +161,7 @@ def _(scene):
 def by_energy(scene):
     h, gravity, _ = (float(x) for x in dropped(scene))
     speed = naive.speed_by_energy(scene.posture.mass, gravity, h)
-    return f"a speed of {speed:g} m/s at the landing", speed in (0.0, math.inf)
+    return f"the speed at the landing is {speed:g} m/s", speed in (0.0, math.inf)
 
 
 for name, title, breaks in (

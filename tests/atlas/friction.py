@@ -27,7 +27,7 @@ def never_stops(scene):
 @entry(
     name="sliding_to_a_stop",
     title="A block that friction stops",
-    breaks="Friction has a sign until the speed is zero, and none of either sign after it.",
+    breaks="The friction force has a sign until the speed is zero, and vanishes after that.",
     method="v −= μg sign(v) dt, dt = 1e-3 s",
     fails=never_stops,
     source="v/(μg) and v²/(2μg)",
@@ -49,7 +49,7 @@ def slides_on(scene):
     step = 1e-3
     v, steps = naive.steps_until_slow(step * pull, pull, step, slow=1e-6)
     return (
-        f"given up after {steps} steps of {step:g} s, at {v:.0f} m/s and faster with each",
+        f"given up after {steps} steps of {step:g} s, at {v:.0f} m/s and accelerating",
         steps == naive.STEPS,
     )
 
@@ -57,7 +57,7 @@ def slides_on(scene):
 @entry(
     name="a_slope_too_steep",
     title="A block on a slope of 0.3 rad with μ = 0.1",
-    breaks="It never rests: a loop until rest has no end.",
+    breaks="The block never rests, so that a loop until rest does not end.",
     method="steps until all speeds are below a tolerance",
     fails=slides_on,
     source="g (sin φ − μ cos φ) down the slope",
@@ -104,7 +104,7 @@ def rest_along(scene):
 @entry(
     name="block_that_stops_on_a_slope",
     title="A block that slides up a slope, stops and stays",
-    breaks="At the top friction has to hold as much as gravity pulls, not all that it could.",
+    breaks="At the top the friction force must balance gravity; it is smaller than its largest possible value.",
     method="v −= (g sin φ + μ g cos φ sign(v)) dt, dt = 1e-3 s",
     fails=toggles,
     source="v/a and v²/(2a), a = g (μ cos φ + sin φ)",
@@ -125,17 +125,19 @@ def creeps(scene):
     x = peers.mujoco_block(
         contact.slope, contact.friction, scene.posture.gravity, 100.0
     )
-    return f"creeps {x * 1e3:.0f} mm down in 100 s, and on", abs(x) > 1e-2
+    return f"the block creeps {x * 1e3:.0f} mm down in 100 s, and continues", abs(
+        x
+    ) > 1e-2
 
 
 @entry(
     name="block_that_stays",
     title="A block on a slope of 10° with μ = 0.3",
-    breaks="Soft contacts hold only what moves.",
+    breaks="A soft contact gives a friction force only where there is sliding.",
     method="MuJoCo, its defaults",
     needs="mujoco",
     fails=creeps,
-    source="|tan φ| < μ, and both feet press: it stays",
+    source="|tan φ| < μ and both normal forces are positive: the block stays",
     answer=lambda scene: {
         "outcome": scene.simulate().outcome,
         "mode": scene.simulate().phases[-1].mode,
@@ -155,13 +157,13 @@ def too_stiff(scene):
     v = naive.friction_smoothed(
         float(scene.qdot[0]), friction, gravity, 1e-3, 1e-3, 1000
     )
-    return f"the foot is thrown to and fro at up to {v:.0e} m/s", v > 1e3
+    return f"the foot oscillates with up to {v:.0e} m/s", v > 1e3
 
 
 @entry(
     name="friction_of_1e6",
     title="A foot with μ = 1e6",
-    breaks="It stops before any step has ended.",
+    breaks="The foot stops within the first step.",
     method="friction smoothed by tanh(v/0.001), dt = 1e-3 s",
     fails=too_stiff,
     source="v/(μg) and v²/(2μg)",
@@ -195,7 +197,7 @@ def through_the_jam(scene):
         float(rho2), float(friction), way, float(gravity), 1e-4, 100_000,
     )  # fmt: skip
     return (
-        f"from step {steps - 1} to step {steps} the force goes from {before:.0f} to {force:.0f} N per kg: the ground pulls",
+        f"from step {steps - 1} to step {steps} the force goes from {before:.0f} to {force:.0f} N per kg: the ground would pull",
         before > 0 > force,
     )
 
@@ -229,9 +231,9 @@ def stretching(scene):
     name="jam_during_a_slide",
     title="A rod that slides into Painlevé's paradox",
     breaks="The force of the ground grows beyond all bounds in finite time.",
-    method="slide by the force with a_n = 0, dt = 1e-4 s",
+    method="slide with the force that gives a_n = 0, dt = 1e-4 s",
     fails=through_the_jam,
-    source="time dt = Q ds stretched by what goes to zero, Q = 1 + b(b + σμc)/ρ², to 20 digits",
+    source="stretched time s, dt = Q ds, with Q = 1 + b(b + σμc)/ρ² → 0, to 20 digits",
     answer=lambda scene: {
         "outcome": scene.simulate().outcome,
         "time": scene.simulate().time,
@@ -271,10 +273,10 @@ def stop_of_a_slide(scene):
 @entry(
     name="slide_that_stops_at_its_pole",
     title="A rod whose slide stops where its force would be infinite",
-    breaks="The force grows beyond all bounds, and stops the slide within 1e-12 s of the pole.",
-    method="slide by the force with a_n = 0, dt = 1e-4 s",
+    breaks="The force grows beyond all bounds and stops the slide within 1e-12 s of the pole.",
+    method="slide with the force that gives a_n = 0, dt = 1e-4 s",
     fails=through_the_jam,
-    source="the same stretched time, until nothing slides",
+    source="the same stretched time, until the slide stops",
     answer=stop_of_a_slide,
     within=integrated("time", "theta", "omega"),
 )

@@ -15,7 +15,7 @@ def cut_corner(scene):
     rates = scene.posture.gap_rates(scene.q, scene.qdot)
     hits, _, slow = naive.corner_hits(psi, e, rates, 1e-10)
     return (
-        f"{hits} impacts in one instant until all speeds are below 1e-10 m/s",
+        f"{hits} impacts at one instant until all speeds are below 1e-10 m/s",
         slow and hits > 1e5,
     )
 
@@ -23,7 +23,7 @@ def cut_corner(scene):
 @entry(
     name="corner_of_endless_chatter",
     title="One end of a rod hits while the other touches, e = 0.18, ψ = 0.9999",
-    breaks="Infinitely many impacts in one instant, each of which leaves nearly all of the speed.",
+    breaks="There are infinitely many impacts at one instant, and each keeps nearly all of the speed.",
     method="impact by impact until 1e-10 m/s",
     fails=cut_corner,
     source="Goyal's bound: (1 + e) ψ ≥ 2 √e",
@@ -40,7 +40,7 @@ def falsely_dead(scene):
     rates = scene.posture.gap_rates(scene.q, scene.qdot)
     hits, _, slow = naive.corner_hits(psi, e, rates, 1e-15)
     return (
-        f"after {hits} impacts all speeds are below 1e-15 m/s: called an endless chatter, which it is not",
+        f"after {hits} impacts all speeds are below 1e-15 m/s; the method calls this an endless chatter, but the sequence ends",
         slow,
     )
 
@@ -53,10 +53,10 @@ def not_certified(scene):
 @entry(
     name="corner_just_below_the_bound",
     title="The same at e = 0.3 and ψ = 0.84265, just below Goyal's bound",
-    breaks="The number of impacts is finite, but speeds fall far below any cutoff before the last one.",
+    breaks="The number of impacts is finite, but the speeds fall far below any cutoff before the last impact.",
     method="impact by impact until 1e-15 m/s",
     fails=falsely_dead,
-    source="impact by impact with 40 digits, no cutoff: the last speeds are below any double",
+    source="impact by impact with 40 digits, no cutoff; the last speeds are below the least double",
     answer=not_certified,
 )
 def _(scene):
@@ -82,7 +82,7 @@ def singular(scene):
     try:
         np.linalg.solve(matrix, np.array([1.0, 1.0]))
     except np.linalg.LinAlgError as error:
-        return f"impulses of both: {error}", True
+        return f"the linear solver fails: {error}", True
     return "impulses of both are found", False
 
 
@@ -92,7 +92,7 @@ entry(
     breaks="The matrix of their impulses is singular.",
     method="one linear system for all impulses",
     fails=singular,
-    source="geometric series: it is a ball",
+    source="geometric series: the body bounces like a ball",
     answer=rest,
 )(ball_rest)
 
@@ -108,7 +108,7 @@ def in_turn(scene):
             p = -(1 + e) * u / (1 + x * x / rho2)
             v, omega = v + p, omega + p * x / rho2
     return (
-        f"hit from left to right the body leaves with {omega:.2f} rad/s, from right to left with {-omega:.2f}",
+        f"if the feet are hit from left to right, the body leaves with {omega:.2f} rad/s, from right to left with {-omega:.2f}",
         omega != 0,
     )
 
@@ -121,10 +121,10 @@ def without_turning(scene):
 @entry(
     name="three_feet_at_once",
     title="Three feet that land at the same instant",
-    breaks="The order in which simultaneous impacts are taken decides the motion.",
+    breaks="The order in which simultaneous impacts are computed decides the motion.",
     method="impacts one after the other",
     fails=in_turn,
-    source="symmetry: it bounces like a ball",
+    source="symmetry: the body bounces like a ball",
     answer=without_turning,
     within=lambda _: {"theta": 1e-13},
 )
@@ -185,7 +185,7 @@ def by_newton(scene):
 @entry(
     name="energy_from_an_impact",
     title="A rod that falls on its end at 45°, e = 0.9, μ = 1",
-    breaks="With friction the law of Newton, v⁺ = −e v⁻, can make energy.",
+    breaks="With friction Newton's law, v⁺ = −e v⁻, can increase the energy.",
     method="friction during the impact, ended where v⁺ = −e v⁻",
     fails=by_newton,
     source="Poisson's law by hand: slides until v_t = 0, sticks, ends at (1 + e) times the impulse of compression",
@@ -221,7 +221,7 @@ def by_moreau(scene):
 @entry(
     name="energy_from_tangential_restitution",
     title="The same rod with restitutions 0.1 and, along the ground, 0.9",
-    breaks="Two coefficients that each look harmless: where they differ, Moreau's law can make energy.",
+    breaks="Where the two coefficients differ, Moreau's law can increase the energy.",
     method="Moreau's law",
     fails=by_moreau,
     source="the formula of Chatterjee and Ruina",
@@ -286,8 +286,8 @@ def told_after_the_corner(scene):
 
 @entry(
     name="corner_of_3000_impacts",
-    title="Three thousand impacts in one instant, e = 0.99",
-    breaks="One end hits while the other touches, and both are hit in turn thousands of times before both leave.",
+    title="Three thousand impacts at one instant, e = 0.99",
+    breaks="One end hits the ground while the other touches it. Both are hit in turn thousands of times before both leave.",
     method=f"sequential impulses, {SWEEPS} sweeps",
     fails=cut_sweeps,
     source="impact by impact with 40 digits",

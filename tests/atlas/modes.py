@@ -21,7 +21,7 @@ def called_at_rest(scene):
     force = naive.static_force(x - cx, body.gyration_radius, body.gravity)
     lift = (cy - y) * scene.qdot[2] ** 2 - body.gravity
     return (
-        f"a force of {force:.2f} N per kg holds the foot down, which leaves with {lift:.1f} m/s² without any",
+        f"a force of {force:.2f} N per kg holds the foot at the ground; in fact it leaves with {lift:.1f} m/s², without a force",
         force > 0 and lift > 0,
     )
 
@@ -34,7 +34,7 @@ def lifts_off(scene):
 @entry(
     name="lifted_by_its_own_spin",
     title="A foot that touches without speed, on a body that turns at 20 rad/s",
-    breaks="h = 0 and u = 0, but the foot goes round the centre of mass: its acceleration is dω² − g > 0.",
+    breaks="h = 0 and u = 0, but the foot turns about the centre of mass, and its acceleration is dω² − g > 0.",
     method="balance of forces where h = u = 0",
     fails=called_at_rest,
     source="h = −½gt² + d (1 − cos ωt), scanned with 40 digits",
@@ -73,7 +73,7 @@ def negative_force(scene):
     slope, free = painleve(scene)
     force = -free / slope
     return (
-        f"λ = {force:.1f} m/s² per unit mass: the ground pulls the rod down",
+        f"λ = {force:.1f} m/s² per unit mass: the ground would pull the rod down",
         force < 0,
     )
 
@@ -90,7 +90,7 @@ def words(scene):
 @entry(
     name="painleve_without_a_mode",
     title="Painlevé's rod where no contact mode is consistent",
-    breaks="Sliding needs a negative force, and leaving the ground an acceleration into it.",
+    breaks="Sliding would need a negative normal force, and leaving the ground would need an acceleration into the ground.",
     method="a_n = 0 solved for the force of sliding",
     fails=negative_force,
     source="signs of a_n and of its slope in the force, with exact arms",
@@ -107,7 +107,7 @@ def only_one(scene):
     slope, free = painleve(scene)
     force = -free / slope
     return (
-        f"λ = {force:.1f} m/s² per unit mass is taken; that leaving the ground is consistent as well (a_n = {free:.1f} m/s²) is not said",
+        f"λ = {force:.1f} m/s² per unit mass is taken; the method does not report that leaving the ground is consistent as well (a_n = {free:.1f} m/s²)",
         force > 0 and free > 0,
     )
 
@@ -115,7 +115,7 @@ def only_one(scene):
 @entry(
     name="painleve_with_two_modes",
     title="Painlevé's rod where two contact modes are consistent",
-    breaks="A solver that returns one answer does not say that there are others.",
+    breaks="A solver that returns one answer does not report that there are others.",
     method="a_n = 0 solved for the force of sliding",
     fails=only_one,
     source="signs of a_n and of its slope in the force, with exact arms",
@@ -188,7 +188,7 @@ def swept(scene, order, sweeps):
 def diverges(scene):
     changes = [swept(scene, (0, 1), sweeps)[1] for sweeps in (10, 20)]
     return (
-        f"forces change by {changes[0]:.0e} m/s² in the tenth sweep, by {changes[1]:.0e} in the twentieth",
+        f"the forces change by {changes[0]:.0e} m/s² in the tenth sweep and by {changes[1]:.0e} in the twentieth: they do not converge",
         changes[1] > changes[0] > 1,
     )
 
@@ -208,7 +208,7 @@ def one_of_several(scene):
     several = len(fraction_of_words(scene)["words"])
     came = first if first == second else f"{first}, or {second} in the other order"
     return (
-        f"contacts kept: {came}; that there are {several} answers is not said",
+        f"contacts kept: {came}; the method does not report that there are {several} answers",
         several > 1,
     )
 
@@ -231,25 +231,25 @@ for name, title, breaks, fails in (
     (
         "painleve_two_feet_without_a_mode",
         "Two feet that slide, and no contact mode is consistent",
-        "The force that keeps the front foot from sinking in presses it in.",
+        "The force that should keep the front foot from sinking into the ground presses it in.",
         diverges,
     ),
     (
         "painleve_on_both_feet_with_one_mode",
         "Two feet, each of which would jam alone, and one mode of both",
-        "Either foot is pressed in by its own force; the force of the other one prevents it.",
+        "Each foot is pressed into the ground by its own force; the force of the other foot prevents this.",
         diverges,
     ),
     (
         "painleve_with_four_modes",
         "Two feet, four consistent contact modes",
-        "Both feet may leave the ground, or either, or none.",
+        "Both feet may leave the ground, or either foot, or neither.",
         one_of_several,
     ),
     (
         "three_ways_from_rest",
         "A body at rest that may stay at rest or tip over either foot",
-        "Even at rest, where a mode always exists, there may be several.",
+        "At rest a mode always exists, but there may be several.",
         one_of_several,
     ),
 ):
@@ -271,7 +271,7 @@ def least_squares(scene):
         np.array([np.ones(3), at]), np.array([body.gravity, 0.0]), rcond=None
     )
     return (
-        f"normal forces {', '.join(f'{x:.2f}' for x in forces)} m/s²: one pulls, and the body is said to tip",
+        f"normal forces {', '.join(f'{x:.2f}' for x in forces)} m/s²: one force is negative, and the method lets the body tip",
         min(forces) < 0,
     )
 
@@ -279,7 +279,7 @@ def least_squares(scene):
 entry(
     name="three_feet_on_a_floor",
     title="Three feet on a level floor",
-    breaks="Three forces, two equations: forces are not unique, and those of least squares need not press.",
+    breaks="There are three forces and two equations: the forces are not unique, and those of least squares may be negative.",
     method="least squares",
     fails=least_squares,
     source=ALL_WORDS,

@@ -1,4 +1,4 @@
-"""The page of the atlas, and the files of its truths: `python -m atlas.page` in `tests` writes both anew."""
+"""The page of the atlas, and the files of its truths: `python -m atlas.page` in `tests` writes both."""
 
 import json
 from pathlib import Path
@@ -29,15 +29,15 @@ def told(value):
 
 
 def limit(entry, name):
-    """What the error may be, where the scene limits it to more than some roundings."""
+    """The error that is allowed, if it is more than a few roundings."""
     allowed = entry.allowed[name]
-    return f" (of {allowed:.1g} that are allowed)" if allowed > WITHIN else ""
+    return f" (allowed: {allowed:.1g})" if allowed > WITHIN else ""
 
 
 def section(entry):
     right = "; ".join(f"{name}: {told(value)}" for name, value in entry.right.items())
     verdict = "the same" + "".join(
-        f", {name} {f'to {mp.nstr(error, 2)}' if error else 'exactly'}{limit(entry, name)}"
+        f", {name} {f'within {mp.nstr(error, 2)}' if error else 'exactly'}{limit(entry, name)}"
         for name, error in entry.errors.items()
     )
     lines = [
@@ -47,10 +47,10 @@ def section(entry):
         "",
         f"`tests/atlas/scenes/{entry.name}.toml`",
         "",
-        f"* What breaks: {entry.breaks}",
-        f"* How it fails ({entry.method}): {entry.failure[0]}.",
-        f"* What is right ({entry.source}): {right}.",
-        f"* What standfast answers: {verdict}.",
+        f"* Difficulty: {entry.breaks}",
+        f"* Wrong answer ({entry.method}): {entry.failure[0]}.",
+        f"* Right answer ({entry.source}): {right}.",
+        f"* Answer of standfast: {verdict}.",
         "",
     ]
     return "\n".join(lines)
@@ -60,11 +60,13 @@ def head():
     lines = [
         "# An atlas of hard scenes",
         "",
-        f"{len(ATLAS)} scenes at which a usual method fails. How it fails, what is right and what standfast answers are computed:",
-        "`tests/atlas` holds a file for each scene, the methods, and the sources of the truth; `make atlas` writes this page.",
-        "Errors are relative, of a number that is zero absolute.",
+        f"This page has {len(ATLAS)} scenes on which a usual method fails. For each scene it names the difficulty, the wrong answer of the",
+        "usual method, the right answer, and the answer of standfast. The method, and the source of the right answer, are in parentheses.",
+        "All answers are computed: `tests/atlas` has a file for each scene, the usual methods, and the sources of the right answers.",
+        "`make atlas` writes this page. Errors are relative; the error of a number that is zero is absolute.",
         "",
-        "What difficulty does to errors and to the work, as it goes to its limit (`tests/atlas/difficulty.py`):",
+        "The picture shows families of scenes in which a parameter goes to its limit (`tests/atlas/difficulty.py`). Errors and numbers of",
+        "impacts are drawn against the difficulty:",
         "",
         "![Errors and numbers of impacts of families of scenes against their difficulty](difficulty.png)",
         "",

@@ -19,7 +19,7 @@ def below_ground(scene):
     landing = naive.textbook_root(h, 0.0, gravity)
     gap = h - 0.5 * gravity * landing**2
     return (
-        f"h = {gap:.1e} m after the landing, and the event fires again; so in {share:.0%} of 10 000 drops",
+        f"h = {gap:.1e} m after the landing, and the event is found again; this happens in {share:.0%} of 10 000 drops",
         gap < 0,
     )
 
@@ -27,8 +27,8 @@ def below_ground(scene):
 entry(
     name="landing_below_ground",
     title="A landing whose rounded root lies below the ground",
-    breaks="At a rounded time of landing the gap is not zero, and where it is negative the landing comes again.",
-    method="event loop that keeps h",
+    breaks="At a rounded time of landing the gap is not zero. Where it is negative, the same landing is found again.",
+    method="event loop that keeps the computed h",
     fails=below_ground,
     source="geometric series",
     answer=rest,
@@ -39,13 +39,16 @@ def lost_root(scene):
     h = scene.posture.gaps(scene.q)[0]
     u, gravity = scene.qdot[1], scene.posture.gravity
     t = naive.textbook_root(h, u, gravity)
-    return f"t = {t}: the gap of {h:.0e} m is lost beside the speed", t == 0.0
+    return (
+        f"t = {t}: the gap of {h:.0e} m is lost in the rounding of the speed",
+        t == 0.0,
+    )
 
 
 @entry(
     name="a_gap_of_1e_20",
     title="Closing at 1 m/s over a gap of 1e-20 m",
-    breaks="u + √(u² + 2gh) cancels where u < 0.",
+    breaks="u + √(u² + 2gh) loses all digits by cancellation for u < 0.",
     method="textbook root",
     fails=lost_root,
     source="2h/(√(u² + 2gh) − u)",
@@ -80,7 +83,7 @@ def scanned(scene):
     found = naive.scan_and_bisect(gap, 1.0, step)
     first = float(spinning(scene)["first impact"])
     return (
-        f"the first landing found is at {found:.4f} s; the first is at {first:.4f} s",
+        f"the first landing found is at {found:.4f} s; the first landing is at {first:.4f} s",
         found > first * (1 + 1e-6),
     )
 
@@ -88,10 +91,10 @@ def scanned(scene):
 @entry(
     name="fast_spin",
     title="A falling body that turns at 300 rad/s",
-    breaks="Between two samples a foot dips below the ground and comes back.",
+    breaks="Between two samples a foot goes below the ground and rises again.",
     method="scan every 10 ms, then bisect",
     fails=scanned,
-    source="scan with 25 digits at a hundredth of a radian",
+    source="scan with 25 digits in steps of a hundredth of a radian",
     answer=first_impact,
 )
 def spinning(scene):
@@ -112,7 +115,7 @@ def found_and_missed(scene):
     found = naive.landing_by_solve_ivp(gap, end)
     first = float(grazing(scene)["first impact"])
     return (
-        f"found at {found:.4f} s; at {first:.4f} s the foot has been {-float(deepest(scene)):.0e} m below the ground",
+        f"a landing is found at {found:.4f} s; at {first:.4f} s the foot was already {-float(deepest(scene)):.0e} m below the ground",
         found > first * (1 + 1e-6),
     )
 
@@ -181,7 +184,7 @@ for name, title, method, fails in (
     entry(
         name=name,
         title=title,
-        breaks="Two roots that are nearly one, or none: a tolerance in the gap decides the motion.",
+        breaks="There are two roots close together, or no root. A tolerance on the gap decides the motion.",
         method=method,
         fails=fails,
         source="lowest points of the arc and bisection with 40 digits",

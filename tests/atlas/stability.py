@@ -13,7 +13,7 @@ entry = FAMILY.entry
 def balanced(scene):
     words = modes.fraction_of_words(scene)["words"]
     return (
-        f"in equilibrium, and of all contact modes at rest only {', '.join(words)} is consistent: called stable",
+        f"the body is in equilibrium, and of all contact modes at rest only {', '.join(words)} is consistent: the method calls it stable",
         words == ("FF",),
     )
 
@@ -108,8 +108,8 @@ CORNERS = 130
 
 @entry(
     name="strong_and_unstable",
-    title="Kinematic-strong, and yet it walks away, e = 0.26",
-    breaks="No force and no mode at rest says that from corner to corner the body gains speed.",
+    title="Kinematic-strong, but unstable, e = 0.26",
+    breaks="Forces and modes at rest do not show that the body gains speed from corner to corner.",
     method="balance of forces, all words at rest in exact fractions",
     fails=balanced,
     source=f"{CORNERS} corners with 40 digits: impact by impact, then sliding with friction, then the landing of the other contact",

@@ -13,15 +13,15 @@ def hops(scene):
     _, late = naive.semi_implicit_euler(h, 0.0, gravity, e, step, 20.0)
     cycle = gravity * step * e / (1 + e)
     return (
-        f"hops for ever with up to {late:.1e} m/s, above g·dt·e/(1 + e) = {cycle:.1e}, at 20 s as at 10",
+        f"the ball hops for ever with up to {late:.1e} m/s, above g·dt·e/(1 + e) = {cycle:.1e}, at 20 s as at 10 s",
         late >= cycle * 0.5,
     )
 
 
 entry(
     name="hops_for_ever",
-    title="A ball that a fixed step never lets rest",
-    breaks="Each step gives back what gravity adds: below g·dt the speed no longer falls.",
+    title="A ball that never rests with a fixed step",
+    breaks="In each step the impact returns the speed that gravity adds: below g·dt the speed no longer decreases.",
     method="semi-implicit Euler, gap clamped, dt = 1e-3 s",
     fails=hops,
     source="geometric series",
@@ -39,7 +39,7 @@ def restarts(scene):
             lowest < -1,
         )
     return (
-        f"{hits} impacts, the last of them at {t:.6f} s, over and over; it should rest at {rest:.6f} s",
+        f"{hits} impacts, the last of them at {t:.6f} s, again and again; the ball should rest at {rest:.6f} s",
         hits == naive.MOST,
     )
 
@@ -54,7 +54,7 @@ for name, title in (
     entry(
         name=name,
         title=title,
-        breaks="The event function is zero where the integration starts again: the next root is not seen, or the last one is.",
+        breaks="The event function is zero where the integration restarts: the next root is missed, or the last root is found again.",
         method="`scipy.integrate.solve_ivp` with a terminal event, restarted",
         fails=restarts,
         source="geometric series",
@@ -66,7 +66,7 @@ def falls_through(scene):
     steps = (1 / 60, 1e-2)
     heights = [peers.simulate("pymunk_space", scene, step, 1.0)[0][1] for step in steps]
     return (
-        f"after 1 s at a height of {heights[0]:.0f} m with 60 steps a second, of {heights[1]:.0f} m with 100",
+        f"after 1 s the ball is at a height of {heights[0]:.0f} m with 60 steps a second, and of {heights[1]:.0f} m with 100 steps",
         max(heights) < -100,
     )
 
@@ -74,7 +74,7 @@ def falls_through(scene):
 entry(
     name="fast_fall",
     title="A ball thrown down at 300 m/s",
-    breaks="Within one step it is above the ground and then below all of it.",
+    breaks="Within one step the ball passes from above the ground to below the whole floor.",
     method="pymunk, floor 2 m thick",
     needs="pymunk",
     fails=falls_through,
@@ -88,7 +88,7 @@ def no_rebound(scene):
     steps = (1 / 60, 1e-3)
     highest = [peers.box2d_ball(h, e, gravity, step, 0.5) for step in steps]
     return (
-        f"rises to {highest[0]:.1g} m and {highest[1]:.1g} m again with 60 and 1000 steps a second, instead of {e * e * h:.3f} m",
+        f"the ball rises to {highest[0]:.1g} m and {highest[1]:.1g} m with 60 and 1000 steps a second, instead of {e * e * h:.3f} m",
         max(highest) < 0.1 * e * e * h,
     )
 
@@ -96,8 +96,8 @@ def no_rebound(scene):
 entry(
     name="low_drop",
     title="A ball dropped from 4 cm",
-    breaks="Below a speed of its own an engine takes impacts for contact.",
-    method="Box2D, which knows no rebound below 1 m/s",
+    breaks="Below a threshold speed an engine treats impacts as contact without rebound.",
+    method="Box2D, which has no rebound below 1 m/s",
     needs="Box2D",
     fails=no_rebound,
     source="geometric series",

@@ -16,7 +16,7 @@ def no_edge(scene):
     end, gravity = scene.posture.contacts[0].segment[1], scene.posture.gravity
     x, height = naive.on_a_line(float(scene.qdot[0]), gravity, 1e-3, 1.0)
     return (
-        f"after 1 s the foot stands at a height of {height:g} m, {x - end:.2f} m beyond the last of the ground",
+        f"after 1 s the foot stands at a height of {height:g} m, {x - end:.2f} m beyond the end of the ground",
         x > end and height == 0,
     )
 
@@ -24,10 +24,10 @@ def no_edge(scene):
 @entry(
     name="over_the_edge",
     title="A foot that slides off its terrain",
-    breaks="Ground has an end; the contact must end with it.",
+    breaks="The ground has an end, and the contact must end there.",
     method="contact with an unbounded line",
     fails=no_edge,
-    source="the way to the end over the speed",
+    source="distance to the end divided by the speed",
     answer=lambda scene: {
         "outcome": scene.simulate().outcome,
         "leaves": scene.simulate().phases[0].end,
@@ -55,7 +55,7 @@ def kept_on_the_ground(scene):
     above = naive.on_the_ground(ground, v, gravity, 1e-3, t)
     flies = -gravity * 0.2**2 / 2 - ground(v * t)
     return (
-        f"{t - edge / v:g} s after the vertex {above:g} m above the ground, instead of {flies:.2f} m",
+        f"{t - edge / v:g} s after the vertex the foot is {above:g} m above the ground, instead of {flies:.2f} m",
         above < 0.5 * flies,
     )
 
@@ -63,10 +63,10 @@ def kept_on_the_ground(scene):
 @entry(
     name="over_a_vertex",
     title="A foot that slides over a vertex from which the ground falls away",
-    breaks="Contact ends without any force that would tell: the ground goes.",
-    method="put back onto the ground when closer than twice a step's way, dt = 1e-3 s",
+    breaks="The contact ends because the ground falls away, while its force is still positive.",
+    method="the foot is put back onto the ground when it is closer than twice the distance of a step, dt = 1e-3 s",
     fails=kept_on_the_ground,
-    source="way to the vertex over the speed, then the parabola over the slope",
+    source="distance to the vertex divided by the speed, then the parabola above the slope",
     answer=first_impact,
 )
 def _(scene):
@@ -84,7 +84,7 @@ def never_settles(scene):
     late = naive.in_a_valley(way, pull, kept, 1e-3, 20.0)
     end = float(valley(scene)["elapsed"])
     return (
-        f"between 18 and 20 s it still moves at up to {late:.1e} m/s; it rests after {end:.2f} s",
+        f"between 18 and 20 s the foot still moves at up to {late:.1e} m/s; it should rest after {end:.2f} s",
         late > 1e-3,
     )
 
@@ -122,7 +122,7 @@ def rounded_turn(scene):
     theta, t = nearly_parallel(scene)["theta"], exact(scene.options["time_limit"])
     mean = float(2 * theta / t**2)
     return (
-        f"{turn:.1e} rad/s²; the body turns by {float(theta):.2f} rad in {float(t):.0e} s, {mean:.1e} rad/s² in the mean",
+        f"{turn:.1e} rad/s²; the body turns by {float(theta):.2f} rad in {float(t):.0e} s, {mean:.1e} rad/s² on average",
         abs(turn - mean) > 100 * abs(mean),
     )
 
@@ -130,10 +130,10 @@ def rounded_turn(scene):
 @entry(
     name="nearly_parallel_ground",
     title="A body on two pieces of ground that are parallel to 1e-9 rad",
-    breaks="Two forces turn the body by the little that they do not cancel: less than their rounding.",
+    breaks="The body is turned by the difference of two forces that nearly cancel. This difference is below their rounding.",
     method="ω̇ from the forces with a_n = 0 at both contacts",
     fails=rounded_turn,
-    source="places by two linear equations for each θ, speed by energy, time by quadrature",
+    source="position from two linear equations for each θ, speed from the energy, time by quadrature",
     answer=end,
 )
 def nearly_parallel(scene):
@@ -155,10 +155,10 @@ def cut_off(_scene):
 @entry(
     name="to_and_fro_in_a_valley",
     title="A foot that slides to and fro in a valley",
-    breaks="Each passage of the lowest point keeps a share of the speed: infinitely many in finite time.",
+    breaks="Each passage of the lowest point multiplies the speed by a constant: there are infinitely many passages in finite time.",
     method="semi-implicit Euler, dt = 1e-3 s",
     fails=never_settles,
-    source="geometric series: each passage keeps cos 2α of the speed",
+    source="geometric series: each passage multiplies the speed by cos 2α",
     answer=rest,
     within=cut_off,
 )

@@ -489,7 +489,7 @@ def test_wrong_questions():
         sf.sweep(VEE, over, "beauty")
     with pytest.raises(ValueError, match="at least one quantity"):
         sf.sweep(VEE, over, [])
-    with pytest.raises(ValueError, match="each one once"):
+    with pytest.raises(ValueError, match="each name is allowed only once"):
         sf.sweep(VEE, over, ["by", "by"])
     with pytest.raises(ValueError, match="q, qdot"):
         sf.sweep(VEE, over, "fate")
@@ -658,7 +658,7 @@ def test_map_on_the_command_line(tmp_path, capsys):
         (["--over", "mass=1:2:99999999999"], "at most"),
         (["--over", "mass=0:2:3"], "mass = 0.0"),
         (["--over", "colour=0:2:3"], "gyration_radius"),
-        (["--over", "mass=1:2:3", "--over", "mass=1:2:3"], "already"),
+        (["--over", "mass=1:2:3", "--over", "mass=1:2:3"], "given twice"),
         (["--over", "mass=1:2:3", "--quantity", "beauty"], "beauty"),
         (["--over", "mass=1:2:3", "--plot", "map.txt"], ".png"),
         ([], "over"),

@@ -208,12 +208,12 @@ ON_THE_LINE = [
     ("run rod.toml --json folder.json", "--json folder.json: is a directory"),
     ("run rod.toml --json rod.toml", "--json rod.toml: is the scene file"),
     ("run rod.toml --plot rod.jpg", "--plot rod.jpg: the name must end in .png, .pdf, .svg"),
-    ("stability rod.toml --trials many", "Invalid value for --trials: 'many' is no integer >= 0"),
+    ("stability rod.toml --trials many", "Invalid value for --trials: 'many' is not an integer >= 0"),
     ("map rod.toml", 'Command "map" parameter --over requires an argument.'),
     ("map rod.toml --over mass=1:2", "--over mass=1:2: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
     ("map rod.toml --over mass=1e308:-1e308:3", "--over mass=1e308:-1e308:3: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
     ("map rod.toml --over mass=-1:1:3", "--over mass=-1:1:3: mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
-    ("map rod.toml --over mass=1:2:3 --over mass=1:2:3", "--over mass=1:2:3: mass is there already"),
+    ("map rod.toml --over mass=1:2:3 --over mass=1:2:3", "--over mass=1:2:3: mass is given twice"),
     ("map rod.toml --over mass=1:2:99999999", "--over mass=1:2:99999999: at most 10000000 values"),
 ]  # fmt: skip
 

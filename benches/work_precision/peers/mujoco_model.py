@@ -1,4 +1,4 @@
-"""MuJoCo: a fixed step (semi-implicit Euler; RK4 costs three times as much and gained little: the impacts are what is in error).
+"""MuJoCo: a fixed step (semi-implicit Euler; RK4 costs three times as much and gained little: the error comes from the impacts).
 
 Told as: a body of the mass and moment on joints along x, y, z (which never moves, but MuJoCo scales a contact by the mean over
 the three directions) and about z, with a disc (sphere) of radius .02 above each contact point, on an inclined plane.
@@ -9,7 +9,7 @@ resolves, with c chosen for each scene by trial: for bounces it falls with the s
 and its steps improve; for the slide it is .03, for a stiff spring lifts a sliding contact (the friction cone is convex), but .5
 to come to rest; for rocking .5. `solimp` is constant: .9999, the hardest, but .9 for bounces to cease (the harder one chatters
 for ever at the size of a step). Elliptic cones, Newton's method, tolerance 1e-12. The last step is shortened to end at the time
-asked for. What the model itself does not give: an impact is not instantaneous, and that on two contacts is not Newton's."""
+asked for. Limits of the model: an impact is not instantaneous, and an impact of two contacts does not follow Newton's law."""
 
 import math
 import sys
@@ -91,7 +91,7 @@ def simulate(world, data, scene, task, dt, end):
     rho = scene["body"]["gyration_radius"]
     steps = int(end / dt - 1e-9)
     times, speeds = [], []
-    if task == "before":  # nothing to be read on the way
+    if task == "before":  # no state is read on the way
         mujoco.mj_step(world, data, steps)
     for step in range(steps + 1 if task == "before" else 1, steps + 2):
         if step > steps:

@@ -7,7 +7,7 @@ half thickness 1, that lies under the floor: what has sunk in is still pushed ou
 Settings: elasticity e on the discs and 1 on the floor, friction likewise (they are multiplied), collision_slop = 0 (the default
 of 0.1 is a length), 10 iterations (50 did not help), the default rate at which penetration is removed, but for the rocking
 block a higher one, which did better there and worse elsewhere; no damping; no sleep. The last step
-is shortened to end at the time asked for. In free flight a step is in error by g dt²/2 (semi-implicit Euler)."""
+is shortened to end at the time asked for. In free flight the error of a step is g dt²/2 (semi-implicit Euler)."""
 
 import math
 import sys
@@ -29,7 +29,9 @@ def build(name, scene, task, dt, end):
     space.gravity = (0, -told.GRAVITY)
     space.collision_slop = 0.0
     if name == "rocking":
-        space.collision_bias = 1e-30  # is left of a penetration after 1 s
+        space.collision_bias = (
+            1e-30  # the share of a penetration that remains after 1 s
+        )
     mass = rigid["mass"]
     body = pymunk.Body(mass, mass * rigid["gyration_radius"] ** 2)
     cos, sin = math.cos(rigid["slope"]), math.sin(rigid["slope"])

@@ -100,7 +100,7 @@ def model(path, scene, end):
     inertia = np.diag([mass, mass * body["gyration_radius"] ** 2, mass][:n])
     ds = sk.LagrangianLinearTIDS([y, theta, x][:n], [vy, omega, vx][:n], inertia)
     ds.setFExtPtr([-mass * told.GRAVITY, 0.0, 0.0][:n])
-    # The last step wants an end beyond it.
+    # The last step needs an end time after it.
     system = sk.NonSmoothDynamicalSystem(0.0, 2 * end)
     system.insertDynamicalSystem(ds)
     law = sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2) if mu else sk.NewtonImpactNSL(e)
@@ -111,7 +111,7 @@ def model(path, scene, end):
 
 
 def position(scene, q):
-    """(x, y, θ) of Siconos's (y, θ) or (y, θ, x)."""
+    """(x, y, θ) from the coordinates (y, θ) or (y, θ, x) of Siconos."""
     y, theta, *x = (float(u) for u in q)
     return [*(x or scene["start"]["q"][:1]), y, theta]
 
@@ -194,7 +194,7 @@ def moreau_jean(simulation, ds, scene, task, dt, end):
 
 
 def main():
-    # Siconos writes to the standard output: that goes to the errors.
+    # Siconos writes to the standard output; this redirects it to standard error.
     sys.stdout = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     with tempfile.TemporaryDirectory() as folder:

@@ -43,7 +43,7 @@ class Contacts:
         self.rho2 = body["gyration_radius"] ** 2
         self.sin, self.cos = math.sin(body["slope"]), math.cos(body["slope"])
         self.all = range(len(self.arms))
-        # The state is relative to where the centre is over the floor at rest, for the sake of small gaps.
+        # The state is relative to the position of the centre at rest, so that small gaps keep their digits.
         self.height = 0.0
         self.height = -sum(self.lever(i, 0.0)[1] for i in self.all) / len(self.arms)
 
@@ -69,7 +69,7 @@ class Contacts:
         )
 
     def ends(self, i, z, tol):
-        """It rebounds too slowly to be followed: by the tolerance, or not above the roundoff of its gap."""
+        """Whether it rebounds too slowly to be followed: below the tolerance, or not above the roundoff of its gap."""
         roundoff = 1e-15 * abs(self.lever(i, z[2])[1] + self.height)
         return self.rate(i, z) < max(tol, math.sqrt(2 * G * roundoff))
 
@@ -149,9 +149,9 @@ def simulate(scene, method, tol, end):
         if flight.status == 0:
             return of, z, None
         landed = next(k for k, hits in enumerate(flight.t_events) if len(hits))
-        if landed >= len(free):  # it slides no more
+        if landed >= len(free):  # it no longer slides
             return of, z, time
-        # The contacts on the floor, or there sooner than a root is known; they are hit in turn while any approaches.
+        # The contacts that are on the floor, or reach it within the error of a root. They are hit in turn while any approaches.
         near = [
             i
             for i in free
@@ -168,7 +168,7 @@ def simulate(scene, method, tol, end):
             of.push(i, z, 0.0)
         if len(held) == len(of.all):
             return of, z, time
-        # Half the time to the apex at the least.
+        # At least half the time to the apex.
         first = min(
             (of.rate(i, z) / (2 * G) for i in touching if i not in held), default=None
         )

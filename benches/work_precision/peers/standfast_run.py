@@ -10,7 +10,7 @@ import time
 import standfast as sf
 import told
 
-#: Runs at once.
+#: Number of runs in one call.
 MANY = 10_000
 #: Centre of mass in the nominal posture, where that is not the start.
 NOMINAL = {"ball": (0.0, 0.1), "rod": (0.0, 0.0), "nested": (0.0, 0.0)}

@@ -1,4 +1,4 @@
-"""What the peers share: the scenes, the timing, the rule by which motion has ceased, and the output. Standard library only."""
+"""Functions that the peers share: the scenes, the timing, the rule for the time of rest, and the output. Standard library only."""
 
 import json
 import math
@@ -34,8 +34,8 @@ def report(**record):
 
 
 def median_time(run, prepare=tuple):
-    """Wall time in seconds of run(*prepare()), the median of some, and what the last of them returned. prepare, which sets up
-    what a run needs, is not timed."""
+    """Wall time in seconds of run(*prepare()), the median of several calls, and the return value of the last call. prepare sets up
+    a run and is not timed."""
     seconds = []
     while True:
         ready = prepare()
@@ -48,8 +48,8 @@ def median_time(run, prepare=tuple):
 
 
 def timed(prepare, run, task, end):
-    """Seconds, and what `run(*prepare(end), end)` -> (q, time of rest) finds. A run to rest is timed up to the time of rest that
-    it found, as if that had been known."""
+    """Seconds and result of `run(*prepare(end), end)` -> (q, time of rest). For the task "rest" a first run finds the time of rest,
+    and a second run up to that time is timed."""
     found = run(*prepare(end), end)
     if task == "rest" and found[1] is not None:
         end = found[1]
@@ -58,7 +58,7 @@ def timed(prepare, run, task, end):
 
 
 def settled(times, speeds):
-    """The first of the times from which on all speeds are below STILL; None if the last is not. A speed is the largest of
+    """The first time from which all speeds stay below STILL; None if the last speed does not. A speed is the largest of
     |vx|, |vy|, |omega| * gyration_radius after the step that ends at this time."""
     since = None
     for at, speed in zip(reversed(times), reversed(speeds), strict=True):
@@ -69,7 +69,7 @@ def settled(times, speeds):
 
 
 def answer(name, scene, task, q, time):
-    """What is reported of a state (x, y, theta): the gaps (of the block the position), or the time of rest and the state."""
+    """The reported part of a state (x, y, theta): the gaps (for the block its position), or the time of rest and the state."""
     if task == "rest":
         return {"time": time, "q": q}
     if name == "block":

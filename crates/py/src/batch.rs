@@ -16,7 +16,7 @@ use crate::options;
 use crate::posture::PyPosture;
 use crate::run::{PyRun, stopped};
 
-/// The ends of many runs, each an array with an entry for each run; `runs[i]` makes run i again, with all its events.
+/// The results of many runs, as arrays with one entry for each run. `runs[i]` repeats run i, with all its events.
 ///
 /// >>> import numpy as np
 /// >>> import standfast as sf
@@ -92,7 +92,7 @@ impl PyRuns {
         self.ends.len()
     }
 
-    /// Run i once more, recorded: the same to the last bit.
+    /// Repeats run i, recorded; the result is the same to the last bit.
     fn __getitem__(&self, py: Python<'_>, index: &Bound<'_, PyAny>) -> PyResult<PyRun> {
         let i = input::run_index(index, self.ends.len())?;
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
@@ -100,7 +100,7 @@ impl PyRuns {
         stopped(py, |cancel| simulate_until(posture, &self.states[i], &options, cancel))
     }
 
-    /// How the runs ended, as `Run.outcome` spells it.
+    /// How the runs ended, as in `Run.outcome`.
     #[getter]
     fn outcome<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let words = standfast::Outcome::ALL.map(|outcome| outcome.as_str().to_owned());
@@ -147,7 +147,7 @@ impl PyRuns {
         self.words(py, std::iter::once(String::new()).chain(kinds).collect(), count)
     }
 
-    /// The only contact that comes to rest at the first Zeno point, from 1; 0 where there are several, or none.
+    /// The contact that comes to rest at the first Zeno point, from 1; 0 if several contacts do, or if there is no Zeno point.
     #[getter]
     fn zeno_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         let contact = |end: &End| end.zeno.and_then(|zeno| zeno.contact);
@@ -167,7 +167,7 @@ impl PyRuns {
         self.numbers(py, |end| Self::zeno(end, |zeno| zeno.elapsed))
     }
 
-    /// Whether a run has warnings: `runs[i].warnings` says which.
+    /// Whether each run has warnings; `runs[i].warnings` has their texts.
     #[getter]
     fn warned<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.ends.iter().map(|end| end.warned).collect::<Vec<_>>().into_pyarray(py)
@@ -233,14 +233,14 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
     }
 }
 
-/// The motions of many postures, or of one from many states: Runs.
+/// The motions of many postures, or of one posture from many states, as Runs.
 ///
-/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same in each run. threads : None takes
-/// every core, for 16 runs or more each. The other keywords are those of `simulate`; nothing is recorded, whatever `record` says, or
-/// certified: runs[i] makes run i once more, with all its events. Each run is the
-/// same, to the last bit, as `simulate` makes it, whatever the number of threads.
+/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. threads : number of
+/// threads; None uses every core, with at least 16 runs for each. The other keywords are those of `simulate`; `record` and `certify`
+/// have no effect here: use runs[i], which repeats run i with all its events. Each run has the same result, to the last bit, as a
+/// call of `simulate`, with any number of threads.
 ///
-/// Raises ValueError naming the field, its value and the allowed range, and the first run for which it is wrong, from 0.
+/// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
 #[pyo3(signature = (posture, q, qdot, *, threads=None, **options), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(

@@ -5,14 +5,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use standfast::outcome::{Enclosure, Uncertain};
 
-/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point, for the body (or the
-/// LocalModel) and the start that are exactly these doubles; but a contact that starts in the terrain, by a rounding, is taken
-/// as touching. In the full model as long as gaps are concave, and for some dozens of collisions: each widens the next by a
-/// factor of three or so. Where the impacts accumulate is enclosed in the local model only.
+/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point. The doubles of the body
+/// (or the LocalModel) and of the start are taken as exact, except that a contact that starts in the terrain within rounding counts
+/// as touching. In the full model gaps must be concave, and the intervals end after some dozens of collisions, because each
+/// collision widens the next interval by a factor of about three. The Zeno point is enclosed in the local model only.
 ///
-/// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start); that these
-/// collisions happen, in this order, is proved as well. zeno : (low, high), s after the start, of the first Zeno point, or None;
-/// contacts : those that come to rest there. reason : why nothing is certain after the last of the impacts, or None.
+/// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start). It is also proved
+/// that these collisions happen, in this order. zeno : (low, high), s after the start, of the first Zeno point, or None. contacts :
+/// the contacts that come to rest there. reason : why nothing is proved after the last of the impacts, or None.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -78,7 +78,7 @@ impl PyEnclosure {
         PyTuple::new(py, &self.0.contacts)
     }
 
-    /// Why nothing is certain after the last of the impacts; None where there is a Zeno point.
+    /// Why nothing is proved after the last of the impacts; None if there is a Zeno point.
     #[getter]
     fn reason(&self) -> Option<&str> {
         self.0.reason.as_deref()

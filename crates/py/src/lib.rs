@@ -65,20 +65,24 @@ mod _core {
     ///
     /// posture : Posture. q, qdot : (3,) m, m, rad and per second.
     ///
-    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the smallest
-    /// that keeps `tolerance`; run.model and run.model_reason say which and why). impact : "newton" (without friction in impacts: run.warnings says where
-    /// that matters), or with friction "poisson", "stronge", "chatterjee-ruina" or "moreau". simultaneous : what happens when contacts arrive together, "newton" (all at
-    /// once; frictionless law only), "first-contact-first" or "last-contact-first"; None: "newton" with the frictionless law,
-    /// "first-contact-first" with the others. stop : "rest", "zeno" (at the first
-    /// Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at which the
-    /// run ends at the latest, s. event_limit : largest number of events (collisions, and changes
-    /// of the contact modes, one each); with record at most 20 000 000 over the number of contacts. neighbourhood : displacement of the
-    /// centre of mass beyond which the body has escaped, m, looked at wherever the kind of motion changes. tolerance :
-    /// largest error "auto" may make, of times relative to run.elapsed and of q relative to the longest arm or
-    /// gyration_radius; so the time of a Zeno point early in a long run is promised to within tolerance * run.elapsed only (with
-    /// stop="zeno" run.elapsed is the time of the first one). record : whether the trajectory is kept. certify : whether intervals that are proved to contain the times
-    /// of the collisions and, in the local model, of the first Zeno point are computed as well (run.enclosure); one contact or
-    /// two, impact="newton", terrain without ends.
+    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model if its error is
+    /// within `tolerance`, else the full model; run.model and run.model_reason have the model and the reason).
+    ///
+    /// impact : "newton" (without friction in impacts; run.warnings reports where a contact with friction is hit), or with friction
+    /// "poisson", "stronge", "chatterjee-ruina" or "moreau". simultaneous : the rule for contacts that arrive at the same instant:
+    /// "newton" (all at once; frictionless law only), "first-contact-first" or "last-contact-first". None takes "newton" with the
+    /// frictionless law and "first-contact-first" with the others.
+    ///
+    /// stop : "rest", "zeno" (at the first Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at
+    /// which the run ends at the latest, s. event_limit : largest number of events; each collision and each change of the contact
+    /// modes is one event; with record at most 20 000 000 divided by the number of contacts. neighbourhood : displacement of the
+    /// centre of mass, m, beyond which the body has escaped; it is checked when the kind of motion changes.
+    ///
+    /// tolerance : largest error of the model that "auto" accepts, relative to run.elapsed for times, and relative to the longest arm
+    /// or gyration_radius for q. So the time of an early Zeno point of a long run is only correct within tolerance * run.elapsed (with
+    /// stop="zeno" run.elapsed is the time of the first Zeno point). record : whether the trajectory is stored. certify : whether to
+    /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
+    /// (run.enclosure); for one or two contacts, impact="newton" and terrain without ends.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///

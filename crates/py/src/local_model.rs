@@ -25,7 +25,7 @@ const OF_A_BODY: [&str; 4] = ["model", "impact", "neighbourhood", "tolerance"];
 /// States between two looks at whether the caller wants to stop.
 const STATES: usize = 256;
 
-/// The paper's reduced, frictionless linearisation of a two-contact posture, given by its parameters.
+/// The reduced, frictionless, linearised model of a two-contact posture [Or & Rimon 2008], given by its parameters.
 ///
 /// gravity : (g_1, g_2) m/s², ≥ 0. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
 /// restitution : e, or (e_1, e_2), in [0, 1).
@@ -73,7 +73,8 @@ impl PyLocalModel {
 
     /// The motion of the gaps and of θ: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
     ///
-    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood and tolerance. The run has no q: see its gaps, rates, theta, omega.
+    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood and tolerance. The run has no q;
+    /// it has gaps, rates, theta and omega.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
@@ -102,14 +103,14 @@ impl PyLocalModel {
         })
     }
 
-    /// The first n impacts up to scale: Orbit. Fewer where one contact bounces alone from some impact on.
+    /// The first n impacts up to scale, as an Orbit. There are fewer if one contact bounces alone from some impact on.
     ///
-    /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. A state right after an impact, with a gap of zero and its rate
-    /// positive, is row 0; from any other the motion goes on to its first impact. However long, an orbit neither underflows
-    /// nor overflows: only the logarithm of its size is kept.
+    /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. If the state is right after an impact (one gap is zero and its rate is
+    /// positive), it is row 0. From any other state the motion goes on to its first impact, which is row 0. An orbit of any length
+    /// neither underflows nor overflows, because only the logarithm of its size is stored.
     ///
-    /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity has to press on
-    /// both contacts, and restitution to be at least 1e-12.
+    /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity must be positive at
+    /// both contacts, and restitution at least 1e-12.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
@@ -131,9 +132,9 @@ impl PyLocalModel {
         Ok(PyOrbit { map, orbit, asked })
     }
 
-    /// Mean growth per impact of speeds and of differences in shape: Exponents.
+    /// Mean growth per impact of speeds and of differences in shape, as Exponents.
     ///
-    /// The means are over n impacts after `transient` others. See `orbit` for gaps, rates and what is refused.
+    /// The means are over n impacts, after `transient` impacts that are not counted. See `orbit` for gaps, rates and errors.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
@@ -160,9 +161,9 @@ impl PyLocalModel {
         .map(|exponents| PyExponents { exponents, asked })
     }
 
-    /// What becomes of a motion: Fate. Looked at for n impacts at most.
+    /// How a motion ends, as a Fate. At most n impacts are followed.
     ///
-    /// See `orbit` for gaps, rates and what is refused.
+    /// See `orbit` for gaps, rates and errors.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
@@ -184,8 +185,8 @@ impl PyLocalModel {
             .map(|fate| PyFate { fate, asked })
     }
 
-    /// The fates of many motions: gaps, rates of shape (..., 2). A structured array of shape (...) with the fields of Fate:
-    /// kind, contact and period (0 where there is none), certified, hits, sigma.
+    /// The fates of many motions, for gaps, rates of shape (..., 2). Returns a structured array of shape (...) with the fields of
+    /// Fate: kind, contact and period (0 instead of None), certified, hits, sigma.
     ///
     /// >>> import numpy as np
     /// >>> import standfast as sf

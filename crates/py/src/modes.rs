@@ -17,13 +17,13 @@ use crate::posture::PyPosture;
 /// Words that a message or a repr lists.
 const LISTED: usize = 12;
 
-/// The contacts of a rigid body at an instant, as bare data: one entry of each list per contact.
+/// The contacts of a rigid body at one instant, as plain data. Each list has one entry per contact.
 ///
 /// mass : kg. gyration_radius : m. arms : from the centre of mass to the contact points, world axes, m. tangents :
 /// unit vectors t; the normals are t turned by +90°. friction : μ, from 0 to 1e12. sliding : sign of the sliding velocity, 1, −1
 /// or 0, or None where the contact is separated (level "impulse": 0 or None). bias : (tangential, normal), added to J q̈, m/s².
-/// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration", or "impulse":
-/// bias m/s, and velocities without contact impulses in place of the accelerations.
+/// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration" or "impulse". At the level
+/// "impulse" bias is in m/s, and free_acceleration is the velocity without contact impulses.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
 ///
@@ -113,9 +113,9 @@ impl PyContactProblem {
         word(&self.0.fields().level)
     }
 
-    /// How close sliding contacts are to jamming (Painlevé): for each closed contact and each direction, "R" or
-    /// "L", in which it slides or may begin to, (contact number, direction, margin, critical friction). margin :
-    /// P(μ)/P(0), one without friction, negative where it jams; P = (1 + b(b + σμc)/ρ²)/m, b = t·d, c = n·d.
+    /// How close sliding contacts are to jamming (Painlevé): a list of (contact number, direction, margin, critical friction), for
+    /// each closed contact and each direction, "R" or "L", in which it slides or may begin to slide. margin : P(μ)/P(0), which is 1
+    /// without friction and negative for a contact that jams; P = (1 + b(b + σμc)/ρ²)/m, b = t·d, c = n·d.
     ///
     /// >>> import standfast as sf
     /// >>> rod = sf.ContactProblem(mass=1, gyration_radius=(1/3)**0.5, arms=[(-0.6, -0.8)], tangents=[(1, 0)],
@@ -175,16 +175,16 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
     format!("[{}]", items.iter().map(text).collect::<Vec<_>>().join(", "))
 }
 
-/// One word of contact modes, solved.
+/// The solution for one word of contact modes.
 ///
 /// word : a letter for each contact: S separate, F fixed, R or L sliding right or left. acceleration : (3,)
-/// (ẍ, ÿ, θ̈), m/s² and rad/s². forces : (n, 2) by contact (tangential, normal), N. At the level of impulses these
-/// are the velocity after, m/s and rad/s, and impulses, N s. determined : how the word determines its forces:
-/// "unique", "family" (of which these are the smallest), "singular" (friction matrix), "undetermined" (with sliding
-/// friction the motion depends on how the contacts share their forces) or "impossible" (no forces lead to the motion).
-/// force_interval : of two fixed contacts, the range of the internal force, N, or None. margins : (contact number,
-/// test, by how much it is met) for all tests, negative where one fails, relative to the load. consistent : whether
-/// Coulomb's law holds. violated : names of the tests that fail. near_degenerate : whether rounding may decide one.
+/// (ẍ, ÿ, θ̈), m/s² and rad/s². forces : (n, 2) by contact (tangential, normal), N. At the level "impulse" acceleration is the
+/// velocity after the impact, m/s and rad/s, and forces are impulses, N s. determined : how the word determines its forces:
+/// "unique", "family" (forces has the smallest of the family), "singular" (friction matrix), "undetermined" (with sliding
+/// friction the motion depends on how the contacts share their forces) or "impossible" (no forces give the motion of the word).
+/// force_interval : for two fixed contacts, the range of the internal force, N, or None. margins : (contact number, test, margin)
+/// for all tests; the margin is negative where the test fails, and relative to the load. consistent : whether Coulomb's law
+/// holds. violated : names of the tests that fail. near_degenerate : whether rounding may decide a test.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
@@ -278,11 +278,11 @@ impl PyContactMode {
     }
 }
 
-/// The words that contacts offer, by name, each solved.
+/// The words of the contacts with their solutions, by name.
 ///
-/// `modes["FS"]` is a ContactMode; iterating gives the words. status : "unique", "ambiguous" or "none", by how many
-/// words are consistent ("ambiguous" also where the only one is undetermined); where one was searched for instead, "found" or "not found". consistent : list of those words. problem : the
-/// ContactProblem that was solved; level : its level. `print(modes)` shows a table.
+/// `modes["FS"]` is a ContactMode; iterating gives the words. status : by the number of consistent words "unique", "ambiguous" or
+/// "none" ("ambiguous" also if the only one is undetermined); after a search for one word "found" or "not found". consistent : list
+/// of the consistent words. problem : the ContactProblem that was solved. level : its level. `print(modes)` shows a table.
 ///
 /// >>> import standfast as sf
 /// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 1), contacts=[sf.Contact(point=(0, 0))],
@@ -386,14 +386,15 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
     words.join(", ") + &rest
 }
 
-/// What the contacts of a body may do next, by Coulomb's law: every word, with its motion and forces.
+/// The contact modes that Coulomb's law allows in a state: every word, with its motion and forces.
 ///
 /// posture : Posture, or ContactProblem, which has its own state and load. q, qdot : (3,) m, m, rad and per second.
-/// method : "enumerate": all words. "qp": searches one consistent word by quadratic programmes; it may miss it. "auto":
-/// the cheapest, all words for up to six closed contacts, beyond that one consistent word. wrench : (f_x, f_y, torque about the centre of mass), N and N m, added to gravity.
+/// method : "enumerate" gives all words. "qp" searches for one consistent word by quadratic programmes, and may fail to find one.
+/// "auto" takes the cheaper method: all words for up to six closed contacts, one consistent word for more. wrench : (f_x, f_y,
+/// torque about the centre of mass), N and N m, added to gravity.
 ///
-/// Contacts are closed where |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
-/// range; also where a closed contact approaches: an impact is due.
+/// A contact is closed if |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
+/// range. A closed contact that approaches its ground is an error too, because an impact comes first.
 ///
 /// >>> import math
 /// >>> import standfast as sf

@@ -8,13 +8,14 @@ use crate::convert::{array, float, local_model, pair_text};
 use crate::error::to_py;
 use crate::input;
 
-/// A point of the body, and the ground that this point alone can touch: the straight line of `slope` through `point`, without ends
-/// unless `segment` says where they are. It passes through the ground of other contacts; a run warns where that cannot be meant.
-/// One ground for all contacts: Posture(terrain=...), from which slope and segment follow.
+/// A point of the body and its ground. The ground is the straight line of `slope` through `point`, with ends if `segment` is given;
+/// no other contact touches it. The point passes through the ground of other contacts; a run warns where these grounds contradict
+/// each other. For one ground for all contacts use Posture(terrain=...), which gives slope and segment.
 ///
-/// point : (2,) m, where it touches in the nominal posture (over a terrain of several pieces: where it is then). slope : rad, |slope| < π/2; the terrain has
-/// tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12. restitution : in [0, 1), or None for
-/// the posture's. tangential_restitution : in [0, 1). segment : extent of the terrain along t, m.
+/// point : (2,) m, position in the nominal posture; there it touches its line (or is above its terrain of several pieces).
+/// slope : rad, |slope| < π/2; the terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
+/// restitution : in [0, 1), or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
+/// along t, m.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
 ///
@@ -111,14 +112,14 @@ impl PyContact {
     }
 }
 
-/// A planar rigid body and the contacts it may stand on. Without `terrain` each contact meets only a straight ground of its own,
-/// the line of its slope through its point; with it all of them meet one ground. A body that may turn over, or reach the ground of
-/// another contact, needs a terrain (or segments); a run warns where its ground cannot be meant.
+/// A planar rigid body and its contacts. Without `terrain` each contact meets only a straight ground of its own, the line of its
+/// slope through its point. With `terrain` all contacts meet one ground. A body that may turn over, or reach the ground of another
+/// contact, needs a terrain (or segments); a run warns where the grounds of its contacts contradict each other.
 ///
 /// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
 /// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
-/// terrain : vertices (x, y), m, x increasing: each contact meets the straight piece under it and nothing beyond the ends,
-/// and its slope and segment follow. None: each contact has the line of its own slope and segment.
+/// terrain : vertices (x, y), m, x increasing. Each contact meets the straight piece under it, and no ground beyond the ends; its
+/// slope and segment are computed. None: each contact has the line of its own slope and segment.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
@@ -234,7 +235,7 @@ impl PyPosture {
         self.0.normal_gravity().map(Into::into).map_err(|e| to_py(&e))
     }
 
-    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3); inf where nothing is under a contact.
+    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3); inf where there is no ground under a contact.
     ///
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)

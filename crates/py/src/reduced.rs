@@ -13,12 +13,13 @@ use crate::input;
 
 /// The impacts of a motion, one by one, up to scale.
 ///
-/// contacts : (n,), the contact hit. shapes : (n, 2), right after: rate of the other contact over that of this one, and gap of the
-/// other over the square of that rate, both without unit. log_sizes : (n,), natural logarithm of this contact's rate, in
-/// ln(m/s). flights : (n,), time since the impact before. end : "1-zeno" if one contact bounces alone from here on, "tie" if both
-/// land at once, None if all impacts asked for were found; contact : the one of the 1-Zeno.
+/// contacts : (n,), the contact that is hit. shapes : (n, 2), right after the impact: the rate of the other contact divided by the
+/// rate of this one, and the gap of the other contact divided by the square of this rate, both dimensionless. log_sizes : (n,),
+/// natural logarithm of the rate of this contact, in ln(m/s). flights : (n,), time since the previous impact. end : "1-zeno" if one
+/// contact bounces alone after the last impact, "tie" if both land at once, None if all n impacts were found. contact : the contact
+/// of the 1-Zeno.
 ///
-/// All this is in units that make the contacts alike. With k = weights (1 where ψ_1 = ψ_2), ĝ = gravity and
+/// The units are chosen so that both contacts are alike. With k = weights (1 where ψ_1 = ψ_2), ĝ = gravity and
 /// U = exp(log_sizes), after an impact at contact a
 ///
 ///     u_a = U/k_a    u_b = shapes[:, 0] U/k_b    h_b = shapes[:, 1] U²/(ĝ k_b)
@@ -143,12 +144,12 @@ impl PyOrbit {
 /// Mean growth per impact along an orbit up to scale.
 ///
 /// sigma : mean logarithm of the factor of all speeds. lyapunov : (Λ_1, Λ_2), Λ_1 ≥ Λ_2, the Lyapunov exponents of the shape
-/// (rate, gap). sigma_error, lyapunov_error : their standard errors, by the scatter over 32 parts of the orbit. hits : impacts
-/// that the means are over, fewer than asked for where the orbit ends (nan where there are none); end : "1-zeno", "tie" or None.
+/// (rate, gap). sigma_error, lyapunov_error : their standard errors, from the scatter over 32 parts of the orbit. hits : number of
+/// impacts in the means; it is less than n if the orbit ends (the means are nan without impacts). end : "1-zeno", "tie" or None.
 /// For an orbit that does not end, Λ_1 + Λ_2 = 2⟨ln e⟩ − 5σ.
 ///
-/// A chaotic orbit in doubles soon is not the one of its start (an error grows by exp(Λ_1) per impact); its means are
-/// those of the attractor.
+/// A chaotic orbit in doubles soon differs from the exact orbit of its start, because an error grows by exp(Λ_1) per impact. Its
+/// means are those of the attractor.
 #[pyclass(frozen, eq, name = "Exponents", module = "standfast")]
 pub(crate) struct PyExponents {
     pub(crate) exponents: Exponents,
@@ -213,14 +214,15 @@ impl PyExponents {
     }
 }
 
-/// What becomes of a clattering motion.
+/// How a clattering motion ends.
 ///
-/// kind : "1-zeno" (one contact bounces alone until it rests), "clattering" (both are hit in turn for ever, gravity becomes
-/// negligible), "self-similar" (the shape comes to an attracting cycle), "other" (none of these within the impacts allowed: a
-/// quasi-periodic or chaotic shape, or one that settles slowly), "none" (both land at once: impacts have no order). contact : the
-/// one that comes to rest in a 1-Zeno, or None. certified : whether it is proved, not observed, and for the start as it was given:
-/// the impacts before have not made more of its rounding than 1e-6 of the shape. hits : impacts after the first until it is known. period : impacts after which shape and contact repeat, or None. sigma : mean logarithm of the factor of all speeds
-/// per impact from then on; nan if not known.
+/// kind : "1-zeno" (one contact bounces alone until it rests), "clattering" (both are hit in turn for ever, and gravity becomes
+/// negligible), "self-similar" (the shape converges to an attracting cycle), "other" (none of these within n impacts: a
+/// quasi-periodic or chaotic shape, or one that converges slowly), "none" (both land at once, so that impacts have no order).
+/// contact : the contact that comes to rest in a 1-Zeno, or None. certified : whether the kind is proved for the given start; this
+/// requires that earlier impacts amplify the rounding of the start to at most 1e-6 of the shape. hits : number of impacts after the
+/// first until the kind is known. period : number of impacts after which shape and contact repeat, or None. sigma : mean logarithm
+/// of the factor of all speeds per impact from then on; nan if not known.
 #[pyclass(frozen, eq, name = "Fate", module = "standfast")]
 pub(crate) struct PyFate {
     pub(crate) fate: Fate,
@@ -319,9 +321,9 @@ pub(crate) fn fate_table<'py>(
 
 /// The self-similar orbit of two contacts with equal restitution and equal reduced gravity.
 ///
-/// After every impact the state is the one before with the contacts exchanged, all speeds times `factor`, all gaps times its
-/// square. factor : c. stable : whether orbits nearby come to it. rate, gap : of the other contact right after an
-/// impact that leaves with rate 1, at gravity 1.
+/// Each impact exchanges the contacts, multiplies all speeds by `factor`, and all gaps by its square. factor : c. stable : whether
+/// the orbit attracts neighbouring orbits. rate, gap : those of the other contact right after an impact that leaves with rate 1, at
+/// gravity 1.
 #[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast")]
 pub(crate) struct PySelfSimilar {
     orbit: SelfSimilar,
@@ -394,8 +396,8 @@ fn coupling(psi: f64) -> PyResult<f64> {
     Ok(psi)
 }
 
-/// The coupling ψ = ±√(ψ_1ψ_2) beyond which clattering converges: both contacts are hit in turn for ever and gravity becomes
-/// negligible [Or & Rimon 2008, (10)]. (e^⅓ + e^⅔)/(1 + e), or for two restitutions
+/// The coupling ψ = ±√(ψ_1ψ_2) above which clattering converges: both contacts are hit in turn for ever and gravity becomes
+/// negligible [Or & Rimon 2008, (10)]. It is (e^⅓ + e^⅔)/(1 + e), or for two restitutions
 /// √((e_1 + e_2 + (e_1e_2)^⅓ + (e_1e_2)^⅔)/((1+e_1)(1+e_2))).
 ///
 /// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
@@ -453,7 +455,7 @@ pub(crate) fn chatter_restitution(
 
 /// The self-similar orbit of clattering below its bound: SelfSimilar, or None where there is none.
 ///
-/// Its factor c is the root of c³ + Kc² + (1 − K − e)c − e = 0 between e and e^⅓, K = 1 + (1+e)ψ. It is born at
+/// Its factor c is the root of c³ + Kc² + (1 − K − e)c − e = 0 between e and e^⅓, K = 1 + (1+e)ψ. It appears at
 /// psi = `clattering_bound(e)`, where c = e^⅓, and loses its stability at `neimark_sacker(e)`, where c = e^⅖.
 ///
 /// restitution : e in [0, 1), of both contacts. psi : in [−1, 1]. Raises ValueError naming the field.
@@ -472,8 +474,8 @@ pub(crate) fn self_similar(
     Ok(found.map(|orbit| PySelfSimilar { orbit, restitution, psi }))
 }
 
-/// The coupling at which the self-similar orbit changes its stability (a Neimark–Sacker bifurcation): below it orbits nearby
-/// leave. With c = e^⅖, 1 + (1+e)ψ = (e + ec − c − c³)/(c² − c).
+/// The coupling at which the self-similar orbit changes its stability (a Neimark–Sacker bifurcation). Below it the orbit repels
+/// neighbouring orbits. With c = e^⅖, 1 + (1+e)ψ = (e + ec − c − c³)/(c² − c).
 ///
 /// restitution : e in (0, 1), of both contacts. Raises ValueError naming it.
 ///

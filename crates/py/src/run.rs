@@ -18,15 +18,15 @@ use crate::modes::PyContactProblem;
 use crate::options;
 use crate::posture::PyPosture;
 
-/// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces
-/// is in one phase S.
+/// An interval of time with one contact mode. An impact does not end the phase if the mode is the same after it: a body that
+/// bounces is in one phase S.
 ///
-/// mode : one letter a contact: S separate, F fixed, R or L sliding right or left at its start. The reduced
-/// model, which knows no tangential motion, says F. start, end : s. cause : the event at its start: "start",
-/// "impact", "zeno", "lift-off" (a force has come down to zero), "stop" (a sliding speed has), "slip" (a force has reached the
-/// edge of its cone) or "left-segment" (a contact has come to the end of a piece of its terrain). contact : the number of the
-/// contact that it is about, or None. impacts : how many of `run.impacts` lie strictly between start and end; the infinitely many
-/// that end in a Zeno point, which are summed, are not among them.
+/// mode : one letter for each contact: S separate, F fixed, R or L sliding right or left at the start of the phase. A LocalModel
+/// has no tangential motion and always has F. start, end : s. cause : the event at its start: "start", "impact", "zeno",
+/// "lift-off" (a normal force became zero), "stop" (a sliding speed became zero), "slip" (a force reached the edge of its cone) or
+/// "left-segment" (a contact reached the end of a piece of its terrain). contact : the number of the contact of this event, or
+/// None. impacts : the number of `run.impacts` strictly between start and end; impacts that are summed in a Zeno point are not
+/// counted.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(PhaseFields);
@@ -101,17 +101,16 @@ impl PyPhase {
     }
 }
 
-/// A point in time at which contacts come to rest: where infinitely many impacts accumulate, in an impact without rebound
-/// (plastic), or because they rest from the start (method "rest").
+/// An instant at which contacts come to rest. Infinitely many impacts accumulate there; or the contacts land without rebound
+/// (plastic); or they rest from the start (method "rest").
 ///
-/// kind : "1-zeno", "2-zeno", … (how many contacts come to rest). contacts : their numbers; contact : the only one, or None. time, elapsed : s.
-/// time_error : estimated error of the sum and of the clock, s; what the motion before makes of the
-/// roundings of its start, which a chaotic one amplifies from impact to impact, is not in it, nor is the error of the local model,
-/// which `tolerance` bounds where "auto" chose it. q, qdot : (3,), None
-/// without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity (rad/s) there.
-/// certified : whether the argument is a proof. method : the argument. plastic : whether these contacts, all of restitution 0,
-/// come to rest in an impact, without rebound: nothing accumulates. first_summed : index of the first collision that was
-/// summed instead of simulated.
+/// kind : "1-zeno", "2-zeno", … (the number of contacts that come to rest). contacts : their numbers. contact : the number, if
+/// there is only one, or None. time, elapsed : s. time_error : estimated error of the sum and of the clock, s. It does not include
+/// the rounding of the start as earlier impacts amplify it, nor the error of the local model, which `tolerance` bounds where "auto"
+/// chose this model. q, qdot : (3,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
+/// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
+/// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
+/// collision that was summed and not simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyZenoPoint(ZenoFields);
@@ -266,7 +265,7 @@ impl PyZenoPoint {
     }
 }
 
-/// A run: its outcome, its events, and the motion at any time of it.
+/// A run: its outcome, its events, and the motion at any time.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -301,8 +300,8 @@ impl PyRun {
         Ok((question(simulate, &keywords)?, (posture, q, qdot).into_pyobject(py)?))
     }
 
-    /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is), "ambiguous"
-    /// (several are), "time-limit" or "event-limit".
+    /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is consistent), "ambiguous"
+    /// (several contact modes are consistent), "time-limit" or "event-limit".
     #[getter]
     fn outcome(&self) -> &str {
         self.0.outcome().as_str()
@@ -314,7 +313,7 @@ impl PyRun {
         word(&self.0.model())
     }
 
-    /// Why it was that model.
+    /// The reason for this model.
     #[getter]
     fn model_reason(&self) -> &str {
         self.0.model_reason()
@@ -433,8 +432,7 @@ impl PyRun {
         self.0.zeno_points().iter().cloned().map(Into::into).collect()
     }
 
-    /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; None unless asked for by
-    /// `certify`.
+    /// Intervals that are proved to contain the times of the collisions and of the first Zeno point; None without `certify`.
     #[getter]
     fn enclosure(&self) -> Option<PyEnclosure> {
         self.0.enclosure().map(PyEnclosure::from)
@@ -446,16 +444,16 @@ impl PyRun {
         self.0.phases().iter().cloned().map(Into::into).collect()
     }
 
-    /// Things to know: ties, a start taken as touching, ground that cannot be meant (see Contact), friction that impact="newton"
-    /// leaves out.
+    /// Warnings: simultaneous impacts, a start that counts as touching, grounds that contradict each other (see Contact), impacts
+    /// with impact="newton" at contacts with friction.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings().to_vec()
     }
 
-    /// (q, qdot), each (..., 3), at times t : (...) s of the run; exact within a phase, and after an impact
-    /// where t meets one. Raises ValueError if t lies outside the run, if nothing was recorded, or if t lies so close to the end of
-    /// a sum of impacts that more than 100 000 events of it come before.
+    /// (q, qdot), each (..., 3), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
+    /// after the impact. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
+    /// a sum of impacts that more than 100 000 events of the sum are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let posture = self.0.posture().is_some();
         self.instants(py, t, 3, |instant| {
@@ -466,13 +464,13 @@ impl PyRun {
         })
     }
 
-    /// (gaps, rates), each (..., n) in m and m/s, at times t : (...) s of the run. As `at`.
+    /// (gaps, rates), each (..., n) in m and m/s, at times t : (...) s of the run. See `at`.
     fn gaps_at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let n = self.0.gaps().len();
         self.instants(py, t, n, |instant| (instant.gaps, instant.rates))
     }
 
-    /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where it is busy: t (n,), q (n, 3), qdot (n, 3).
+    /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot (n, 3).
     fn sample<'py>(&self, py: Python<'py>, n: &Bound<'py, PyAny>) -> PyResult<Sample<'py>> {
         let n = whole("n", n, 2..=MOST_SAMPLES)?;
         let t = self.0.sample_times(n).map_err(|e| to_py(&e))?.into_pyarray(py);
@@ -491,9 +489,9 @@ impl PyRun {
         array(py, values.map_err(|e| to_py(&e))?, t.as_array().shape())
     }
 
-    /// Draw the gaps, their way into the Zeno point, and the body; see `standfast.plot`.
+    /// Draw the gaps over time, the gaps before a Zeno point, and the body; see `standfast.plot`.
     ///
-    /// path : where to save the figure; the suffix says the format. Needs matplotlib.
+    /// path : file of the figure; the suffix determines the format. Needs matplotlib.
     #[pyo3(signature = (path=None))]
     fn plot<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("standfast.plot")?.call_method1("plot", (slf, path))

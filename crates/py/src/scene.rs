@@ -65,7 +65,7 @@ impl PyScene {
         get(py, &self.0.options)
     }
 
-    /// Runs the scene; keywords of `standfast.simulate` override the scene's options.
+    /// Runs the scene. Keywords of `standfast.simulate` override the options of the scene.
     #[pyo3(signature = (**r#override))]
     fn simulate(&self, py: Python<'_>, r#override: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
         let mut options = self.0.options;
@@ -118,7 +118,7 @@ impl PyScene {
 
 /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
 ///
-/// Raises OSError where it cannot be read, and ValueError naming the file, the place and what is wrong there.
+/// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))

@@ -17,10 +17,10 @@ use crate::interrupt::interruptible;
 use crate::modes::PyModes;
 use crate::posture::{PyPosture, posture};
 
-/// What is said of a posture on two contacts: whether the body comes back to rest after any small kick.
+/// The verdict on a posture on two contacts: whether the body returns to rest after every small kick.
 ///
 /// frictional_stability : "stable", "unstable" or "undecided"; by : the argument; evidence : its data. `print(verdict)` shows
-/// a table of every mode.
+/// all of it with a table of the modes.
 ///
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), friction=0.5) for x in (-1, 1)]
@@ -48,13 +48,13 @@ impl PyVerdict {
         self.verdict.conditions.equilibrium_margin
     }
 
-    /// Abscissas (low, high) of the centre of mass at which there is equilibrium, m; None if there are none.
+    /// Interval (low, high) of abscissas of the centre of mass with equilibrium, m; None if it is empty.
     #[getter]
     fn equilibrium_region(&self) -> Option<(f64, f64)> {
         self.verdict.conditions.region.map(Into::into)
     }
 
-    /// Whether every word but FF fails by kinematics alone, while its forces fit (f_n ≥ 0).
+    /// Whether every word that moves fails a kinematic test although its forces satisfy theirs (f_n ≥ 0).
     #[getter]
     fn kinematic_strong(&self) -> bool {
         self.verdict.conditions.kinematic_strong
@@ -66,7 +66,7 @@ impl PyVerdict {
         self.verdict.conditions.kinematic_strong_strict
     }
 
-    /// How far the nearest condition of `kinematic_strong` is from changing it, relative to the load.
+    /// Least distance of a condition from a change of `kinematic_strong`, relative to the load.
     #[getter]
     fn kinematic_margin(&self) -> f64 {
         self.verdict.conditions.kinematic_margin
@@ -90,7 +90,7 @@ impl PyVerdict {
         self.verdict.conditions.clattering
     }
 
-    /// ψ less the bound of (10).
+    /// ψ minus the bound of (10).
     #[getter]
     fn clattering_margin(&self) -> f64 {
         self.verdict.conditions.clattering_margin
@@ -102,7 +102,7 @@ impl PyVerdict {
         self.verdict.conditions.chatter
     }
 
-    /// ψ less Goyal's bound.
+    /// ψ minus Goyal's bound.
     #[getter]
     fn chatter_margin(&self) -> f64 {
         self.verdict.conditions.chatter_margin
@@ -127,12 +127,12 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::By::as_str)
     }
 
-    /// The argument's data: None where the margins are all of it; of "corner-map" {"limits", "potential",
-    /// "ends"}: limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below
-    /// and above which V holds from entry to exit, not from corner to corner (see the theory page); of
-    /// "growing-cycle" its corners (contact, phi, growth); of "accelerating-mode" the word or the corner that leads away, None
-    /// where sliding does; of an undecided posture {"reason", "cells", "left"}: why, the number of cells of the corner map, and
-    /// those left over (None where the map was not asked).
+    /// The data of the argument. None if the margins are all the evidence. For "corner-map" {"limits", "potential", "ends"}: limits
+    /// between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and above which V
+    /// holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners (contact, phi,
+    /// growth). For "accelerating-mode" the word or the corner that leads away, None if sliding leads away. For an undecided posture
+    /// {"reason", "cells", "left"}: the reason, the number of cells of the corner map, and the cells that are undecided (None if the
+    /// map was not computed).
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = self.verdict.evidence_json();
@@ -145,23 +145,23 @@ impl PyVerdict {
         self.verdict.delicate
     }
 
-    /// How much larger than a kick the motion after it can become: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion
-    /// is at most this times that of the kick, a velocity given to the body at rest in its posture. A proved bound, at least 1,
-    /// not the least one; None where there is none: see amplification_reason.
+    /// Bound on the ratio of the motion after a kick to the kick. A kick is a velocity given to the body at rest in its posture. In
+    /// the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at most this times that of the kick. The bound is proved, is
+    /// at least 1, and is not the least bound. None if there is no bound: see amplification_reason.
     #[getter]
     fn amplification(&self) -> Option<f64> {
         self.verdict.amplification.ok()
     }
 
     /// Why amplification is None: "not-stable" (the verdict is not "stable"), "energy" (energy does not bound the frictionless
-    /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (what follows a slide or a landing is not
-    /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300); None where there is a bound.
+    /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (the motion after a slide or a landing is not
+    /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300); None if there is a bound.
     #[getter]
     fn amplification_reason(&self) -> Option<&str> {
         self.verdict.amplification.err().map(standfast::stability::NoBound::as_str)
     }
 
-    /// What came of the random kicks that were asked for: {"seed", "kicks", "rest", "others"}, or None. Evidence, no proof.
+    /// Results of the random kicks (keyword trials): {"seed", "kicks", "rest", "others"}, or None. They are evidence, not proof.
     #[getter]
     fn trials<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(trials) = &self.verdict.trials else { return Ok(None) };
@@ -229,13 +229,13 @@ impl PyVerdict {
     }
 }
 
-/// Whether a posture with two contacts is stable: after any small kick the body comes back to rest near it.
+/// Whether a posture with two contacts is stable: after every small kick the body returns to rest near it. Returns a Verdict.
 ///
-/// Small motions are looked at, to first order, with frictionless impacts (the paper's local model). trials : so many random
-/// small kicks are simulated, too, from the numbers of seed; verdict.trials says what came of them. They are evidence and
-/// never change the verdict.
+/// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). trials : number of
+/// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
+/// evidence and never change the verdict.
 ///
-/// Raises ValueError naming `contacts` unless there are two that touch.
+/// Raises ValueError naming `contacts` unless the posture has exactly two contacts and both touch.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
@@ -266,10 +266,10 @@ pub(crate) fn stability(
 /// Least and largest, for each contact.
 type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// The forces that can hold a body at rest in its nominal posture: the least and the largest (tangential, normal) force of each
-/// contact over all that friction allows, (n, 2) N, ±inf where contacts can squeeze the body without bound; None if none
-/// hold it. Any number of contacts. In a vertex of the terrain: of both pieces together, along and across the one of the slope
-/// of the contact.
+/// The forces that can hold a body at rest in its nominal posture. Returns the least and the largest (tangential, normal) force of
+/// each contact over all forces that friction allows, (n, 2) N each; ±inf where contacts can squeeze the body without bound. Returns
+/// None if no forces hold the body. Any number of contacts. For a contact at a vertex of the terrain the force is the sum over both
+/// pieces, along and across the piece with the slope of the contact.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, gravity=10, friction=0.5)
@@ -291,9 +291,9 @@ pub(crate) fn static_forces<'py>(
     Ok(Some((array(low)?, array(high)?)))
 }
 
-/// How much friction a body has to spare at rest: 1 − κ, with κ the least factor on all coefficients of friction at which the
-/// contacts still hold it. 1: it stands without friction; negative: there is too little; −inf: none suffices. Any number of
-/// contacts.
+/// The friction that a body at rest has to spare: 1 − κ, where κ is the least factor on all coefficients of friction with which the
+/// contacts still hold the body. 1: the body stands without friction. Negative: there is too little friction. −inf: no factor is
+/// sufficient. Any number of contacts.
 ///
 /// >>> import math
 /// >>> import standfast as sf
@@ -306,8 +306,8 @@ pub(crate) fn friction_margin(#[pyo3(from_py_with = posture)] posture: PyPosture
     standfast::stability::friction_margin(&posture.0)
 }
 
-/// Abscissas (low, high) of the centre of mass, m, at which friction and normal forces at the contacts can hold the body
-/// against gravity; ±inf where there is no bound, None if there are none. Any number of contacts.
+/// Interval (low, high) of abscissas of the centre of mass, m, at which friction and normal forces at the contacts can hold the
+/// body against gravity; ±inf where there is no bound, None if the interval is empty. Any number of contacts.
 ///
 /// >>> import standfast as sf
 /// >>> sf.equilibrium_region(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))

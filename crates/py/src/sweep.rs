@@ -13,10 +13,10 @@ use crate::interrupt::interruptible;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
 
-/// A question that `standfast.sweep` asks: quantities of a posture over a grid of its parameters.
+/// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters.
 ///
 /// over : pairs (path, values); the last one varies fastest. quantities : their names. q, qdot, options : start and options of
-/// the runs that "fate" and "zeno_time" speak of.
+/// the runs for "fate" and "zeno_time".
 ///
 /// >>> from standfast import Posture
 /// >>> from standfast._core import Sweep
@@ -86,7 +86,7 @@ impl PySweep {
         self.sweep.size()
     }
 
-    /// Of each quantity the list of words that its codes stand for; None of flags and numbers.
+    /// For each quantity the list of words that its codes stand for; None for flags and numbers.
     #[getter]
     fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let words = self.quantities.iter().map(|quantity| match quantity.kind() {
@@ -97,7 +97,7 @@ impl PySweep {
     }
 
     /// The quantities at the points from `start` up to `stop`, an array for each: bool, float64, or uint8 codes of words.
-    /// threads : None takes every core.
+    /// threads : number of threads; None uses every core.
     #[pyo3(signature = (start, stop, threads=None))]
     fn run<'py>(
         &self,
