@@ -2,6 +2,7 @@
 
 import json
 import math
+from decimal import Decimal
 from pathlib import Path
 
 import oracle
@@ -236,11 +237,12 @@ def local_inputs(scene):
     half, rho = exact(body.contacts[1].point[0]), exact(body.gyration_radius)
     y, theta, v, omega = (exact(x) for x in (*scene.q[1:], *scene.qdot[1:]))
     g, psi, phi = exact(body.gravity), rod(scene), half / (half**2 + rho**2)
-    return {
+    inputs = {
         "e": exact(body.restitution), "g1": g, "g2": g, "psi1": psi, "psi2": psi, "phi1": phi, "phi2": -phi,
         "h1": y - half * theta, "h2": y + half * theta, "theta": theta,
         "u1": v - half * omega, "u2": v + half * omega, "omega": omega,
     }  # fmt: skip
+    return {name: Decimal(mp.nstr(x, mp.dps)) for name, x in inputs.items()}
 
 
 def neglected(scene):
