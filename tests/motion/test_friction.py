@@ -255,13 +255,17 @@ def test_the_square_of_the_spin_obeys_a_linear_equation(scene):
         return 2 * arm / (mpf(rho) ** 2 + b * arm), c
 
     def exponent(theta):
-        return mp.quad(lambda s: parts(s)[0] * parts(s)[1], [mpf(float(q0[2])), theta])
+        return mp.quad(
+            lambda s: parts(s)[0] * parts(s)[1],
+            [mpf(float(q0[2])), theta],
+            method="gauss-legendre",
+        )
 
     end = mpf(float(q[2]))
     inner = mp.quad(
         lambda s: parts(s)[0] * G * cos * mp.exp(-exponent(s)),
         [mpf(float(q0[2])), end],
-        maxdegree=4,
+        method="gauss-legendre",
     )
     square = mp.exp(exponent(end)) * (mpf(float(v0[2])) ** 2 + inner)
     close(qdot[2] ** 2, square, 1e-12, scale=omega**2)
