@@ -301,22 +301,26 @@ def changes(one, other, size):
 def compared(one, other, size, resolved):
     """The same at one resolution."""
     brief, slow = resolved * one.elapsed, resolved * one.top
-    spans = [*one.sums, *other.sums]
+    same = 1e-11 * one.elapsed
+    spans = np.reshape([*one.sums, *other.sums], (-1, 2))
+    spans = spans + np.array([same, -same])
+    begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
-    def counts(t):
-        same = 1e-11 * one.elapsed
-        return not any(a + same < t < b - same for a, b in spans)
+    def counting(entries, time):
+        """Those whose times are within none of the spans."""
+        times = np.array([entry[time] for entry in entries])
+        begun = np.searchsorted(begins, times, side="left")
+        within = begun > np.searchsorted(ends, times, side="right")
+        return [e for e, inside in zip(entries, within, strict=True) if not inside]
 
     def kept(run):
-        phases = [p for p in run.phases if p[2] - p[1] > brief and counts(p[1])]
+        phases = counting([p for p in run.phases if p[2] - p[1] > brief], 1)
         zeno = []
-        for t, contacts, *state in run.zeno:
-            if not counts(t):
-                continue
+        for t, contacts, *state in counting(run.zeno, 0):
             if zeno and t - zeno[-1][0] <= brief:
                 contacts = contacts | zeno.pop()[1]
             zeno.append((t, contacts, *state))
-        hits = [h for h in run.hits if h[2] > slow and counts(h[1])]
+        hits = counting([h for h in run.hits if h[2] > slow], 1)
         words = [p[0] for p in phases], [z[1] for z in zeno], [h[0] for h in hits]
         times = [run.elapsed]
         times += [t for p in phases for t in p[1:]]
