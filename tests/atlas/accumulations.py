@@ -2,7 +2,6 @@
 
 import json
 import math
-from decimal import Decimal
 from pathlib import Path
 
 import oracle
@@ -12,6 +11,7 @@ from mpmath import mp, mpf
 from . import naive, peers
 from .entry import (
     Family,
+    decimal,
     dropped_rod,
     exact,
     integrated,
@@ -242,7 +242,7 @@ def local_inputs(scene):
         "h1": y - half * theta, "h2": y + half * theta, "theta": theta,
         "u1": v - half * omega, "u2": v + half * omega, "omega": omega,
     }  # fmt: skip
-    return {name: Decimal(mp.nstr(x, mp.dps)) for name, x in inputs.items()}
+    return {name: decimal(x) for name, x in inputs.items()}
 
 
 def neglected(scene):
