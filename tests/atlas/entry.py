@@ -162,6 +162,11 @@ def first_zeno(scene):
     }
 
 
+def decimals():
+    """The decimal context that goes with the digits of mpmath."""
+    return localcontext(prec=mp.dps + MORE)
+
+
 def decimal(value):
     """A number of mpmath with all its digits and some more: decimal numbers are the faster ones in long sums."""
     return Decimal(mp.nstr(mpf(value), mp.dps + MORE))
@@ -169,7 +174,7 @@ def decimal(value):
 
 def time_left(state, gravity, psi, e, least):
     """Of all impacts of a level rod to come, over the speed of the last one: impact by impact until they are this small."""
-    with localcontext(prec=mp.dps + MORE):
+    with decimals():
         v, y, gravity, psi, e = map(decimal, (*state, gravity, psi, e))
         impacts = naive.impacts_up_to_scale((v, y), gravity, psi, e, Decimal.sqrt)
         total, size, least = Decimal(0), Decimal(1), decimal(least)
