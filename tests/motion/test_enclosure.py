@@ -13,6 +13,7 @@ import numpy as np
 import oracle
 import pytest
 import standfast as sf
+from bodies import with_defaults
 from decimals import cos_sin
 from mpmath import mp, mpf
 from oracle_inputs import (
@@ -187,9 +188,9 @@ def test_the_reference():
             assert holds(impact["low"], impact["high"], collision["t"])
 
 
-def model(**parameters):
-    values = {"gravity": (1, 1), "psi": (0.9, 0.9), "phi": (0, 0), "restitution": 0.1}
-    return sf.LocalModel(**values | parameters)
+model = with_defaults(
+    sf.LocalModel, gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
+)
 
 
 def of(model, gaps, rates, **options):

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import standfast as sf
+from checks import close
 from friction_oracle import DIGITS, Body, integrate, precise
 from mpmath import mp, mpf
 
@@ -21,13 +22,6 @@ def digits():
     """Digits of the oracles."""
     with mp.workdps(DIGITS), precise():
         yield
-
-
-def close(value, exact, rel=1e-12, scale=0):
-    """``value`` within ``rel`` of ``exact``, relative to it or to a larger scale."""
-    error = abs(mpf(float(value)) - exact)
-    size = max(abs(mpf(exact)), mpf(scale))
-    assert error <= rel * size, f"{value!r}: {mp.nstr(error / size, 3)} from {exact}"
 
 
 def words(run):

@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import standfast as sf
+from bodies import lift
 
 #: Random scenes in all.
 SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "500"))
@@ -52,10 +53,7 @@ def draw(rng):
     model = str(rng.choice(["full", "full", "local", "auto"]))
     theta = rng.choice([0.0, rng.uniform(-0.2, 0.2)])
     q = np.array([0.0, 0.0, theta if model != "local" else 0.0])
-    q[1] = max(
-        -gap / math.cos(contact.slope)
-        for gap, contact in zip(posture.gaps(q), contacts, strict=True)
-    )
+    q[1] = lift(posture.gaps(q), contacts)
     start = rng.choice(["rest", "touching", "flight", "spinning"])
     if start in ("flight", "spinning"):
         q[1] += size * 10 ** rng.uniform(-6, 0)

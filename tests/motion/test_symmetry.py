@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import lift, reach
 
 G = 9.81
 EPS = np.finfo(float).eps
@@ -55,8 +56,7 @@ class Scene:
 
     @property
     def size(self):
-        arms = np.linalg.norm(self.points - self.center, axis=1)
-        return max(self.gyration_radius, arms.max())
+        return reach(self.points, self.center, self.gyration_radius)
 
     def posture(self):
         return sf.Posture(
@@ -405,7 +405,7 @@ def random_scene(seed):
         q = np.array([u(-0.1, 0.1), 0.0, u(-0.1, 0.1) * (start > 0)])
         posture = scene.posture()
         gaps = posture.gaps(q) if model == "full" else posture.gap_rates(np.zeros(3), q)
-        q[1] = (-gaps / np.cos(slopes)).max() + 10 ** u(-4, -1)
+        q[1] = lift(gaps, posture.contacts) + 10 ** u(-4, -1)
         scene.q, scene.qdot = q, rng.choice([0.0, 0.1, 0.5]) * u(-1, 1, 3)
     elif start == 3:  # touching
         scene.qdot = rng.choice([0.0, 0.01, 0.1, 1.0]) * u(-1, 1, 3)

@@ -215,6 +215,16 @@ def alternates_for_ever(motion, a):
     return ratio <= faster and kappa < 1 and eta < 1 and grow < 1
 
 
+def bounced(motion, a, T):
+    """Gaps and rates at the end of the bouncing at ``a``, geometry frozen [docs/notation.md]."""
+    e, b, zero = motion.e, 1 - a, motion.ctx.number(0)
+    psi, g_a, g_b = motion.psi(a), motion.gravity(a), motion.gravity(b)
+    h, u = [zero, zero], [zero, zero]
+    h[b] = motion.h[b] + motion.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
+    u[b] = motion.u[b] - g_b * T - (1 + e) * psi * motion.u[a] / (1 - e)
+    return h, u
+
+
 class LocalMotion:
     """The frozen model: gaps (h_1, h_2) and θ on exact parabolas [Or & Rimon 2008, eqs. 5, 6]."""
 
@@ -261,11 +271,8 @@ class LocalMotion:
 
     def settle_bounce(self, a, T):
         """State at the end of the bouncing at ``a`` [docs/notation.md]."""
-        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.number(0)
-        psi, phi, g_a, g_b = self._psi[a], self._phi[a], self._g[a], self._g[b]
-        h, u = [zero, zero], [zero, zero]
-        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
-        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        e, u_a, phi = self.e, self.u[a], self._phi[a]
+        h, u = bounced(self, a, T)
         theta = self.theta + self.omega * T - phi * u_a * T * e / (1 - e)
         omega = self.omega - (1 + e) * phi * u_a / (1 - e)
         return dict(zip(LOCAL_STATE, (*h, theta, *u, omega), strict=True))
@@ -419,11 +426,8 @@ class FullMotion:
 
     def settle_bounce(self, a, T):
         """State at the end of the bouncing at ``a``, geometry frozen for the short time ``T``."""
-        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.number(0)
-        psi, g_a, g_b = self.psi(a), self.gravity(a), self.gravity(b)
-        h, u = [zero, zero], [zero, zero]
-        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
-        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        e, u_a = self.e, self.u[a]
+        h, u = bounced(self, a, T)
         jump = self.push(a, (1 + e) * u_a / (1 - e))
         shift = self.push(a, u_a * T * e / (1 - e))
         return self._state(T, jump, shift, h, u)
