@@ -92,6 +92,12 @@ def clattering(scene):
 BENCHES = Path(__file__).parents[2] / "benches" / "work_precision" / "scenes.json"
 
 
+def rest_of_bench(name):
+    """Rest of a scene of the benches, as its file tells it."""
+    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"][name]
+    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+
+
 def stuck(scene):
     body = scene.posture
     gravity, psi = (body.gravity,) * 2, (float(rod(scene)),) * 2
@@ -115,8 +121,7 @@ def stuck(scene):
     answer=rest,
 )
 def nested(_scene):
-    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["nested"]
-    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+    return rest_of_bench("nested")
 
 
 def one_end_after_the_other(scene):
@@ -460,5 +465,4 @@ def too_soon(scene):
     within=integrated("elapsed"),
 )
 def rocks(_scene):
-    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["rocking"]
-    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+    return rest_of_bench("rocking")

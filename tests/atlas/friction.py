@@ -14,6 +14,15 @@ FAMILY = Family("Friction")
 entry = FAMILY.entry
 
 
+def stopped_by_friction(scene, way):
+    """A block on level ground, in closed form: when it rests, and under this name how far it has come."""
+    v, pull = (
+        exact(scene.qdot[0]),
+        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
+    )
+    return {"outcome": "rest", "elapsed": v / pull, way: v * v / (2 * pull)}
+
+
 def never_stops(scene):
     v, gravity = float(scene.qdot[0]), scene.posture.gravity
     step = 1e-3
@@ -36,11 +45,7 @@ def never_stops(scene):
     answer=lambda scene: {**rest(scene), "x": scene.simulate().q[0]},
 )
 def _(scene):
-    v, pull = (
-        exact(scene.qdot[0]),
-        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
-    )
-    return {"outcome": "rest", "elapsed": v / pull, "x": v * v / (2 * pull)}
+    return stopped_by_friction(scene, "x")
 
 
 def slides_on(scene):
@@ -95,12 +100,7 @@ def toggles(scene):
 
 
 def rest_along(scene):
-    run = scene.simulate()
-    return {
-        "outcome": run.outcome,
-        "elapsed": run.elapsed,
-        "way": math.hypot(*run.q[:2]),
-    }
+    return {**rest(scene), "way": math.hypot(*scene.simulate().q[:2])}
 
 
 @entry(
@@ -170,11 +170,7 @@ def too_stiff(scene):
     answer=rest_along,
 )
 def _(scene):
-    v, pull = (
-        exact(scene.qdot[0]),
-        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
-    )
-    return {"outcome": "rest", "elapsed": v / pull, "way": v * v / (2 * pull)}
+    return stopped_by_friction(scene, "way")
 
 
 def jamming(scene):
