@@ -8,6 +8,7 @@ import argparse
 import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from decimal import Decimal
 from pathlib import Path
 
 import matplotlib
@@ -52,7 +53,7 @@ def judge(task):
     run = FAMILIES[family][1](inputs)
     found, zeno = run.zeno_points[0], truth.zeno
     exact = float(zeno.time)
-    off = float(abs(oracle.mpmath.mpf(found.elapsed) - zeno.time))
+    off = float(abs(Decimal(found.elapsed) - zeno.time))
     errors = {
         "Zeno time, ulp": off / math.ulp(exact),
         "Zeno time, c": off / change.largest("time"),
@@ -66,7 +67,7 @@ def judge(task):
     state = {"omega": (found.omega, turning)}
     state |= {f"u{i + 1}": (rate, rounding) for i, rate in enumerate(found.gap_rates)}
     parts = [
-        float(abs(oracle.mpmath.mpf(float(value)) - zeno.state[name]))
+        float(abs(Decimal(float(value)) - zeno.state[name]))
         / max(change.largest(name), least)
         for name, (value, least) in state.items()
         if max(change.largest(name), least) > 0
@@ -75,8 +76,7 @@ def judge(task):
         errors["velocities there, c"] = max(parts)
     times = run.impacts["elapsed"]
     offs = [
-        float(abs(oracle.mpmath.mpf(float(mine)) - other.time))
-        / math.ulp(float(other.time))
+        float(abs(Decimal(float(mine)) - other.time)) / math.ulp(float(other.time))
         for mine, other in zip(times, truth.collisions, strict=False)
     ]
     if offs:

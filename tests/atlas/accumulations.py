@@ -11,6 +11,7 @@ from mpmath import mp, mpf
 from . import naive, peers
 from .entry import (
     Family,
+    decimal,
     dropped_rod,
     exact,
     integrated,
@@ -91,6 +92,12 @@ def clattering(scene):
 BENCHES = Path(__file__).parents[2] / "benches" / "work_precision" / "scenes.json"
 
 
+def rest_of_bench(name):
+    """Rest of a scene of the benches, as its file tells it."""
+    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"][name]
+    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+
+
 def stuck(scene):
     body = scene.posture
     gravity, psi = (body.gravity,) * 2, (float(rod(scene)),) * 2
@@ -114,8 +121,7 @@ def stuck(scene):
     answer=rest,
 )
 def nested(_scene):
-    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["nested"]
-    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+    return rest_of_bench("nested")
 
 
 def one_end_after_the_other(scene):
@@ -236,11 +242,12 @@ def local_inputs(scene):
     half, rho = exact(body.contacts[1].point[0]), exact(body.gyration_radius)
     y, theta, v, omega = (exact(x) for x in (*scene.q[1:], *scene.qdot[1:]))
     g, psi, phi = exact(body.gravity), rod(scene), half / (half**2 + rho**2)
-    return {
+    inputs = {
         "e": exact(body.restitution), "g1": g, "g2": g, "psi1": psi, "psi2": psi, "phi1": phi, "phi2": -phi,
         "h1": y - half * theta, "h2": y + half * theta, "theta": theta,
         "u1": v - half * omega, "u2": v + half * omega, "omega": omega,
     }  # fmt: skip
+    return {name: decimal(x) for name, x in inputs.items()}
 
 
 def neglected(scene):
@@ -458,5 +465,4 @@ def too_soon(scene):
     within=integrated("elapsed"),
 )
 def rocks(_scene):
-    known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"]["rocking"]
-    return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
+    return rest_of_bench("rocking")

@@ -1,15 +1,26 @@
 """Sliding, and the end of it."""
 
 import math
+from decimal import Decimal
 
+from decimals import cos_sin
 from friction_oracle import extrapolated
 from mpmath import mp, mpf
 
 from . import naive, peers
-from .entry import Family, exact, integrated, rest
+from .entry import Family, decimal, decimals, exact, integrated, rest
 
 FAMILY = Family("Friction")
 entry = FAMILY.entry
+
+
+def stopped_by_friction(scene, way):
+    """A block on level ground, in closed form: when it rests, and under this name how far it has come."""
+    v, pull = (
+        exact(scene.qdot[0]),
+        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
+    )
+    return {"outcome": "rest", "elapsed": v / pull, way: v * v / (2 * pull)}
 
 
 def never_stops(scene):
@@ -34,11 +45,7 @@ def never_stops(scene):
     answer=lambda scene: {**rest(scene), "x": scene.simulate().q[0]},
 )
 def _(scene):
-    v, pull = (
-        exact(scene.qdot[0]),
-        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
-    )
-    return {"outcome": "rest", "elapsed": v / pull, "x": v * v / (2 * pull)}
+    return stopped_by_friction(scene, "x")
 
 
 def slides_on(scene):
@@ -93,12 +100,7 @@ def toggles(scene):
 
 
 def rest_along(scene):
-    run = scene.simulate()
-    return {
-        "outcome": run.outcome,
-        "elapsed": run.elapsed,
-        "way": math.hypot(*run.q[:2]),
-    }
+    return {**rest(scene), "way": math.hypot(*scene.simulate().q[:2])}
 
 
 @entry(
@@ -170,11 +172,7 @@ def too_stiff(scene):
     answer=rest_along,
 )
 def _(scene):
-    v, pull = (
-        exact(scene.qdot[0]),
-        exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
-    )
-    return {"outcome": "rest", "elapsed": v / pull, "way": v * v / (2 * pull)}
+    return stopped_by_friction(scene, "way")
 
 
 def jamming(scene):
@@ -204,11 +202,12 @@ def through_the_jam(scene):
 
 def stretching(scene):
     """Of a slide in a time s with dt = Q ds: Q and the sliding speed, the way it goes, of a state; the height of the contact above the
-    centre of mass; the rates of (θ, ω, t, v_x); and that at the start."""
-    (dx, dy), rho2, friction, way, gravity = jamming(scene)
+    centre of mass; the rates of (θ, ω, t, v_x); and that at the start. All of it in decimal numbers."""
+    arm, *numbers = jamming(scene)
+    dx, dy, rho2, friction, way, gravity = (decimal(x) for x in (*arm, *numbers))
 
     def levers(theta):
-        c, s = mp.cos(theta), mp.sin(theta)
+        c, s = cos_sin(theta)
         b, h = c * dx - s * dy, s * dx + c * dy
         return b, h, b + way * friction * h
 
@@ -223,7 +222,7 @@ def stretching(scene):
         left, *_ = now(y)
         return [left * omega, lever / rho2 * press, left, -way * friction * press]
 
-    start = [exact(scene.q[2]), exact(scene.qdot[2]), mpf(0), exact(scene.qdot[0])]
+    start = [decimal(x) for x in (scene.q[2], scene.qdot[2], 0, scene.qdot[0])]
     return now, rates, start
 
 
@@ -242,19 +241,20 @@ def stretching(scene):
     within=integrated("time", "theta"),
 )
 def jam(scene):
-    now, rates, y = stretching(scene)
-    gravity, step = exact(scene.posture.gravity), mpf(1) / 16
-    while True:
-        y, before = extrapolated(rates, y, mpf(0), step), y
-        left, slip, height = now(y)
-        assert slip > 0
-        assert gravity + height * y[1] ** 2 > 0
-        if left < mpf(10) ** -13:
-            break
-    # Q falls exponentially: what is left of time and turn are Q over its rate, to second order in Q.
-    rate = mp.log(now(before)[0] / left) / step
-    time = y[2] + left / rate
-    return {"outcome": "inconsistent", "time": time, "theta": y[0] + y[1] * left / rate}
+    with decimals():
+        now, rates, y = stretching(scene)
+        gravity, step = decimal(scene.posture.gravity), Decimal(1) / 16
+        while True:
+            y, before = extrapolated(rates, y, Decimal(0), step), y
+            left, slip, height = now(y)
+            assert slip > 0
+            assert gravity + height * y[1] ** 2 > 0
+            if left < Decimal(10) ** -13:
+                break
+        # Q falls exponentially: what is left of time and turn are Q over its rate, to second order in Q.
+        rate = (now(before)[0] / left).ln() / step
+        time, theta = y[2] + left / rate, y[0] + y[1] * left / rate
+    return {"outcome": "inconsistent", "time": mpf(time), "theta": mpf(theta)}
 
 
 def stop_of_a_slide(scene):
@@ -281,13 +281,15 @@ def stop_of_a_slide(scene):
     within=integrated("time", "theta", "omega"),
 )
 def _(scene):
-    now, rates, y = stretching(scene)
-    step = mpf(1) / 1024
-    while step > mpf(10) ** -18:
-        later = extrapolated(rates, y, mpf(0), step)
-        if now(later)[1] > 0:
-            y = later
-        else:
-            step /= 4
+    with decimals():
+        now, rates, y = stretching(scene)
+        step = Decimal(1) / 1024
+        while step > Decimal(10) ** -18:
+            later = extrapolated(rates, y, Decimal(0), step)
+            if now(later)[1] > 0:
+                y = later
+            else:
+                step /= 4
+    theta, omega, time, _ = map(mpf, y)
     # From there on it slides back: the other way the force is finite.
-    return {"cause": "stop", "mode": "R", "time": y[2], "theta": y[0], "omega": y[1]}
+    return {"cause": "stop", "mode": "R", "time": time, "theta": theta, "omega": omega}

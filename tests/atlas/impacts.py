@@ -114,8 +114,7 @@ def in_turn(scene):
 
 
 def without_turning(scene):
-    run = scene.simulate()
-    return {"outcome": run.outcome, "elapsed": run.elapsed, "theta": run.q[2]}
+    return {**rest(scene), "theta": scene.simulate().q[2]}
 
 
 @entry(

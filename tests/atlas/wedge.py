@@ -1,6 +1,7 @@
 """A body without friction on two straight pieces of ground: a motion of one degree of freedom, in closed form up to a quadrature."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from mpmath import mp, mpf
@@ -16,7 +17,7 @@ class Wedge:
     rho: mpf
     gravity: mpf
 
-    @property
+    @cached_property
     def normals(self):
         return [(-mp.sin(slope), mp.cos(slope)) for slope in self.slopes]
 
@@ -49,7 +50,9 @@ class Wedge:
         """When it has turned so far. θ s² takes the root at rest out of the integrand."""
         theta = abs(theta) * self.downhill()
         return mp.quad(
-            lambda s: 2 * abs(theta) * s / self.spin(theta * s * s), [0, 0.5, 1]
+            lambda s: 2 * abs(theta) * s / self.spin(theta * s * s),
+            [0, 0.5, 1],
+            method="gauss-legendre",
         )
 
     def way(self, theta, contact):

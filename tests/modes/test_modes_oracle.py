@@ -110,7 +110,8 @@ def is_refuted(problem: Problem, word: str) -> bool:
         return False
     assert min(weights) >= 0
     assert sum(weights[-len(strict) :]) > 0
-    for entries in zip(*columns, strict=True):
+    weights = integers(weights)
+    for entries in E[:-1]:
         assert sum(w * x for w, x in zip(weights, entries, strict=True)) == 0
     return True
 

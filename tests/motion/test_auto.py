@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import size
 
 G = 9.81
 #: Random scenes; `make long` asks for more.
@@ -55,12 +56,6 @@ def scene(rng):
     if options["stop"] == "time":
         options["time_limit"] = rng.uniform(0.5, 20.0) * math.sqrt(2 * height / G)
     return posture, q, qdot, options
-
-
-def size(posture):
-    center = np.array(posture.center_of_mass)
-    arms = [np.linalg.norm(np.array(c.point) - center) for c in posture.contacts]
-    return max(posture.gyration_radius, *arms)
 
 
 def errors(run, full, length):

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pickle
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,6 +13,9 @@ import numpy as np
 import oracle
 import pytest
 import standfast as sf
+from bodies import with_defaults
+from decimals import cos_sin
+from mpmath import mp, mpf
 from oracle_inputs import (
     draw_full,
     draw_local,
@@ -22,33 +26,36 @@ from oracle_inputs import (
 
 CASES = int(os.environ.get("STANDFAST_ENCLOSURES", "100"))
 SEED = 1972
-MP = oracle.arithmetic(60)
+DIGITS = 60
 #: Flights, relative to the time elapsed, and speeds, relative to those of the start, after which nothing is left to sum: those
 #: that follow are shorter by a factor that stays away from one.
-NOTHING = MP.mpf(10) ** -45
+NOTHING = Decimal(10) ** -45
 #: Impacts after which a sum is given up.
 MOST = 20_000
 
 
+@pytest.fixture(autouse=True)
+def digits():
+    """Digits of decimal numbers."""
+    with localcontext(prec=DIGITS):
+        yield
+
+
 def summed(v):
     """(times of the impacts, their contacts), by plain summation; None if it does not come to an end."""
-    g, psi, e, h, u = ([MP.mpf(x) for x in v[name]] for name in ("g", "psi", "e", "h", "u"))  # fmt: skip
-    t, times, contacts, fastest = (
-        MP.mpf(0),
-        [],
-        [],
-        max(map(abs, u)) + MP.sqrt(2 * max(a * b for a, b in zip(g, h, strict=True))),
-    )
+    g, psi, e, h, u = ([Decimal(x) for x in v[name]] for name in ("g", "psi", "e", "h", "u"))  # fmt: skip
+    fall = (2 * max(a * b for a, b in zip(g, h, strict=True))).sqrt()
+    t, times, contacts, fastest = Decimal(0), [], [], max(map(abs, u)) + fall
     while len(times) < MOST:
         flights = [_touchdown(h[i], u[i], g[i]) for i in (0, 1)]
         dt = min(flights)
-        if dt == MP.inf:
+        if dt == math.inf:
             return times, contacts
         i = flights.index(dt)
         t += dt
         h = [h[j] + dt * (u[j] - g[j] * dt / 2) for j in (0, 1)]
         u = [u[j] - g[j] * dt for j in (0, 1)]
-        h[i] = MP.mpf(0)
+        h[i] = Decimal(0)
         kick = -(1 + e[i]) * u[i]
         u[i], u[1 - i] = -e[i] * u[i], u[1 - i] - psi[i] * kick
         times.append(t)
@@ -60,10 +67,10 @@ def summed(v):
 
 
 def _touchdown(h, u, g):
-    root = MP.sqrt(u * u + 2 * g * h)
+    root = (u * u + 2 * g * h).sqrt()
     if u < 0:
         return 2 * h / (root - u)
-    return (u + root) / g if g else MP.inf
+    return (u + root) / g if g else Decimal("Infinity")
 
 
 def case(v):
@@ -79,7 +86,7 @@ def enclosed(v, **options):
 
 
 def holds(low, high, time):
-    return low <= high and Fraction(low) <= Fraction(str(time)) <= Fraction(high)
+    return low <= high and Fraction(low) <= Fraction(time) <= Fraction(high)
 
 
 def check(v):
@@ -181,9 +188,9 @@ def test_the_reference():
             assert holds(impact["low"], impact["high"], collision["t"])
 
 
-def model(**parameters):
-    values = {"gravity": (1, 1), "psi": (0.9, 0.9), "phi": (0, 0), "restitution": 0.1}
-    return sf.LocalModel(**values | parameters)
+model = with_defaults(
+    sf.LocalModel, gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
+)
 
 
 def of(model, gaps, rates, **options):
@@ -340,15 +347,16 @@ def test_a_foot_that_goes_round():
     body = sf.Posture(1.0, 0.3, (0.0, 0.4), [sf.Contact((0.2, 0.0))], 0.5, 9.81)
     q, qdot = (0.0, 0.7, 0.3), (0.2, -0.1, 3.0)
     enclosure = sf.simulate(body, q, qdot, model="full", certify=True).enclosure
-    x, y, height = MP.mpf(0.2), -MP.mpf(0.4), MP.mpf(0.7)
+    x, y, height = mpf(0.2), -mpf(0.4), mpf(0.7)
 
     def gap(t):
-        turn = MP.mpf(0.3) + 3 * t
-        fall = height - MP.mpf(0.1) * t - MP.mpf(9.81) * t * t / 2
-        return fall + x * MP.sin(turn) + y * MP.cos(turn) - y
+        turn = mpf(0.3) + 3 * t
+        fall = height - mpf(0.1) * t - mpf(9.81) * t * t / 2
+        return fall + x * mp.sin(turn) + y * mp.cos(turn) - y
 
     first = enclosure.impacts[0]
-    assert holds(first["low"], first["high"], MP.findroot(gap, first["low"]))
+    with mp.workdps(DIGITS):
+        assert holds(first["low"], first["high"], str(mp.findroot(gap, first["low"])))
     assert first["high"] - first["low"] <= 4 * math.ulp(first["low"])
 
 
@@ -381,10 +389,10 @@ def test_a_start_that_touches_but_for_a_rounding(model):
         body = sf.Posture(1.0, 0.3, (0.0, 0.5), [sf.Contact((0.0, 0.0), slope=slope)], 0.5, 9.81)  # fmt: skip
         x, y = way * math.cos(slope), way * math.sin(slope)
         run = sf.simulate(body, (x, y, 0), (0, rate, 0), model=model, certify=True, stop="zeno")  # fmt: skip
-        sin, cos = MP.sin(slope), MP.cos(slope)
-        h = max(cos * MP.mpf(y) - sin * MP.mpf(x), MP.mpf(0))
-        u, g = cos * MP.mpf(rate), cos * MP.mpf(9.81)
-        time = (u + MP.sqrt(u * u + 2 * g * h)) / g
+        cos, sin = cos_sin(Decimal(slope))
+        h = max(cos * Decimal(y) - sin * Decimal(x), Decimal(0))
+        u, g = cos * Decimal(rate), cos * Decimal(body.gravity)
+        time = (u + (u * u + 2 * g * h).sqrt()) / g
         first = run.enclosure.impacts[0]
         assert first["low"] <= first["high"], slope
         assert holds(first["low"], first["high"], time), slope

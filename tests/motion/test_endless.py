@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import lift
 
 #: Random scenes, and how many of them may end by a limit.
 SCENES = int(os.environ.get("STANDFAST_ENDLESS", "400"))
@@ -61,9 +62,8 @@ def draw(k):
     )
     law, speed = str(rng.choice(LAWS)), math.sqrt(9.81 * size)
     q = np.array([rng.uniform(-0.3, 0.3) * size, 0.0, rng.uniform(-0.4, 0.4)])
-    gaps = zip(posture.gaps(q), contacts, strict=True)
-    lift = max(0.0, *(-gap / math.cos(contact.slope) for gap, contact in gaps))
-    q[1] = lift + size * rng.choice([0.0, rng.uniform(0, 0.3)])
+    up = max(0.0, lift(posture.gaps(q), contacts))
+    q[1] = up + size * rng.choice([0.0, rng.uniform(0, 0.3)])
     qdot = speed * np.array(
         [rng.uniform(-1, 1), rng.uniform(-1, 0.3), rng.uniform(-1, 1) / size]
     )

@@ -11,6 +11,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import lift
 
 #: Random runs for each law.
 RUNS = int(os.environ.get("STANDFAST_ENERGY_RUNS", "250"))
@@ -48,12 +49,8 @@ def draw(rng, law):
     q = np.array([0.0, 0.0, rng.uniform(-0.1, 0.1) if rng.random() < 0.7 else 0.0])
     model = "full" if rng.random() < 0.6 else "local"
     gaps = posture.gaps(q) if model == "full" else frozen(posture, q)
-    lift = max(
-        -gap / math.cos(contact.slope)
-        for gap, contact in zip(gaps, contacts, strict=True)
-    )
     height = 10 ** rng.uniform(-5, 0) if rng.random() < 0.9 else 0.0
-    q[1] = lift + height
+    q[1] = lift(gaps, contacts) + height
     spin = 10 ** rng.uniform(-2, 2) if rng.random() < 0.5 else 0.5
     qdot = rng.normal(size=3) * (0.5, 0.5, spin) * (rng.random() < 0.9)
     simultaneous = rng.choice(["newton", "first-contact-first", "last-contact-first"])

@@ -2,29 +2,26 @@
 
 import math
 from collections import Counter
+from decimal import Decimal
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import standfast as sf
-from friction_oracle import DIGITS, Body, integrate
+from checks import close
+from friction_oracle import DIGITS, Body, integrate, precise
 from mpmath import mp, mpf
 
 G = 9.81
+#: Step of the oracle, in s.
+STEP = Decimal(1) / 64
 
 
 @pytest.fixture(autouse=True)
 def digits():
     """Digits of the oracles."""
-    with mp.workdps(DIGITS):
+    with mp.workdps(DIGITS), precise():
         yield
-
-
-def close(value, exact, rel=1e-12, scale=0):
-    """``value`` within ``rel`` of ``exact``, relative to it or to a larger scale."""
-    error = abs(mpf(float(value)) - exact)
-    size = max(abs(mpf(exact)), mpf(scale))
-    assert error <= rel * size, f"{value!r}: {mp.nstr(error / size, 3)} from {exact}"
 
 
 def words(run):
@@ -215,14 +212,14 @@ def test_one_contact_slides_to_a_stop(scene):
     index = words(run).index(word)
     assert run.phases[index].start < 1e-15
     body = Body(posture)
-    start = [mpf(0)] * 3 + [mpf(v) for v in velocity]
-    t, y, event = body.until(word, start, mpf(1) / 64)
+    start = [Decimal(0)] * 3 + [Decimal(v) for v in velocity]
+    t, y, event = body.until(word, start, STEP)
     close(run.phases[index].end, t, 2e-13)
     assert event[0] == ("lift" if words(run)[index + 1] == "S" else "stop")
     assert_state(run, float(t), y)
     for share in (0.3, 0.7):
         at = float(t) * share
-        y = integrate(body.flow(word), start, mpf(0), mpf(at), mpf(1) / 64)
+        y = integrate(body.flow(word), start, Decimal(0), Decimal(at), STEP)
         assert_state(run, at, y)
 
 
@@ -252,13 +249,17 @@ def test_the_square_of_the_spin_obeys_a_linear_equation(scene):
         return 2 * arm / (mpf(rho) ** 2 + b * arm), c
 
     def exponent(theta):
-        return mp.quad(lambda s: parts(s)[0] * parts(s)[1], [mpf(float(q0[2])), theta])
+        return mp.quad(
+            lambda s: parts(s)[0] * parts(s)[1],
+            [mpf(float(q0[2])), theta],
+            method="gauss-legendre",
+        )
 
     end = mpf(float(q[2]))
     inner = mp.quad(
         lambda s: parts(s)[0] * G * cos * mp.exp(-exponent(s)),
         [mpf(float(q0[2])), end],
-        maxdegree=4,
+        method="gauss-legendre",
     )
     square = mp.exp(exponent(end)) * (mpf(float(v0[2])) ** 2 + inner)
     close(qdot[2] ** 2, square, 1e-12, scale=omega**2)
@@ -280,11 +281,11 @@ def test_a_sliding_foot_until_the_other_lands():
     assert abs(posture.gaps(q)[0]) < 1e-16
     run = sf.simulate(posture, q, velocity, model="full", time_limit=2.0)
     body = Body(posture)
-    now, t = [mpf(x) for x in (*q, *velocity)], mpf(0)
+    now, t = [Decimal(x) for x in (*q, *velocity)], Decimal(0)
     first = next(k for k, p in enumerate(run.phases) if p.mode != "SS")
     for phase in run.phases[first : first + 4]:
         assert phase.mode[1] == "S"
-        dt, now, event = body.until(phase.mode, now, mpf(1) / 64)
+        dt, now, event = body.until(phase.mode, now, STEP)
         t += dt
         close(phase.end, t, 1e-12)
         if event == ("land", 1):
@@ -375,15 +376,15 @@ def test_a_rough_ladder(friction, omega):
     run = sf.simulate(posture, start[:3], start[3:], model="full", time_limit=1.0)
     phase = sliding_phase(run)
     body = Body(posture)
-    first = [mpf(x) for x in start]
-    t, y, _ = body.until(phase.mode, first, mpf(1) / 64)
+    first = [Decimal(x) for x in start]
+    t, y, _ = body.until(phase.mode, first, STEP)
     close(phase.end, t, 1e-12)
     q = run.at(phase.end)[0]
     for k in range(3):
         close(q[k], y[k], 1e-12, scale=HALF)
     for share in (0.4, 0.8):
         at = float(t) * share
-        y = integrate(body.flow(phase.mode), first, mpf(0), mpf(at), mpf(1) / 64)
+        y = integrate(body.flow(phase.mode), first, Decimal(0), Decimal(at), STEP)
         assert_state(run, at, y)
 
 
@@ -435,14 +436,14 @@ def rocking(posture, y, count):
     """Words, starts and states of the phases of a body that rocks from foot to foot, event by event; and the times of
     the landings that begin a round."""
     body = Body(posture)
-    t, phases, landings, held, word = mpf(0), [], [], 0, "FS"
+    t, phases, landings, held, word = Decimal(0), [], [], 0, "FS"
     while True:
         phases.append((word, t, y))
         if len(phases) > count:
             return phases, landings
         up, rate = body.gap(1 - held, y), body.rate(1 - held, y)
-        scale = max(abs(rate) / body.g, mp.sqrt(abs(up) / body.g))
-        dt, y, event = body.until(word, y, min(mpf(1) / 64, scale / 2))
+        scale = max(abs(rate) / body.g, (abs(up) / body.g).sqrt())
+        dt, y, event = body.until(word, y, min(STEP, scale / 2))
         t += dt
         if event[0] == "stop":
             word = "".join("F" if k == held else "S" for k in (0, 1))
@@ -481,7 +482,7 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
     rest = point.time + abs(point.qdot[0]) / (friction * G)
     close(run.time, mpf(float(rest)))
     got = [p for p in run.phases if p.end > p.start]
-    first = [mpf(x) for x in start]
+    first = [Decimal(x) for x in start]
     if side < 0:  # the oracle begins on foot 1: mirror
         first = [-first[0], first[1], -first[2], -first[3], first[4], -first[5]]
     count = 16 if restitution == 0 else 20
@@ -507,11 +508,12 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
     # every second one: left and right may differ in their pattern
     ratios = [b / a for a, b in zip(lengths, lengths[2:], strict=False)]
     changes = [abs(b - a) for a, b in pairwise(ratios)]
-    assert changes[-1] < 0.05 * max(changes)
+    assert 20 * changes[-1] < max(changes)
     assert ratios[-1] < 0.5
     tail = (lengths[-1] + lengths[-2]) * ratios[-1] / (1 - ratios[-1])
     error = tail * changes[-1] / (1 - ratios[-1]) ** 2
-    assert abs(mpf(point.time) - (starts[-1] + tail)) <= 2 * error + mpf("1e-14")
+    limit = 2 * error + Decimal("1e-14")
+    assert abs(Decimal(point.time) - (starts[-1] + tail)) <= limit
     assert error < 1e-9 * run.time
 
 

@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import with_defaults
 
 G = 9.81
 LAWS = ["poisson", "stronge", "chatterjee-ruina", "moreau"]
@@ -14,16 +15,20 @@ IN_TURN = "first-contact-first"
 SCENES = int(os.environ.get("STANDFAST_SCENES", "150"))
 
 
+resting = with_defaults(
+    sf.Posture,
+    mass=1.0,
+    gyration_radius=0.5,
+    center_of_mass=(0.0, 0.7),
+    restitution=0.3,
+    gravity=G,
+)
+
+
 def body(feet, **change):
-    fields = {
-        "mass": 1.0,
-        "gyration_radius": 0.5,
-        "center_of_mass": (0.0, 0.7),
-        "contacts": [sf.Contact(point=(x, 0.0), friction=0.5) for x in feet],
-        "restitution": 0.3,
-        "gravity": G,
-    }
-    return sf.Posture(**(fields | change))
+    """A body on level feet."""
+    contacts = [sf.Contact(point=(x, 0.0), friction=0.5) for x in feet]
+    return resting(**({"contacts": contacts} | change))
 
 
 @pytest.mark.parametrize("model", ["full", "local"])

@@ -203,7 +203,7 @@ def flaws_between(body, run, mode, start, end, rng):
             yield f"{mode} at {t}: no forces explain it, by {miss}"
 
 
-def flaws_of_jump(body, run, t, step, options):
+def flaws_of_jump(body, run, t, step, options, impacts):
     """What an impact shows that none can: the change of velocity is a sum of impulses in the cones."""
     offsets = step * np.arange(1, 5)
     weights = np.array([4, -6, 4, -1])  # extrapolates cubics
@@ -221,7 +221,6 @@ def flaws_of_jump(body, run, t, step, options):
         edges = body.cone("F" * len(body.arms), q)
     if body.miss(edges, body.momentum(after - before)) > JUMP * speed:
         yield f"impact at {t}: no impulses explain it"
-    impacts = run.impacts[run.impacts["time"] == t]
     frames = [list(body.frames(m["index"], q)) for m in impacts]
     if law == "newton" and "simultaneous" not in options:  # all that arrive are hit
         rates, after_it = impacts[0]["rates_before"], impacts[0]["rates_after"]
@@ -239,23 +238,25 @@ def flaws(posture, run, options, rng, seen):
     """What a run shows that no motion can."""
     body = Body(posture)
     end = min(run.time, options["time_limit"])
-    limits = [z.time for z in run.zeno_points]
-    starts = [p.start for p in run.phases]
-    events = np.unique([0.0, end, *starts, *run.impacts["time"], *limits])
+    limits, phases, impacts = [z.time for z in run.zeno_points], run.phases, run.impacts
+    starts, struck = [p.start for p in phases], set(impacts["time"].tolist())
+    events = np.unique([0.0, end, *starts, *struck, *limits])
     events = events[(events >= 0) & (events <= end)]
     stretches = [(a, b) for a, b in pairwise(events) if b - a > SHORTEST]
     rng.shuffle(stretches)
     for a, b in stretches[:STRETCHES]:
-        (mode,) = {p.mode for p in run.phases if p.start <= a and p.end >= b}
+        (mode,) = {p.mode for p in phases if p.start <= a and p.end >= b}
         seen[mode] += 1
         yield from flaws_between(body, run, mode, a, b, rng)
     lengths = np.diff(events)
     for k in range(1, len(events) - 1):
         t, step = events[k], min(lengths[k - 1 : k + 1].min() / 8, body.step)
-        summed = any(abs(z - t) < ROUNDING for z in limits)
-        if step > body.step / 20 and not summed and t in run.impacts["time"]:
+        if step <= body.step / 20 or t not in struck:
+            continue
+        if not any(abs(z - t) < ROUNDING for z in limits):
             seen["impact"] += 1
-            yield from flaws_of_jump(body, run, t, step, options)
+            now = impacts[impacts["time"] == t]
+            yield from flaws_of_jump(body, run, t, step, options, now)
     if run.outcome == "rest":
         q, qdot = run.at(run.time)
         if np.abs(qdot).max() > ROUNDING:

@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import lift, reach
 
 G = 9.81
 EPS = np.finfo(float).eps
@@ -55,8 +56,7 @@ class Scene:
 
     @property
     def size(self):
-        arms = np.linalg.norm(self.points - self.center, axis=1)
-        return max(self.gyration_radius, arms.max())
+        return reach(self.points, self.center, self.gyration_radius)
 
     def posture(self):
         return sf.Posture(
@@ -301,22 +301,26 @@ def changes(one, other, size):
 def compared(one, other, size, resolved):
     """The same at one resolution."""
     brief, slow = resolved * one.elapsed, resolved * one.top
-    spans = [*one.sums, *other.sums]
+    same = 1e-11 * one.elapsed
+    spans = np.reshape([*one.sums, *other.sums], (-1, 2))
+    spans = spans + np.array([same, -same])
+    begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
-    def counts(t):
-        same = 1e-11 * one.elapsed
-        return not any(a + same < t < b - same for a, b in spans)
+    def counting(entries, time):
+        """Those whose times are within none of the spans."""
+        times = np.array([entry[time] for entry in entries])
+        begun = np.searchsorted(begins, times, side="left")
+        within = begun > np.searchsorted(ends, times, side="right")
+        return [e for e, inside in zip(entries, within, strict=True) if not inside]
 
     def kept(run):
-        phases = [p for p in run.phases if p[2] - p[1] > brief and counts(p[1])]
+        phases = counting([p for p in run.phases if p[2] - p[1] > brief], 1)
         zeno = []
-        for t, contacts, *state in run.zeno:
-            if not counts(t):
-                continue
+        for t, contacts, *state in counting(run.zeno, 0):
             if zeno and t - zeno[-1][0] <= brief:
                 contacts = contacts | zeno.pop()[1]
             zeno.append((t, contacts, *state))
-        hits = [h for h in run.hits if h[2] > slow and counts(h[1])]
+        hits = counting([h for h in run.hits if h[2] > slow], 1)
         words = [p[0] for p in phases], [z[1] for z in zeno], [h[0] for h in hits]
         times = [run.elapsed]
         times += [t for p in phases for t in p[1:]]
@@ -401,7 +405,7 @@ def random_scene(seed):
         q = np.array([u(-0.1, 0.1), 0.0, u(-0.1, 0.1) * (start > 0)])
         posture = scene.posture()
         gaps = posture.gaps(q) if model == "full" else posture.gap_rates(np.zeros(3), q)
-        q[1] = (-gaps / np.cos(slopes)).max() + 10 ** u(-4, -1)
+        q[1] = lift(gaps, posture.contacts) + 10 ** u(-4, -1)
         scene.q, scene.qdot = q, rng.choice([0.0, 0.1, 0.5]) * u(-1, 1, 3)
     elif start == 3:  # touching
         scene.qdot = rng.choice([0.0, 0.01, 0.1, 1.0]) * u(-1, 1, 3)

@@ -1,19 +1,28 @@
-"""Bodies on rubbing contacts in arbitrary precision: Newton and Euler's equations, step by extrapolated step.
+"""Bodies on rubbing contacts in 26 digits: Newton and Euler's equations, step by extrapolated step.
 
 An oracle for the tests. Accelerations and forces are solved for together in one linear system, with positions and
 velocities of the centre of mass as state: no reduced coordinates, no series, nothing shared with the package but
-the notation (docs/notation.md). Inputs are exact doubles. A state is the list (x, y, θ, ẋ, ẏ, ω).
+the notation (docs/notation.md). Inputs are exact doubles. A state is the list (x, y, θ, ẋ, ẏ, ω) of decimal numbers.
+Everything is to be called inside of ``with precise():``.
 """
 
+import math
 from dataclasses import dataclass
+from decimal import Decimal, localcontext
 
-from mpmath import mp, mpf
+from decimals import cos_sin
 
 DIGITS = 26
 #: Numbers of substeps of the extrapolation.
 SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16, 18)
 #: A bouncing this short, in s, is summed at once: its own square is below the accuracy asked for.
-BRIEF = mpf("1e-13")
+BRIEF = Decimal("1e-13")
+ZERO, ONE = Decimal(0), Decimal(1)
+
+
+def precise():
+    """The decimal context of the oracle."""
+    return localcontext(prec=DIGITS + 2)
 
 
 def solve(matrix, right):
@@ -29,15 +38,15 @@ def solve(matrix, right):
                 for j in range(k, n):
                     matrix[i][j] -= factor * matrix[k][j]
                 right[i] -= factor * right[k]
-    x = [mpf(0)] * n
+    x = [ZERO] * n
     for k in reversed(range(n)):
-        rest = sum(matrix[k][j] * x[j] for j in range(k + 1, n))
+        rest = sum((matrix[k][j] * x[j] for j in range(k + 1, n)), ZERO)
         x[k] = (right[k] - rest) / matrix[k][k]
     return x
 
 
 def extrapolated(f, y, x, h):
-    """One step by extrapolation of the modified midpoint rule (Gragg, Bulirsch, Stoer)."""
+    """One step by extrapolation of the modified midpoint rule (Gragg, Bulirsch, Stoer), in any kind of numbers."""
     table = []
     start = f(x, y)
     for n in SUBSTEPS:
@@ -54,10 +63,13 @@ def extrapolated(f, y, x, h):
             [(a + b + s * c) / 2 for a, b, c in zip(now, before, slope, strict=True)]
         ]
         for j, m in enumerate(reversed(SUBSTEPS[: len(table)]), 1):
-            factor = (mpf(n) / m) ** 2 - 1
+            part, whole = m * m, n * n - m * m
             old = table[-1][j - 1]
             row.append(
-                [a + (a - b) / factor for a, b in zip(row[j - 1], old, strict=True)]
+                [
+                    a + (a - b) * part / whole
+                    for a, b in zip(row[j - 1], old, strict=True)
+                ]
             )
         table.append(row)
     return table[-1][-1]
@@ -65,7 +77,7 @@ def extrapolated(f, y, x, h):
 
 def integrate(f, y, x, end, step):
     """From x to end in steps of about this size."""
-    count = max(1, int(mp.ceil(abs(end - x) / step)))
+    count = max(1, math.ceil(abs(end - x) / step))
     h = (end - x) / count
     for k in range(count):
         y = extrapolated(f, y, x + k * h, h)
@@ -80,21 +92,23 @@ class Body:
 
     def __post_init__(self):
         p = self.posture
-        self.rho2 = mpf(p.gyration_radius) ** 2
-        self.g = mpf(p.gravity)
-        self.e = mpf(p.restitution)
-        self.mu = [mpf(c.friction) for c in p.contacts]
+        self.rho2 = Decimal(p.gyration_radius) ** 2
+        self.g = Decimal(p.gravity)
+        self.e = Decimal(p.restitution)
+        self.mu = [Decimal(c.friction) for c in p.contacts]
         self.arms = [
-            [mpf(c.point[k]) - mpf(p.center_of_mass[k]) for k in (0, 1)]
+            [Decimal(c.point[k]) - Decimal(p.center_of_mass[k]) for k in (0, 1)]
             for c in p.contacts
         ]
-        slopes = [mpf(c.slope) for c in p.contacts]
-        self.t = [(mp.cos(s), mp.sin(s)) for s in slopes]
-        self.n = [(-mp.sin(s), mp.cos(s)) for s in slopes]
+        self.t = [cos_sin(Decimal(c.slope)) for c in p.contacts]
+        self.n = [(-sin, cos) for cos, sin in self.t]
+        self.theta = None
 
     def arm(self, i, y):
         """Arm of contact i, world axes."""
-        s, c = mp.sin(y[2]), mp.cos(y[2])
+        if y[2] is not self.theta:
+            self.theta, self.cos_sin = y[2], cos_sin(y[2])
+        c, s = self.cos_sin
         dx, dy = self.arms[i]
         return c * dx - s * dy, s * dx + c * dy
 
@@ -135,9 +149,9 @@ class Body:
                 rows.append([ax, ay, ax * -arm[1] + ay * arm[0]])
                 right.append(y[5] ** 2 * (ax * arm[0] + ay * arm[1]))
         n = len(forces)
-        matrix = [[mpf(0)] * (3 + n) for _ in range(3 + n)]
-        side = [mpf(0), -self.g, mpf(0), *right]
-        matrix[0][0] = matrix[1][1] = mpf(1)
+        matrix = [[ZERO] * (3 + n) for _ in range(3 + n)]
+        side = [ZERO, -self.g, ZERO, *right]
+        matrix[0][0] = matrix[1][1] = ONE
         matrix[2][2] = self.rho2
         for k, (i, _, (fx, fy)) in enumerate(forces):
             dx, dy = self.arm(i, y)
@@ -145,7 +159,7 @@ class Body:
             matrix[2][3 + k] = -(dx * fy - dy * fx)
             matrix[3 + k][:3] = rows[k]
         x = solve(matrix, side)
-        pairs = [[mpf(0), mpf(0)] for _ in word]
+        pairs = [[ZERO, ZERO] for _ in word]
         for k, (i, which, _) in enumerate(forces):
             pairs[i][which] += x[3 + k]
             if word[i] in "RL":
@@ -176,7 +190,7 @@ class Body:
 
     def until(self, word, y, step, steps=400):
         """Time, state and name of the first event in a mode. Events at the start do not count."""
-        flow, events, t = self.flow(word), self.events(word), mpf(0)
+        flow, events, t = self.flow(word), self.events(word), ZERO
         values = {name: f(y) for name, f in events.items()}
         for _ in range(steps):
             after = extrapolated(flow, y, t, step)
@@ -199,12 +213,12 @@ class Body:
     @staticmethod
     def crossing(flow, y, t, step, ends, event, name):
         """Secant steps to the root of an event within a step."""
-        (a, fa), (b, fb) = (mpf(0), ends[0]), (step, ends[1])
+        (a, fa), (b, fb) = (ZERO, ends[0]), (step, ends[1])
         for _ in range(60):
             h = b - fb * (b - a) / (fb - fa)
             state = extrapolated(flow, y, t, h)
             (a, fa), (b, fb) = (b, fb), (h, event(state))
-            if abs(b - a) < mpf(10) ** (4 - DIGITS) or fb == 0 or fb == fa:
+            if abs(b - a) < Decimal(10) ** (4 - DIGITS) or fb == 0 or fb == fa:
                 return t + b, state, name
         raise AssertionError("the root was not found")
 
@@ -234,19 +248,19 @@ class Body:
 
     def bounce(self, i, y):
         """Bounces on contact i to their end: duration and state. The other contact stays away."""
-        total = mpf(0)
+        total = ZERO
         while True:
             (nx, ny), (dx, dy) = self.n[i], self.arm(i, y)
             pull = self.g * ny + (dx * nx + dy * ny) * y[5] ** 2
             left = 2 * self.rate(i, y) / (pull * (1 - self.e))
             if left < BRIEF:
-                return total + left, self.hit(i, self.glide(y, left), mpf(0))
+                return total + left, self.hit(i, self.glide(y, left), ZERO)
             t = 2 * self.rate(i, y) / pull
             for _ in range(60):
                 state = self.glide(y, t)
                 change = self.gap(i, state) / self.rate(i, state)
                 t -= change
-                if abs(change) < mpf(10) ** (6 - DIGITS) * t:
+                if abs(change) < Decimal(10) ** (6 - DIGITS) * t:
                     break
             y, total = self.hit(i, self.glide(y, t)), total + t
             other = 1 - i

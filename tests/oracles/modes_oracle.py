@@ -22,10 +22,11 @@ holds with the velocity before the impact as ``free_acceleration``, the velocity
 e times the normal rate before it as b_n.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import lcm
+from functools import cached_property
+from math import gcd, lcm
 
 Row = tuple[Fraction, Fraction, Fraction]
 Pair = tuple[Fraction, Fraction]
@@ -52,15 +53,43 @@ class Problem:
         """The number of contacts."""
         return len(self.arms)
 
+    @cached_property
+    def rows(self) -> list[tuple[Row, Row]]:
+        """T = (t, d×t) and N = (n, d×n), n = (−t_y, t_x), of each contact."""
+        return [
+            ((tx, ty, dx * ty - dy * tx), (-ty, tx, dx * tx + dy * ty))
+            for (dx, dy), (tx, ty) in zip(self.arms, self.tangents, strict=True)
+        ]
+
     def tangential_row(self, i: int) -> Row:
-        """T = (t, d×t)."""
-        (dx, dy), (tx, ty) = self.arms[i], self.tangents[i]
-        return tx, ty, dx * ty - dy * tx
+        """T of contact i."""
+        return self.rows[i][0]
 
     def normal_row(self, i: int) -> Row:
-        """N = (n, d×n), n = (−t_y, t_x)."""
-        (dx, dy), (tx, ty) = self.arms[i], self.tangents[i]
-        return -ty, tx, dx * tx + dy * ty
+        """N of contact i."""
+        return self.rows[i][1]
+
+    @cached_property
+    def tables(self) -> "_Tables":
+        """The conditions of all words."""
+        return _Tables(self)
+
+    @cached_property
+    def motions(self) -> dict[str, "Motion"]:
+        """All consistent words, each with one motion that has been substituted into its definition.
+
+        A word begun is given up as soon as no acceleration whatever satisfies its conditions on a_n and
+        a_t; whatever the forces, its continuations cannot be consistent either.
+        """
+        prefixes = [""]
+        for sliding in self.sliding:
+            prefixes = [
+                prefix + letter
+                for prefix in prefixes
+                if not prefix or self.tables.is_possible(prefix)
+                for letter in ALLOWED[sliding]
+            ]
+        return _decided(self, prefixes)
 
     def words(self) -> Iterator[str]:
         """All words the velocities allow, up to 4ⁿ."""
@@ -119,22 +148,15 @@ def consistent_words(problem: Problem) -> set[str]:
 
 
 def consistent_motions(problem: Problem) -> dict[str, Motion]:
-    """All consistent words, each with one motion that has been substituted into its definition.
+    """All consistent words, each with one motion."""
+    return problem.motions
 
-    A word begun is given up as soon as no acceleration whatever satisfies its conditions on a_n and
-    a_t; whatever the forces, its continuations cannot be consistent either.
-    """
-    tables, prefixes = _Tables(problem), [""]
-    for sliding in problem.sliding:
-        prefixes = [
-            word
-            for prefix in prefixes
-            for word in (prefix + letter for letter in ALLOWED[sliding])
-            if sliding is None or tables.is_possible(word)
-        ]
+
+def _decided(problem: Problem, words: Iterable[str]) -> dict[str, Motion]:
+    """Those of the words that are consistent, each with one motion that has been substituted into its definition."""
     motions = {}
-    for word in prefixes:
-        motion = tables.motion(word)
+    for word in words:
+        motion = problem.tables.motion(word)
         if motion is not None:
             assert satisfies(problem, word, motion), (problem, word, motion)
             motions[word] = motion
@@ -143,18 +165,12 @@ def consistent_motions(problem: Problem) -> dict[str, Motion]:
 
 def brute_force(problem: Problem) -> set[str]:
     """All consistent words, each of the up to 4ⁿ that are allowed decided by itself."""
-    tables, found = _Tables(problem), set()
-    for word in problem.words():
-        motion = tables.motion(word)
-        if motion is not None:
-            assert satisfies(problem, word, motion), (problem, word, motion)
-            found.add(word)
-    return found
+    return set(_decided(problem, problem.words()))
 
 
 def find_motion(problem: Problem, word: str) -> Motion | None:
     """A motion for this one word, or None; without the pruning of ``consistent_motions``."""
-    return _Tables(problem).motion(word)
+    return problem.tables.motion(word)
 
 
 class _Tables:
@@ -187,6 +203,8 @@ class _Tables:
         self.spanning = [2 * n + k for k in range(4)]
         self.tangential: list[list[int]] = []
         self.normal: list[list[int]] = []
+        scale = lcm(*(x.denominator for push in pushes for x in push))
+        whole = [_times(push, scale) for push in pushes]
         for i in range(n):
             b_t, b_n = problem.bias[i]
             for rows, row, bias in (
@@ -194,7 +212,13 @@ class _Tables:
                 (self.normal, problem.normal_row(i), b_n),
             ):
                 constant = _dot(row, problem.free_acceleration) + bias
-                rows.append(integers([*(_dot(row, p) for p in pushes), constant]))
+                unit = lcm(*(x.denominator for x in row))
+                x, y, turn = _times(row, unit)
+                factor, unit = constant.denominator, unit * scale
+                out = [factor * (x * a + y * b + turn * c) for a, b, c in whole]
+                out.append(constant.numerator * unit)
+                common = gcd(unit * factor, *out)
+                rows.append([value // common for value in out])
 
     def generators(self, word: str) -> list[int]:
         """Columns of the generators with which the closed contacts push."""
@@ -294,12 +318,16 @@ def nonnegative_solution(
         pivot_row = rows[leave]
         pivot = pivot_row[enter]
         for row in (*rows, infeasibility):
-            if row is not pivot_row:
-                factor = row[enter]
+            if row is pivot_row:
+                continue
+            factor = row[enter]
+            if factor:
                 row[:] = [
                     (x * pivot - factor * y) // denominator
-                    for x, y in zip(row, pivot_row, strict=True)
+                    for x, y in zip(row, pivot_row)  # noqa: B905
                 ]
+            elif pivot != denominator:
+                row[:] = [x * pivot // denominator for x in row]
         denominator, basis[leave] = pivot, enter
     solution = [Fraction(0)] * width
     for column, row in zip(basis, rows, strict=True):
@@ -406,5 +434,9 @@ def _dot(a: Row, b: Row) -> Fraction:
 
 def integers(row: Sequence[Fraction]) -> list[int]:
     """The row times the least positive number that clears its denominators."""
-    scale = lcm(*(x.denominator for x in row))
+    return _times(row, lcm(*(x.denominator for x in row)))
+
+
+def _times(row: Sequence[Fraction], scale: int) -> list[int]:
+    """The row times a multiple of all its denominators."""
     return [x.numerator * (scale // x.denominator) for x in row]

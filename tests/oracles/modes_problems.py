@@ -252,6 +252,14 @@ class Body(TypedDict):
     rho2: Fraction
 
 
+def mixed_speeds(rng: random.Random, n: int) -> list[int | None]:
+    """Any mixture of slip, rest and separation of n contacts, at least one of them closed."""
+    while True:
+        found = [rng.choice((0, 0, 1, 1, -1, -1, None)) for _ in range(n)]
+        if any(x is not None for x in found):
+            return found
+
+
 class Draw:
     """Random rationals with small denominators."""
 
@@ -309,10 +317,7 @@ class Draw:
 
     def speeds(self, n: int) -> list[int | None]:
         """Any mixture of slip, rest and separation, at least one contact closed."""
-        while True:
-            found = [self.rng.choice((0, 0, 1, 1, -1, -1, None)) for _ in range(n)]
-            if any(x is not None for x in found):
-                return found
+        return mixed_speeds(self.rng, n)
 
 
 def at_rest(friction: tuple[str, ...]) -> Callable[[Draw, int], Problem]:

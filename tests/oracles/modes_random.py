@@ -19,6 +19,7 @@ from modes_oracle import (
     force_interval_FF,
     satisfies,
 )
+from modes_problems import mixed_speeds
 
 #: Powers of ten between which distances from an edge are drawn, relative to the load or to the friction.
 NEAREST, FARTHEST = -12, -5
@@ -90,10 +91,7 @@ class Draw:
 
     def speeds(self, n: int) -> tuple[int | None, ...]:
         """Any mixture of slip, rest and separation, at least one contact closed."""
-        while True:
-            found = tuple(self.rng.choice((0, 0, 1, 1, -1, -1, None)) for _ in range(n))
-            if any(x is not None for x in found):
-                return found
+        return tuple(mixed_speeds(self.rng, n))
 
 
 def spun(problem: Problem, spin2: Fraction) -> Problem:

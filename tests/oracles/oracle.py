@@ -1,7 +1,7 @@
 """Frictionless two-contact motion in arbitrary precision, up to its Zeno point.
 
-An oracle for the tests: event by event, in mpmath, with no step taken in double precision. Inputs
-are exact doubles. Two models share one loop (notation: docs/notation.md):
+An oracle for the tests: event by event, in decimal numbers, with no step taken in double precision.
+Inputs are exact doubles. Two models share one loop (notation: docs/notation.md):
 
 * local: geometry frozen at the nominal posture, inputs ``e g1 g2 psi1 psi2 phi1 phi2`` and the state
   ``h1 h2 theta u1 u2 omega`` [Or & Rimon 2008, eqs. 5 and 6];
@@ -13,12 +13,13 @@ stops when further impacts no longer change the predicted Zeno time.
 """
 
 import math
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from decimal import Decimal, localcontext
 from fractions import Fraction
-from functools import lru_cache
 from types import SimpleNamespace
 
-import mpmath
+import decimals
 
 LOCAL_INPUTS = (
     *("e", "g1", "g2", "psi1", "psi2", "phi1", "phi2"),
@@ -89,19 +90,42 @@ class Orbit:
     collisions: list = field(default_factory=list)
 
 
-@lru_cache
+@contextmanager
 def arithmetic(digits):
-    """Return an mpmath context of ``digits`` decimals."""
-    ctx = mpmath.mp.clone()
-    ctx.dps = digits
-    return ctx
+    """Operations with this many digits, for use inside of the ``with`` statement only."""
+    with localcontext(prec=digits):
+        yield SimpleNamespace(
+            number=Decimal,
+            sqrt=Decimal.sqrt,
+            cos_sin=decimals.cos_sin,
+            turn=decimals.turn,
+            eps=Decimal(10) ** (1 - digits),
+            inf=Decimal("Infinity"),
+        )
+
+
+def turn(x):
+    """cos x, sin x, 1 − cos x and sin x − x, each to full relative accuracy, in doubles."""
+    cos, sin = math.cos(x / 2), math.sin(x / 2)
+    whole = 2 * sin * cos
+    if abs(x) > 0.5:
+        sin_less_x = whole - x
+    else:
+        term, k, sin_less_x = x, 1, 0.0
+        while abs(term) > DOUBLE.eps * abs(sin_less_x):
+            term *= -x * x / ((k + 1) * (k + 2))
+            sin_less_x += term
+            k += 2
+    lost = 2 * sin * sin
+    return 1 - lost, whole, lost, sin_less_x
 
 
 #: The same operations in double precision, for derivatives only.
 DOUBLE = SimpleNamespace(
-    mpf=float,
+    number=float,
     sqrt=math.sqrt,
     cos_sin=lambda x: (math.cos(x), math.sin(x)),
+    turn=turn,
     eps=2.0**-52,
     inf=math.inf,
 )
@@ -191,6 +215,16 @@ def alternates_for_ever(motion, a):
     return ratio <= faster and kappa < 1 and eta < 1 and grow < 1
 
 
+def bounced(motion, a, T):
+    """Gaps and rates at the end of the bouncing at ``a``, geometry frozen [docs/notation.md]."""
+    e, b, zero = motion.e, 1 - a, motion.ctx.number(0)
+    psi, g_a, g_b = motion.psi(a), motion.gravity(a), motion.gravity(b)
+    h, u = [zero, zero], [zero, zero]
+    h[b] = motion.h[b] + motion.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
+    u[b] = motion.u[b] - g_b * T - (1 + e) * psi * motion.u[a] / (1 - e)
+    return h, u
+
+
 class LocalMotion:
     """The frozen model: gaps (h_1, h_2) and θ on exact parabolas [Or & Rimon 2008, eqs. 5, 6]."""
 
@@ -198,9 +232,9 @@ class LocalMotion:
     state_names = LOCAL_STATE
 
     def __init__(self, ctx, inputs):
-        v = {name: ctx.mpf(inputs[name]) for name in LOCAL_INPUTS}
+        v = {name: ctx.number(inputs[name]) for name in LOCAL_INPUTS}
         self.ctx, self.sqrt = ctx, ctx.sqrt
-        self.t, self.e = ctx.mpf(0), v["e"]
+        self.t, self.e = ctx.number(0), v["e"]
         self.h, self.u = [v["h1"], v["h2"]], [v["u1"], v["u2"]]
         self.theta, self.omega = v["theta"], v["omega"]
         self._psi, self._phi = (v["psi1"], v["psi2"]), (v["phi1"], v["phi2"])
@@ -220,10 +254,10 @@ class LocalMotion:
         for i in (0, 1):
             h, u, g = self.h[i], self.u[i], self._g[i]
             if i in landed:
-                self.h[i] = self.ctx.mpf(0)
+                self.h[i] = self.ctx.number(0)
                 self.u[i] = -self.sqrt(u * u + 2 * g * h)
             else:
-                self.h[i] = max(h + dt * (u - g * dt / 2), self.ctx.mpf(0))
+                self.h[i] = max(h + dt * (u - g * dt / 2), self.ctx.number(0))
                 self.u[i] = u - g * dt
         self.theta += self.omega * dt
         self.t += dt
@@ -237,11 +271,8 @@ class LocalMotion:
 
     def settle_bounce(self, a, T):
         """State at the end of the bouncing at ``a`` [docs/notation.md]."""
-        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.mpf(0)
-        psi, phi, g_a, g_b = self._psi[a], self._phi[a], self._g[a], self._g[b]
-        h, u = [zero, zero], [zero, zero]
-        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
-        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        e, u_a, phi = self.e, self.u[a], self._phi[a]
+        h, u = bounced(self, a, T)
         theta = self.theta + self.omega * T - phi * u_a * T * e / (1 - e)
         omega = self.omega - (1 + e) * phi * u_a / (1 - e)
         return dict(zip(LOCAL_STATE, (*h, theta, *u, omega), strict=True))
@@ -259,7 +290,7 @@ class LocalMotion:
         )
         omega = self.omega + speed - pull * T
         theta = self.theta + height + (omega + pull * T / 2) * T
-        zero = self.ctx.mpf(0)
+        zero = self.ctx.number(0)
         return dict(
             zip(LOCAL_STATE, (zero, zero, theta, zero, zero, omega), strict=True)
         )
@@ -275,9 +306,9 @@ class FullMotion:
     state_names = FULL_STATE
 
     def __init__(self, ctx, inputs):
-        v = {name: ctx.mpf(inputs[name]) for name in FULL_INPUTS}
+        v = {name: ctx.number(inputs[name]) for name in FULL_INPUTS}
         self.ctx, self.sqrt = ctx, ctx.sqrt
-        self.t, self.e, self.g, self.rho2 = ctx.mpf(0), v["e"], v["g"], v["rho"] ** 2
+        self.t, self.e, self.g, self.rho2 = ctx.number(0), v["e"], v["g"], v["rho"] ** 2
         self.r, self.v = [v["r_x"], v["r_y"]], [v["v_x"], v["v_y"]]
         self.theta, self.omega = v["theta"], v["omega"]
         cos, sin = ctx.cos_sin(self.theta)
@@ -296,11 +327,11 @@ class FullMotion:
             self.size = max(self.size, self.sqrt(dx * dx + dy * dy))
         for i in (0, 1):
             if self.h[i] < 0:
-                if self.h[i] < -TOUCH * self.size:
+                if self.h[i] < -ctx.number(TOUCH) * self.size:
                     raise ValueError(
                         f"contact {i + 1} starts below the terrain: {self.h[i]}"
                     )
-                self.h[i] = ctx.mpf(0)
+                self.h[i] = ctx.number(0)
         self.n_dot_n = self.n[0][0] * self.n[1][0] + self.n[0][1] * self.n[1][1]
         self._g = [self.g * n[1] for n in self.n]
 
@@ -318,7 +349,7 @@ class FullMotion:
     def gap(self, i, dt):
         """Gap, its rate and −(its acceleration) after the flight ``dt``, free of cancellation."""
         w, g, b, c = self.omega, self._g[i], self.b[i], self.c[i]
-        cos, sin, one_less_cos, sin_less_x = turn(self.ctx, w * dt)
+        cos, sin, one_less_cos, sin_less_x = self.ctx.turn(w * dt)
         return (
             self.h[i]
             + dt * (self.u[i] - g * dt / 2)
@@ -339,7 +370,7 @@ class FullMotion:
         w, size = abs(self.omega), self.sqrt(self.b[i] ** 2 + self.c[i] ** 2)
         always = self._g[i] + w * w * size
         drift = w**3 * size
-        t, h, u, pull = self.ctx.mpf(0), self.h[i], self.u[i], self.gravity(i)
+        t, h, u, pull = self.ctx.number(0), self.h[i], self.u[i], self.gravity(i)
         while True:
             reach = (
                 parabola_root(self.sqrt, h, u, pull) * 9 / 8
@@ -362,10 +393,10 @@ class FullMotion:
 
     def advance(self, dt, landed):
         new = [self.gap(i, dt) for i in (0, 1)]
-        zero = self.ctx.mpf(0)
+        zero = self.ctx.number(0)
         self.h = [zero if i in landed else max(new[i][0], zero) for i in (0, 1)]
         self.u = [new[i][1] for i in (0, 1)]
-        cos, sin, _, _ = turn(self.ctx, self.omega * dt)
+        cos, sin, _, _ = self.ctx.turn(self.omega * dt)
         self.b, self.c = (
             [b * cos - c * sin for b, c in zip(self.b, self.c, strict=True)],
             [c * cos + b * sin for b, c in zip(self.b, self.c, strict=True)],
@@ -395,11 +426,8 @@ class FullMotion:
 
     def settle_bounce(self, a, T):
         """State at the end of the bouncing at ``a``, geometry frozen for the short time ``T``."""
-        e, b, u_a, zero = self.e, 1 - a, self.u[a], self.ctx.mpf(0)
-        psi, g_a, g_b = self.psi(a), self.gravity(a), self.gravity(b)
-        h, u = [zero, zero], [zero, zero]
-        h[b] = self.h[b] + self.u[b] * T - (g_b + e * psi * g_a) * T**2 / 2
-        u[b] = self.u[b] - g_b * T - (1 + e) * psi * u_a / (1 - e)
+        e, u_a = self.e, self.u[a]
+        h, u = bounced(self, a, T)
         jump = self.push(a, (1 + e) * u_a / (1 - e))
         shift = self.push(a, u_a * T * e / (1 - e))
         return self._state(T, jump, shift, h, u)
@@ -409,7 +437,7 @@ class FullMotion:
         back to h = 0 and u = 0 along M⁻¹N_iᵀ, that is orthogonally in the mass metric."""
         fall = [self.h[i] + self.u[i] * T - self.gravity(i) * T**2 / 2 for i in (0, 1)]
         speed = [self.u[i] - self.gravity(i) * T for i in (0, 1)]
-        zero = self.ctx.mpf(0)
+        zero = self.ctx.number(0)
         jump, shift = self._cancel(speed), self._cancel(fall)
         return self._state(T, jump, shift, [zero, zero], [zero, zero])
 
@@ -438,22 +466,6 @@ def parabola_root(sqrt, h, u, g):
     return 2 * h / (s - u)
 
 
-def turn(ctx, x):
-    """cos x, sin x, 1 − cos x and sin x − x, each to full relative accuracy."""
-    cos, sin = ctx.cos_sin(x / 2)
-    whole = 2 * sin * cos
-    if abs(x) > 0.5:
-        sin_less_x = whole - x
-    else:
-        term, k, sin_less_x = x, 1, x * 0
-        while abs(term) > ctx.eps * abs(sin_less_x) and k < 200:
-            term *= -x * x / ((k + 1) * (k + 2))
-            sin_less_x += term
-            k += 2
-    lost = 2 * sin * sin
-    return 1 - lost, whole, lost, sin_less_x
-
-
 def orbit(inputs, digits=None, ctx=None, at_least=0):
     """Simulate the collisions until the Zeno time is known to ``digits`` digits.
 
@@ -461,9 +473,11 @@ def orbit(inputs, digits=None, ctx=None, at_least=0):
     """
     full = "rho" in inputs
     digits = digits or (FULL_DIGITS if full else LOCAL_DIGITS)
-    ctx = ctx or arithmetic(digits + GUARD_DIGITS)
+    if ctx is None:
+        with arithmetic(digits + GUARD_DIGITS) as ctx:
+            return orbit(inputs, digits, ctx, at_least)
     motion = (FullMotion if full else LocalMotion)(ctx, inputs)
-    tolerance = max(ctx.mpf(10) ** -digits, ctx.eps)
+    tolerance = max(ctx.number(10) ** -digits, ctx.eps)
     at_rest = [
         i for i in (0, 1) if motion.h[i] == motion.u[i] == 0 and motion.gravity(i) > 0
     ]
@@ -476,7 +490,7 @@ def orbit(inputs, digits=None, ctx=None, at_least=0):
         enough = len(collisions) >= at_least
         if found is None:
             if enough and _exhausted(collisions, tolerance):
-                found = ("2-zeno", "self-similar", False, motion.ctx.mpf(0))
+                found = ("2-zeno", "self-similar", False, motion.ctx.number(0))
                 return Orbit(
                     _arrive(motion, a, found, _geometric_tail(collisions)), collisions
                 )
@@ -490,7 +504,7 @@ def orbit(inputs, digits=None, ctx=None, at_least=0):
 
 
 def _rest(motion, at_rest):
-    zero = motion.ctx.mpf(0)
+    zero = motion.ctx.number(0)
     if len(at_rest) == 2:
         return Zeno("2-zeno", None, "rest", True, zero, zero, motion.settle_both(zero))
     a = at_rest[0]
@@ -525,7 +539,8 @@ def collide(motion, collisions):
 
 def _predict(motion, a):
     """(kind, method, certified, remaining time) of the Zeno point ahead, or None if unknown."""
-    T = bounce_time(motion, a, margin=0 if motion.exact_tails else FROZEN_MARGIN)
+    margin = 0 if motion.exact_tails else motion.ctx.number(FROZEN_MARGIN)
+    T = bounce_time(motion, a, margin)
     if T is not None:
         return "1-zeno", "bounce", True, T
     T = clatter_time(motion, a)
@@ -612,35 +627,41 @@ class Sensitivity:
         return math.fsum(self.changes[output].values())
 
 
-def sensitivity(inputs):
+def sensitivity(inputs, solved=None):
     """How the Zeno time and the state there change as each input moves by one ulp.
 
     Every input in turn is moved to either side: by 2⁻²⁸ of itself in double precision, and where
     the two sides disagree, by one ulp in high precision. An input that is 0 does not move.
+    ``solved``: the orbit of the inputs, if it is known.
     """
     outputs = ("time", *(FULL_STATE if "rho" in inputs else LOCAL_STATE))
     changes = {name: {} for name in outputs}
-    rough, exact, stable = _outcome(inputs, DOUBLE_DIGITS, DOUBLE), None, True
+    rough, exact, stable = _outcome(orbit(inputs, DOUBLE_DIGITS, DOUBLE)), None, True
     for name, value in inputs.items():
         ulp = math.ulp(value) if value else 0.0
         move = MOVE * abs(value)
         base, scale = rough, ulp / move if move else 0.0
-        moved = [value + move, value - move]
-        sides = [_outcome({**inputs, name: x}, DOUBLE_DIGITS, DOUBLE) for x in moved]
-        if not _smooth(base, sides):
-            exact = exact or _outcome(inputs)
-            base, scale, wide = exact, 1.0, arithmetic(FULL_DIGITS + GUARD_DIGITS)
-            moved = [wide.mpf(value) + ulp, wide.mpf(value) - ulp]
-            sides = [_outcome({**inputs, name: x}) for x in moved]
-            stable = stable and all(side[0] == base[0] for side in sides)
-        for out in outputs:
-            steps = [abs(side[1][out] - base[1][out]) for side in sides]
-            changes[out][name] = float(max(steps)) * scale
+        sides = [
+            _outcome(orbit({**inputs, name: x}, DOUBLE_DIGITS, DOUBLE))
+            for x in (value + move, value - move)
+        ]
+        with localcontext(prec=FULL_DIGITS + GUARD_DIGITS):
+            if not _smooth(base, sides):
+                exact = exact or _outcome(solved or orbit(inputs))
+                base, scale = exact, 1.0
+                sides = [
+                    _outcome(orbit({**inputs, name: Decimal(value) + Decimal(step)}))
+                    for step in (ulp, -ulp)
+                ]
+                stable = stable and all(side[0] == base[0] for side in sides)
+            for out in outputs:
+                steps = [abs(side[1][out] - base[1][out]) for side in sides]
+                changes[out][name] = float(max(steps)) * scale
     return Sensitivity(changes, stable)
 
 
-def _outcome(inputs, digits=None, ctx=None):
-    zeno = orbit(inputs, digits, ctx).zeno
+def _outcome(solved):
+    zeno = solved.zeno
     return (zeno.kind, zeno.contact), {"time": zeno.time, **zeno.state}
 
 
@@ -672,12 +693,12 @@ class Answer:
 
 def answer(inputs):
     """Solve and condition one case."""
-    result, change = orbit(inputs), sensitivity(inputs)
-    mantissa, exponent = result.zeno.time.man_exp
+    result = orbit(inputs)
+    change = sensitivity(inputs, result)
     return Answer(
         kind=result.zeno.kind,
         contact=result.zeno.contact,
-        time=Fraction(int(mantissa)) * Fraction(2) ** int(exponent),
+        time=Fraction(result.zeno.time),
         conditioning=change.largest("time"),
         verdict_stable=change.verdict_stable,
         collisions=len(result.collisions),

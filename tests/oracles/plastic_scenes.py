@@ -20,6 +20,14 @@ def rod(restitution, **fields):
     )
 
 
+def local(rates=(0.1, -1.9), restitution=0.1):
+    """Clattering of the local model, from an impact at contact 1 or from contact with the ground at both."""
+    model = sf.LocalModel(
+        gravity=(1, 1), psi=(0.9, 0.9), phi=(0.5, -0.5), restitution=restitution
+    )
+    return model.simulate(gaps=(0.0, 0.0 if rates[0] == 0.0 else 0.1), rates=rates)
+
+
 def drop(posture, tilt=0.0, height=0.1, qdot=(0, 0, 0), **options):
     """Let go above the ground, turned by `tilt`."""
     return sf.simulate(posture, (0, height, tilt), qdot, **options)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import standfast as sf
 from matplotlib.patches import Polygon
-from plastic_scenes import IN_TURN, block, body, drop, rod
+from plastic_scenes import IN_TURN, block, body, drop, local, rod
 from standfast import plot
 from standfast.cli import story
 from standfast.table import is_infinite
@@ -34,13 +34,6 @@ def ladder(q=(0, 0, 0), friction=0.5, **options):
     ]
     posture = sf.Posture(1.0, 1.0, (0.5, 1.5), feet, 0.0)
     return sf.simulate(posture, q, (0, 0, 0), **options)
-
-
-def local(rates, restitution=0.1):
-    model = sf.LocalModel(
-        gravity=(1, 1), psi=(0.9, 0.9), phi=(0.5, -0.5), restitution=restitution
-    )
-    return model.simulate(gaps=(0.0, 0.0 if rates[0] == 0.0 else 0.1), rates=rates)
 
 
 #: A run; its headline, where t is its time; the title of the report's list; in its repr; whether impacts accumulate in time.

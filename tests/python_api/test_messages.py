@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import with_defaults
 from standfast.cli import main
 
 TOML = """\
@@ -119,15 +120,14 @@ OPTIONS = (
 NEEDLE = sf.Posture.rod(half_length=0.5, gyration_radius=1e-9, restitution=0.1)
 
 
-def body(**change):
-    fields = {
-        "mass": 1.0,
-        "gyration_radius": 0.2,
-        "center_of_mass": (0.0, 0.3),
-        "contacts": [sf.Contact((-0.5, 0.0)), sf.Contact((0.5, 0.0))],
-        "restitution": 0.1,
-    }
-    return sf.Posture(**(fields | change))
+body = with_defaults(
+    sf.Posture,
+    mass=1.0,
+    gyration_radius=0.2,
+    center_of_mass=(0.0, 0.3),
+    contacts=[sf.Contact((-0.5, 0.0)), sf.Contact((0.5, 0.0))],
+    restitution=0.1,
+)
 
 
 #: What is asked for in Python, the error, and its message.

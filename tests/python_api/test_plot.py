@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import standfast as sf
 from matplotlib.text import Text
+from plastic_scenes import local
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
@@ -22,13 +23,6 @@ def _close():
 
 def rod():
     return sf.load(EXAMPLES / "clattering_rod.toml").simulate()
-
-
-def local():
-    model = sf.LocalModel(
-        gravity=(1, 1), psi=(0.9, 0.9), phi=(0.5, -0.5), restitution=0.1
-    )
-    return model.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9))
 
 
 def curves(axes):

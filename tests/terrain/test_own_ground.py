@@ -9,6 +9,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import size, with_defaults
 
 #: Random postures for each shape of ground.
 POSTURES = int(os.environ.get("STANDFAST_OWN_GROUND", "200"))
@@ -46,24 +47,17 @@ def heights(posture, at):
     return np.einsum("...ijk,jk->...ij", at[..., :, None, :] - points, normals)
 
 
-def size(posture):
-    """The longest arm or the radius of gyration."""
-    points = np.array([contact.point for contact in posture.contacts])
-    arms = points - np.array(posture.center_of_mass)
-    return max(posture.gyration_radius, np.hypot(*arms.T).max())
-
-
-def box(**change):
-    """A box given by its four corners: the two upper ones have their ground at the height of the lid."""
-    corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    fields = {
-        "mass": 1.0,
-        "gyration_radius": math.sqrt(1 / 6),
-        "center_of_mass": (0.5, 0.5),
-        "contacts": [sf.Contact(point, friction=0.4) for point in corners],
-        "restitution": 0.2,
-    }
-    return sf.Posture(**(fields | change))
+#: A box given by its four corners: the two upper ones have their ground at the height of the lid.
+box = with_defaults(
+    sf.Posture,
+    mass=1.0,
+    gyration_radius=math.sqrt(1 / 6),
+    center_of_mass=(0.5, 0.5),
+    contacts=[
+        sf.Contact(point, friction=0.4) for point in [(0, 0), (1, 0), (1, 1), (0, 1)]
+    ],
+    restitution=0.2,
+)
 
 
 THROWN = {"q": (0.0, 2.5, -0.5), "qdot": (0.0, 0.5, -5.0)}
