@@ -96,3 +96,47 @@ def test_methods_elsewhere_are_found():
     wrong = texts | {"flight.rs": texts["flight.rs"] + "\nimpl Posture {\n}\n"}
     more = methods_away_from_their_type(wrong)
     assert more == [*methods_away_from_their_type(texts), "flight.rs: impl Posture"]
+
+
+# Ranges of input, numbers with proofs of their own, units, and parameters that only change the cost of a search.
+NOT_TOLERANCES = {
+    "collisions/log.rs": {"1e-3"},
+    "enclosure/full.rs": {"1e-35"},
+    "error.rs": {"1e-60"},
+    "impact/newton.rs": {"1e-150"},
+    "math/turn.rs": {"2.449_293_598_294_706_4e-16", "5.989_539_619_436_679e-33"},
+    "options.rs": {"1e-12"},
+    "simulate/limits.rs": {"1e-6"},
+    "stability/certify.rs": {"1e-4", "1e-10", "1e-8", "1e-6"},
+    "stability/reduced.rs": {"1e-12"},
+    "stability/trials.rs": {"1e-3"},
+    "sustained/step.rs": {"1e-100"},
+}
+
+
+def bare_tolerances(texts: Sources) -> list[str]:
+    found = []
+    for file, text in texts.items():
+        code = re.sub(r'"(?:[^"\\]|\\.)*"', "", text)
+        numbers = re.findall(r"\b[\d_]+(?:\.[\d_]+)?e-\d+", code)
+        known = NOT_TOLERANCES.get(file, set())
+        if file != "tolerance.rs":
+            found += [f"{file}: {number}" for number in numbers if number not in known]
+    return found
+
+
+def test_tolerances_are_in_one_file():
+    assert bare_tolerances(sources()) == []
+
+
+def test_a_bare_tolerance_is_found():
+    texts = sources()
+    texts["flight.rs"] += "fn f(x: f64) -> bool { x < 1e-9 }"
+    assert bare_tolerances(texts) == ["flight.rs: 1e-9"]
+
+
+def test_each_tolerance_has_a_range():
+    text = (CORE / "tolerance.rs").read_text(encoding="utf-8")
+    blocks = re.findall(r"((?:///[^\n]*\n)+)pub(?:\(crate\))? const (\w+)", text)
+    assert len(blocks) > 80
+    assert [name for doc, name in blocks if "Range:" not in doc] == []

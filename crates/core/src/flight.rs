@@ -14,6 +14,10 @@ use std::f64::consts::{PI, TAU};
 use crate::math::real::Ring;
 use crate::math::roots::bracketed;
 use crate::math::turn::{Angle, Turn, phase};
+use crate::tolerance::{
+    BRACKET_MARGIN, GAP_DIFFERENCE_ROUNDING, LAST_NEWTON_STEP, LOWEST_GAP_ROUNDING, MANY_TURNS,
+    PHASE_LOST, PLACE_LOST,
+};
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///
@@ -60,29 +64,12 @@ pub(crate) struct Touchdown<T = f64> {
 
 /// Steps before the bracketed solver takes over.
 const STEPS: usize = 8;
-/// Relative step that is the last one: its error is of third order, and so is that of the turn, which is
-/// updated by its Taylor terms instead of computed again.
-const SHORT: f64 = 2e-6;
 
 /// Newton steps on a convex piece: quadratic for a crossing, halving for a graze; 64 bits are enough.
 const CONVEX_STEPS: usize = 128;
 
-/// Turns aloft from which on angles are counted anew: the sum of so many keeps ten digits of a turn.
-const MANY_TURNS: f64 = 1e6;
-
 /// Turns that may follow those that are skipped then; with more it only grazes the ground within rounding.
 const GRAZING_TURNS: usize = 32;
-
-/// Roundings of a difference.
-const ROUNDED: f64 = 4.0 * f64::EPSILON;
-
-/// Lowest gap of a turn, relative to its terms, that is rounding.
-const GRAZE: f64 = 8.0 * f64::EPSILON;
-
-/// Angle turned in one flight beyond which at most four digits of the rotation at its end are left, in rad; and its way, in
-/// sizes of the body, beyond which those are left of what lies between its contacts.
-pub(crate) const PHASE_LOST: f64 = 1e12;
-const FARTHEST: f64 = 1e12;
 
 /// What is said of it.
 pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad or goes farther than 1e12 times the size of the \
@@ -91,12 +78,12 @@ pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad
 /// Whether a flight that turns by an angle (rad), over a way and between contacts of a body of a size (m, squared), loses
 /// the place of the body.
 pub(crate) fn is_lost(angle: f64, way: f64, square: f64) -> bool {
-    angle.abs() > PHASE_LOST || way * way > FARTHEST * FARTHEST * square
+    angle.abs() > PHASE_LOST || way * way > PLACE_LOST * PLACE_LOST * square
 }
 
 /// The longest flight under a gravity that does not go farther, from the ground, than a body of a size (m) may; in s.
 pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
-    if gravity > 0.0 { (2.0 * FARTHEST * size / gravity).sqrt() } else { f64::INFINITY }
+    if gravity > 0.0 { (2.0 * PLACE_LOST * size / gravity).sqrt() } else { f64::INFINITY }
 }
 
 #[expect(private_bounds, reason = "doubles are public; lanes and balls are of this crate alone")]
@@ -143,7 +130,7 @@ impl<T: Angle> GapArc<T> {
             let next = dt + step;
             // Newton's own step decides: the factor may vanish far from any root.
             open = open & known;
-            let short = open & newton.abs().at_most(dt * SHORT);
+            let short = open & newton.abs().at_most(dt * LAST_NEWTON_STEP);
             end = Touchdown {
                 dt: T::choose(short, next, end.dt),
                 turn: Turn::choose(short, turn.and(omega * step), end.turn),
@@ -348,12 +335,12 @@ impl GapArc {
     fn aloft(&self, arm: f64) -> (f64, f64) {
         let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
         // A graze within rounding is none, turn after turn, until the mean has come down by more.
-        let graze = GRAZE * (self.h + self.c.abs() + arm);
+        let graze = LOWEST_GAP_ROUNDING * (self.h + self.c.abs() + arm);
         let height = if height.abs() <= graze { graze } else { height };
         let never = (f64::INFINITY, 0.0);
         if self.g == 0.0 {
             let falls = height > 0.0 && drift < 0.0;
-            return if falls { (0.0, height / -drift * (1.0 - 1e-9)) } else { never };
+            return if falls { (0.0, height / -drift * (1.0 - BRACKET_MARGIN)) } else { never };
         }
         let square = drift * drift + 2.0 * self.g * height;
         if square <= 0.0 || (height <= 0.0 && drift <= 0.0) {
@@ -363,7 +350,7 @@ impl GapArc {
         let rise = if height >= 0.0 { 0.0 } else { -2.0 * height / (drift + root) };
         let fall =
             if drift > 0.0 { (drift + root) / self.g } else { 2.0 * height / (root - drift) };
-        (rise * (1.0 + 1e-9), fall * (1.0 - 1e-9))
+        (rise * (1.0 + BRACKET_MARGIN), fall * (1.0 - BRACKET_MARGIN))
     }
 
     /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.
@@ -371,13 +358,14 @@ impl GapArc {
         let arm = libm::hypot(self.b, self.c);
         // h(t) = [h − c + …] + (u − ωb) t − g t²/2 + |d|·(…): bounded by |d| around its mean. The two may cancel.
         let turning = self.omega * self.b;
-        let drift = self.u - turning + ROUNDED * (self.u.abs() + turning.abs());
+        let drift = self.u - turning + GAP_DIFFERENCE_ROUNDING * (self.u.abs() + turning.abs());
         let over = if self.c > 0.0 { self.b * self.b / (arm + self.c) } else { arm - self.c };
         let height = self.h + over;
         if self.g > 0.0 {
-            parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + 1e-9) + f64::MIN_POSITIVE
+            parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + BRACKET_MARGIN)
+                + f64::MIN_POSITIVE
         } else if self.omega == 0.0 {
-            if drift < 0.0 { self.h / -drift * (1.0 + 1e-9) } else { 0.0 }
+            if drift < 0.0 { self.h / -drift * (1.0 + BRACKET_MARGIN) } else { 0.0 }
         } else {
             // Without gravity the oscillation repeats: its lowest point within a turn decides.
             let turns = TAU / self.omega.abs();

@@ -43,9 +43,9 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 // From the ground up: a module uses those above it, never those below.
+mod tolerance;
 mod math;
 mod serial;
-mod tolerance;
 pub mod error;
 mod file;
 pub mod body;

@@ -5,6 +5,7 @@
 
 use crate::body::local_model::LocalModel;
 use crate::flight::parabola_touchdown as parabola;
+use crate::tolerance::{GRAVITY_NEGLIGIBLE, PARALLEL_GAP_ROWS};
 
 /// Gap coordinates of two contacts: gaps h (m) and gap rates u (m/s).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -81,7 +82,7 @@ pub(crate) fn share(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
 
 /// Whether the rows of two contacts are equal, to rounding.
 fn is_parallel(psi: [f64; 2]) -> bool {
-    1.0 - psi[0] * psi[1] <= PARALLEL
+    1.0 - psi[0] * psi[1] <= PARALLEL_GAP_ROWS
 }
 
 impl FrozenModel {
@@ -261,7 +262,7 @@ impl FrozenModel {
         if k.left_out > 0.0 {
             // Gravity that presses on lets d grow: d_a' = (d_b + (g_b + c_bg_a)τ)/c_b. What may happen is that
             // it pulls the state out of the cone, or brings a contact back before the other lands.
-            let far = APART * self.sensitivity() * h_b;
+            let far = GRAVITY_NEGLIGIBLE * self.sensitivity() * h_b;
             let leaves = [(a, u_a), (b, -self.e[b] * u_b)];
             return d * d >= far * k.left_out
                 && leaves.iter().all(|&(i, u)| self.g[i] <= 0.0 || d * u >= far * self.g[i]);
@@ -294,13 +295,6 @@ impl FrozenModel {
         self.psi[0] > 0.0 && self.kappa[0] * self.kappa[1] >= bound * bound
     }
 }
-
-/// How much larger the speeds of a clattering state must be than gravity can make them during the rest of it,
-/// T0 = h_b/d, if the sum leaves gravity out.
-const APART: f64 = 16.0;
-
-/// 1 − ψ_1ψ_2 below which two Jacobian rows count as parallel: it carries a few roundings.
-const PARALLEL: f64 = 16.0 * f64::EPSILON;
 
 impl ClatteringConstants {
     fn new(g: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> Option<Self> {

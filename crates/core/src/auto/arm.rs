@@ -13,7 +13,7 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// For |θ| ≤ [`LARGEST_TURN`], to within θ⁶/20160.
+    /// For |θ| ≤ [`SHADOW_TURN`], to within θ⁶/20160.
     #[inline]
     pub(super) fn of(theta: f64) -> Self {
         let y = theta * theta;
@@ -54,12 +54,12 @@ impl Arm {
 
 #[cfg(test)]
 mod tests {
-    use super::super::LARGEST_TURN;
     use super::*;
+    use crate::tolerance::SHADOW_TURN;
 
     #[test]
     fn an_angle_keeps_its_digits() {
-        for theta in [1e-9, -3e-4, 0.05, LARGEST_TURN] {
+        for theta in [1e-9, -3e-4, 0.05, SHADOW_TURN] {
             let Angle { sin, one_minus_cos, x_minus_sin } = Angle::of(theta);
             let exact = crate::math::turn::Turn::by(theta);
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();

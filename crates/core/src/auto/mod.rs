@@ -13,7 +13,7 @@
 //! with δ = full − local at matching events. A motion that obeys the full equations from event to event, with no contact
 //! below the terrain in between, *is* the full motion: the differences at the end are the errors of the local run. What is
 //! left out is of the third order (the change of G within δt). What is estimated is small beside the rest: a slide or a roll,
-//! by Boole's rule, and the last part of a sum, by bounds on what the geometry can still change in it. [`SAFETY`] covers
+//! by Boole's rule, and the last part of a sum, by bounds on what the geometry can still change in it. [`SHADOW_SAFETY`] covers
 //! all of this. Where the order of events is in doubt there is no shadow, and the full model is solved.
 
 use nalgebra::Vector3;
@@ -34,27 +34,14 @@ use crate::options::{Impact, Options, Stop};
 use crate::outcome::{Method, Outcome};
 use crate::zeno::{FrozenModel, Gaps};
 
+use crate::tolerance::{
+    CONCAVE_ARC, FIRST_DEFECT, LANDING_SPEED_CHANGE, SHADOW_SAFETY, SHADOW_TURN, UNFOLLOWED_PART,
+};
 use arm::{Angle, Arm};
 use slide::Until;
 
-/// The error found must be below the tolerance by this factor: for what the shadow leaves out.
-const SAFETY: f64 = 2.0;
-
-/// First defect of the local model (see [`first_defect`]), relative to the tolerance, above which its run is not even tried.
-/// The error of a whole run is seldom smaller; a larger value costs runs in vain, a smaller one runs that would have served.
-const HOPELESS: f64 = 4.0;
-
-/// Change 2Gh/u² of the squared landing speed between the models above which their events no longer match.
-const APART: f64 = 0.25;
-
-/// Share of the tolerance that what is not followed may take.
-const SMALL: f64 = 1.0 / 32.0;
-
 /// Collisions between two looks at whether the rest is so short.
 const LOOK: usize = 8;
-
-/// Rotation beyond which no shadow is followed, in rad: its polynomials are good to 1e-9 below.
-const LARGEST_TURN: f64 = 0.1;
 
 /// Events up to which a local run is tried, counted as in [`Options::event_limit`], and collisions up to which it is
 /// followed. The full model freezes its geometry in the last moments of an accumulation, too: beyond so many there is
@@ -105,7 +92,7 @@ pub(crate) fn is_hopeless(
     heights: &[f64],
     options: &Options,
 ) -> bool {
-    !(first_defect(posture, state, heights) <= HOPELESS * options.tolerance)
+    !(first_defect(posture, state, heights) <= FIRST_DEFECT * options.tolerance)
 }
 
 /// Relative change of the first flight, of the first impact and of gravity after it between the models: the crudest
@@ -183,7 +170,7 @@ struct Shadow<'a> {
 }
 
 /// The error of a local run: of its times, relative to its duration, or of its final q, relative to the size of the body,
-/// whichever is larger; [`SAFETY`] included.
+/// whichever is larger; [`SHADOW_SAFETY`] included.
 pub(crate) fn error(
     posture: &Posture,
     start: &State,
@@ -212,13 +199,15 @@ pub(crate) fn error(
     } else {
         0.0
     };
-    if record.outcome != Outcome::TimeLimit && elapsed * (1.0 + SAFETY * time) > options.end() {
+    if record.outcome != Outcome::TimeLimit
+        && elapsed * (1.0 + SHADOW_SAFETY * time) > options.end()
+    {
         return Err(ENDS);
     }
     let size = posture.size();
     let length = |q: &Vector3<f64>| (libm::hypot(q.x, q.y) / size).max(q.z.abs());
     let moved = length(&shadow.dq) + length(&shadow.velocity()) * shadow.slack + shadow.loose;
-    let error = SAFETY * time.max(moved);
+    let error = SHADOW_SAFETY * time.max(moved);
     if error.is_finite() { Ok(error) } else { Err(ORDER) }
 }
 
@@ -245,7 +234,7 @@ impl<'a> Shadow<'a> {
             latest: 0.0,
             slack: 0.0,
             loose: 0.0,
-            small: SMALL * tolerance * whole,
+            small: UNFOLLOWED_PART * tolerance * whole,
             whole,
             touching: [false; 2],
         };
@@ -463,8 +452,8 @@ impl<'a> Shadow<'a> {
         self.dq += self.dqdot * dt;
         self.turn();
         // Concave arcs are above the ground between two points above it.
-        let concave = v.z * v.z * self.reach <= CONCAVE;
-        let small = (self.q.z + self.dq.z).abs() <= LARGEST_TURN;
+        let concave = v.z * v.z * self.reach <= CONCAVE_ARC;
+        let small = (self.q.z + self.dq.z).abs() <= SHADOW_TURN;
         if concave && small { Ok(()) } else { Err(TURNS) }
     }
 
@@ -499,7 +488,7 @@ impl<'a> Shadow<'a> {
         let pull = arm.c * omega * omega
             - (n.x * acceleration.x + n.y * acceleration.y + arm.b * acceleration.z);
         let change = 2.0 * pull * h;
-        if !(u < 0.0 && change.abs() <= APART * u * u) {
+        if !(u < 0.0 && change.abs() <= LANDING_SPEED_CHANGE * u * u) {
             return Err(ORDER);
         }
         self.shift(2.0 * h / ((u * u + change).sqrt() - u), acceleration);
@@ -583,9 +572,6 @@ fn along(k: &ContactGeometry, q: &Vector3<f64>) -> f64 {
     k.normal.x * q.x + k.normal.y * q.y + k.b * q.z
 }
 
-/// ω²|d|/g up to which the arcs of a flight count as concave: below 1.
-const CONCAVE: f64 = 0.5;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -651,9 +637,9 @@ mod tests {
                 let loose = Options { tolerance: 1e-2, ..options };
                 if let Ok(error) = local.shadow_error(&state, &loose) {
                     assert!(truth <= error, "{feet:?} {scale}: {truth} {error}");
-                    let rest = SAFETY * loose.tolerance * 4.0 * SMALL;
+                    let rest = SHADOW_SAFETY * loose.tolerance * 4.0 * UNFOLLOWED_PART;
                     assert!(
-                        error <= SAFETY * 1.1 * truth + rest,
+                        error <= SHADOW_SAFETY * 1.1 * truth + rest,
                         "{feet:?} {scale}: {truth} {error}"
                     );
                     compared += 1;

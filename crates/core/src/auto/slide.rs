@@ -3,10 +3,10 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::auto::arm::{Angle, Arm};
-use crate::auto::{APART, LARGEST_TURN, Lost, MODES, Shadow, TURNS};
+use crate::auto::{Lost, MODES, Shadow, TURNS};
 use crate::modes::{Mode, Row};
 use crate::sustained::phase::only_mode_of;
-use crate::tolerance::STILL;
+use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
 
 /// Nodes and weights of Boole's rule: exact up to the fifth degree, so that neither a row that turns evenly nor one that turns
 /// at a steady acceleration, squared, is seen wrongly.
@@ -62,7 +62,7 @@ impl Shadow<'_> {
         self.advance(t, start);
         self.turn();
         self.measure();
-        if (self.q.z + self.dq.z).abs() > LARGEST_TURN {
+        if (self.q.z + self.dq.z).abs() > SHADOW_TURN {
             return Err(TURNS);
         }
         let acceleration = start + end;
@@ -82,7 +82,7 @@ impl Shadow<'_> {
                 let (k, c) = (&self.contacts[slowest], self.arms[slowest].c);
                 let slows = k.tangent.dot(&acceleration.xy()) - c * acceleration.z;
                 let dt = -self.slips(slowest)[1] / slows;
-                (dt.abs() <= APART * t).then_some(()).ok_or(MODES)?;
+                (dt.abs() <= LANDING_SPEED_CHANGE * t).then_some(()).ok_or(MODES)?;
                 self.shift(dt, acceleration);
                 self.stop(closed);
                 if !(closed[0] && closed[1]) {

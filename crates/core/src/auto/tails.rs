@@ -6,10 +6,8 @@ use crate::auto::{Lost, ORDER, Shadow, along};
 use crate::body::geometry::ContactGeometry;
 use crate::motion::record::{Tail, ZenoRecord};
 use crate::outcome::Method;
+use crate::tolerance::UNFOLLOWED_FACTOR;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
-
-/// Factor on an estimate of what a sum may be off, where it is not followed.
-const SEVERAL: f64 = 4.0;
 
 impl Shadow<'_> {
     /// A summed tail of duration `t` that begins with these gaps.
@@ -110,7 +108,7 @@ impl Shadow<'_> {
         let fastest = gaps.u[0].abs().max(gaps.u[1].abs());
         let off = (0..2).map(|i| (near.u[i] - gaps.u[i]).abs()).fold(0.0, f64::max) / fastest;
         let angle = (self.q.z + self.dq.z).abs() + (self.qdot.z.abs() + self.dqdot.z.abs()) * t;
-        self.slack += SEVERAL * t * (off + angle * self.lever);
+        self.slack += UNFOLLOWED_FACTOR * t * (off + angle * self.lever);
         self.arrive(point);
         Ok(())
     }

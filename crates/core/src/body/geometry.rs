@@ -3,10 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::turn::Turn;
-
-/// Roundings in the gap and in the rate of a contact that rests or slides, of a state that a run ends in: those of the steps of its
-/// rotation add up.
-const GIVEN_BACK: f64 = 32.0;
+use crate::tolerance::FINAL_GAP_ROUNDINGS;
 
 /// Constants of one contact: its frame and arm in the nominal posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +86,7 @@ impl ContactGeometry {
         let angle = turn.map_or(q.z.abs(), |turn| turn.sin.abs() + turn.one_minus_cos);
         let moved = q.x.abs() + q.y.abs() + arm * angle + self.offset.abs();
         let speed = qdot.x.abs() + qdot.y.abs() + arm * qdot.z.abs();
-        [moved, speed].map(|size| GIVEN_BACK * f64::EPSILON * size)
+        [moved, speed].map(|size| FINAL_GAP_ROUNDINGS * f64::EPSILON * size)
     }
 
     /// Gap of the local model, N_i·q with the rows frozen at q = 0.

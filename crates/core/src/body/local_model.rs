@@ -13,9 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error;
 use crate::error::{Error, finite, in_range, restitution};
-
-/// How far the product ψ_1ψ_2 of a computed posture may exceed its bound 1: a few roundings.
-const PRODUCT_ROUNDING: f64 = 8.0 * f64::EPSILON;
+use crate::tolerance::COUPLING_ROUNDING;
 
 /// The local model of a two-contact posture, given by its parameters.
 ///
@@ -93,7 +91,7 @@ impl LocalModel {
         in_range(
             "psi.1 * psi.2",
             product,
-            (0.0..=1.0 + PRODUCT_ROUNDING).contains(&product),
+            (0.0..=1.0 + COUPLING_ROUNDING).contains(&product),
             "between 0 and 1 (psi.1 and psi.2 of one sign)",
         )?;
         in_range(

@@ -21,7 +21,9 @@ use crate::impact::newton;
 use crate::math::clock::{Clock, unnormalised_after};
 use crate::math::lanes::{Columns, Lanes};
 use crate::math::real::Real;
-use crate::tolerance::{REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL};
+use crate::tolerance::{
+    LANDING_ORDER_CLOSE, NEARLY_REACHED, REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL,
+};
 use crate::zeno::{ClatterTail, FrozenModel, Gaps, Impulses};
 
 /// Why a sequence of collisions is left.
@@ -50,16 +52,12 @@ pub(crate) enum LoopExit {
     Never,
 }
 
-/// Ratio of remaining flight (2u_a − g_aτ)/u_a below which the order of landing is decided with care.
-const CLOSE: f64 = 1e-14;
 /// After n collisions, the next look for a sum comes n/PATIENCE collisions later: it costs as much as a
 /// collision, and at most that share of them is simulated in vain.
 const PATIENCE: usize = 16;
 /// Collisions for which a record makes room at a time, an even number: to ask at every collision whether the list has to grow
 /// costs half as much as the collision.
 const BLOCK: usize = 64;
-/// τ relative to the elapsed time below which the accumulation may be all but reached.
-const SHORT: f64 = 1e-16;
 
 /// Which contact lands next, when, and whether the other lands at the same instant.
 fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
@@ -149,7 +147,7 @@ impl<T: Real> Roles<T> {
         let zero = u_b.like(0.0);
         let plain = u_b.below(zero)
             & zero.at_most(gain)
-            & (u_a * CLOSE).below(climb)
+            & (u_a * LANDING_ORDER_CLOSE).below(climb)
             & hi.at_most(course.end);
 
         let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
@@ -381,7 +379,7 @@ impl LocalCollisions {
         let w = u_a - g_a * tau;
         let climb = u_a + w;
         let back = 2.0 * u_a / g_a;
-        if climb <= CLOSE * u_a && back <= tau && g_a > 0.0 {
+        if climb <= LANDING_ORDER_CLOSE * u_a && back <= tau && g_a > 0.0 {
             // a is back before b lands.
             if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
                 return Some(halt);
@@ -622,7 +620,7 @@ fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopEx
     {
         return Some(LoopExit::Clatter(tail));
     }
-    if parabola_touchdown(at.r.h_b, at.r.u_b, m.g[1 - a]) > SHORT * now {
+    if parabola_touchdown(at.r.h_b, at.r.u_b, m.g[1 - a]) > NEARLY_REACHED * now {
         return None;
     }
     let certain = tail.filter(|_| certain());

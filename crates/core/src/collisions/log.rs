@@ -6,6 +6,7 @@ use crate::body::contact::PerContact;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::options::Options;
+use crate::tolerance::CHANGED_SPEED;
 
 /// One collision, as it was simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -172,9 +173,6 @@ impl<'a> Log<'a> {
 /// Impacts between two looks at whether they become slower.
 const STRETCH: usize = 1024;
 
-/// Factor between the fastest impacts of two stretches from which on they become slower, or faster.
-const ALIKE: f64 = 1.02;
-
 /// The fastest impact of a stretch of them, in m/s, when it began, and which contacts were hit (bit by bit).
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
@@ -231,11 +229,11 @@ impl LastImpacts {
             format!(
                 "the last {count} impacts, of {contacts} at up to {speed}, come in one instant: each brings the next one about"
             )
-        } else if ratio * ALIKE < 1.0 {
+        } else if ratio * CHANGED_SPEED < 1.0 {
             format!(
                 "the impacts of {contacts} become slower, but slowly: from {earlier} to {speed} within the last {count}"
             )
-        } else if ratio > ALIKE {
+        } else if ratio > CHANGED_SPEED {
             format!(
                 "the impacts of {contacts} become faster: from {earlier} to {speed} within the last {count}"
             )

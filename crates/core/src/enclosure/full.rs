@@ -13,6 +13,7 @@ use crate::math::ball::Ball;
 use crate::math::turn::Turn;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedZeno, Enclosure, Uncertain};
+use crate::tolerance::FLIGHT_UNRESOLVED;
 
 /// Terms of the series of sine and cosine: those that follow are below 1e-35 up to an angle of one.
 const TERMS: usize = 15;
@@ -123,9 +124,6 @@ struct Course<'a> {
     claims: Claims<'a>,
 }
 
-/// Part of the time elapsed below which a flight is shorter than its rounding, and flights of such length after which the motion is
-/// left.
-const SHORT: f64 = f64::EPSILON / 8.0;
 const SHORT_ONES: usize = 8;
 /// More than the roundings of a few products.
 const ROUNDED: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -329,7 +327,7 @@ impl<'a> Course<'a> {
         let mut short = 0;
         loop {
             let dt = self.collide()?;
-            let brief = dt.size() <= SHORT * self.claims.clock.middle();
+            let brief = dt.size() <= FLIGHT_UNRESOLVED * self.claims.clock.middle();
             short = if brief { short + 1 } else { 0 };
             if short == SHORT_ONES {
                 return Err(Uncertain::Rest);

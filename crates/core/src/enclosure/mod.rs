@@ -41,6 +41,7 @@ use crate::impact::newton;
 use crate::math::ball::Ball;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
+use crate::tolerance::NARROW_ENOUGH;
 
 mod full;
 
@@ -289,10 +290,6 @@ struct Course<'a> {
     claims: Claims<'a>,
 }
 
-/// Part of the time elapsed below which it does not pay to narrow the enclosure of a Zeno point: less than a rounding of its
-/// ends.
-const NARROW: f64 = f64::EPSILON / 8.0;
-
 impl Course<'_> {
     /// All contacts fly for `dt`.
     fn fly(&mut self, dt: Ball) {
@@ -404,7 +401,7 @@ impl Course<'_> {
                 let before = found.as_ref().map_or(f64::INFINITY, |found| found.elapsed.width());
                 let elapsed =
                     found.as_ref().map_or(zeno.elapsed, |found| found.elapsed.and(zeno.elapsed));
-                let tight = (rest[1] - rest[0]).bounds()[1] <= NARROW * elapsed.high;
+                let tight = (rest[1] - rest[0]).bounds()[1] <= NARROW_ENOUGH * elapsed.high;
                 let narrower = elapsed.width() < before;
                 found = Some(EnclosedZeno { elapsed, ..zeno });
                 if tight || !narrower {

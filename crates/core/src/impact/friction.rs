@@ -11,6 +11,7 @@
 //! so that v_n(p) has two straight pieces at most, the second one rising, and one zero p_c: the end of compression.
 
 use crate::options::Impact;
+use crate::tolerance::JAMMED_SLIDE;
 
 /// What a run with [`Impact::Newton`] says where a contact with friction is hit.
 pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has none in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have";
@@ -179,7 +180,7 @@ pub(crate) fn impulse(
 pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Option<[f64; 2]> {
     let Material { friction: mu, restitution: e, .. } = *material;
     let mut process = Process::new(w, [v_t, 0.0], mu);
-    if v_t == 0.0 || process.first.rise > SINGULAR * w.nn {
+    if v_t == 0.0 || process.first.rise > JAMMED_SLIDE * w.nn {
         return None;
     }
     process.first.rise = process.first.rise.min(0.0);
@@ -192,9 +193,6 @@ pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Opt
         _ => None,
     }
 }
-
-/// Rise of v_n, relative to that without friction, that counts as zero: a slide that jams ends where it vanishes.
-const SINGULAR: f64 = 1e-9;
 
 /// The impulse that changes the velocity by `change` (tangential, normal).
 fn inverse(w: &Matrix, change: [f64; 2]) -> [f64; 2] {

@@ -4,6 +4,7 @@
 //! [Or & Rimon 2008, (4), (6)]. The energy lost is (1−e²)w²/(2D_ii).
 
 use crate::math::real::{Real, Ring};
+use crate::tolerance::UNLOADED;
 use crate::zeno::FrozenModel;
 
 /// One impact: the contact and the gap rates around it.
@@ -52,10 +53,6 @@ pub(crate) fn newton_together(model: &FrozenModel, before: [f64; 2]) -> ([f64; 2
     let one = if more <= 0.0 { [need[0], 0.0] } else { [0.0, need[1]] };
     (one, false)
 }
-
-/// Impulse, relative to the largest, that is none within rounding: that of a contact that the impact of the other one, beside
-/// the centre of mass, stops or turns round with the body.
-const UNLOADED: f64 = 4.0 * f64::EPSILON;
 
 /// Rates after impulses given as own-rate jumps.
 pub(crate) fn kicked(model: &FrozenModel, before: [f64; 2], jump: [f64; 2]) -> [f64; 2] {

@@ -2,8 +2,7 @@
 //!
 //! Bland's rule: it never cycles, and the same programme gives the same bits.
 
-/// Entries below this are rounding: the programmes here have coefficients of order one.
-const ZERO: f64 = 1e-12;
+use crate::tolerance::SIMPLEX_ZERO;
 
 /// Pivots per column before the search is given up: Bland's rule ends, but rounding might not let it.
 const PIVOTS: usize = 100;
@@ -34,12 +33,12 @@ pub(crate) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Ve
     cost[n..n + m].fill(-1.0);
     climb(&mut tableau, &mut basis, &cost, n + m)?;
     let missed: f64 = (0..m).filter(|&i| basis[i] >= n).map(|i| tableau[i][width - 1]).sum();
-    if missed > ZERO * width as f64 {
+    if missed > SIMPLEX_ZERO * width as f64 {
         return None;
     }
     for i in 0..m {
         if basis[i] >= n
-            && let Some(column) = (0..n).find(|&j| tableau[i][j].abs() > ZERO)
+            && let Some(column) = (0..n).find(|&j| tableau[i][j].abs() > SIMPLEX_ZERO)
         {
             pivot(&mut tableau, &mut basis, i, column);
         }
@@ -69,11 +68,12 @@ fn climb(
         let gain = |j: usize| {
             cost[j] - basis.iter().zip(&*tableau).map(|(&b, row)| cost[b] * row[j]).sum::<f64>()
         };
-        let Some(column) = (0..columns).find(|&j| !basis.contains(&j) && gain(j) > ZERO) else {
+        let Some(column) = (0..columns).find(|&j| !basis.contains(&j) && gain(j) > SIMPLEX_ZERO)
+        else {
             return Some(());
         };
         let leaving = (0..tableau.len())
-            .filter(|&i| tableau[i][column] > ZERO)
+            .filter(|&i| tableau[i][column] > SIMPLEX_ZERO)
             .map(|i| (tableau[i][last] / tableau[i][column], basis[i], i))
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
         pivot(tableau, basis, leaving.2, column);

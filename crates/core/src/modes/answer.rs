@@ -8,24 +8,11 @@ use crate::modes::problem::Row;
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;
 use crate::serial::numbers::AnyNumber;
-
-/// Distance from equality below which a test of Table I counts as a tie, relative to the load.
-///
-/// A tie belongs to the closed, the static word: a_n within this of zero is not S, a_t within this is neither R
-/// nor L, and f_n ≥ −`TIE` is closed; unless no word is consistent then, but one is whose a_n or a_t is positive. Rows are of length one and loads of size one, so that rounding is of order
-/// 1e-16 times the condition of a word's system; a larger value would blur modes that differ in earnest.
-pub const TIE: f64 = 1e-10;
-
-/// Accelerations up to this that geometry and biases fix at zero or near it count as zero, relative to the load.
-///
-/// Such a zero may hold for reasons the numbers do not show (a body on four contacts rebounds with −e times its
-/// velocity), up to rounding of order 1e-16 times the condition of the rows. What is larger, but still a tie, is
-/// reported: a larger value here would hide ties, a smaller one would report rounding.
-pub(super) const ROUNDING: f64 = 1e-14;
+use crate::tolerance::{FIXED_ACCELERATION, TIE};
 
 /// Whether an acceleration that no force changes is a tie, and not zero for good.
 pub(super) fn is_doubtful(value: f64) -> bool {
-    value.abs() > ROUNDING && value.abs() <= TIE
+    value.abs() > FIXED_ACCELERATION && value.abs() <= TIE
 }
 
 /// A test of Table I.

@@ -10,13 +10,14 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use crate::modes::answer::{Condition, Forces, Margin, ModeAnswer, ROUNDING};
-use crate::modes::flats::{DEPENDENT, Flat, Plane, normal, tangent};
+use crate::modes::answer::{Condition, Forces, Margin, ModeAnswer};
+use crate::modes::flats::{Flat, Plane, normal, tangent};
 use crate::modes::judge::judge;
 use crate::modes::problem::{ContactProblem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::modes::{hyperstatic, pair};
 use crate::outcome::ContactNumber;
+use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION};
 
 /// All words the contacts of the problem offer, each solved.
 pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
@@ -141,7 +142,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
             condition: if tangential { Condition::Sticks } else { Condition::Touches },
             value: -(row.dot(&flat.point) + bias).abs(),
         })
-        .filter(|margin| margin.value < -ROUNDING)
+        .filter(|margin| margin.value < -FIXED_ACCELERATION)
         .collect();
     let mut answer = match equations.owner[..] {
         [(i, false), (_, true), (j, false), (_, true)]
@@ -174,7 +175,7 @@ fn isostatic(equations: &Equations, load: &Vector3<f64>) -> Option<[f64; 3]> {
     let size = equations.directions.iter().map(|d| d.amax()).fold(1.0, f64::max);
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
-        if m[pivot][k].abs() <= DEPENDENT * size {
+        if m[pivot][k].abs() <= DEPENDENT_ROW * size {
             return None;
         }
         m.swap(k, pivot);

@@ -4,14 +4,10 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use crate::modes::answer::{ROUNDING, TIE, is_doubtful};
+use crate::modes::answer::is_doubtful;
 use crate::modes::problem::Row;
 use crate::modes::words::{Mode, Word};
-
-/// Distance of a row of length about one from the span of others below which it depends on them.
-///
-/// Rows carry rounding of order 1e-16; a larger value would treat contacts that are merely close as one.
-pub(super) const DEPENDENT: f64 = 1e-10;
+use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, TIE};
 
 /// A row and its bias: it vanishes where row·y + bias = 0.
 pub(super) type Plane = (Vector3<f64>, f64);
@@ -56,7 +52,7 @@ impl Flat {
     pub(super) fn with(&self, (row, bias): Plane) -> Option<Self> {
         let rest = self.along(&row);
         let length = rest.norm();
-        if self.rank == 3 || length <= DEPENDENT {
+        if self.rank == 3 || length <= DEPENDENT_ROW {
             return None;
         }
         let mut cut = *self;
@@ -73,7 +69,7 @@ impl Flat {
     }
 
     fn value(&self, (row, bias): Plane) -> On {
-        if self.along(&row).norm_squared() > DEPENDENT * DEPENDENT {
+        if self.along(&row).norm_squared() > DEPENDENT_ROW * DEPENDENT_ROW {
             On::Free
         } else {
             On::Constant(row.dot(&self.point) + bias)
@@ -88,7 +84,7 @@ impl Flat {
     /// Adds the words of the cells of this flat: with ties given to the static word, and as the signs say.
     pub(super) fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
         if self.words_above(TIE, rows, words) {
-            self.words_above(ROUNDING, rows, words);
+            self.words_above(FIXED_ACCELERATION, rows, words);
         }
     }
 
@@ -181,7 +177,7 @@ impl Flat {
         let direction = self.rows[0].cross(&self.rows[1]);
         let mut cuts: Vec<f64> = planes
             .iter()
-            .filter(|(_, (row, _))| row.dot(&direction).abs() > DEPENDENT)
+            .filter(|(_, (row, _))| row.dot(&direction).abs() > DEPENDENT_ROW)
             .map(|(_, (row, bias))| -(row.dot(&self.point) + bias) / row.dot(&direction))
             .collect();
         cuts.sort_by(f64::total_cmp);

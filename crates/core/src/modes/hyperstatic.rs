@@ -7,11 +7,12 @@
 use nalgebra::Vector3;
 
 use crate::math::simplex::maximise;
-use crate::modes::answer::{Forces, ModeAnswer, TIE};
-use crate::modes::flats::{DEPENDENT, Flat, Plane};
+use crate::modes::answer::{Forces, ModeAnswer};
+use crate::modes::flats::{Flat, Plane};
 use crate::modes::judge::judge;
 use crate::modes::problem::ContactProblem;
 use crate::modes::words::{Mode, Word};
+use crate::tolerance::{DEPENDENT_ROW, TIE};
 
 /// A generator of the friction cone of a contact: its direction, and the force (tangential, normal) of weight one.
 struct Generator {
@@ -105,7 +106,7 @@ pub(super) fn solve(
     }
     let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
-    let determined = if missed <= DEPENDENT * size { determined } else { Forces::Impossible };
+    let determined = if missed <= DEPENDENT_ROW * size { determined } else { Forces::Impossible };
     // Forces may be large and cancel: their rounding goes to them, not to the acceleration.
     for (row, bias) in independent {
         y -= row * (row.dot(&y) + bias);

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::modes::answer::{Forces, Margin, ModeAnswer, ROUNDING, TIE, test};
+use crate::modes::answer::{Forces, Margin, ModeAnswer, test};
 use crate::modes::problem::ContactProblem;
 use crate::modes::words::Word;
 use crate::outcome::ContactNumber;
+use crate::tolerance::{CONE_TIE_ACCELERATION, FIXED_ACCELERATION, TIE};
 
 /// Puts the word's tests to a solution.
 pub(super) fn judge(
@@ -51,9 +52,6 @@ pub(super) fn judge(
     }
 }
 
-/// Accelerations that a force outside its cone may buy, per unit of that force: rows are of length about one.
-const LEVER: f64 = 100.0;
-
 /// Whether an acceleration that has to differ from zero owes it to a force that is in its cone by a tie only.
 pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
     let least = |strict: bool| {
@@ -61,5 +59,5 @@ pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
         of_kind.map(|m| m.value).fold(f64::INFINITY, f64::min)
     };
     let missing = -least(false);
-    missing > ROUNDING && least(true) <= TIE + LEVER * missing
+    missing > FIXED_ACCELERATION && least(true) <= TIE + CONE_TIE_ACCELERATION * missing
 }

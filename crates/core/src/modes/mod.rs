@@ -17,7 +17,8 @@ mod qp;
 mod smallest;
 mod words;
 
-pub use answer::{Condition, Forces, Margin, ModeAnswer, TIE};
+pub use crate::tolerance::TIE;
+pub use answer::{Condition, Forces, Margin, ModeAnswer};
 pub use painleve::Jamming;
 pub(crate) use pair::only_mode;
 pub use pair::{PairMode, PairModes};

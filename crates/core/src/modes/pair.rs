@@ -7,14 +7,12 @@
 use nalgebra::Vector3;
 
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::answer::{
-    Condition, Forces, Margin, ModeAnswer, ROUNDING, TIE, is_doubtful, test,
-};
-use crate::modes::flats::DEPENDENT;
+use crate::modes::answer::{Condition, Forces, Margin, ModeAnswer, is_doubtful, test};
 use crate::modes::judge::{judge, leans_on_a_tie};
 use crate::modes::problem::{ContactProblem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;
+use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, TIE};
 
 /// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +73,7 @@ impl PairModes {
             test(row, letters[i], tangential, normal, forces[i], |condition, value| {
                 consistent &= condition.holds(value);
                 near_degenerate |= value.abs() <= TIE;
-                missing |= value < -ROUNDING && !condition.is_strict();
+                missing |= value < -FIXED_ACCELERATION && !condition.is_strict();
             });
         }
         self.leans |= consistent && missing;
@@ -311,9 +309,9 @@ impl<'a> Solver<'a> {
         }
         let line = one.normal.cross(&two.normal);
         let volume = [one.tangent.dot(&line), -two.tangent.dot(&line)]; // N_i·(T_i × N_j), of either sign
-        if line.norm_squared() <= DEPENDENT * DEPENDENT
-            || volume[0].abs() <= DEPENDENT
-            || volume[1].abs() <= DEPENDENT
+        if line.norm_squared() <= DEPENDENT_ROW * DEPENDENT_ROW
+            || volume[0].abs() <= DEPENDENT_ROW
+            || volume[1].abs() <= DEPENDENT_ROW
         {
             return None;
         }
@@ -399,7 +397,7 @@ impl<'a> Solver<'a> {
         let mu = self.rows[i].friction;
         let slip = -mode.direction() * mu;
         let matrix = 1.0 + slip * self.mixed[i];
-        if matrix.abs() <= DEPENDENT * (1.0 + mu) {
+        if matrix.abs() <= DEPENDENT_ROW * (1.0 + mu) {
             return None;
         }
         let f = -self.need[i][1] / matrix;
@@ -423,7 +421,7 @@ impl<'a> Solver<'a> {
                 mode.direction() * (row.tangent.dot(&p) + row.bias[0]),
                 mode.direction() * row.tangent.dot(line),
             );
-            if slope.abs() <= DEPENDENT {
+            if slope.abs() <= DEPENDENT_ROW {
                 if base <= TIE {
                     return false;
                 }
@@ -450,7 +448,7 @@ impl<'a> Solver<'a> {
         ];
         let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
         let size = (1.0 + one.friction) * (1.0 + two.friction);
-        if determinant.abs() <= DEPENDENT * size {
+        if determinant.abs() <= DEPENDENT_ROW * size {
             return None;
         }
         let need = [self.need[0][1], self.need[1][1]];
@@ -475,7 +473,7 @@ impl<'a> Solver<'a> {
         let slip = -mode.direction() * other.friction;
         let gamma = other.normal + other.tangent * slip;
         let volume = fixed.normal.cross(&fixed.tangent).dot(&gamma);
-        if volume.abs() <= DEPENDENT * (1.0 + other.friction) {
+        if volume.abs() <= DEPENDENT_ROW * (1.0 + other.friction) {
             return None;
         }
         let rest = y - self.load;

@@ -17,7 +17,7 @@ use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::tolerance::TOUCH;
+use crate::tolerance::{TOUCH, UNIT_TANGENT};
 
 /// What the unknowns of a contact-mode problem are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -168,9 +168,6 @@ pub(crate) fn scale(rows: &mut [Row], load: &Vector3<f64>) -> f64 {
 /// Longest arm, in radii of gyration: rows of a longer one all but turn the body, and forces lose (|d|/ρ)² roundings.
 pub(crate) const LONGEST_ARM: f64 = 1e4;
 
-/// |t| may differ from one by the rounding of decimals such as 0.8 and 0.6, relative.
-const UNIT: f64 = 1e-12;
-
 impl TryFrom<ProblemFields> for ContactProblem {
     type Error = Error;
 
@@ -239,7 +236,7 @@ impl ContactProblem {
                     fields.bias[i][k],
                 )?;
             }
-            if !((libm::hypot(t[0], t[1]) - 1.0).abs() <= UNIT) {
+            if !((libm::hypot(t[0], t[1]) - 1.0).abs() <= UNIT_TANGENT) {
                 return Err(Error::Unusable {
                     field: format!("tangents.{number}"),
                     value: format!("({:?}, {:?})", t[0], t[1]),

@@ -23,13 +23,11 @@ use crate::modes::answer::{Condition, ModeAnswer};
 use crate::modes::enumerate::solve;
 use crate::modes::problem::ContactProblem;
 use crate::modes::words::{Mode, Word};
+use crate::tolerance::QP_ZERO;
 
 /// Sliding accelerations, relative to the load, that the search starts from: it may run in circles from one of them
 /// and not from the next.
 const STARTS: [f64; 3] = [0.0, 1.0, 10.0];
-/// Accelerations that vanish in earnest come out of a programme below one of these, relative to the load: Clarabel's
-/// 1e-8 in the objective is 1e-4 in the acceleration at the worst.
-const BLURS: [f64; 3] = [0.0, 1e-6, 1e-4];
 /// Programmes from each start.
 const ROUNDS: usize = 20;
 /// Words solved at the most: 0.1 ms each even where 64 contacts share their forces.
@@ -119,7 +117,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
                 forces[generator.contact][0] += generator.sigma * z;
                 forces[generator.contact][1] += z;
             }
-            for blur in BLURS {
+            for blur in QP_ZERO {
                 if let Some(answer) = tried.try_out(read(problem, &y, &forces, blur)) {
                     return Ok(Some(answer));
                 }

@@ -11,21 +11,14 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::modes::answer::TIE;
-use crate::modes::flats::{DEPENDENT, Plane};
+use crate::modes::flats::Plane;
 use crate::modes::problem::Row;
 use crate::modes::words::{Mode, Word};
-
-/// Accuracies asked of Clarabel, one after the other: only the edges are wanted, and a rough answer mostly shows them.
-const ACCURACIES: [f64; 2] = [1e-5, 1e-9];
+use crate::tolerance::{DEPENDENT_ROW, FORCE_BALANCE, QP_ACCURACIES, TIE};
 
 /// Corrections of the smallest force: BBᵀ squares the condition of the wrenches, and a correction makes good what
 /// rounding left of them.
 const REFINEMENTS: usize = 1;
-
-/// What forces may lack of their sum, relative to the largest: rounding of some 64 of them. Edges of which one too many
-/// is taken as an equation leave more.
-const BALANCE: f64 = 1e-13;
 
 /// Changes of the set of edges that hold the forces, from a guess of it to the set whose edges all push.
 const CHANGES: usize = 16;
@@ -101,7 +94,7 @@ pub(super) fn smallest(
     };
     let none = vec![false; edges.len()];
     let all = unknowns(&none);
-    let guesses = ACCURACIES.iter().map(|&accuracy| guess(&all, &edges, &rest, accuracy));
+    let guesses = QP_ACCURACIES.iter().map(|&accuracy| guess(&all, &edges, &rest, accuracy));
     for guess in [Some(none)].into_iter().chain(guesses) {
         let mut active = guess?;
         for _ in 0..CHANGES {
@@ -158,7 +151,7 @@ fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<S
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
     // BBᵀ = Σ w vvᵀ; of a w that is none the unknowns do not move along v.
     let eigen = gram.symmetric_eigen();
-    let least = DEPENDENT * eigen.eigenvalues.amax();
+    let least = DEPENDENT_ROW * eigen.eigenvalues.amax();
     let inverse = |of: &Vector3<f64>| {
         (0..3).filter(|&k| eigen.eigenvalues[k] > least).fold(Vector3::zeros(), |sum, k| {
             let v = eigen.eigenvectors.column(k);
@@ -179,7 +172,7 @@ fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<S
         }
     }
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
-    (missing.amax() <= BALANCE * size).then_some(Solved { forces, lambda, size })
+    (missing.amax() <= FORCE_BALANCE * size).then_some(Solved { forces, lambda, size })
 }
 
 /// Which of the inequalities are equations at the optimum, by Clarabel.

@@ -19,7 +19,7 @@ use crate::motion::slow::{ChatterMonitor, Sequence};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
-use crate::tolerance::{BEYOND, STILL};
+use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
 const REFRESH: usize = 32;
@@ -50,7 +50,7 @@ impl Coordinates for AnyContacts {
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
         let AnyContacts { state, posture, fastest, .. } = &mut driver.body;
-        let left = state.center.r.norm() > driver.options.neighbourhood.min(BEYOND);
+        let left = state.center.r.norm() > driver.options.neighbourhood.min(DEPARTED);
         if !left {
             let speed = state.center.v.norm() + posture.size() * state.spin.omega.abs();
             *fastest = fastest.max(speed);
@@ -341,8 +341,8 @@ impl<'a> Driver<'a, AnyContacts> {
         // What lies beyond all bounds is never come to.
         let fall =
             |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
-        if t > left || t == f64::INFINITY || fall(t) > BEYOND {
-            if left == f64::INFINITY || fall(left) > BEYOND {
+        if t > left || t == f64::INFINITY || fall(t) > DEPARTED {
+            if left == f64::INFINITY || fall(left) > DEPARTED {
                 return Some(Outcome::Escape);
             }
             self.body.state = self.body.state.flown(left.max(0.0));

@@ -18,7 +18,7 @@ use crate::motion::rounds::Limit;
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
 use crate::sustained::BodyState;
-use crate::tolerance::{BEYOND, REACHED, STILL};
+use crate::tolerance::{DEPARTED, DEPARTS_AFTER, REACHED, STILL};
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// Gaps in a frozen geometry, and the impulses since its frame began.
@@ -83,9 +83,9 @@ impl Coordinates for Pair {
     }
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
-        let limit = driver.options.neighbourhood.min(BEYOND);
+        let limit = driver.options.neighbourhood.min(DEPARTED);
         // Nobody comes that far in the age of the universe.
-        let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > EARLY;
+        let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
         may && driver.base.body.is_some() && {
             let q = Base::state(&driver.full()).q;
             libm::hypot(q.x, q.y) > limit
@@ -654,7 +654,5 @@ impl<'a> Driver<'a, Pair> {
     }
 }
 
-/// Time, in s, before which no body is looked for beyond all bounds.
-const EARLY: f64 = 1e18;
 /// Impacts of one instant that are listed one by one.
 const LISTED: usize = 64;

@@ -13,12 +13,12 @@ use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::pair::{Pair, PairState};
 use crate::motion::record::{Motion, Tail};
-use crate::motion::rounds::{Limit, SEVERAL};
+use crate::motion::rounds::Limit;
 use crate::options::Stop;
 use crate::outcome::{Method, Outcome};
 use crate::sustained::phase::only_mode_of;
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::STILL;
+use crate::tolerance::{QUIET_LANDING, REMAINDER_FACTOR, STILL};
 use crate::zeno::Impulses;
 
 impl Base {
@@ -144,7 +144,7 @@ impl Driver<'_, Pair> {
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let fastest = Pair::largest_speed(self);
         let landing = -body.points[b].u;
-        let (quiet, slow) = (left <= QUIET * fastest, landing <= f64::EPSILON * fastest);
+        let (quiet, slow) = (left <= QUIET_LANDING * fastest, landing <= f64::EPSILON * fastest);
         if !(body.gravity > 0.0 && (quiet || slow)) {
             return None;
         }
@@ -156,7 +156,7 @@ impl Driver<'_, Pair> {
         }
         self.leave(&end, self.local.then_some(self.body.frame.spin));
         self.rounds.forget();
-        let error = SEVERAL * if quiet { left } else { landing } / body.gravity;
+        let error = REMAINDER_FACTOR * if quiet { left } else { landing } / body.gravity;
         Some(self.come_to_rest([true; 2], Method::Mixed, false, error))
     }
 
@@ -191,7 +191,3 @@ impl Driver<'_, Pair> {
         });
     }
 }
-
-/// Speed of the body where a contact lands, relative to the largest there was, at which all that is left is rounding: some
-/// fifty of them.
-const QUIET: f64 = 1e-14;

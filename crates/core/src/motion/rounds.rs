@@ -10,13 +10,7 @@ use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::frame::{Base, Snapshot};
 use crate::sustained::{BodyState, ContactState};
-use crate::tolerance::{REACHED, STILL};
-
-/// Roundings in the ratio of two landing speeds.
-pub(crate) const ROUNDINGS: f64 = 64.0;
-
-/// Factor on the estimate of what is left, where speeds are taken for none.
-pub(crate) const SEVERAL: f64 = 4.0;
+use crate::tolerance::{CYCLE_RATIO_ROUNDINGS, REACHED, REMAINDER_FACTOR, STILL};
 
 /// The rounds of two contacts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -72,7 +66,7 @@ impl Rounds {
     /// Error of the time of a rest, in s: a speed that was taken for none is missing in all rounds since, for about as long as
     /// gravity takes to undo it.
     pub(crate) fn missing(&self, gravity: f64) -> f64 {
-        if self.dropped > 0.0 { SEVERAL * self.dropped / gravity } else { 0.0 }
+        if self.dropped > 0.0 { REMAINDER_FACTOR * self.dropped / gravity } else { 0.0 }
     }
 
     pub(crate) fn forget(&mut self) {
@@ -128,7 +122,8 @@ impl Rounds {
         }
         // No point may come to an end of its terrain on the way.
         let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
-        let room = |p: &ContactState| p.place.sides.iter().all(|side| *side > SEVERAL * way);
+        let room =
+            |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * way);
         if !stance.points.iter().all(room) {
             return None;
         }
@@ -169,7 +164,7 @@ impl Rounds {
         }
         self.forget();
         let missing = self.missing(stance.gravity);
-        let rounding = ROUNDINGS * f64::EPSILON * t;
+        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
         let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
         Some(Limit { end, duration: t, repeats, error })
     }

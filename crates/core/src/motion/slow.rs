@@ -10,24 +10,12 @@ use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::Outcome;
 use crate::sustained::ContactState;
-use crate::tolerance::TOUCH;
-
-/// √(u² + 2gh) of a contact, relative to the largest speed there has been, below which it has come to rest: the rounding of
-/// the speeds of the body.
-const STOPPED: f64 = 1e-16;
-
-/// How much faster than that a contact may be to be hit in turn with one that is below.
-const IN_TURN: f64 = 1e3;
+use crate::tolerance::{
+    CONTACT_STOPPED, HIT_IN_TURN, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH, SUMMED_VELOCITY, TOUCH,
+};
 
 /// Impacts of one instant that are followed one by one before a limit of theirs is looked for.
 const LISTED: usize = 64;
-
-/// Roundings in the changes of velocity between two impacts of a contact in one instant.
-const ROUNDINGS: f64 = 64.0;
-
-/// Error of a velocity from the rounding of the ratio by which impacts are summed, relative to the largest speed there has
-/// been, at most: half of the digits.
-const KNOWN: f64 = 1e-8;
 
 /// Impacts in one instant, without a flight between them.
 #[derive(Debug, Clone, Default)]
@@ -65,16 +53,12 @@ impl ChatterMonitor {
     /// Impacts between two looks at whether they grow or shrink.
     const STRETCH: usize = 256;
 
-    /// Factor between two stretches below which they do neither: contacts that lose a hundredth of their speed in each impact
-    /// come down by more.
-    const ALIKE: f64 = 8.0;
-
     /// Doublings of the speed below which impacts are watched, at most: one each time that contacts have been taken to rest.
     const DOUBLINGS: i32 = 10;
 
     /// The speed of impacts that are watched, in m/s, for a speed below which contacts stop.
     fn limit(&self, stopped: f64) -> f64 {
-        IN_TURN * stopped * f64::from(1 << self.ends.min(Self::DOUBLINGS))
+        HIT_IN_TURN * stopped * f64::from(1 << self.ends.min(Self::DOUBLINGS))
     }
 
     /// After an impact with the speed `hit`, by which contacts of these speeds are left.
@@ -88,7 +72,7 @@ impl ChatterMonitor {
         self.impacts += 1;
         if self.impacts == Self::STRETCH {
             let (now, before) = (self.largest, self.before);
-            let alike = now <= Self::ALIKE * before && before <= Self::ALIKE * now;
+            let alike = now <= SLOWER_STRETCH * before && before <= SLOWER_STRETCH * now;
             *self = Self {
                 before: now,
                 goes_on: self.goes_on || alike,
@@ -127,14 +111,14 @@ impl Driver<'_, AnyContacts> {
             return false;
         }
         let sum = ratio / (1.0 - ratio);
-        let few = ROUNDINGS * f64::EPSILON;
+        let few = SEQUENCE_RATIO_ROUNDINGS * f64::EPSILON;
         let gyration = self.body.state.rho2.sqrt();
         let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
         if !(size(change - last * ratio) <= few * size(change)) {
             return false;
         }
         // Rounds that are nothing but rounding do not shrink, and their sum were anything.
-        if !(few * (1.0 + sum) * sum * size(change) <= KNOWN * self.body.fastest) {
+        if !(few * (1.0 + sum) * sum * size(change) <= SUMMED_VELOCITY * self.body.fastest) {
             return false;
         }
         let mut end = self.body.state.clone();
@@ -178,7 +162,7 @@ impl Driver<'_, AnyContacts> {
 
     /// Whether an impact with this speed (m/s) is one of many that fade away.
     pub(super) fn fades(&self, hit: f64) -> bool {
-        hit <= IN_TURN * STOPPED * self.body.fastest
+        hit <= HIT_IN_TURN * CONTACT_STOPPED * self.body.fastest
     }
 
     /// What the run has to say of contacts that were taken to rest without becoming slower.
@@ -195,7 +179,7 @@ impl Driver<'_, AnyContacts> {
 
     /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
-        let limit = STOPPED * self.body.fastest;
+        let limit = CONTACT_STOPPED * self.body.fastest;
         let pulls: ContactValues<f64> = (0..self.body.state.points.len())
             .map(|i| self.body.state.arc(i).effective_gravity())
             .collect();
@@ -209,7 +193,7 @@ impl Driver<'_, AnyContacts> {
         let speeds: ContactValues<f64> =
             self.body.state.points.iter().zip(&pulls).map(speed).collect();
         let in_turn = |one: f64, other: f64| {
-            other > limit && other <= IN_TURN * limit && one > STOPPED * other
+            other > limit && other <= HIT_IN_TURN * limit && one > CONTACT_STOPPED * other
         };
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
@@ -220,7 +204,7 @@ impl Driver<'_, AnyContacts> {
         let together = if self.body.ripple.goes_on {
             rattle
         } else if self.body.waiting > LISTED {
-            IN_TURN * limit
+            HIT_IN_TURN * limit
         } else {
             0.0
         };

@@ -7,14 +7,7 @@ use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{ContactState, Rounding};
-use crate::tolerance::{SIMULTANEOUS, TOUCH};
-
-/// Speed of a contact in a vertex of its terrain where nothing rubs, relative to the largest there has been, below which it
-/// has come to rest there: unlike a gap rate, it is a difference of the body's speeds, with a few of their roundings.
-const WEDGED: f64 = 1e-14;
-
-/// From a piece that is so much steeper than the next a gap loses more by that quotient than it has, in size, of roundings.
-const STEEP: f64 = 8.0;
+use crate::tolerance::{SIMULTANEOUS, STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses an end, and with it those that come to one of theirs at this instant, as far as rounding can tell.
@@ -93,7 +86,7 @@ impl Driver<'_, AnyContacts> {
         let turn = if self.body.state.frozen.is_some() { self.body.state.spin.theta } else { 0.0 };
         let at = com + self.body.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
         let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
-        if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEP * old.normal.y) {
+        if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
             p.h = old.h * p.normal.y / old.normal.y; // as high above the vertex as before
             return p;
         }

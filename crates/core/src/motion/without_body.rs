@@ -4,9 +4,9 @@ use crate::flight::parabola_touchdown;
 use crate::motion::driver::Driver;
 use crate::motion::pair::Pair;
 use crate::motion::record::{Motion, Tail};
-use crate::motion::rounds::ROUNDINGS;
 use crate::options::Stop;
 use crate::outcome::{Method, Outcome};
+use crate::tolerance::CYCLE_RATIO_ROUNDINGS;
 use crate::zeno::Gaps;
 
 impl Driver<'_, Pair> {
@@ -72,7 +72,7 @@ impl Driver<'_, Pair> {
             return None;
         }
         // Rounding of the ratio is amplified by the sum.
-        let error = ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
+        let error = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
         self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
     }
 

@@ -16,7 +16,6 @@ use crate::body::state::State;
 use crate::collisions::full::{Body, FullState};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, finite, in_range};
-use crate::flight::PHASE_LOST;
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -27,7 +26,7 @@ use crate::options::{Impact, Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::TOUCH;
+use crate::tolerance::{PHASE_LOST, TOUCH};
 use crate::zeno::Gaps;
 use crate::{auto, enclosure};
 

@@ -23,6 +23,7 @@ use crate::outcome::{
 };
 use crate::simulate::{simulate, simulate_local};
 use crate::sustained::BodyState;
+use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
 /// A piece of smooth motion: between two collisions, or a whole span.
 #[derive(Debug, Clone)]
@@ -112,12 +113,6 @@ struct Question {
     collisions: usize,
 }
 
-/// Distance of a Zeno point from its proved bounds, relative to the time elapsed, that is no more than some roundings.
-const STRAYED: f64 = 1e-13;
-
-/// Roundings in the clock of a run, counted into the error of a Zeno time.
-const CLOCK_ROUNDINGS: f64 = 4.0;
-
 /// No state is known at `t`, within a sum.
 fn too_deep(t: f64) -> Error {
     Error::Unusable {
@@ -161,7 +156,7 @@ impl Trajectory {
         if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
             let (t, bounds) = (own.at.clock.hi, zeno.elapsed);
             let off = (bounds.low - t).max(t - bounds.high);
-            if off > STRAYED * t {
+            if off > OUTSIDE_PROVED_BOUNDS * t {
                 self.record.warnings.push(format!(
                     "the first Zeno point is {off:.1e} s outside its proved bounds: roundings on the way to it have grown"
                 ));

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::interval::Interval;
 use crate::stability::certify::{CELLS, End, Graph, Grid};
 use crate::stability::corner::{Arc, Cell, CornerMap, Form, Image, Local, Still};
+use crate::tolerance::BOUND_MARGIN;
 
 type I = Interval;
 
@@ -64,9 +65,6 @@ const IMPACTS: usize = 4;
 const ROUNDS: usize = 500;
 const SLACK: f64 = 1.01;
 
-/// Allowance for the roundings of a logarithm and an exponential function, relative.
-const ROUNDED: f64 = 1e-12;
-
 /// Largest bound that is reported.
 const LARGEST: f64 = 1e300;
 
@@ -104,7 +102,7 @@ pub(super) fn bound(map: &CornerMap) -> Result<f64, NoBound> {
             let values = &growths.values[corner.contact];
             for (cell, value) in growths.grid.cells.iter().zip(values) {
                 let size = corner.largest_in(cell);
-                most = most.max(size * libm::exp(*value) * (1.0 + ROUNDED));
+                most = most.max(size * libm::exp(*value) * (1.0 + BOUND_MARGIN));
             }
         }
     }
@@ -170,7 +168,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
     let times = [time(0), time(1)];
     // Limits of the cells of √x, or √y.
     let limits = most.map(|most| {
-        let end = most.sqrt() * (1.0 + ROUNDED);
+        let end = most.sqrt() * (1.0 + BOUND_MARGIN);
         std::array::from_fn::<f64, { SHARES + 1 }, _>(|k| {
             end * (k as f64 / SHARES as f64) * (k as f64 / SHARES as f64)
         })
@@ -180,7 +178,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
         std::array::from_fn(|k| {
             let root = limits[i][k];
             let rest = (across * (1.0 - kappa[i] * root * root)).max(0.0).sqrt();
-            let least = (rest - coupling.hi * root) * (1.0 - ROUNDED) - ROUNDED;
+            let least = (rest - coupling.hi * root) * (1.0 - BOUND_MARGIN) - BOUND_MARGIN;
             limits[1 - i][1..SHARES].partition_point(|&limit| limit <= least)
         })
     });
@@ -195,19 +193,19 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
                 let left = |root: f64| 1.0 - (1.0 - w * w) * root * root;
                 let next =
                     if left(high) > 0.0 { w * high / left(high).sqrt() } else { f64::INFINITY };
-                let next =
-                    limits[j][..SHARES].partition_point(|&limit| limit < next * (1.0 + ROUNDED));
+                let next = limits[j][..SHARES]
+                    .partition_point(|&limit| limit < next * (1.0 + BOUND_MARGIN));
                 Block {
-                    time: times[j] * high * (1.0 - shorter) * (1.0 + ROUNDED),
-                    left: (left(low) + ROUNDED).max(0.0).sqrt(),
+                    time: times[j] * high * (1.0 - shorter) * (1.0 + BOUND_MARGIN),
+                    left: (left(low) + BOUND_MARGIN).max(0.0).sqrt(),
                     next,
                 }
             })
         })
     });
-    let together = tie(l.e, l.psi, coupling).sqrt() * (1.0 + ROUNDED);
+    let together = tie(l.e, l.psi, coupling).sqrt() * (1.0 + BOUND_MARGIN);
     let wait = (0..2).map(|j| times[j] * (1.0 - l.e[j].lo) * limits[j][SHARES]).fold(0.0, f64::max)
-        * (1.0 + ROUNDED);
+        * (1.0 + BOUND_MARGIN);
     // From a start: a block at either contact; and W of what comes after a block at i.
     let round = |after: &[[f64; SHARES + 1]; 2]| {
         let longest: [[f64; SHARES]; 2] = std::array::from_fn(|j| {
@@ -235,10 +233,11 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
         }
         let wider = after.map(|row| row.map(|time| time * SLACK));
         let (start, again) = round(&wider);
-        let holds =
-            |i: usize| wider[i].iter().zip(&again[i]).all(|(w, next)| next * (1.0 + ROUNDED) <= *w);
+        let holds = |i: usize| {
+            wider[i].iter().zip(&again[i]).all(|(w, next)| next * (1.0 + BOUND_MARGIN) <= *w)
+        };
         if holds(0) && holds(1) {
-            return start * std::f64::consts::FRAC_1_SQRT_2 * (1.0 + ROUNDED);
+            return start * std::f64::consts::FRAC_1_SQRT_2 * (1.0 + BOUND_MARGIN);
         }
     }
     f64::INFINITY
@@ -260,7 +259,7 @@ fn tie(e: [I; 2], psi: [I; 2], coupling: I) -> f64 {
     if e[0] == e[1] || psi[0].lo >= 0.0 {
         // u⁺ = −e u⁻ in both, and no part of u·D⁻¹u is negative.
         let most = e[0].hi.max(e[1].hi);
-        return most * most * (1.0 + ROUNDED);
+        return most * most * (1.0 + BOUND_MARGIN);
     }
     // The largest of u⁺·D⁻¹u⁺ for u·D⁻¹u = 1; and the loss ½Δu·D⁻¹Δu (1 − e)/(1 + e) at the least.
     let square = coupling.square();

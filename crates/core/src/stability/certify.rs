@@ -17,6 +17,10 @@ use std::sync::OnceLock;
 
 use crate::math::interval::Interval;
 use crate::stability::corner::{Cell, CornerMap, Image, Images};
+use crate::tolerance::{
+    BOUND_MARGIN, CELL_LIMIT_ROUNDING, ORBIT_CLOSED, SLIDE_END, STRICT_DECREASE,
+    TRIGONOMETRIC_ERROR,
+};
 use serde::{Deserialize, Serialize};
 
 type I = Interval;
@@ -26,9 +30,6 @@ pub(super) const CELLS: [usize; 3] = [24, 96, 384];
 
 /// y/|ξ| of the outermost cells.
 const NEAREST: f64 = 1e-4;
-
-/// ε, the strictness of the potential.
-const STRICT: f64 = 1e-9;
 
 /// Largest change of direction within the zone of an end.
 const BEND: f64 = 0.5;
@@ -42,9 +43,6 @@ const TRANSIT: f64 = 0.05;
 /// Steps of an orbit that is searched for a cycle, and the longest cycle.
 const ORBIT: usize = 240;
 const LONGEST: usize = 24;
-
-/// Difference of angles, in rad, at which an orbit has come back.
-const BACK: f64 = 1e-9;
 
 /// Half-widths of the intervals of φ that are tried around a cycle.
 const AROUND: [f64; 3] = [1e-10, 1e-8, 1e-6];
@@ -145,7 +143,7 @@ impl Grid {
     /// First and last cell that a direction may lie in.
     fn range(&self, slope: I) -> (usize, usize) {
         // The limits themselves carry the rounding of a tangent.
-        let slack = |x: f64, side: f64| x + side * 1e-14 * (1.0 + x.abs());
+        let slack = |x: f64, side: f64| x + side * CELL_LIMIT_ROUNDING * (1.0 + x.abs());
         let (low, high) = (slack(slope.lo, -1.0), slack(slope.hi, 1.0));
         (
             self.limits.partition_point(|&limit| limit < low),
@@ -288,7 +286,7 @@ impl<'g> Graph<'g> {
                         Image::Rest => {}
                         Image::Corner { contact, slope, most, .. } => {
                             let (from, to) = grid.range(slope);
-                            let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT;
+                            let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT_DECREASE;
                             graph.edges.push(Edge { contact, from, to, growth });
                         }
                         Image::Escape | Image::Unknown => {
@@ -483,7 +481,7 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
         let (bend, stretch) = (most(half), k1.hi.max(k2.hi));
         let growth = bend + 0.5 * (bend * bend + stretch * stretch) * wide;
         let sum = 2.0 * wide * factor.lo / (factor.lo - 1.0);
-        let transit = growth * sum * (1.0 + 1e-12) + STRICT;
+        let transit = growth * sum * (1.0 + BOUND_MARGIN) + STRICT_DECREASE;
         if transit < TRANSIT { End::Repels(transit) } else { End::Unknown }
     } else {
         End::Unknown
@@ -528,7 +526,7 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
             Image::Corner { contact, xi, y, .. } => {
                 let (xi, y) = (xi.middle(), y.middle());
                 let r = libm::hypot(xi, y);
-                if !(r > 0.0 && y > 1e-12 * r) {
+                if !(r > 0.0 && y > SLIDE_END * r) {
                     return None; // at rest, or at a fast-slide end
                 }
                 way.push(Corner { contact: j, phi, growth: libm::log(r) });
@@ -546,7 +544,7 @@ fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     let last = way.len().checked_sub(1)?;
     let period = (1..=LONGEST.min(last)).find(|p| {
         let (one, two) = (&way[last], &way[last - p]);
-        one.contact == two.contact && (one.phi - two.phi).abs() <= BACK
+        one.contact == two.contact && (one.phi - two.phi).abs() <= ORBIT_CLOSED
     })?;
     let cycle = &way[last + 1 - period..];
     let growth: f64 = cycle.iter().map(|corner| corner.growth).sum();
@@ -571,7 +569,10 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
             phi = if slope == I::ZERO {
                 I::ZERO
             } else {
-                I::new(libm::atan(slope.lo) - 4e-16, libm::atan(slope.hi) + 4e-16)
+                I::new(
+                    libm::atan(slope.lo) - TRIGONOMETRIC_ERROR,
+                    libm::atan(slope.hi) + TRIGONOMETRIC_ERROR,
+                )
             };
             j = contact;
         }

@@ -20,14 +20,12 @@
 use crate::body::posture::Posture;
 use crate::impact::newton;
 use crate::math::interval::Interval;
+use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
 
 /// Impacts of one flight that are followed.
 const IMPACTS: usize = 256;
-
-/// Time that a clattering tail may still take, relative to the flight so far, at which it is added as an interval.
-const TAIL: f64 = 1e-12;
 
 /// Constants of a posture in its local model, per unit mass.
 #[derive(Debug, Clone)]
@@ -143,7 +141,8 @@ impl Cell {
 
     pub(crate) fn new(a: f64, b: f64) -> Self {
         // Wider than the roundings of the functions, and of the angles where they are shares of π.
-        let wide = |x: f64, y: f64| I::new(x.min(y) - ROUNDED, x.max(y) + ROUNDED);
+        let wide =
+            |x: f64, y: f64| I::new(x.min(y) - TRIGONOMETRIC_ERROR, x.max(y) + TRIGONOMETRIC_ERROR);
         if (a, b) == (0.0, 0.0) {
             let doubled = [[1.0, 0.0]; 2];
             return Self { phi: [a, b], xi: I::ZERO, y: I::ONE, slope: I::ZERO, doubled };
@@ -158,7 +157,7 @@ impl Cell {
                 f64::INFINITY.copysign(phi)
             } else {
                 let tan = libm::tan(phi);
-                tan + side * ROUNDED * (1.0 + tan * tan)
+                tan + side * TRIGONOMETRIC_ERROR * (1.0 + tan * tan)
             }
         };
         Self {
@@ -170,9 +169,6 @@ impl Cell {
         }
     }
 }
-
-/// Error of the sine, cosine or tangent of a computed angle, absolute (of the tangent: times 1 + tan²).
-const ROUNDED: f64 = 4e-16;
 
 /// xx ξ² + 2 xy ξy + yy y²
 pub(super) struct Form {
@@ -477,7 +473,7 @@ impl Local {
             }
             if let Some(tail) = self.clatters(a, h[b], u)
                 && t.hi > 0.0
-                && tail.hi <= TAIL * t.hi
+                && tail.hi <= CORNER_TAIL * t.hi
             {
                 return Flight::Two { t: t + I::new(0.0, tail.hi) };
             }

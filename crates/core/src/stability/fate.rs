@@ -4,16 +4,7 @@ use crate::error::Error;
 use crate::outcome::ContactNumber;
 use crate::stability::clattering::clattering_bound;
 use crate::stability::reduced::{OrbitEnd, PATIENCE, ReducedMap, ReducedStep, Shape};
-
-/// Distance, relative to one plus the size of a coordinate, below which a shape counts as one that has been before. A chaotic orbit
-/// comes as close to itself by chance once in some 1e9 impacts; whatever comes so close is then tried by its tangent map.
-const RECURRENCE: f64 = 1e-9;
-/// Distance from a cycle, by its tangent map and in the same measure, within which a contracting one is taken for reached.
-const SETTLED: f64 = 1e-6;
-
-/// Rounding in a shape, relative to one plus the size of its coordinates, up to which what is found of it is said of the motion
-/// from its start on. A chaotic transient comes beyond it after some fifty impacts.
-const LOST: f64 = 1e-6;
+use crate::tolerance::{CYCLE_REACHED, RECURRENCE, SHAPE_LOST};
 
 /// How a clattering motion goes on, or ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,7 +76,7 @@ impl Spread {
 
     /// Whether the shape is still that of the start. (What is no number is not small, either.)
     fn is_small(self, shape: &Shape) -> bool {
-        let (v, y) = (LOST * (1.0 + shape.rate.abs()), LOST * (1.0 + shape.gap));
+        let (v, y) = (SHAPE_LOST * (1.0 + shape.rate.abs()), SHAPE_LOST * (1.0 + shape.gap));
         self.0[0] <= v * v && self.0[2] <= y * y
     }
 }
@@ -153,8 +144,8 @@ impl ReducedMap {
         let d = (1.0 - a[0][0]) * (1.0 - a[1][1]) - a[0][1] * a[1][0];
         let to_v = ((1.0 - a[1][1]) * dv + a[0][1] * dy) / d;
         let to_y = ((1.0 - a[0][0]) * dy + a[1][0] * dv) / d;
-        let near = to_v.abs() <= SETTLED * (1.0 + shape.rate.abs())
-            && to_y.abs() <= SETTLED * (1.0 + shape.gap);
+        let near = to_v.abs() <= CYCLE_REACHED * (1.0 + shape.rate.abs())
+            && to_y.abs() <= CYCLE_REACHED * (1.0 + shape.gap);
         (attracts && near).then(|| log / period as f64)
     }
 }

@@ -44,6 +44,7 @@ use crate::modes::{ContactProblem, Method, ModeAnswer, contact_modes};
 use crate::outcome::ContactNumber;
 pub use certify::{Potential, Reason};
 
+use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
 use conditions::moves;
 use corner::CornerMap;
@@ -210,9 +211,6 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
     Ok(verdict)
 }
 
-/// Margin below which rounding may decide a verdict, relative to the body or to the load.
-const DELICATE: f64 = 1e-10;
-
 /// The bound on the amplification in files: `amplification`, null where there is none, and then `amplification_reason`.
 mod bound_or_reason {
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
@@ -300,7 +298,7 @@ impl Verdict {
             None => margins.push(found.kinematic_margin),
             _ => {}
         }
-        self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE);
+        self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
     }
 
     fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<By>) {

@@ -38,6 +38,7 @@ use crate::error::{Error, finite, in_range, non_negative};
 use crate::flight::parabola_touchdown;
 use crate::outcome::ContactNumber;
 use crate::stability::clattering::coupling;
+use crate::tolerance::SHAPE_AT_REST;
 use crate::zeno::{FrozenModel, Gaps};
 
 /// The least restitution of the reduced map: below it an impact leaves less of its speed than rounding leaves of the others. (A
@@ -45,9 +46,6 @@ use crate::zeno::{FrozenModel, Gaps};
 const LEAST_RESTITUTION: f64 = 1e-12;
 /// The ratio k_1g_1/(k_2g_2) may differ from one by this factor: products of four such numbers are still doubles.
 const RATIO: f64 = 1e50;
-/// Landing speed, in units of the size, that counts as none: the contact rests on the terrain. Its own bounces would last no
-/// longer than the rounding of any time here.
-const AT_REST: f64 = 1e-100;
 /// Impacts between two looks at whether the caller wants to stop: some milliseconds.
 pub(crate) const PATIENCE: usize = 1 << 16;
 
@@ -196,7 +194,7 @@ impl ReducedMap {
             return Err(OrbitEnd::OneZeno(shape.contact));
         }
         let s = (v * v + 2.0 * g_b * y).sqrt();
-        if s <= AT_REST {
+        if s <= SHAPE_AT_REST {
             return Err(OrbitEnd::OneZeno(ContactNumber::of(b)));
         }
         let (tau, back) = (parabola_touchdown(y, v, g_b), self.back[a]);
@@ -260,7 +258,7 @@ impl ReducedMap {
         };
         if let Some(a) = (0..2).find(|&i| gaps[i] == 0.0 && rates[i] > 0.0) {
             let allowed = "0, or at least 1e-100 of the largest speed in the motion";
-            in_range(format!("rates.{}", a + 1), rates[a], u[a] >= AT_REST, allowed)?;
+            in_range(format!("rates.{}", a + 1), rates[a], u[a] >= SHAPE_AT_REST, allowed)?;
             return Ok(seen(a, u[a], u[1 - a], h[1 - a], 0.0));
         }
         let t = [0, 1].map(|i| parabola_touchdown(h[i], u[i], g[i]));
@@ -275,7 +273,7 @@ impl ReducedMap {
         let (b, tau) = (1 - a, t[a]);
         let s = (u[a] * u[a] + 2.0 * g[a] * h[a]).sqrt();
         let other = (h[b] + tau * (u[b] - 0.5 * g[b] * tau)).max(0.0);
-        if s <= AT_REST {
+        if s <= SHAPE_AT_REST {
             let first = Err(OrbitEnd::OneZeno(ContactNumber::of(a)));
             return Ok(Start { first, log_size: libm::log(size), flight: tau * size });
         }

@@ -15,6 +15,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::tolerance::{PARALLEL_EDGES, SQUEEZE_MOMENT};
 
 /// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]
@@ -29,19 +30,13 @@ struct Edge {
     moment: f64,
 }
 
-/// Roundings of the slopes in the cross product of two edges below which they are parallel.
-const PARALLEL: f64 = 8.0 * f64::EPSILON;
-
-/// Moment of a combination without force, relative to the sizes that it is a difference of, that counts as none.
-const SQUEEZE: f64 = 1e-13;
-
 impl Edge {
     /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): on ground of one slope, of however much or little friction, exactly.
     fn cross(&self, other: &Self) -> f64 {
         let (sine, size) = (self.normal.perp(&other.normal), 1.0 + (self.f * other.f).abs());
         let cross =
             sine * (1.0 + self.f * other.f) + self.tangent.dot(&other.tangent) * (self.f - other.f);
-        let rounding = if self.normal == other.normal { 0.0 } else { PARALLEL * size };
+        let rounding = if self.normal == other.normal { 0.0 } else { PARALLEL_EDGES * size };
         if cross.abs() <= rounding { 0.0 } else { cross }
     }
 }
@@ -122,8 +117,8 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
 fn squeeze(edges: &[Edge]) -> [bool; 2] {
     let mut found = [false; 2];
     let mut take = |moment: f64, size: f64| {
-        found[0] |= moment < -SQUEEZE * size;
-        found[1] |= moment > SQUEEZE * size;
+        found[0] |= moment < -SQUEEZE_MOMENT * size;
+        found[1] |= moment > SQUEEZE_MOMENT * size;
     };
     for (i, u) in edges.iter().enumerate() {
         for (j, v) in edges.iter().enumerate().skip(i + 1) {

@@ -11,7 +11,7 @@ use crate::body::posture::Posture;
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::stability::region::region;
-use crate::tolerance::TOUCH;
+use crate::tolerance::{TOUCH, UNBOUNDED_DIRECTION};
 
 /// The family of contact forces that hold a body at rest in its nominal posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,9 +29,6 @@ struct Edge {
     u: Vector2<f64>,
     moment: f64,
 }
-
-/// Entry of a direction in which a family without bound goes on, relative to the sum of its weights, that counts as none.
-const BOUNDED: f64 = 1e-9;
 
 /// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal
 /// posture carry any.
@@ -53,7 +50,7 @@ pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
         let of = |edge: &Edge| if edge.contact == contact { sign * edge.force[axis] } else { 0.0 };
         let objective = row(&of);
         let value = |x: &[f64]| x.iter().zip(&objective).map(|(a, c)| a * c).sum::<f64>();
-        if maximise(&free, &objective).is_some_and(|x| value(&x) > BOUNDED) {
+        if maximise(&free, &objective).is_some_and(|x| value(&x) > UNBOUNDED_DIRECTION) {
             return sign * f64::INFINITY;
         }
         let unit = if weight > 0.0 { weight } else { 1.0 };

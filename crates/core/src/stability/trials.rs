@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::options::{Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
+use crate::tolerance::START_LIFT;
 
 /// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model knows no scale:
 /// what comes of a kick is that of all smaller ones.
@@ -87,7 +88,7 @@ pub fn trials(
         // A rise by y opens the gap i by n_i·e_y y > 0; the last factor is for rounding.
         let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.normal.y;
         let rise = posture.geometry().iter().map(lift).fold(0.0, f64::max);
-        q[1] += rise * (1.0 + 1e-9);
+        q[1] += rise * (1.0 + START_LIFT);
         let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;
         let Some(run) = run else { return Ok(None) };
         match run.outcome() {

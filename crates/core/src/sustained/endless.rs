@@ -3,6 +3,7 @@
 use crate::collisions::log::Spin;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState};
+use crate::tolerance::SWING_REPEATS;
 
 impl BodyState {
     /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
@@ -41,9 +42,6 @@ pub(super) struct Cycle {
     /// How often it has.
     turns: usize,
 }
-
-/// Relative difference of the energies of two swings that are the same: a swing takes some twenty steps of a rounding each.
-const REPEATS: f64 = 1e-14;
 
 /// What keeps a motion going.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,12 +139,12 @@ impl Swing {
     /// follows from its energy alone, so does the next one, and with less energy less happens: slips become smaller and
     /// smaller, and the swing without any is never left.
     pub(super) fn encloses(&self, later: &Self, stance: &BodyState) -> bool {
-        let less = later.energy <= self.energy + REPEATS * self.energy.abs();
+        let less = later.energy <= self.energy + SWING_REPEATS * self.energy.abs();
         let arm = stance.points[self.contact].arm();
         let bounds = |theta: f64| {
             let (sin, cos) = libm::sincos(theta - stance.spin.theta);
             let height = -(arm.x * sin + arm.y * cos);
-            stance.gravity * height >= later.energy - REPEATS * later.energy.abs()
+            stance.gravity * height >= later.energy - SWING_REPEATS * later.energy.abs()
         };
         self.is_like(later) && less && self.turned.into_iter().all(bounds)
     }

@@ -7,19 +7,7 @@ use crate::math::roots::ORDER;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding, Step};
-use crate::tolerance::STILL;
-
-/// Gap of a contact that lands together with another one, in bounds of its rounding: these leave out what errors of the
-/// body's own motion add to all gaps, a few times as much.
-const SIMULTANEOUS: f64 = 16.0;
-
-/// Speed of one contact relative to that of another that lands, up to which they may be taken to land together: with it the
-/// gap grows that counts as none.
-const LEVER: f64 = 8.0;
-
-/// Roundings of the terms of its horizontal speed up to which a contact right over a vertex has none: there, its acceleration says
-/// to which piece it goes. The speed has a few roundings, and others after each crossing.
-const OVER_VERTEX: f64 = 16.0;
+use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, STILL};
 
 /// Time to the next zero of an arc.
 fn next(arc: &GapArc) -> Option<f64> {
@@ -34,9 +22,9 @@ impl ContactState {
     /// Whether its gap is closing, and zero within its rounding and what it closes by in the doubt of the instant at which
     /// `first` lands, δh/|u| of that one: then they land together.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
-        let doubt = first.rounding.gap * (self.u / first.u).abs().min(LEVER);
+        let doubt = first.rounding.gap * (self.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         let known = self.rounding.gap + doubt;
-        self.u < 0.0 && self.h <= SIMULTANEOUS * known && self.h < f64::INFINITY
+        self.u < 0.0 && self.h <= LANDS_TOGETHER * known && self.h < f64::INFINITY
     }
 }
 

@@ -14,12 +14,7 @@ use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
 use crate::sustained::step::Track;
 use crate::sustained::{BodyState, Step};
-
-/// Coefficient of the rate of a row, relative to the terms that make it, that is more than rounding.
-const PARTS: f64 = 1e-9;
-
-/// Force outside its cone, relative to the largest of all, that is rounding.
-const PRESSES: f64 = 1e-9;
+use crate::tolerance::{FORCE_OUTSIDE_CONE, RATE_COEFFICIENT};
 
 /// Coefficient of the rate of a row that is its acceleration, and the first that the choice of a word has not seen.
 const FIRST: usize = 1;
@@ -170,7 +165,7 @@ impl Step {
             let turned = (0..=k).map(|j| side * lever[j] * self.omega[k - j]);
             let rate = pushed.into_iter().chain(turned.clone()).sum::<f64>();
             size = size.max(pushed.into_iter().chain(turned).map(f64::abs).sum());
-            (k >= from && rate.abs() > PARTS * size).then_some((k, rate))
+            (k >= from && rate.abs() > RATE_COEFFICIENT * size).then_some((k, rate))
         })
     }
 
@@ -204,7 +199,7 @@ impl Step {
     fn presses(&self, state: &BodyState) -> bool {
         let force = |track: &Track| (track.normal[0], track.tangential[0].abs());
         let most = self.tracks.iter().map(force).map(|(n, t)| n.abs().max(t)).fold(0.0, f64::max);
-        let slack = PRESSES * most;
+        let slack = FORCE_OUTSIDE_CONE * most;
         self.tracks.iter().enumerate().all(|(i, track)| {
             if track.partner.is_some() {
                 return self.vertex_edges(state, i).iter().all(|(edge, _)| edge[0] >= -slack);

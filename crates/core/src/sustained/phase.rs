@@ -18,7 +18,9 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::endless::{Cycle, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
-use crate::tolerance::{BEYOND, STILL, TOUCH};
+use crate::tolerance::{
+    BODY_STOPPED, DEPARTED, FROZEN_PHASE, GRAZE_OF_SIZE, GRAZE_OF_WAY, SLOWER_SLIDE, STILL, TOUCH,
+};
 use nalgebra::{Vector2, Vector3};
 
 impl BodyState {
@@ -159,23 +161,6 @@ enum StretchEnd {
     Slip(usize, Mode),
 }
 
-/// Depth of a graze that is not known: so many roundings of the size of the body, or so many of the way that it has moved, whichever is
-/// less. A gap that follows from a swing about another contact has a few of them. A contact that passes through the ground by
-/// less does not touch it.
-const PLACE: f64 = 2.0;
-const GRAZE: f64 = 16.0;
-
-/// Speed of the body, in units of those that count as none, below which it has stopped with one of its points: its speeds
-/// have come down together, to the rounding of the time at which they do.
-const STOPPED: f64 = 1e3;
-
-/// Sliding speed relative to that of another contact, where both slide together, that is rounding.
-const SLOWER: f64 = 1e-10;
-
-/// Share of the time elapsed up to which a geometry frozen for the last moments may be held in one mode: what it then misses
-/// of the rates, of second order in it, is below their rounding from 1e-8 on, and small enough for the last moments.
-const LONG: f64 = 1e-6;
-
 impl<'a> ContactPhase<'a> {
     /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
     pub(crate) fn new(
@@ -228,7 +213,7 @@ impl<'a> ContactPhase<'a> {
         let endless = self.stance.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
         let together = endless && self.stance.leaves_one_motion(rests);
         let none = |i: usize| match together {
-            true if fastest > limit => slips[i].abs() <= SLOWER * fastest,
+            true if fastest > limit => slips[i].abs() <= SLOWER_SLIDE * fastest,
             true => true,
             false => slips[i].abs() <= still(i),
         };
@@ -300,7 +285,7 @@ impl<'a> ContactPhase<'a> {
                     }
                 }
                 StretchEnd::Stop(i, _) => {
-                    let slow = self.speed() <= self.still * STOPPED;
+                    let slow = self.speed() <= self.still * BODY_STOPPED;
                     if self.stance.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
                     } else {
@@ -481,14 +466,14 @@ impl<'a> ContactPhase<'a> {
             };
             side = Some(step.side);
             acceleration = step.acceleration();
-            if self.brief && t > LONG * log.clock.hi {
+            if self.brief && t > FROZEN_PHASE * log.clock.hi {
                 return StretchEnd::End(PhaseEnd::Thaw);
             }
             let [ax, ay, _] = acceleration;
             let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
             // Beyond all bounds nothing ever happens, either.
             if t == f64::INFINITY
-                || way > BEYOND
+                || way > DEPARTED
                 || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
             {
                 self.acceleration = Some(acceleration);
@@ -548,7 +533,8 @@ impl BodyState {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];
         let depth = p.u * p.u / (2.0 * lift);
-        let rounding = f64::EPSILON * (PLACE * size).min(GRAZE * time * (v + (p.b * omega).abs()));
+        let rounding = f64::EPSILON
+            * (GRAZE_OF_SIZE * size).min(GRAZE_OF_WAY * time * (v + (p.b * omega).abs()));
         let passes = lift > 0.0 && depth <= rounding;
         if passes {
             p.h += 2.0 * depth;

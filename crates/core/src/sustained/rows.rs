@@ -6,29 +6,9 @@ use smallvec::SmallVec;
 use crate::body::contact::PerContact;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding};
-
-/// Angle between pieces of ground, in units of the distance of the contacts over the radius of gyration, up to which the
-/// rotation is taken from the difference of their rows: it then is smaller by that than the terms that cancel without it.
-const PARALLEL: f64 = 1e-3;
-
-/// Part of a row that others leave over, below which it depends on them: rows have a length of at least one, and
-/// roundings of 1e-16 times their lengths.
-const DEPENDENT: f64 = 1e-10;
-
-/// Part of a row that others leave over, relative to its length, that is rounding: then it follows from them in exact arithmetic, too.
-/// Directions come from parts of rows down to [`NEARLY`] of them, and have so many times their rounding.
-const SAME: f64 = 4.0 * f64::EPSILON / NEARLY;
-
-/// Difference of two rows, relative to their length, below which they are nearly the same; and part of a row that others leave over,
-/// below which it is not used beside them.
-const NEARLY: f64 = 1e-3;
-
-/// Roundings of the size and the displacement of the body in the gap of a contact, at most, that has flown and turned with the body
-/// since it touched the ground: a gap that differs by more from what the others say is a gap over uneven ground.
-const PLACE: f64 = 64.0;
-
-/// Part of a velocity that is left, below which it is corrected again.
-const MOST: f64 = 1e-8;
+use crate::tolerance::{
+    CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND, UNEVEN_GAP,
+};
 
 /// Corrections of a velocity or of a place, at most: loads are up to 1e100 times what moves, and each gains sixteen digits.
 pub(super) const AGREES: usize = 8;
@@ -82,7 +62,7 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
         let Some(row) = rows[i] else { continue };
         let left = left_over(&row, &basis);
         let length = left.norm();
-        if basis.len() < 3 && length > NEARLY * row.norm() {
+        if basis.len() < 3 && length > NEARLY_EQUAL_ROWS * row.norm() {
             let rounding = (values[i].1 + bound(&row, &basis)) / length;
             basis.push((left / length, rounding));
             stay.push((i, row));
@@ -95,9 +75,10 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
         x += direction * ((values[*i].0 - row.dot(&x)) / row.dot(direction));
     }
     for (i, row) in follow {
-        let alike =
-            |(_, other): &(usize, Vector3<f64>)| (row - other).norm() <= NEARLY * row.norm();
-        let depends = left_over(&row, &basis).norm() <= SAME * row.norm();
+        let alike = |(_, other): &(usize, Vector3<f64>)| {
+            (row - other).norm() <= NEARLY_EQUAL_ROWS * row.norm()
+        };
+        let depends = left_over(&row, &basis).norm() <= IMPLIED_ROW * row.norm();
         if depends && !stay.iter().any(alike) {
             let value = row.dot(&x);
             values[i] = (value, bound(&row, &basis) + f64::EPSILON * value.abs());
@@ -152,7 +133,7 @@ impl BodyState {
                     (at, longest) = (k, length);
                 }
             }
-            if longest <= DEPENDENT * DEPENDENT {
+            if longest <= DEPENDENT_ROW * DEPENDENT_ROW {
                 break;
             }
             let direction = rows[at].direction / longest.sqrt();
@@ -178,7 +159,7 @@ impl BodyState {
             for &j in &contacts[..k] {
                 let apart = (points[i].b - points[j].b).abs();
                 let bent = rho * (points[i].normal - points[j].normal).amax();
-                if apart > found.0 && bent <= PARALLEL * apart {
+                if apart > found.0 && bent <= PARALLEL_GROUND * apart {
                     found = (apart, Some([i.min(j), i.max(j)]));
                 }
             }
@@ -247,7 +228,7 @@ impl BodyState {
                 velocity -= row.direction * row.direction.dot(&velocity);
             }
             // What is taken away has roundings itself, where it is most of all.
-            if velocity.amax() >= MOST * before {
+            if velocity.amax() >= CORRECTED_VELOCITY * before {
                 break;
             }
         }
@@ -338,7 +319,7 @@ impl BodyState {
         consistent(&rows, &mut gaps);
         let place = size + self.center.r.norm();
         for (p, ((h, gap), (u, rate))) in self.points.iter_mut().zip(gaps.into_iter().zip(rates)) {
-            if (h - p.h).abs() <= PLACE * f64::EPSILON * place {
+            if (h - p.h).abs() <= UNEVEN_GAP * f64::EPSILON * place {
                 (p.h, p.rounding.gap) = (h.max(0.0), gap);
             }
             (p.u, p.rounding.rate) = (u, rate);

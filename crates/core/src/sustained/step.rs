@@ -11,21 +11,7 @@ use crate::math::series::{Series, ZERO, constant, determinant, product, radius};
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
-use crate::tolerance::TOUCH;
-
-/// Determinant of a friction matrix, relative to the lengths of its columns, below which it is singular: its rounding is
-/// 1e-15 of them, and steps towards a jam that come nearer do not move the body any more.
-const SINGULAR: f64 = 1e-14;
-
-/// Distance of a force from the edge of a hull of half a turn or more, relative to the force, below which it is rounding.
-const EDGE: f64 = 64.0 * f64::EPSILON;
-
-/// Drift of a held point, relative to the distances of the body, that is taken back.
-const DRIFT: f64 = 2.0 * f64::EPSILON;
-
-/// Weight of such a drift, relative to the kinetic energy, above which it is left: a single rounding of a place may weigh more
-/// than all the energy of a small motion.
-const WEIGHT: f64 = 16.0 * f64::EPSILON;
+use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
 
 /// One contact during a step.
 #[derive(Debug, Clone)]
@@ -282,7 +268,7 @@ impl Step {
                         (0..n).map(square).sum::<f64>().sqrt()
                     })
                     .product();
-                if !(m.determinant().abs() > SINGULAR * size) {
+                if !(m.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
                     return None;
                 }
                 first = Some(m.lu());
@@ -465,7 +451,7 @@ impl Step {
         }
         let force =
             [i, j].map(|k| libm::hypot(self.tracks[k].normal[0], self.tracks[k].tangential[0]));
-        let rounding = EDGE * (force[0] + force[1]) * (e_l.norm() + e_r.norm());
+        let rounding = HULL_EDGE * (force[0] + force[1]) * (e_l.norm() + e_r.norm());
         let [left, right] = [0, 1].map(|side| inside[side][0]);
         if left.min(right) > rounding {
             // The first to become negative has no consequence, and after it only the other counts.
@@ -635,7 +621,7 @@ impl Step {
                         let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
                         let drift = axis.dot(&r) + arm - place[at];
                         let size = r.norm() + libm::hypot(p.b, p.c);
-                        let light = state.gravity * drift.abs() <= WEIGHT * after.kinetic();
+                        let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
                         if drift.abs() > DRIFT * size && light {
                             off = drift;
                         }

@@ -4,7 +4,7 @@
 use fearless_simd::Simd;
 
 use crate::body::geometry::ContactGeometry;
-use crate::collisions::full::{Body, FullState, LONG, REFRESH};
+use crate::collisions::full::{Body, FullState, REFRESH};
 use crate::flight::{GapArc, longest};
 use crate::impact::newton;
 use crate::math::clock::{Clock, renormalised, unnormalised_after};
@@ -12,7 +12,7 @@ use crate::math::lanes::{Columns, Lanes};
 use crate::math::real::Real;
 use crate::math::turn::Angle;
 use crate::math::turn::Turn;
-use crate::tolerance::TRY_TAIL;
+use crate::tolerance::{TAIL_TOO_LONG, TRY_TAIL};
 
 /// What does not change at one contact.
 #[derive(Debug, Clone, Copy)]
@@ -77,12 +77,12 @@ pub(crate) struct Near<T: Real> {
     pub(crate) brief: T::Mask,
 }
 
-/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`LONG`] of the time elapsed: freezing is
+/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`TAIL_TOO_LONG`] of the time elapsed: freezing is
 /// considered. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
 pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
     let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
-    let brief = now * LONG * most * loss;
+    let brief = now * TAIL_TOO_LONG * most * loss;
     let bound = brief * brief;
     let quick = (squares[0] * 64.0).at_most(bound) & (squares[1] * 64.0).at_most(bound);
     now.like(0.0).below(brief) & quick

@@ -15,7 +15,7 @@ use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::flight::{GapArc, Touchdown, is_lost};
 use crate::impact::newton;
 use crate::math::turn::Turn;
-use crate::tolerance::TAIL;
+use crate::tolerance::{CONTACTS_APART, FROZEN_CHANGE_MARGIN, TAIL, TAIL_TOO_LONG};
 use crate::zeno::{FrozenModel, Gaps, share};
 pub(crate) use hop::Pool;
 use hop::{Course, Left, Moment, Stopped};
@@ -49,16 +49,6 @@ pub(crate) struct FullState {
 /// Collisions between two computations of b, c from θ itself: in between they are turned step by step and
 /// collect a rounding each.
 const REFRESH: usize = 32;
-
-/// Time to rest, relative to the time elapsed, above which freezing is not even considered.
-const LONG: f64 = 1e-3;
-
-/// Safety factor on the change of the frozen geometry within a tail.
-const MARGIN: f64 = 4.0;
-
-/// Distance of two contacts, relative to √(b² + ρ²), from which on equal rates say that nothing turns: of what is nearer they
-/// would, by their rounding, even where it does.
-const APART: f64 = 1e-3;
 
 impl FullState {
     pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
@@ -198,7 +188,8 @@ impl FullState {
     pub(crate) fn forget_rounding(&mut self) {
         let [one, two] = self.body.contacts;
         let same = self.gaps.u[0] == self.gaps.u[1];
-        let apart = (self.b[0] - self.b[1]).abs() > APART * self.own(0).max(self.own(1)).sqrt();
+        let apart =
+            (self.b[0] - self.b[1]).abs() > CONTACTS_APART * self.own(0).max(self.own(1)).sqrt();
         if same && one.normal == two.normal && apart {
             self.spin.omega = 0.0;
         }
@@ -283,7 +274,7 @@ impl FullState {
                 let pull = drift.gravity[0] + drift.gravity[1];
                 let geometry =
                     drift.psi / frozen.psi[a] * frozen.sensitivity() + pull * t / -self.gaps.u[b];
-                if tail.error + MARGIN * t * geometry <= TAIL * now
+                if tail.error + FROZEN_CHANGE_MARGIN * t * geometry <= TAIL * now
                     && self.is_turn_lost(t, sum.jump)
                     && frozen.certainly_clatters(a, &self.gaps)
                 {
@@ -363,7 +354,7 @@ impl FullState {
         let now = log.clock.hi;
         let frozen = FrozenModel::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
-        if t > LONG * now || now + t > log.end {
+        if t > TAIL_TOO_LONG * now || now + t > log.end {
             return false;
         }
         let most = gravity[0].abs().max(gravity[1].abs()) * t;
