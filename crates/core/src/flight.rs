@@ -124,9 +124,10 @@ impl<T: Angle> GapArc<T> {
         for _ in 0..STEPS {
             let (turn, known) = (omega * dt).turn();
             let slope = omega.like(1.0) / self.rate_turned(dt, &turn);
-            let bend = -self.g - w2 * (self.c * (-turn.one_minus_cos + 1.0) + self.b * turn.sin);
+            let acceleration =
+                -self.g - w2 * (self.c * (-turn.one_minus_cos + 1.0) + self.b * turn.sin);
             let newton = -self.gap_turned(dt, &turn) * slope;
-            let step = newton * (-(bend * 0.5 * slope * newton) + 1.0);
+            let step = newton * (-(acceleration * 0.5 * slope * newton) + 1.0);
             let next = dt + step;
             // Newton's own step decides: the factor may vanish far from any root.
             open = open & known;

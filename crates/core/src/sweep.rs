@@ -14,7 +14,7 @@ use crate::options::Options;
 use crate::outcome::Outcome;
 use crate::simulate::parallel::in_blocks;
 use crate::simulate::simulate_until;
-use crate::stability::{By, Conditions, Stability, conditions, judge};
+use crate::stability::{Argument, Conditions, Stability, conditions, judge};
 
 /// Most points of a grid: an answer of 0.8 GB for each number asked for.
 pub const MOST_POINTS: usize = 100_000_000;
@@ -159,7 +159,7 @@ pub enum OfConditions {
 #[allow(missing_docs, reason = "the fields of a verdict, explained there")]
 pub enum OfVerdict {
     Stability,
-    By,
+    Argument,
     Energy,
     Delicate,
     /// NaN where there is no bound.
@@ -168,7 +168,7 @@ pub enum OfVerdict {
 
 /// What the values of a quantity are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ValueKind {
     /// Yes or no.
     Flag,
     /// Numbers.
@@ -181,14 +181,14 @@ const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Sta
 const STABILITY_WORDS: [&str; 3] =
     [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
 
-const ARGUMENTS: [By; 7] = [
-    By::NotEquilibrium,
-    By::Theorem3,
-    By::Theorem3Loose,
-    By::Goyal,
-    By::CornerMap,
-    By::GrowingCycle,
-    By::AcceleratingMode,
+const ARGUMENTS: [Argument; 7] = [
+    Argument::NotEquilibrium,
+    Argument::Theorem3,
+    Argument::Theorem3Loose,
+    Argument::Goyal,
+    Argument::CornerMap,
+    Argument::GrowingCycle,
+    Argument::AcceleratingMode,
 ];
 const ARGUMENT_WORDS: [&str; 8] = [
     ARGUMENTS[0].as_str(),
@@ -223,7 +223,7 @@ impl Quantity {
     pub const ALL: [(&str, Self); 20] = [
         ("stability", Self::Verdict(OfVerdict::Stability)),
         ("frictional_stability", Self::Verdict(OfVerdict::Stability)),
-        ("by", Self::Verdict(OfVerdict::By)),
+        ("by", Self::Verdict(OfVerdict::Argument)),
         ("theorem_3", Self::Condition(OfConditions::Theorem3)),
         ("equilibrium", Self::Condition(OfConditions::Equilibrium)),
         ("equilibrium_margin", Self::Condition(OfConditions::EquilibriumMargin)),
@@ -259,11 +259,11 @@ impl Quantity {
 
     /// What its values are.
     #[must_use]
-    pub fn kind(self) -> Kind {
+    pub fn kind(self) -> ValueKind {
         match self {
-            Self::Verdict(OfVerdict::Stability) => Kind::Word(&STABILITY_WORDS),
-            Self::Verdict(OfVerdict::By) => Kind::Word(&ARGUMENT_WORDS),
-            Self::Fate => Kind::Word(&OUTCOME_WORDS),
+            Self::Verdict(OfVerdict::Stability) => ValueKind::Word(&STABILITY_WORDS),
+            Self::Verdict(OfVerdict::Argument) => ValueKind::Word(&ARGUMENT_WORDS),
+            Self::Fate => ValueKind::Word(&OUTCOME_WORDS),
             Self::ZenoTime
             | Self::Verdict(OfVerdict::Amplification)
             | Self::Condition(
@@ -272,8 +272,8 @@ impl Quantity {
                 | OfConditions::Coupling
                 | OfConditions::ClatteringMargin
                 | OfConditions::ChatterMargin,
-            ) => Kind::Number,
-            Self::Condition(_) | Self::Verdict(_) => Kind::Flag,
+            ) => ValueKind::Number,
+            Self::Condition(_) | Self::Verdict(_) => ValueKind::Flag,
         }
     }
 
@@ -523,7 +523,7 @@ impl Sweep {
                 (Quantity::Condition(field), Some(found), _, _) => field.of(found),
                 (Quantity::Verdict(field), _, Some(verdict), _) => match field {
                     OfVerdict::Stability => code(&STABILITIES, &verdict.frictional_stability),
-                    OfVerdict::By => code(&ARGUMENTS.map(Some), &verdict.by),
+                    OfVerdict::Argument => code(&ARGUMENTS.map(Some), &verdict.by),
                     OfVerdict::Energy => f64::from(u8::from(verdict.energy)),
                     OfVerdict::Delicate => f64::from(u8::from(verdict.delicate)),
                     OfVerdict::Amplification => verdict.amplification.unwrap_or(f64::NAN),
@@ -579,9 +579,9 @@ impl Sweep {
             blocks.iter().flat_map(move |block| block.iter().skip(k).step_by(width).copied())
         };
         let column = |(k, quantity): (usize, &Quantity)| match quantity.kind() {
-            Kind::Flag => Column::Flags(values(k).map(|value| value != 0.0).collect()),
-            Kind::Number => Column::Numbers(values(k).collect()),
-            Kind::Word(words) => {
+            ValueKind::Flag => Column::Flags(values(k).map(|value| value != 0.0).collect()),
+            ValueKind::Number => Column::Numbers(values(k).collect()),
+            ValueKind::Word(words) => {
                 Column::Words { words, codes: values(k).map(|value| value as u8).collect() }
             }
         };

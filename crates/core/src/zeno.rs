@@ -68,7 +68,7 @@ pub(crate) struct ClatterTail {
 
 /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
 /// equations then hold to rounding however close to parallel they are.
-pub(crate) fn share(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
+pub(crate) fn solve_coupled(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     if is_parallel(psi) {
         return [y[0], 0.0];
     }
@@ -203,7 +203,10 @@ impl FrozenModel {
     pub(crate) fn lead_to(&self, rates: [f64; 2], gaps: &Gaps, t: f64) -> Impulses {
         let fall = |i: usize| gaps.u[i] - self.g[i] * t - rates[i];
         let sink = |i: usize| gaps.h[i] + t * (gaps.u[i] - 0.5 * self.g[i] * t);
-        Impulses { jump: self.share([-fall(0), -fall(1)]), path: self.share([-sink(0), -sink(1)]) }
+        Impulses {
+            jump: self.solve_coupled([-fall(0), -fall(1)]),
+            path: self.solve_coupled([-sink(0), -sink(1)]),
+        }
     }
 
     /// Gravity g_i + ψ_jg_j into the terrain i while the other contact is held, in m/s².
@@ -217,8 +220,8 @@ impl FrozenModel {
     }
 
     /// [`share`] with these couplings.
-    pub(crate) fn share(&self, y: [f64; 2]) -> [f64; 2] {
-        share(self.psi, y)
+    pub(crate) fn solve_coupled(&self, y: [f64; 2]) -> [f64; 2] {
+        solve_coupled(self.psi, y)
     }
 
     /// The clattering tail after an impact at `a`, if this state clatters for ever without gravity and
@@ -309,7 +312,7 @@ impl ClatteringConstants {
         let y = 2.0 / (1.0 + (1.0 - 4.0 * e / (p * p)).max(0.0).sqrt());
         let c = [y / ((1.0 + e) * psi[0]), y / ((1.0 + e) * psi[1])];
         let r = e * c[0] * c[1];
-        let share = |b: usize| {
+        let closing = |b: usize| {
             let a = 1 - b;
             let (r2, r4) = (r * r, r * r * r * r);
             (1.0 - r2) * ((g[b] + c[b] * g[a]) + (g[a] + c[a] * g[b]) * c[b] * r2)
@@ -317,7 +320,7 @@ impl ClatteringConstants {
         };
         Some(Self {
             c,
-            gravity: [share(0), share(1)],
+            gravity: [closing(0), closing(1)],
             r,
             reduced_gravity: [psi[0].sqrt() * g[0], psi[1].sqrt() * g[1]],
             limit: [e * c[1], e * c[0]],

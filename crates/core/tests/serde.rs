@@ -8,7 +8,7 @@ use standfast::body::LocalModel;
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Simultaneous};
 use standfast::simulate::simulate_local;
-use standfast::stability::{By, Evidence, Stability, Verdict, trials};
+use standfast::stability::{Argument, Evidence, Stability, Verdict, trials};
 use standfast::{
     Contact, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop, Trajectory,
     simulate, stability,
@@ -112,13 +112,13 @@ fn words_are_written_as_they_are_spelled() {
         assert_eq!(back(&outcome), outcome);
     }
     for by in [
-        By::NotEquilibrium,
-        By::Theorem3,
-        By::Theorem3Loose,
-        By::Goyal,
-        By::CornerMap,
-        By::GrowingCycle,
-        By::AcceleratingMode,
+        Argument::NotEquilibrium,
+        Argument::Theorem3,
+        Argument::Theorem3Loose,
+        Argument::Goyal,
+        Argument::CornerMap,
+        Argument::GrowingCycle,
+        Argument::AcceleratingMode,
     ] {
         assert_eq!(json(&by), format!("\"{}\"", by.as_str()));
         assert_eq!(back(&by), by);

@@ -124,7 +124,7 @@ impl PyVerdict {
     /// "accelerating-mode", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
-        self.verdict.by.map(standfast::stability::By::as_str)
+        self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
     /// The data of the argument. None if the margins are all the evidence. For "corner-map" {"limits", "potential", "ends"}: limits

@@ -3,7 +3,7 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
-use standfast::sweep::{Axis, Column, Kind, Quantity, Sweep, grid_size};
+use standfast::sweep::{Axis, Column, Quantity, Sweep, ValueKind, grid_size};
 use standfast::{Options, State};
 
 use crate::convert::vector;
@@ -90,8 +90,8 @@ impl PySweep {
     #[getter]
     fn words<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let words = self.quantities.iter().map(|quantity| match quantity.kind() {
-            Kind::Word(words) => Some(words.to_vec()),
-            Kind::Flag | Kind::Number => None,
+            ValueKind::Word(words) => Some(words.to_vec()),
+            ValueKind::Flag | ValueKind::Number => None,
         });
         PyList::new(py, words)
     }

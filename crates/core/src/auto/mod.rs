@@ -121,14 +121,14 @@ fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
 }
 
 /// Why a run has no shadow.
-type Lost = &'static str;
-const ORDER: Lost =
+type NoShadow = &'static str;
+const ORDER: NoShadow =
     "the local model was tried: the full one may have its collisions in another order";
-const MODES: Lost = "the local model was tried: the full one may go on in other contact modes";
-const TURNS: Lost = "the local model was tried: the body turns too far";
-const MANY: Lost = "the local model was tried: it has too many events to follow them for less than the full model costs";
-const ENDS: Lost = "the local model was tried: its error is not known where a motion goes on for ever or a limit cuts it";
-const TIPS: Lost =
+const MODES: NoShadow = "the local model was tried: the full one may go on in other contact modes";
+const TURNS: NoShadow = "the local model was tried: the body turns too far";
+const MANY: NoShadow = "the local model was tried: it has too many events to follow them for less than the full model costs";
+const ENDS: NoShadow = "the local model was tried: its error is not known where a motion goes on for ever or a limit cuts it";
+const TIPS: NoShadow =
     "the local model was tried: it comes to rest on one contact, where a body that turns tips over";
 
 /// The local run at an event, and what its shadow is off at the same event.
@@ -176,7 +176,7 @@ pub(crate) fn error(
     start: &State,
     record: &Record,
     options: &Options,
-) -> Result<f64, Lost> {
+) -> Result<f64, NoShadow> {
     let contacts = posture.geometry();
     let level = contacts.iter().all(|k| k.normal == contacts[0].normal);
     match record.outcome {
@@ -297,7 +297,7 @@ impl<'a> Shadow<'a> {
     }
 
     /// All events of a run.
-    fn follow(&mut self, record: &Record) -> Result<(), Lost> {
+    fn follow(&mut self, record: &Record) -> Result<(), NoShadow> {
         let mut zeno = 0;
         let mut k = 0;
         while k < record.spans.len() {
@@ -328,7 +328,7 @@ impl<'a> Shadow<'a> {
     }
 
     /// The events of a span, and the Zeno points up to its end.
-    fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), Lost> {
+    fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), NoShadow> {
         let (span, next) = (&record.spans[k], record.spans.get(k + 1));
         let end = next.map_or(record.end.clock, |next| next.clock);
         let last = next.map_or(record.collisions.len(), |next| next.first_collision);
@@ -360,7 +360,7 @@ impl<'a> Shadow<'a> {
                 self.sum(*tail, point, &raw.gaps, end.since(self.clock), next.is_none())?;
                 self.clock = end;
             }
-            Motion::Held(..) | Motion::Rounds(_) => return Err(ENDS),
+            Motion::Held(..) | Motion::Cycles(_) => return Err(ENDS),
         }
         for (n, c) in collisions.iter().enumerate() {
             if *zeno > 0 && n % LOOK == LOOK - 1 && self.is_all_but_over(record, *zeno) {
@@ -440,7 +440,7 @@ impl<'a> Shadow<'a> {
 
     /// Both fly for `dt`; what touches has to leave in both.
     #[inline]
-    fn fly(&mut self, dt: f64) -> Result<(), Lost> {
+    fn fly(&mut self, dt: f64) -> Result<(), NoShadow> {
         let v = self.velocity();
         for i in 0..self.count() {
             if self.touching[i] && !(self.rate(i) > 0.0) {
@@ -481,7 +481,7 @@ impl<'a> Shadow<'a> {
 
     /// Contact j has landed in the local run: the shadow's lands where its own gap is zero.
     #[inline]
-    fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), Lost> {
+    fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), NoShadow> {
         let (h, u) = (self.gap_off(j), self.rate(j));
         let (n, arm) = (self.contacts[j].normal, &self.arms[j]);
         let omega = self.qdot.z + self.dqdot.z;
@@ -498,22 +498,22 @@ impl<'a> Shadow<'a> {
 
     /// The other contact, at this gap in the local run, is above the terrain in the shadow, too.
     #[inline]
-    fn clears(&self, i: usize, gap: f64) -> Result<(), Lost> {
+    fn clears(&self, i: usize, gap: f64) -> Result<(), NoShadow> {
         let clear = i >= self.count() || self.touching[i] || gap + self.gap_off(i) > 0.0;
         if clear { Ok(()) } else { Err(ORDER) }
     }
 
     /// Impact at contact j with the own-rate jump `jump` in the local run.
     #[inline]
-    fn hit(&mut self, j: usize, jump: f64) -> Result<(), Lost> {
+    fn hit(&mut self, j: usize, jump: f64) -> Result<(), NoShadow> {
         let off = self.rate_off(j);
         if !(self.u[j] + off < 0.0) {
             return Err(ORDER);
         }
         let (k, arm) = (&self.contacts[j], &self.arms[j]);
-        let local = self.kick(k, k.b, jump);
+        let local = self.velocity_change(k, k.b, jump);
         if !self.agrees() {
-            // The difference of both kicks, without taking one from the other.
+            // The difference of both changes, without taking one from the other.
             let (own, own_full) = (k.b * k.b + self.rho2, arm.b * arm.b + self.rho2);
             let per_own = jump / own;
             let more =
@@ -528,16 +528,16 @@ impl<'a> Shadow<'a> {
 
     /// Change of q̇ by an impulse that changes the rate of contact k, with this b, by `jump`.
     #[inline]
-    fn kick(&self, k: &ContactGeometry, b: f64, jump: f64) -> Vector3<f64> {
+    fn velocity_change(&self, k: &ContactGeometry, b: f64, jump: f64) -> Vector3<f64> {
         let per_own = jump / (b * b + self.rho2);
         let push = self.rho2 * per_own;
         Vector3::new(k.normal.x * push, k.normal.y * push, b * per_own)
     }
 
     /// Change of q̇ by own-rate jumps at both contacts; of q by their paths.
-    fn kicks(&self, arms: &[Arm; 2], jumps: [f64; 2]) -> Vector3<f64> {
+    fn velocity_changes(&self, arms: &[Arm; 2], jumps: [f64; 2]) -> Vector3<f64> {
         let each = self.contacts.iter().zip(arms).zip(jumps);
-        each.map(|((k, arm), jump)| self.kick(k, arm.b, jump)).sum()
+        each.map(|((k, arm), jump)| self.velocity_change(k, arm.b, jump)).sum()
     }
 
     /// The arms of the local run.

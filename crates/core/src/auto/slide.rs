@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::auto::arm::{Angle, Arm};
-use crate::auto::{Lost, MODES, Shadow, TURNS};
+use crate::auto::{MODES, NoShadow, Shadow, TURNS};
 use crate::modes::{Mode, Row};
 use crate::sustained::phase::only_mode_of;
 use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
@@ -30,7 +30,7 @@ pub(super) enum Until {
 
 impl Shadow<'_> {
     /// Contacts are held in a word for `t`.
-    pub(super) fn slide(&mut self, word: &[Mode; 2], t: f64, until: Until) -> Result<(), Lost> {
+    pub(super) fn slide(&mut self, word: &[Mode; 2], t: f64, until: Until) -> Result<(), NoShadow> {
         for i in 0..self.count() {
             let closed = word[i] != Mode::Separate;
             let fits = if closed {
@@ -49,8 +49,8 @@ impl Shadow<'_> {
         };
         let mut end = Vector3::zeros();
         let (mut path, mut change) = (Vector3::zeros(), Vector3::zeros());
-        for (share, weight) in BOOLE {
-            let (at, turn) = (share * t, start.z);
+        for (node, weight) in BOOLE {
+            let (at, turn) = (node * t, start.z);
             let angle = theta + at * (omega + 0.5 * turn * at);
             let full = self.acceleration(word, angle, omega + turn * at)?;
             end = full.ok_or(MODES)? - start;
@@ -111,9 +111,9 @@ impl Shadow<'_> {
 
     /// Whether a closed contact slides the same way in both, or in neither.
     pub(super) fn slides_alike(&self, i: usize) -> bool {
-        let still = STILL.sqrt() * (self.speed - self.fall.y * self.clock.hi);
+        let tolerance = STILL.sqrt() * (self.speed - self.fall.y * self.clock.hi);
         let [local, full] = self.slips(i);
-        local.abs() <= still && full.abs() <= still || local * full > 0.0
+        local.abs() <= tolerance && full.abs() <= tolerance || local * full > 0.0
     }
 
     /// q̈ in a word at a rotation; `None` where the word leaves no motion at all.
@@ -122,7 +122,7 @@ impl Shadow<'_> {
         word: &[Mode; 2],
         theta: f64,
         omega: f64,
-    ) -> Result<Option<Vector3<f64>>, Lost> {
+    ) -> Result<Option<Vector3<f64>>, NoShadow> {
         let angle = Angle::of(theta);
         // Rows that vanish, the pushes that see to it, and what the rows are without them.
         let mut rows: [(Vector3<f64>, Vector3<f64>, f64); 2] = Default::default();
@@ -139,9 +139,9 @@ impl Shadow<'_> {
                 return Ok(None);
             }
             let slope = if fixed { 0.0 } else { -word[i].direction() * friction };
-            let mut add = |row: Vector3<f64>, along: Vector2<f64>, lever: f64, bend: f64| {
+            let mut add = |row: Vector3<f64>, along: Vector2<f64>, lever: f64, centripetal: f64| {
                 let push = Vector3::new(along.x, along.y, lever / self.rho2);
-                rows[n] = (row, push, bend * omega * omega - row.dot(&self.fall));
+                rows[n] = (row, push, centripetal * omega * omega - row.dot(&self.fall));
                 n += 1;
             };
             let (normal, tangent) = (k.normal, k.tangent);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::auto::{Lost, ORDER, Shadow, along};
+use crate::auto::{NoShadow, ORDER, Shadow, along};
 use crate::body::geometry::ContactGeometry;
 use crate::motion::record::{Tail, ZenoRecord};
 use crate::outcome::Method;
@@ -18,7 +18,7 @@ impl Shadow<'_> {
         gaps: &Gaps,
         t: f64,
         last: bool,
-    ) -> Result<(), Lost> {
+    ) -> Result<(), NoShadow> {
         match tail {
             Tail::Bounce { contact } => self.bounce(contact, t, last),
             Tail::Cycle { .. } => {
@@ -35,18 +35,18 @@ impl Shadow<'_> {
     }
 
     /// Contact a bounces until it rests, for `t` in the local run.
-    pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), Lost> {
+    pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), NoShadow> {
         let ContactGeometry { restitution: e, gravity: g, .. } = self.contacts[a];
         let k = &self.contacts[a];
         // T = 2u/(g(1−e)): the coming flight is its share 1 − e. The sum takes over once the geometry cannot change in it
         // any more: c ω² beside g, and the arms, which matter to the times only if there are any after it.
         while t > 0.0 {
             let omega = (self.qdot.z + self.dqdot.z).abs();
-            let kick = k.b.abs() * g * t / (k.b * k.b + self.rho2);
-            let angle = (omega + kick) * t;
+            let change = k.b.abs() * g * t / (k.b * k.b + self.rho2);
+            let angle = (omega + change) * t;
             let turned = angle * (k.c.abs() + k.b.abs() * angle);
-            let pull = k.c.abs() * kick * (2.0 * omega + kick)
-                + (omega + kick) * (omega + kick) * k.b.abs() * angle;
+            let pull = k.c.abs() * change * (2.0 * omega + change)
+                + (omega + change) * (omega + change) * k.b.abs() * angle;
             let later = if last { 0.0 } else { t * turned * self.lever / self.rho2.sqrt() };
             let place = turned * g * t * t / self.rho2;
             let change = t * pull / g + later;
@@ -84,13 +84,18 @@ impl Shadow<'_> {
     }
 
     /// The other contact, wherever it is in the local run, is above the terrain in the shadow.
-    pub(super) fn clears_now(&self, i: usize) -> Result<(), Lost> {
+    pub(super) fn clears_now(&self, i: usize) -> Result<(), NoShadow> {
         let gap = self.contacts.get(i).map_or(0.0, |k| along(k, &self.q));
         self.clears(i, gap)
     }
 
     /// Both contacts come to rest within `t` of the local run.
-    pub(super) fn clatter(&mut self, point: &ZenoRecord, gaps: &Gaps, t: f64) -> Result<(), Lost> {
+    pub(super) fn clatter(
+        &mut self,
+        point: &ZenoRecord,
+        gaps: &Gaps,
+        t: f64,
+    ) -> Result<(), NoShadow> {
         let (local, full) = self.both_frozen();
         let mut near = *gaps;
         for i in 0..2 {
@@ -129,13 +134,13 @@ impl Shadow<'_> {
         (t, local): (f64, Impulses),
         (t_full, full): (f64, Impulses),
         closed: [bool; 2],
-    ) -> Result<(), Lost> {
+    ) -> Result<(), NoShadow> {
         let (v, nominal) = (self.velocity(), self.nominal());
         let place = |v: Vector3<f64>, t: f64| (v + self.fall * (0.5 * t)) * t;
-        let path = place(self.qdot, t) + self.kicks(&nominal, local.path);
-        let path_full = place(v, t_full) + self.kicks(&self.arms, full.path);
-        let change = self.fall * t + self.kicks(&nominal, local.jump);
-        let change_full = self.fall * t_full + self.kicks(&self.arms, full.jump);
+        let path = place(self.qdot, t) + self.velocity_changes(&nominal, local.path);
+        let path_full = place(v, t_full) + self.velocity_changes(&self.arms, full.path);
+        let change = self.fall * t + self.velocity_changes(&nominal, local.jump);
+        let change_full = self.fall * t_full + self.velocity_changes(&self.arms, full.jump);
         self.q += path;
         self.qdot += change;
         self.dq += path_full - path;
@@ -155,20 +160,21 @@ impl Shadow<'_> {
         let left = |i: usize| if i < self.count() && closed[i] { -self.rate(i) } else { 0.0 };
         let mut jumps = [left(0), left(1)];
         if closed == [true, true] && self.count() == 2 {
-            jumps = self.frozen(&self.arms, 0.0).share(jumps);
+            jumps = self.frozen(&self.arms, 0.0).solve_coupled(jumps);
         }
-        self.dqdot += self.kicks(&self.arms, jumps);
+        self.dqdot += self.velocity_changes(&self.arms, jumps);
     }
 
     /// One contact rests, the other lands, and both stop after infinitely many impacts at one instant.
-    pub(super) fn chatter(&mut self) -> Result<(), Lost> {
+    pub(super) fn chatter(&mut self) -> Result<(), NoShadow> {
         let (local, full) = self.both_frozen();
         if !(local.chatters() && full.chatters()) {
             return Err(ORDER);
         }
-        let kick = self.kicks(&self.nominal(), local.share(self.u.map(|u| -u)));
-        self.qdot += kick;
-        self.dqdot -= kick;
+        let change =
+            self.velocity_changes(&self.nominal(), local.solve_coupled(self.u.map(|u| -u)));
+        self.qdot += change;
+        self.dqdot -= change;
         self.u = [0.0; 2];
         self.touching = [true, true];
         self.stop([true, true]);

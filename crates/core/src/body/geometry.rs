@@ -30,7 +30,7 @@ impl ContactGeometry {
     /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
     /// more, of the length that they have to have.
     pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
-        if theta.abs() <= Turn::<f64>::FEW {
+        if theta.abs() <= Turn::<f64>::LARGEST {
             return self.turned(&Turn::by(theta));
         }
         let length = libm::hypot(b, c);

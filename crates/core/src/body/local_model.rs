@@ -36,7 +36,7 @@ use crate::tolerance::COUPLING_ROUNDING;
 /// # Ok::<(), standfast::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Fields", into = "Fields")]
+#[serde(try_from = "LocalModelFields", into = "LocalModelFields")]
 pub struct LocalModel {
     gravity: [f64; 2],
     psi: [f64; 2],
@@ -46,22 +46,22 @@ pub struct LocalModel {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Fields {
+struct LocalModelFields {
     gravity: [f64; 2],
     psi: [f64; 2],
     phi: [f64; 2],
     restitution: [f64; 2],
 }
 
-impl TryFrom<Fields> for LocalModel {
+impl TryFrom<LocalModelFields> for LocalModel {
     type Error = Error;
 
-    fn try_from(f: Fields) -> Result<Self, Error> {
+    fn try_from(f: LocalModelFields) -> Result<Self, Error> {
         Self::new(f.gravity, f.psi, f.phi, f.restitution)
     }
 }
 
-impl From<LocalModel> for Fields {
+impl From<LocalModel> for LocalModelFields {
     fn from(m: LocalModel) -> Self {
         Self { gravity: m.gravity, psi: m.psi, phi: m.phi, restitution: m.restitution }
     }

@@ -94,7 +94,7 @@ pub(crate) struct Side<T> {
 
 /// The state of the loop in roles: contact a was hit last.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Roles<T> {
+pub(crate) struct LocalLoopState<T> {
     u_a: T,
     u_b: T,
     h_b: T,
@@ -111,7 +111,7 @@ pub(crate) struct Roles<T> {
 
 /// What does not change in the loop.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course<T> {
+pub(crate) struct LocalConstants<T> {
     sides: [Side<T>; 2],
     /// Elapsed time at which the loop began, in s.
     from: T,
@@ -120,8 +120,8 @@ pub(crate) struct Course<T> {
 }
 
 /// A collision of the plain kind, if it is one.
-struct Hop<T: Real> {
-    after: Roles<T>,
+struct LocalPlainCollision<T: Real> {
+    after: LocalLoopState<T>,
     /// Whether b falls on the terrain before a is back, within the limits.
     plain: T::Mask,
     /// Speed of the landing, and rate of the other contact then.
@@ -129,11 +129,14 @@ struct Hop<T: Real> {
     w: T,
 }
 
-impl<T: Real> Roles<T> {
+impl<T: Real> LocalLoopState<T> {
     /// The next collision, at the contact that was not hit last. `A`: that was.
     #[inline(always)]
-    fn hop<const A: usize>(&self, course: &Course<T>) -> Hop<T> {
-        let (of_a, of_b) = (&course.sides[A], &course.sides[1 - A]);
+    fn plain_collision<const A: usize>(
+        &self,
+        constants: &LocalConstants<T>,
+    ) -> LocalPlainCollision<T> {
+        let (of_a, of_b) = (&constants.sides[A], &constants.sides[1 - A]);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
         // 2K g_aτ has a division of its own, ahead of that of τ, so that the next square root waits for one
         // addition only; it adds to a square, and nothing cancels.
@@ -148,7 +151,7 @@ impl<T: Real> Roles<T> {
         let plain = u_b.below(zero)
             & zero.at_most(gain)
             & (u_a * LANDING_ORDER_CLOSE).below(climb)
-            & hi.at_most(course.end);
+            & hi.at_most(constants.end);
 
         let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
         let d = u_a - of_b.kappa * s;
@@ -164,19 +167,19 @@ impl<T: Real> Roles<T> {
         if A == 1 {
             let blow = s + hit;
             after.jump = self.jump + blow;
-            after.moment = self.moment + blow * (hi - course.from);
+            after.moment = self.moment + blow * (hi - constants.from);
         }
-        Hop { after, plain, s, w }
+        LocalPlainCollision { after, plain, s, w }
     }
 }
 
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalCollisions {
-    course: Course<f64>,
+    constants: LocalConstants<f64>,
     /// The contact hit last.
     a: usize,
-    r: Roles<f64>,
+    r: LocalLoopState<f64>,
     /// Collisions until the next look at the limits and for a sum.
     left: usize,
     granted: usize,
@@ -241,15 +244,15 @@ impl LocalCollisions {
             kappa: m.kappa[i],
             lift: 2.0 * m.kappa[i] * m.g[1 - i],
         });
-        let course = Course { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
+        let constants = LocalConstants { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
         let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
         let square = u_b * u_b + 2.0 * m.g[1 - contact] * h_b;
         let Clock { hi, lo } = log.clock;
-        let r = Roles { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
+        let r = LocalLoopState { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
         let (left, granted) = (0, 0);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
         let singly = [0; 2];
-        Ok(Self { course, a: contact, r, left, granted, start, clock, first, singly })
+        Ok(Self { constants, a: contact, r, left, granted, start, clock, first, singly })
     }
 
     /// After the loop: gaps, impulses and clock.
@@ -270,7 +273,7 @@ impl LocalCollisions {
         let (start, t) = (self.start, log.clock.since(self.clock));
         *gaps = self.gaps();
         advance(sum, t);
-        let path = self.r.jump * (self.r.hi - self.course.from) - self.r.moment;
+        let path = self.r.jump * (self.r.hi - self.constants.from) - self.r.moment;
         sum.jump[0] += self.r.jump;
         sum.path[0] += path;
         if gaps.h[1] < f64::INFINITY {
@@ -329,7 +332,7 @@ impl LocalCollisions {
 
     #[inline(never)]
     fn hop_on<const RECORD: bool>(&mut self, collisions: &mut Vec<Collision>) {
-        let (mut r, mut left, course) = (self.r, self.left, self.course);
+        let (mut r, mut left, constants) = (self.r, self.left, self.constants);
         let (first, most) = (collisions.len(), left);
         self.a = 'plain: loop {
             if left == 0 {
@@ -345,17 +348,17 @@ impl LocalCollisions {
             };
             let mut slots = room.iter_mut();
             for _ in 0..block / 2 {
-                if !one_hop::<0>(&mut r, &course, slots.next()) {
+                if !single_plain_collision::<0>(&mut r, &constants, slots.next()) {
                     break 'plain 0;
                 }
                 left -= 1;
-                if !one_hop::<1>(&mut r, &course, slots.next()) {
+                if !single_plain_collision::<1>(&mut r, &constants, slots.next()) {
                     break 'plain 1;
                 }
                 left -= 1;
             }
             if block % 2 == 1 {
-                if !one_hop::<0>(&mut r, &course, slots.next()) {
+                if !single_plain_collision::<0>(&mut r, &constants, slots.next()) {
                     break 0;
                 }
                 left -= 1;
@@ -372,7 +375,7 @@ impl LocalCollisions {
     #[inline(never)]
     fn collide(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         let (a, b) = (self.a, 1 - self.a);
-        let Roles { u_a, u_b, h_b, .. } = self.r;
+        let LocalLoopState { u_a, u_b, h_b, .. } = self.r;
         let (g_a, g_b) = (m.g[a], m.g[b]);
         let tau = parabola_touchdown(h_b, u_b, g_b);
         let s = self.r.square.max(0.0).sqrt();
@@ -384,7 +387,7 @@ impl LocalCollisions {
             if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
                 return Some(halt);
             }
-            if self.r.hi + back > self.course.end {
+            if self.r.hi + back > self.constants.end {
                 return Some(LoopExit::TimeLimit);
             }
             self.advance_clock(back);
@@ -400,7 +403,7 @@ impl LocalCollisions {
             self.r.square = other * other + 2.0 * m.g[b] * h;
             return None;
         }
-        if self.r.hi + tau > self.course.end {
+        if self.r.hi + tau > self.constants.end {
             let forever = log.end == f64::INFINITY;
             return Some(if forever { LoopExit::Never } else { LoopExit::TimeLimit });
         }
@@ -430,7 +433,7 @@ impl LocalCollisions {
         (self.r.u_a, self.r.u_b, self.r.h_b) = (after[0], after[1], other_gap);
         if at == 0 {
             self.r.jump += blow;
-            self.r.moment += blow * (self.r.hi - self.course.from);
+            self.r.moment += blow * (self.r.hi - self.constants.from);
         }
         self.left -= 1;
         self.singly[at] += 1;
@@ -444,7 +447,7 @@ impl LocalCollisions {
 /// Collisions by which it pays to go into a register: putting a run there and back costs about as much as a few.
 const WORTH: usize = 16;
 
-impl<T: Real> Roles<T> {
+impl<T: Real> LocalLoopState<T> {
     /// As they stand in a pool, with the number of collisions that are left.
     fn numbers(self, left: T) -> [T; 9] {
         let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
@@ -456,7 +459,7 @@ impl<T: Real> Roles<T> {
     }
 }
 
-impl<T: Real> Course<T> {
+impl<T: Real> LocalConstants<T> {
     fn numbers(self) -> [T; 10] {
         let side = |Side { g, e, kappa, lift }: Side<T>| [g, e, kappa, lift];
         let [one, two] = self.sides.map(side);
@@ -473,7 +476,7 @@ impl<T: Real> Course<T> {
 /// Runs side by side, each in the middle of plain collisions or stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
-    course: Columns<10>,
+    constants: Columns<10>,
     /// The runs where some have stopped before the collision at contact 2, before that at contact 1, and where they go on: their
     /// roles, and how many collisions are left.
     stages: [Columns<9>; 3],
@@ -485,8 +488,8 @@ pub(crate) struct Pool {
 
 /// Runs in the lanes of registers.
 struct Vector<S: Simd> {
-    course: Course<Lanes<S>>,
-    r: Roles<Lanes<S>>,
+    constants: LocalConstants<Lanes<S>>,
+    r: LocalLoopState<Lanes<S>>,
     left: Lanes<S>,
     /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
     on: u64,
@@ -495,16 +498,16 @@ struct Vector<S: Simd> {
 impl<S: Simd> Vector<S> {
     /// A collision after one at `A`; lanes for which it is not a plain one stop before it.
     #[inline(always)]
-    fn hop<const A: usize>(&mut self, pool: &mut Pool) {
-        let hop = self.r.hop::<A>(&self.course);
-        let plain = Lanes::<S>::bits(hop.plain & self.left.like(0.0).below(self.left));
+    fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
+        let next = self.r.plain_collision::<A>(&self.constants);
+        let plain = Lanes::<S>::bits(next.plain & self.left.like(0.0).below(self.left));
         let stop = self.on & !plain;
         if stop != 0 {
             pool.stages[A].store(&self.r.numbers(self.left));
             pool.stopped[A] |= stop;
             self.on &= plain;
         }
-        self.r = hop.after;
+        self.r = next.after;
         self.left = self.left + -1.0;
     }
 }
@@ -514,7 +517,7 @@ impl Pool {
     pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
-            self.course.put(run, clatter.course.numbers());
+            self.constants.put(run, clatter.constants.numbers());
             self.stages[2].put(run, clatter.r.numbers(clatter.left as f64));
             self.on |= 1 << run;
         }
@@ -525,7 +528,7 @@ impl Pool {
     pub(crate) fn take(&mut self, run: usize, clatter: &mut LocalCollisions) {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
-        let (r, left) = Roles::of(self.stages[a].get(run));
+        let (r, left) = LocalLoopState::of(self.stages[a].get(run));
         (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 
@@ -538,12 +541,12 @@ impl Pool {
     #[inline(always)]
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
         let all = self.on;
-        let course = Course::of(self.course.load(simd));
-        let (r, left) = Roles::of(self.stages[2].load(simd));
-        let mut vector = Vector { course, r, left, on: all };
+        let constants = LocalConstants::of(self.constants.load(simd));
+        let (r, left) = LocalLoopState::of(self.stages[2].load(simd));
+        let mut vector = Vector { constants, r, left, on: all };
         while vector.on == all {
-            vector.hop::<0>(self);
-            vector.hop::<1>(self);
+            vector.plain_collision::<0>(self);
+            vector.plain_collision::<1>(self);
         }
         self.on = vector.on;
         self.stages[2].store(&vector.r.numbers(vector.left));
@@ -552,22 +555,22 @@ impl Pool {
 
 /// One collision of the plain kind; if the next is not, nothing changes.
 #[inline(always)]
-fn one_hop<const A: usize>(
-    r: &mut Roles<f64>,
-    course: &Course<f64>,
+fn single_plain_collision<const A: usize>(
+    r: &mut LocalLoopState<f64>,
+    constants: &LocalConstants<f64>,
     slot: Option<&mut Collision>,
 ) -> bool {
-    let hop = r.hop::<A>(course);
-    if hop.plain {
-        *r = hop.after;
+    let next = r.plain_collision::<A>(constants);
+    if next.plain {
+        *r = next.after;
         if let Some(slot) = slot {
             let clock = Clock { hi: r.hi, lo: r.lo }.renormalised();
             let after = [r.u_a, r.u_b];
-            let blow = hop.s + r.u_a;
-            *slot = in_order(clock, 1 - A, [-hop.s, hop.w], after, blow, r.h_b);
+            let blow = next.s + r.u_a;
+            *slot = in_order(clock, 1 - A, [-next.s, next.w], after, blow, r.h_b);
         }
     }
-    hop.plain
+    next.plain
 }
 
 /// A collision at `a`, its rates given as (own, other).
@@ -633,7 +636,7 @@ fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopEx
 /// D⁻¹(g_1, g_2) > 0 and every impact loses energy. The weakest pull decides: of a contact in the air, or of
 /// one while the other is held. In s.
 pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
-    let force = m.share(m.g);
+    let force = m.solve_coupled(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {
         return None;
     }

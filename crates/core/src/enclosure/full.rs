@@ -115,7 +115,7 @@ struct Landing {
 }
 
 /// A motion under way.
-struct Course<'a> {
+struct FullEnclosure<'a> {
     sine: Sine,
     feet: Vec<Foot>,
     omega: Ball,
@@ -188,7 +188,7 @@ pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model, [Gap;
     Some((model, [gap(0), gap(1)]))
 }
 
-impl<'a> Course<'a> {
+impl<'a> FullEnclosure<'a> {
     fn new(
         posture: &Posture,
         state: &State,
@@ -343,7 +343,7 @@ pub(crate) fn enclose_full(
     options: &Options,
     cancel: &dyn Fn() -> bool,
 ) -> Option<Enclosure> {
-    let Some(mut course) = Course::new(posture, state, options, cancel) else {
+    let Some(mut course) = FullEnclosure::new(posture, state, options, cancel) else {
         return Some(NOTHING);
     };
     let end = course.run();

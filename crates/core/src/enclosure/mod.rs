@@ -193,8 +193,8 @@ impl BallConstants {
         let one = ball(1.0);
         let w = (self.c[b] * u_a).over(speed)?.max(self.limit[b]);
         let after = self.r[b].over(one + self.r[b] - w)?;
-        let share = one - self.c[0] * self.c[1] * (w * after).square();
-        if !((one - w).is_positive() && (one - after).is_positive() && share.is_positive()) {
+        let contraction = one - self.c[0] * self.c[1] * (w * after).square();
+        if !((one - w).is_positive() && (one - after).is_positive() && contraction.is_positive()) {
             return None;
         }
         if !next.h.is_zero() {
@@ -212,7 +212,7 @@ impl BallConstants {
             }
         }
         let pull = self.gravity[b] + self.c[b] * w.square() * self.gravity[a];
-        let loss = (most.square() * pull).over((d * share).scaled(2.0))?;
+        let loss = (most.square() * pull).over((d * contraction).scaled(2.0))?;
         Some([most - loss, most])
     }
 }
@@ -282,7 +282,7 @@ impl Model {
 }
 
 /// A motion under way.
-struct Course<'a> {
+struct LocalEnclosure<'a> {
     model: Model,
     gaps: [Gap; 2],
     /// d after the last impact, where it is positive.
@@ -290,7 +290,7 @@ struct Course<'a> {
     claims: Claims<'a>,
 }
 
-impl Course<'_> {
+impl LocalEnclosure<'_> {
     /// All contacts fly for `dt`.
     fn fly(&mut self, dt: Ball) {
         for (gap, g) in self.gaps.iter_mut().zip(self.model.g).take(self.model.count) {
@@ -426,7 +426,7 @@ fn enclose(
     cancel: &dyn Fn() -> bool,
 ) -> Option<Enclosure> {
     let claims = Claims::new(model.count, options, cancel);
-    let mut course = Course { model, gaps, inside: None, claims };
+    let mut course = LocalEnclosure { model, gaps, inside: None, claims };
     let end = course.run();
     course.claims.end(end)
 }

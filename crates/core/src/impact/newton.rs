@@ -43,7 +43,7 @@ pub(crate) fn newton(model: &FrozenModel, i: usize, before: [f64; 2]) -> [f64; 2
 /// matrix only one does; of equal rows the impact that needs more is enough. And whether it is the first: then u⁺ = −e u⁻ at both.
 pub(crate) fn newton_together(model: &FrozenModel, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
-    let jump = model.share(need);
+    let jump = model.solve_coupled(need);
     let rounding = UNLOADED * need[0].max(need[1]);
     let more = need[1] + model.psi[0] * need[0]; // what contact 2 needs beside the impulse that contact 1 does
     let meets = !model.is_parallel() || more.abs() <= rounding; // equal rows cannot meet different needs
@@ -61,7 +61,7 @@ pub(crate) fn kicked(model: &FrozenModel, before: [f64; 2], jump: [f64; 2]) -> [
 
 /// How a sequence of impacts in zero time ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sequence {
+pub(crate) enum SequenceEnd {
     /// After finitely many impacts no contact approaches.
     Finite,
     /// Infinitely many impacts bring both contacts to rest: a chattering Zeno.
@@ -82,7 +82,7 @@ pub(crate) fn in_zero_time(
     first: usize,
     rates: &mut [f64; 2],
     mut report: impl FnMut(&Hit),
-) -> Sequence {
+) -> SequenceEnd {
     let mut contact = first;
     let (mut u, mut exponent) = (*rates, 0_i32);
     for _ in 0..LONGEST {
@@ -90,12 +90,12 @@ pub(crate) fn in_zero_time(
             contact = 1 - contact;
             if u[contact] >= 0.0 {
                 *rates = u.map(|rate| libm::scalbn(rate, exponent));
-                return Sequence::Finite;
+                return SequenceEnd::Finite;
             }
         }
         if model.chatters_from(contact, u) {
             *rates = [0.0, 0.0];
-            return Sequence::Infinite;
+            return SequenceEnd::Infinite;
         }
         let after = newton(model, contact, u);
         let scale = |rates: [f64; 2]| rates.map(|rate| libm::scalbn(rate, exponent));
@@ -108,7 +108,7 @@ pub(crate) fn in_zero_time(
         }
     }
     *rates = [0.0, 0.0];
-    Sequence::Infinite
+    SequenceEnd::Infinite
 }
 
 /// Speeds below this are renormalised, by 2^RENORMALISE.
@@ -129,7 +129,7 @@ mod tests {
         // e = .3, ψ = −.5, u = (−1, −1): first contact first ends at (.5275, .105).
         let m = model(0.3, -0.5);
         let mut u = [-1.0, -1.0];
-        assert_eq!(in_zero_time(&m, 0, &mut u, |_| ()), Sequence::Finite);
+        assert_eq!(in_zero_time(&m, 0, &mut u, |_| ()), SequenceEnd::Finite);
         assert!((u[0] - 0.5275).abs() < 1e-15 && (u[1] - 0.105).abs() < 1e-15, "{u:?}");
         let mut mirrored = [-1.0, -1.0];
         in_zero_time(&m, 1, &mut mirrored, |_| ());
@@ -176,7 +176,7 @@ mod tests {
                 hits += 1.0;
                 last = hit.contact;
             });
-            assert_eq!((end, hits), (Sequence::Finite, n), "e {e} psi {psi}");
+            assert_eq!((end, hits), (SequenceEnd::Finite, n), "e {e} psi {psi}");
             let leaving = e * e.powf(0.5 * (n - 1.0)) * (n * f).sin() / f.sin();
             let other = -e.powf(0.5 * n) * ((n + 1.0) * f).sin() / f.sin();
             // The oracle's own rounding: acos near 1 loses a factor n, its phase is taken n times and the
@@ -192,25 +192,25 @@ mod tests {
     fn a_contact_that_leaves_ends_the_sequence() {
         let m = model(0.1, 0.9);
         let (mut u, mut hits) = ([1.0, -0.1], 0);
-        assert_eq!(in_zero_time(&m, 1, &mut u, |_| hits += 1), Sequence::Finite);
+        assert_eq!(in_zero_time(&m, 1, &mut u, |_| hits += 1), SequenceEnd::Finite);
         assert_eq!(hits, 1);
         assert!((u[0] - (1.0 - 1.1 * 0.9 * 0.1)).abs() < 1e-15 && (u[1] - 0.01).abs() < 1e-17);
-        assert_eq!(in_zero_time(&m, 1, &mut [0.09, -0.1], |_| ()), Sequence::Finite);
-        assert_eq!(in_zero_time(&m, 1, &mut [0.08, -0.1], |_| ()), Sequence::Infinite);
-        assert_eq!(in_zero_time(&m, 1, &mut [-1.0, -0.1], |_| ()), Sequence::Infinite);
+        assert_eq!(in_zero_time(&m, 1, &mut [0.09, -0.1], |_| ()), SequenceEnd::Finite);
+        assert_eq!(in_zero_time(&m, 1, &mut [0.08, -0.1], |_| ()), SequenceEnd::Infinite);
+        assert_eq!(in_zero_time(&m, 1, &mut [-1.0, -0.1], |_| ()), SequenceEnd::Infinite);
     }
 
     #[test]
     fn just_below_goyal_the_sequence_is_long_but_finite() {
         let m = model(0.3, 0.84265);
         let (mut u, mut hits) = ([0.0, -1.0], 0_u32);
-        assert_eq!(in_zero_time(&m, 1, &mut u, |_| hits += 1), Sequence::Finite);
+        assert_eq!(in_zero_time(&m, 1, &mut u, |_| hits += 1), SequenceEnd::Finite);
         let f = (1.3 * 0.84265 / (2.0 * 0.3f64.sqrt())).acos();
         assert_eq!(f64::from(hits), (std::f64::consts::PI / f).ceil() - 1.0);
         assert!(hits > 1249);
         assert_eq!(
             in_zero_time(&model(0.3, 0.8427), 1, &mut [0.0, -1.0], |_| ()),
-            Sequence::Infinite
+            SequenceEnd::Infinite
         );
     }
 }

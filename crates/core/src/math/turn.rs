@@ -56,7 +56,7 @@ pub(crate) fn phase(omega: f64, t: f64) -> f64 {
 impl Turn {
     /// Angle of a flight, in rad, up to which it is solved for as a whole: the error of its last step grows with the angle. And
     /// the rotation up to which arms are computed from it, whose rounding grows likewise.
-    pub(crate) const FEW: f64 = 32.0;
+    pub(crate) const LARGEST: f64 = 32.0;
 
     /// The three functions at `x` (rad), to within 2 ulp each.
     #[inline]
@@ -126,7 +126,7 @@ pub(crate) trait Angle: Real {
 impl Angle for f64 {
     #[inline(always)]
     fn turn(self) -> (Turn, bool) {
-        (Turn::by(self), self.abs() <= Turn::<f64>::FEW)
+        (Turn::by(self), self.abs() <= Turn::<f64>::LARGEST)
     }
 }
 

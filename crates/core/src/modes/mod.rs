@@ -36,7 +36,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// The cheapest: closed forms for one and two contacts, enumeration for up to [`FEW`] closed ones, for more a
+    /// The cheapest: closed forms for one and two contacts, enumeration for up to [`MAX_ENUMERATED`] closed ones, for more a
     /// consistent mode by programmes, and enumeration should they find none.
     #[default]
     Auto,
@@ -49,7 +49,7 @@ pub enum Method {
 
 /// Closed contacts up to which enumeration costs no more than programmes (`cargo bench -p standfast-benches --bench
 /// modes`: 31 µs and 41 µs for 6 contacts, 60 µs and 46 µs for 7).
-pub const FEW: usize = 6;
+pub const MAX_ENUMERATED: usize = 6;
 
 /// How many words are consistent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,7 +135,7 @@ impl Modes {
 }
 
 /// Every contact mode the problem offers, with its motion, forces and margins; by programmes ([`Method::Qp`], and
-/// [`Method::Auto`] beyond [`FEW`] contacts) one consistent mode.
+/// [`Method::Auto`] beyond [`MAX_ENUMERATED`] contacts) one consistent mode.
 ///
 /// # Errors
 ///
@@ -154,7 +154,7 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
     #[cfg(feature = "qp")]
     {
         let closed = problem.rows().iter().filter(|row| row.sliding.is_some()).count();
-        if method == Method::Qp || method == Method::Auto && closed > FEW {
+        if method == Method::Qp || method == Method::Auto && closed > MAX_ENUMERATED {
             let answers: Vec<_> = qp::search(problem)?.into_iter().collect();
             if method == Method::Qp || !answers.is_empty() {
                 return Ok(Modes::of(answers, false));

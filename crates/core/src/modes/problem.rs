@@ -334,7 +334,7 @@ impl ContactProblem {
         }
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;
-        let still = TOUCH * (libm::hypot(v.x, v.y) + size * omega.abs());
+        let tolerance = TOUCH * (libm::hypot(v.x, v.y) + size * omega.abs());
         let (gaps, rates) = (posture.gaps(&state.q), posture.gap_rates(&state.q, &state.qdot));
         let turn = Turn::by(state.q.z);
         let grounds =
@@ -367,7 +367,7 @@ impl ContactProblem {
                     ),
                 });
             }
-            if closed && rate < -still {
+            if closed && rate < -tolerance {
                 return Err(Error::Unusable {
                     field: "qdot".into(),
                     value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
@@ -376,11 +376,11 @@ impl ContactProblem {
                 });
             }
             let speed = k.tangent.x * v.x + k.tangent.y * v.y - c * omega;
-            let sign = i8::from(speed > still) - i8::from(speed < -still);
+            let sign = i8::from(speed > tolerance) - i8::from(speed < -tolerance);
             problem.arms.push((k.tangent * b + k.normal * c).into());
             problem.tangents.push(k.tangent.into());
             problem.friction.push(posture.contacts()[i].friction);
-            problem.sliding.push((closed && rate <= still).then_some(sign));
+            problem.sliding.push((closed && rate <= tolerance).then_some(sign));
             problem.bias.push([-b * omega * omega, -c * omega * omega]);
         }
         Self::new(problem).map_err(|e| {

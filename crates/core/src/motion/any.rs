@@ -1,6 +1,6 @@
 //! Any number of contacts, every law of impact, every terrain. There are no closed sums of bounces and clatter here: an accumulation is
 //! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there. Impacts in turn in
-//! one instant are summed, and rounds of two contacts on the ground that repeat themselves.
+//! one instant are summed, and cycles of two contacts on the ground that repeat themselves.
 
 use std::collections::BTreeSet;
 
@@ -13,9 +13,9 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::Base;
+use crate::motion::nested::Limit;
 use crate::motion::record::{Moment, Motion, Record, ZenoRecord};
-use crate::motion::rounds::Limit;
-use crate::motion::slow::{ChatterMonitor, Sequence};
+use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
@@ -32,14 +32,14 @@ pub(crate) struct AnyContacts {
     pub(super) contacts: usize,
     /// The largest speed there has been, in m/s.
     pub(super) fastest: f64,
-    pub(super) sequence: Sequence,
+    pub(super) sequence: InstantImpacts,
     /// Impacts for which a contact that is slow enough to stop has waited for others.
     pub(super) waiting: usize,
-    pub(super) ripple: ChatterMonitor,
-    /// Contacts that were taken to rest as they rattled, and below which speed, in m/s.
-    pub(super) rattled: (BTreeSet<usize>, f64),
+    pub(super) chatter: ChatterMonitor,
+    /// Contacts that were taken to rest because they chattered, and below which speed, in m/s.
+    pub(super) stopped_chatter: (BTreeSet<usize>, f64),
     /// Whether it has been said that friction acts between impacts only.
-    pub(super) told_of_friction: bool,
+    pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
 }
 
@@ -80,7 +80,7 @@ impl Coordinates for AnyContacts {
     }
 
     fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64 {
-        driver.still()
+        driver.sliding_speed()
     }
 
     fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
@@ -143,12 +143,12 @@ impl Coordinates for AnyContacts {
         driver.cross_together(point, side);
     }
 
-    fn sum_rounds(
+    fn sum_cycles(
         driver: &mut Driver<'_, Self>,
         before: BodyState,
         limit: Limit,
     ) -> Option<Outcome> {
-        driver.sum_rounds(&before, limit)
+        driver.sum_cycles(&before, limit)
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
@@ -156,8 +156,8 @@ impl Coordinates for AnyContacts {
     }
 
     fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let rattle = driver.rattle();
-        driver.warnings.extend(rattle);
+        let chatter = driver.chatter_warning();
+        driver.warnings.extend(chatter);
     }
 }
 
@@ -176,11 +176,11 @@ impl<'a> Driver<'a, AnyContacts> {
             contacts: posture.distinct().count(),
             state,
             fastest: 0.0,
-            sequence: Sequence::default(),
+            sequence: InstantImpacts::default(),
             waiting: 0,
-            ripple: ChatterMonitor::default(),
-            rattled: (BTreeSet::new(), 0.0),
-            told_of_friction: false,
+            chatter: ChatterMonitor::default(),
+            stopped_chatter: (BTreeSet::new(), 0.0),
+            friction_warned: false,
             last: LastImpacts::default(),
         };
         Self::with(body, base, local, options, warnings, cancel)
@@ -192,9 +192,9 @@ impl<'a> Driver<'a, AnyContacts> {
         self.run_on()
     }
 
-    /// The state `dt` into a sum of rounds that begins in this state at this time, round by round; `None` if too many events come
+    /// The state `dt` into a sum of cycles that begins in this state at this time, cycle by cycle; `None` if too many events come
     /// before. `options`: of the run.
-    pub(crate) fn resimulate_rounds(
+    pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
         clock: Clock,
@@ -226,16 +226,16 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     /// Sliding speed that counts as none, in m/s.
-    pub(super) fn still(&self) -> f64 {
+    pub(super) fn sliding_speed(&self) -> f64 {
         STILL * self.body.fastest.max(self.body.state.gravity * self.log.clock.hi)
     }
 
-    /// Infinitely many rounds lead to this limit.
-    fn sum_rounds(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
+    /// Infinitely many cycles lead to this limit.
+    fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
         self.log.enter(&[Mode::Separate; 2]);
         if self.log.record {
             let letters = before.letters(&[Mode::Separate; 2], &self.body.posture);
-            self.write(Motion::Rounds(before.clone()), letters);
+            self.write(Motion::Cycles(before.clone()), letters);
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;

@@ -20,8 +20,8 @@ use crate::math::clock::Clock;
 use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
+use crate::motion::nested::{Limit, NestedSequence};
 use crate::motion::record::{ListedImpact, Moment, Motion, Record, Span, ZenoRecord};
-use crate::motion::rounds::{Limit, Rounds};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
@@ -42,7 +42,7 @@ pub(crate) struct Driver<'a, C> {
     pub(super) cause: Option<Cause>,
     /// Whether nothing has happened yet.
     fresh: bool,
-    pub(super) rounds: Rounds,
+    pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
     pub(super) frames: Vec<Frame>,
     pub(super) spans: Vec<Span>,
@@ -125,8 +125,8 @@ pub(crate) trait Coordinates: Sized {
         None
     }
 
-    /// Infinitely many rounds lead to this limit.
-    fn sum_rounds(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
+    /// Infinitely many cycles lead to this limit.
+    fn sum_cycles(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
 
     /// What the impacts before a limit of events have in common, in words.
     fn last_impacts(driver: &Driver<'_, Self>) -> String;
@@ -150,7 +150,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             resting: ContactValues::from_elem(false, points),
             cause: Some(Cause::Start),
             fresh: true,
-            rounds: Rounds::default(),
+            nested: NestedSequence::default(),
             watch: GroundWatch::new(base.posture.as_ref()),
             frames: Vec::new(),
             spans: Vec::new(),
@@ -303,28 +303,28 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let Some(posture) = self.base.posture.clone() else {
             unreachable!("contact phases belong to a body");
         };
-        let (options, still) = (self.options, C::sliding_tolerance(self));
+        let (options, tolerance) = (self.options, C::sliding_tolerance(self));
         let brief = body.frozen.is_some() && !self.local;
-        let mut phase = ContactPhase::new(&posture, body, still, brief, &options, self.cause);
+        let mut phase = ContactPhase::new(&posture, body, tolerance, brief, &options, self.cause);
         phase.close(&mut rests);
-        self.rounds.drop(phase.dropped);
-        if let Some(outcome) = C::come_to_rest(self, &phase.stance, &rests, fresh) {
+        self.nested.drop(phase.dropped);
+        if let Some(outcome) = C::come_to_rest(self, &phase.body, &rests, fresh) {
             return DriverStep::End(outcome);
         }
         phase.cause = self.cause;
         let mut end = self.stretches(&mut phase, &posture);
         while end == PhaseEnd::Thaw {
-            let full = Snapshot::of_stance(&phase.stance, self.log.clock);
+            let full = Snapshot::of_body(&phase.body, self.log.clock);
             phase.brief = false;
-            phase.stance = self.base.stance(&full, None).unwrap_or(phase.stance);
-            phase.stance.thaw();
+            phase.body = self.base.body_state(&full, None).unwrap_or(phase.body);
+            phase.body.unfreeze();
             end = self.stretches(&mut phase, &posture);
         }
         self.cause = phase.cause;
         self.warnings.extend(phase.warning.take());
         self.undecided = phase.undecided.take().map(Box::new);
         self.acceleration = phase.acceleration.take();
-        let body = phase.stance;
+        let body = phase.body;
         match end {
             PhaseEnd::Landing(i) => {
                 C::leave_contact(self, body.clone());
@@ -347,10 +347,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
 
     /// Mode after mode until something else happens.
     fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
-        let Self { log, spans, rounds, watch, warnings, local, options, .. } = self;
+        let Self { log, spans, nested, watch, warnings, local, options, .. } = self;
         let (record, first_collision) = (log.record, log.collisions.len());
         let end = phase.run(log, &mut |body, word, clock, cause| {
-            rounds.hold(word, clock);
+            nested.hold(word, clock);
             watch.look_at(posture, body, *local, || options.clock(clock), warnings);
             if record {
                 let letters = body.letters(word, posture);
@@ -364,7 +364,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         end
     }
 
-    /// Point `b` lands while another is held: a round is over, and where the body has these two only, what all rounds after it lead
+    /// Point `b` lands while another is held: a cycle is over, and where the body has these two only, what all cycles after it lead
     /// to may be known.
     fn round(&mut self, b: usize, body: BodyState) -> DriverStep {
         if body.points.len() != 2 {
@@ -376,10 +376,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
         let (clock, left) = (self.log.clock, self.log.left());
         let fastest = C::largest_speed(self);
-        let Some(limit) = self.rounds.land(b, &body, clock, size, fastest, left) else {
+        let Some(limit) = self.nested.land(b, &body, clock, size, fastest, left) else {
             return DriverStep::Piece;
         };
-        C::sum_rounds(self, body, limit).into()
+        C::sum_cycles(self, body, limit).into()
     }
 
     /// Begins a span of the record.

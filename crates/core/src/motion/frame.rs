@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::full::{Body, FullState};
+use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::local::{advance, fly_for};
 use crate::collisions::log::{Center, Spin};
 use crate::math::clock::Clock;
@@ -32,12 +32,12 @@ impl Snapshot {
     }
 
     /// Of a body with two contacts at most.
-    pub(crate) fn of_stance(stance: &BodyState, clock: Clock) -> Self {
+    pub(crate) fn of_body(body: &BodyState, clock: Clock) -> Self {
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
-        for (i, p) in stance.points.iter().enumerate() {
+        for (i, p) in body.points.iter().enumerate() {
             (gaps.h[i], gaps.u[i]) = (p.h, p.u);
         }
-        let BodyState { center, spin, .. } = *stance;
+        let BodyState { center, spin, .. } = *body;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
 }
@@ -46,7 +46,7 @@ impl Snapshot {
 #[derive(Debug, Clone)]
 pub(crate) struct Base {
     pub(crate) posture: Option<Posture>,
-    pub(crate) body: Option<Body>,
+    pub(crate) body: Option<PairBody>,
     pub(crate) start: State,
     /// Number of contacts.
     pub(crate) count: usize,
@@ -55,7 +55,7 @@ pub(crate) struct Base {
 }
 
 impl Base {
-    pub(crate) fn of_body(posture: &Posture, body: Body, start: &State) -> Self {
+    pub(crate) fn of_body(posture: &Posture, body: PairBody, start: &State) -> Self {
         let count = posture.contacts().len();
         Self {
             posture: Some(posture.clone()),
@@ -96,7 +96,7 @@ impl Base {
     }
 
     /// ρ²/(b_i² + ρ²) at rotation `theta`.
-    pub(crate) fn share(&self, i: usize, theta: f64) -> f64 {
+    pub(crate) fn translational_fraction(&self, i: usize, theta: f64) -> f64 {
         self.body.as_ref().map_or(1.0, |body| {
             let (b, _) = body.contacts[i].turned(&Turn::by(theta));
             body.rho2 / (b * b + body.rho2)
@@ -114,8 +114,8 @@ pub(crate) struct Frame {
     /// Rotation at which it is frozen.
     pub(crate) spin: Spin,
     /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
-    share: [f64; 2],
-    body: Option<Body>,
+    fractions: [f64; 2],
+    body: Option<PairBody>,
 }
 
 /// Corrections of a place, at most: falls are up to 1e32 sizes of the body, and each gains sixteen digits.
@@ -125,7 +125,7 @@ impl Frame {
     /// The full model.
     pub(crate) fn full(start: Snapshot) -> Self {
         let spin = start.spin;
-        Self { start, frozen: None, spin, share: [1.0; 2], body: None }
+        Self { start, frozen: None, spin, fractions: [1.0; 2], body: None }
     }
 
     /// The geometry of `at`, frozen.
@@ -139,7 +139,7 @@ impl Frame {
             start,
             frozen: Some(model),
             spin: at.spin,
-            share: [at.share(0), at.share(1)],
+            fractions: [at.translational_fraction(0), at.translational_fraction(1)],
             body: Some(at.body),
         }
     }
@@ -147,12 +147,12 @@ impl Frame {
     /// A local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
         let frozen = Some(FrozenModel::new(model));
-        Self { start, frozen, spin: start.spin, share: [1.0; 2], body: None }
+        Self { start, frozen, spin: start.spin, fractions: [1.0; 2], body: None }
     }
 
     /// Translational impulse per unit mass and own-rate jump at contact `i`.
-    pub(crate) fn share(&self, i: usize) -> f64 {
-        self.share[i]
+    pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
+        self.fractions[i]
     }
 
     /// A snapshot of this frame in the coordinates of the full model.
@@ -171,8 +171,8 @@ impl Frame {
             full.center.fly(body.gravity, dt);
             for i in 0..2 {
                 let n = body.contacts[i].normal;
-                full.center.r += n * (self.share[i] * sum.path[i]);
-                full.center.v += n * (self.share[i] * sum.jump[i]);
+                full.center.r += n * (self.fractions[i] * sum.path[i]);
+                full.center.v += n * (self.fractions[i] * sum.jump[i]);
             }
             self.agree(frozen, body, &mut full);
         }
@@ -187,7 +187,7 @@ impl Frame {
         if let Some(body) = &self.body {
             r.y -= 0.5 * body.gravity * dt * dt;
             for i in 0..2 {
-                r += body.contacts[i].normal * (self.share[i] * path[i]);
+                r += body.contacts[i].normal * (self.fractions[i] * path[i]);
             }
         }
         let turned = frozen.phi[0] * path[0] + frozen.phi[1] * path[1];
@@ -197,7 +197,7 @@ impl Frame {
     /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
     /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
     /// linear in its state, without spin at the start.
-    fn agree(&self, frozen: &FrozenModel, body: &Body, full: &mut Snapshot) {
+    fn agree(&self, frozen: &FrozenModel, body: &PairBody, full: &mut Snapshot) {
         let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
         if !linear || self.spin.omega != 0.0 {
@@ -215,7 +215,7 @@ impl Frame {
     fn correct(
         &self,
         frozen: &FrozenModel,
-        body: &Body,
+        body: &PairBody,
         turn: &Turn,
         full: &mut Snapshot,
     ) -> [f64; 2] {
@@ -231,12 +231,12 @@ impl Frame {
             rates[i] = full.gaps.u[i] - start.gaps.u[i] - sped;
         }
         let single = full.gaps.h.iter().any(|h| h.is_infinite());
-        let own = |y: [f64; 2]| if single { y } else { frozen.share(y) };
+        let own = |y: [f64; 2]| if single { y } else { frozen.solve_coupled(y) };
         let (path, jump) = (own(gaps), own(rates));
         for i in 0..2 {
             let n = body.contacts[i].normal;
-            full.center.r += n * (self.share[i] * path[i]);
-            full.center.v += n * (self.share[i] * jump[i]);
+            full.center.r += n * (self.fractions[i] * path[i]);
+            full.center.v += n * (self.fractions[i] * jump[i]);
             full.spin.theta -= frozen.phi[i] * path[i];
             full.spin.omega -= frozen.phi[i] * jump[i];
         }
@@ -246,7 +246,7 @@ impl Frame {
     /// Own-rate accelerations by which the held contacts keep their gaps at zero.
     pub(crate) fn hold(frozen: &FrozenModel, held: [bool; 2]) -> [f64; 2] {
         match held {
-            [true, true] => frozen.share(frozen.g),
+            [true, true] => frozen.solve_coupled(frozen.g),
             [true, false] => [frozen.g[0], 0.0],
             [false, true] => [0.0, frozen.g[1]],
             [false, false] => [0.0, 0.0],
@@ -255,7 +255,7 @@ impl Frame {
 
     /// Own-rate jumps, their paths or their rates in the full model's measure.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
-        [self.share[0] * own_rate[0], self.share[1] * own_rate[1]]
+        [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }
 
     /// The state `dt` after `raw` in smooth motion: in flight, or with contacts held.

@@ -57,7 +57,7 @@ impl Driver<'_, AnyContacts> {
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
         let impulse = [p_t, p_n];
-        self.kick(i, impulse);
+        self.apply_impulse(i, impulse);
         let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // the law itself, not its rounding
@@ -100,7 +100,7 @@ impl Driver<'_, AnyContacts> {
             self.warnings.push(warning);
         }
         let (before, rate) = (self.rates(), self.body.state.points[i].u);
-        self.kick(i, impulse);
+        self.apply_impulse(i, impulse);
         if self.material(i).restitution == 0.0 {
             self.body.state.points[i].u = 0.0; // the end of compression, not its rounding
         }
@@ -144,8 +144,8 @@ impl Driver<'_, AnyContacts> {
     ) {
         let rubs =
             self.options.impact == Impact::Newton && self.body.state.points[i].friction > 0.0;
-        if rubs && !self.body.told_of_friction {
-            self.body.told_of_friction = true;
+        if rubs && !self.body.friction_warned {
+            self.body.friction_warned = true;
             self.warnings.push(NO_FRICTION.into());
         }
         let ContactState { place, u, .. } = self.body.state.points[i];
@@ -188,7 +188,7 @@ impl Driver<'_, AnyContacts> {
             return Some(Outcome::Inconsistent);
         };
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
-            self.kick(i, [0.0, force[1]]);
+            self.apply_impulse(i, [0.0, force[1]]);
         }
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
             self.body.state.points[i].u = -restitutions[i] * before[i].min(0.0);
@@ -203,16 +203,16 @@ impl Driver<'_, AnyContacts> {
     /// These contacts stop.
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
         let change = self.body.state.arrest(stopped);
-        for round in &mut self.body.sequence.rounds {
-            round.change += change;
+        for point in &mut self.body.sequence.points {
+            point.change += change;
         }
     }
 
     /// An impulse (tangential, normal) per unit mass acts at point `i`.
-    pub(super) fn kick(&mut self, i: usize, impulse: [f64; 2]) {
-        let change = self.body.state.kick(i, impulse);
-        for round in &mut self.body.sequence.rounds {
-            round.change += change;
+    pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
+        let change = self.body.state.apply_impulse(i, impulse);
+        for point in &mut self.body.sequence.points {
+            point.change += change;
         }
     }
 }

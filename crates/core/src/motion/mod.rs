@@ -9,7 +9,7 @@ mod pair;
 mod pair_contact;
 mod pair_flight;
 pub(crate) mod record;
-mod rounds;
+mod nested;
 mod slow;
 mod vertices;
 mod without_body;

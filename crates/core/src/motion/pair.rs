@@ -7,14 +7,14 @@ use crate::collisions::local::are_one;
 use crate::collisions::log::Collision;
 use crate::impact::friction::NO_FRICTION;
 use crate::impact::newton;
-use crate::impact::newton::{Hit, Sequence};
+use crate::impact::newton::{Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::nested::Limit;
 use crate::motion::pair_flight::Resume;
 use crate::motion::record::{InFrame, Moment, Motion, Record, Tail, ZenoRecord};
-use crate::motion::rounds::Limit;
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
 use crate::sustained::BodyState;
@@ -155,7 +155,7 @@ impl Coordinates for Pair {
 
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
         if rests == [true, true] {
-            driver.thaw();
+            driver.unfreeze();
         }
         let frame = &driver.body.frame;
         let (frozen, full) = (frame.frozen.is_some().then_some(frame.spin), driver.full());
@@ -163,7 +163,7 @@ impl Coordinates for Pair {
         if all && let Some(modes) = driver.stands(&full, frozen) {
             return Err(driver.stay_in(modes, full, frozen));
         }
-        let body = driver.base.stance(&full, frozen);
+        let body = driver.base.body_state(&full, frozen);
         Ok(body.unwrap_or_else(|| unreachable!("contact phases belong to a body")))
     }
 
@@ -193,8 +193,8 @@ impl Coordinates for Pair {
         driver.stop_slowly(b, body).map(DriverStep::from)
     }
 
-    fn sum_rounds(driver: &mut Driver<'_, Self>, _: BodyState, limit: Limit) -> Option<Outcome> {
-        driver.sum_rounds(&limit)
+    fn sum_cycles(driver: &mut Driver<'_, Self>, _: BodyState, limit: Limit) -> Option<Outcome> {
+        driver.sum_cycles(&limit)
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
@@ -360,7 +360,7 @@ impl<'a> Driver<'a, Pair> {
         let mut rates = gaps.u;
         let mut hits: Vec<Hit> = Vec::new();
         let both_touch = gaps.h == [0.0, 0.0];
-        let mut end = Sequence::Finite;
+        let mut end = SequenceEnd::Finite;
         let (mut together, mut in_step) = (false, false);
         if coming == [true, true] {
             self.warn_of_tie();
@@ -390,14 +390,14 @@ impl<'a> Driver<'a, Pair> {
                 }
             });
             // One impact on each may leave no speed: without restitution and without coupling.
-            if end == Sequence::Infinite || count > 2 && rates == [0.0; 2] {
-                end = Sequence::Infinite; // or so long that its speeds are below any double
-                jump = model.share([-gaps.u[0], -gaps.u[1]]);
+            if end == SequenceEnd::Infinite || count > 2 && rates == [0.0; 2] {
+                end = SequenceEnd::Infinite; // or so long that its speeds are below any double
+                jump = model.solve_coupled([-gaps.u[0], -gaps.u[1]]);
                 rates = [0.0; 2];
                 hits.clear();
             } else if count > 1 {
                 // The jumps of many impacts cancel; what they leave says what they come to.
-                jump = model.share([0, 1].map(|i| rates[i] - gaps.u[i]));
+                jump = model.solve_coupled([0, 1].map(|i| rates[i] - gaps.u[i]));
             }
         } else {
             rates = newton::newton(&model, first, rates);
@@ -407,17 +407,17 @@ impl<'a> Driver<'a, Pair> {
         for hit in &hits {
             self.log.struck[hit.contact] = true;
         }
-        if end == Sequence::Infinite {
+        if end == SequenceEnd::Infinite {
             self.log.struck = [true; 2];
             // Both gaps are zero and stay so.
-            self.kick(jump, rates);
+            self.apply_impulses(jump, rates);
             self.body.landings = [None; 2];
             let certified = model.chatters();
             return self.come_to_rest([true, true], Method::Chatter, certified, 0.0);
         }
         let before = gaps;
         let mut turns = self.turns();
-        self.kick(jump, rates);
+        self.apply_impulses(jump, rates);
         turns |= self.turns();
         if count > 1
             && let PairState::Full(state) = &mut self.body.state
@@ -462,10 +462,10 @@ impl<'a> Driver<'a, Pair> {
     }
 
     /// Own-rate jumps act; the rates they lead to are given exactly.
-    fn kick(&mut self, jump: [f64; 2], rates: [f64; 2]) {
+    fn apply_impulses(&mut self, jump: [f64; 2], rates: [f64; 2]) {
         match &mut self.body.state {
             PairState::Full(state) => {
-                state.kick(jump);
+                state.apply_impulse(jump);
                 state.gaps.u = rates;
                 state.forget_rounding();
             }
@@ -640,7 +640,7 @@ impl<'a> Driver<'a, Pair> {
     }
 
     /// Back to the full model.
-    pub(super) fn thaw(&mut self) {
+    pub(super) fn unfreeze(&mut self) {
         if self.is_brief() {
             self.begin_frame(Frame::full(self.full()));
         }

@@ -11,9 +11,9 @@ use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::nested::Limit;
 use crate::motion::pair::{Pair, PairState};
 use crate::motion::record::{Motion, Tail};
-use crate::motion::rounds::Limit;
 use crate::options::Stop;
 use crate::outcome::{Method, Outcome};
 use crate::sustained::phase::only_mode_of;
@@ -23,7 +23,7 @@ use crate::zeno::Impulses;
 
 impl Base {
     /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
-    pub(crate) fn stance(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
+    pub(crate) fn body_state(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
         let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
         let turned = frozen.unwrap_or(at.spin).theta;
         let turn = Turn::by(turned);
@@ -62,14 +62,14 @@ impl Driver<'_, Pair> {
     /// forms find them. `None`: a phase of contact has to see.
     pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
         let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
-        let still = STILL * Pair::largest_speed(self);
+        let tolerance = STILL * Pair::largest_speed(self);
         let (v, omega) = (at.center.v, at.spin.omega);
-        if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= still) {
+        if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= tolerance) {
             return None;
         }
         let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
         let spin = frozen.map_or(omega, |spin| spin.omega);
-        let bend = spin * spin;
+        let omega_squared = spin * spin;
         // The centre of mass between two feet on level ground, without friction, λ_i = g b_j/(b_j − b_i): both forces press,
         // and no other motion suits them. All words cost a fifth of a short run.
         let level = |k: &ContactGeometry| k.friction == 0.0 && k.normal == Vector2::y();
@@ -86,12 +86,18 @@ impl Driver<'_, Pair> {
             let k = &body.contacts[i];
             let (b, c) = k.turned(&turn);
             let slip = (k.tangent.dot(&v) - c * omega).abs();
-            if slip > if k.friction > 0.0 { still } else { 0.0 } {
+            if slip > if k.friction > 0.0 { tolerance } else { 0.0 } {
                 return None;
             }
             fastest = fastest.max(slip);
             let arm = (k.tangent * b + k.normal * c) / rho;
-            rows[i] = Row::new(k.tangent, arm, [-b * bend, -c * bend], k.friction, Some(0));
+            rows[i] = Row::new(
+                k.tangent,
+                arm,
+                [-b * omega_squared, -c * omega_squared],
+                k.friction,
+                Some(0),
+            );
         }
         let (mut modes, [ax, ay, turn]) =
             only_mode_of(&mut rows[..self.body.count], body.gravity, rho)?;
@@ -104,7 +110,7 @@ impl Driver<'_, Pair> {
                 *mode = Mode::Fixed; // the same forces
             }
         }
-        self.rounds.drop(fastest);
+        self.nested.drop(fastest);
         Some(modes)
     }
 
@@ -120,10 +126,10 @@ impl Driver<'_, Pair> {
             (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
         }
         full.impulses = Impulses::default();
-        if let Some(stance) = self.base.stance(&full, frozen).filter(|_| self.log.record) {
+        if let Some(body) = self.base.body_state(&full, frozen).filter(|_| self.log.record) {
             let modes = &modes[..self.body.count];
             let letters = modes.iter().map(|mode| mode.letter() as u8);
-            self.write(Motion::Modes(stance, modes.into()), letters);
+            self.write(Motion::Modes(body, modes.into()), letters);
         }
         let outcome = if self.options.stop == Stop::Time {
             self.log.clock = self.log.clock.after(self.log.left().max(0.0));
@@ -155,13 +161,13 @@ impl Driver<'_, Pair> {
             (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
         }
         self.leave(&end, self.local.then_some(self.body.frame.spin));
-        self.rounds.forget();
+        self.nested.forget();
         let error = REMAINDER_FACTOR * if quiet { left } else { landing } / body.gravity;
         Some(self.come_to_rest([true; 2], Method::Mixed, false, error))
     }
 
-    /// Infinitely many rounds lead to this limit.
-    pub(super) fn sum_rounds(&mut self, limit: &Limit) -> Option<Outcome> {
+    /// Infinitely many cycles lead to this limit.
+    pub(super) fn sum_cycles(&mut self, limit: &Limit) -> Option<Outcome> {
         if let PairState::Full(state) = self.body.state {
             self.freeze(&state); // for states within the tail
         }
@@ -176,8 +182,8 @@ impl Driver<'_, Pair> {
     }
 
     /// The state after contacts were held, in the coordinates of flight.
-    pub(super) fn leave(&mut self, stance: &BodyState, frozen: Option<Spin>) {
-        self.go_on_from(Snapshot::of_stance(stance, self.log.clock), frozen);
+    pub(super) fn leave(&mut self, body: &BodyState, frozen: Option<Spin>) {
+        self.go_on_from(Snapshot::of_body(body, self.log.clock), frozen);
     }
 
     fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {

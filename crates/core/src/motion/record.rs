@@ -21,8 +21,8 @@ pub(crate) enum Motion {
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
     Modes(BodyState, PerContact<Mode>),
-    /// The sum of infinitely many rounds of two contacts on the ground.
-    Rounds(BodyState),
+    /// The sum of infinitely many cycles of two contacts on the ground.
+    Cycles(BodyState),
 }
 
 /// A state in the coordinates of a frame of the record.

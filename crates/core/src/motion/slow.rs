@@ -19,19 +19,19 @@ const LISTED: usize = 64;
 
 /// Impacts in one instant, without a flight between them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Sequence {
+pub(super) struct InstantImpacts {
     clock: Clock,
     hits: usize,
     /// For each point: since it was hit last.
-    pub(super) rounds: Vec<Round>,
+    pub(super) points: Vec<SinceLastHit>,
 }
 
 /// From one impact at a point to the next at the same, in one instant.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Round {
+pub(super) struct SinceLastHit {
     /// Gap rates at its beginning; none before the first.
     rates: ContactValues<f64>,
-    /// Change of velocity in this round, and in the one before.
+    /// Change of velocity in this cycle of impacts, and in the one before.
     pub(super) change: Vector3<f64>,
     before: Option<Vector3<f64>>,
 }
@@ -84,7 +84,7 @@ impl ChatterMonitor {
 }
 
 impl Driver<'_, AnyContacts> {
-    /// Point `i` is about to be hit, after others in the same instant. Where the rounds of impacts from one at `i` to the
+    /// Point `i` is about to be hit, after others in the same instant. Where the cycles of impacts from one at `i` to the
     /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
     ///
     /// ```text
@@ -95,16 +95,16 @@ impl Driver<'_, AnyContacts> {
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
         let sequence = &mut self.body.sequence;
-        if sequence.clock != self.log.clock || sequence.rounds.len() != rates.len() {
+        if sequence.clock != self.log.clock || sequence.points.len() != rates.len() {
             (sequence.clock, sequence.hits) = (self.log.clock, 0);
-            sequence.rounds.clear();
-            sequence.rounds.resize(rates.len(), Round::default());
+            sequence.points.clear();
+            sequence.points.resize(rates.len(), SinceLastHit::default());
         }
         sequence.hits += 1;
-        let round = &mut sequence.rounds[i];
-        let before = (!round.rates.is_empty()).then_some(round.change);
-        let next = Round { rates: rates.clone(), change: Vector3::zeros(), before };
-        let Round { rates: start, change, before } = std::mem::replace(round, next);
+        let point = &mut sequence.points[i];
+        let before = (!point.rates.is_empty()).then_some(point.change);
+        let next = SinceLastHit { rates: rates.clone(), change: Vector3::zeros(), before };
+        let SinceLastHit { rates: start, change, before } = std::mem::replace(point, next);
         let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
         let ratio = rates[i] / start[i];
         if !(0.0 < ratio && ratio < 1.0) {
@@ -166,13 +166,13 @@ impl Driver<'_, AnyContacts> {
     }
 
     /// What the run has to say of contacts that were taken to rest without becoming slower.
-    pub(super) fn rattle(&self) -> Option<String> {
-        let (contacts, limit) = &self.body.rattled;
+    pub(super) fn chatter_warning(&self) -> Option<String> {
+        let (contacts, limit) = &self.body.stopped_chatter;
         let who = names(contacts.iter().copied());
         let [slow, fast] = [*limit, self.body.fastest].map(in_words);
         (!contacts.is_empty()).then(|| {
             format!(
-                "{who} rattled below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
+                "{who} stopped_chatter below {slow} without becoming slower; beside speeds of up to {fast} nothing but roundings is left: taken to rest"
             )
         })
     }
@@ -198,11 +198,11 @@ impl Driver<'_, AnyContacts> {
         // In turn for ever at the edge of what counts: they stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.body.waiting = if slow { self.body.waiting + 1 } else { 0 };
-        let rattle = self.body.ripple.limit(limit);
-        self.body.ripple.follow(hit, &speeds, rattle);
+        let watched = self.body.chatter.limit(limit);
+        self.body.chatter.follow(hit, &speeds, watched);
         // The speed below which contacts stop that are hit in turn.
-        let together = if self.body.ripple.goes_on {
-            rattle
+        let together = if self.body.chatter.goes_on {
+            watched
         } else if self.body.waiting > LISTED {
             HIT_IN_TURN * limit
         } else {
@@ -230,23 +230,23 @@ impl Driver<'_, AnyContacts> {
             self.arrest(&stops);
             self.body.state.reconcile(self.body.posture.size());
             let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
-            if self.body.ripple.goes_on && v + self.body.posture.size() * omega.abs() <= rattle {
+            if self.body.chatter.goes_on && v + self.body.posture.size() * omega.abs() <= watched {
                 self.body.state.stand();
             }
         }
         if stopped.is_empty() {
             return None;
         }
-        if self.body.ripple.goes_on {
-            self.body.ripple.ends += 1;
+        if self.body.chatter.goes_on {
+            self.body.chatter.ends += 1;
             self.body
-                .rattled
+                .stopped_chatter
                 .0
                 .extend(stopped.iter().map(|&i| self.body.state.points[i].place.contact));
-            self.body.rattled.1 = rattle;
+            self.body.stopped_chatter.1 = watched;
         }
         self.body.waiting = 0;
-        self.body.ripple.goes_on = false;
-        self.settle(&stopped, false, error + self.rounds.missing(self.body.state.gravity), by)
+        self.body.chatter.goes_on = false;
+        self.settle(&stopped, false, error + self.nested.missing(self.body.state.gravity), by)
     }
 }

@@ -160,6 +160,6 @@ impl Driver<'_, AnyContacts> {
     /// Speed of point `i` in a vertex that counts as none, in m/s.
     pub(super) fn wedged(&self, i: usize) -> f64 {
         let rubs = self.body.state.points[i].friction > 0.0;
-        if rubs { self.still() } else { WEDGED * self.body.fastest }
+        if rubs { self.sliding_speed() } else { WEDGED * self.body.fastest }
     }
 }

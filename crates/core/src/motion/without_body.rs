@@ -16,7 +16,7 @@ impl Driver<'_, Pair> {
         let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
         match rests {
             [true, true] => {
-                let force = model.share(model.g);
+                let force = model.solve_coupled(model.g);
                 if force[0] > 0.0 && force[1] >= 0.0 || force[0] >= 0.0 && force[1] > 0.0 {
                     [true, true]
                 } else {

@@ -19,7 +19,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::{Driver, DriverStep, Flight, Pair, Resume};
 use crate::options::{Model, Options};
 use crate::outcome::{End, FirstZeno, Outcome};
-use crate::simulate::parallel::{Wrong, in_blocks};
+use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::trajectory::Trajectory;
 use crate::simulate::{Start, simulate_until, solvable};
 
@@ -201,7 +201,7 @@ impl Lanes for full::Pool {
 }
 
 impl<'a> Block<'a> {
-    fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+    fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
         match self.options.model {
             Model::Local => self.in_lanes::<local::Pool>(runs),
             Model::Full => self.in_lanes::<full::Pool>(runs),
@@ -210,14 +210,14 @@ impl<'a> Block<'a> {
     }
 
     /// A run by itself; `None` if it was stopped.
-    fn alone(&self, number: usize) -> Result<Option<End>, Wrong> {
+    fn alone(&self, number: usize) -> Result<Option<End>, FailedAt> {
         simulate_until((self.posture)(number), &self.states[number], self.options, self.stop)
             .map(|run| run.map(|run| end_of(&run)))
             .map_err(|error| (number, error))
     }
 
     /// The ends of these runs, which go on side by side where they can; `None` if they were stopped.
-    fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, Wrong> {
+    fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
         let first = numbers.start;
         let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
         let width = self.level.map_or(1, lanes_of);

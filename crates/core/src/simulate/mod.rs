@@ -13,7 +13,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::full::{Body, FullState};
+use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, finite, in_range};
 use crate::math::clock::Clock;
@@ -235,8 +235,11 @@ impl Start {
         if !Self::is_pair(posture, options) {
             let Self { heights, rates, warnings, .. } = self;
             let local = model == Model::Local;
-            let body =
-                Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+            let body = PairBody::new(
+                posture.geometry(),
+                posture.gyration_squared(),
+                posture.fields().gravity,
+            );
             let base = Base::of_body(posture, body, state);
             let theta = if local { 0.0 } else { state.q.z };
             let turn = Turn::by(theta);
@@ -306,7 +309,7 @@ impl Start {
     ) -> Driver<'c, Pair> {
         let Self { model, heights, rates, warnings, .. } = self;
         let body =
-            Body::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
         let base = Base::of_body(posture, body, state);
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {

@@ -17,10 +17,11 @@ const TURN: usize = 512;
 const TURNS: usize = 8;
 
 /// Where an answer could not be had, and why.
-pub(crate) type Wrong = (usize, Error);
+pub(crate) type FailedAt = (usize, Error);
 
 /// What makes a block of a range of numbers. It is given a question to ask now and then: whether to stop, with `None`.
-type Work<'w, B> = dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, Wrong> + Sync + 'w;
+type Work<'w, B> =
+    dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, FailedAt> + Sync + 'w;
 
 /// What `work` makes of 0..count, in order, in blocks of `least` numbers or more if there are as many; `None` once `cancel`
 /// says so, and the error of the lowest number if there is one.
@@ -30,7 +31,7 @@ pub(crate) fn in_blocks<B: Send>(
     threads: usize,
     cancel: &dyn Fn() -> bool,
     work: &Work<'_, B>,
-) -> Result<Option<Vec<B>>, Wrong> {
+) -> Result<Option<Vec<B>>, FailedAt> {
     let threads = threads.clamp(1, count.max(1));
     let turn = count.div_ceil(threads * TURNS).clamp(least, TURN);
     if threads == 1 || count <= turn {
@@ -38,7 +39,7 @@ pub(crate) fn in_blocks<B: Send>(
         return starts.map(|from| work(from..(from + TURN).min(count), cancel)).collect();
     }
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let wrong: Mutex<Option<Wrong>> = Mutex::new(None);
+    let wrong: Mutex<Option<FailedAt>> = Mutex::new(None);
     let turns = || {
         let stopped = || stop.load(Ordering::Relaxed);
         let mut blocks = Vec::new();

@@ -38,7 +38,7 @@ struct Piece {
 #[derive(Debug, Clone, Default)]
 struct Expanded {
     pieces: Vec<Piece>,
-    shares: Vec<f64>,
+    fractions: Vec<f64>,
 }
 
 /// A run: its outcome, its events, and the motion at any time of it.
@@ -290,10 +290,11 @@ impl Trajectory {
                 rates_after: after,
                 impulse: impulse.map(|part| (mass * part).unsigned_zero()),
             };
-        let plain = self.record.collisions.iter().zip(&self.expanded().shares).map(|(c, share)| {
-            let [before, after] = [c.before, c.after].map(|rates| self.each(rates));
-            record(c.elapsed, c.contact, before, after, [0.0, share * c.jump])
-        });
+        let plain =
+            self.record.collisions.iter().zip(&self.expanded().fractions).map(|(c, fraction)| {
+                let [before, after] = [c.before, c.after].map(|rates| self.each(rates));
+                record(c.elapsed, c.contact, before, after, [0.0, fraction * c.jump])
+            });
         let others = self.record.impacts.iter().map(|c| {
             let each = |rates: &[f64]| match self.posture() {
                 Some(posture) => posture.per_contact(|k| rates[k].unsigned_zero()).collect(),
@@ -429,10 +430,10 @@ impl Trajectory {
                 Driver::<Pair>::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
                     .map(|full| self.instant(&full))
             }
-            (None, Motion::Rounds(body)) => self
+            (None, Motion::Cycles(body)) => self
                 .posture()
                 .and_then(|p| {
-                    Driver::<AnyContacts>::resimulate_rounds(
+                    Driver::<AnyContacts>::resimulate_cycles(
                         p,
                         body,
                         piece.clock,
@@ -480,7 +481,7 @@ impl Trajectory {
         let mut times: Vec<f64> =
             (0..even).map(|k| start + (end - start) * at(k, (even - 1).max(1))).collect();
         for k in 0..busy {
-            // Evenly over the pieces: position x among them, in the middle of a share.
+            // Evenly over the pieces: position x among them, in the middle of a piece.
             let x = (k as f64 + 0.5) / busy as f64 * pieces.len() as f64;
             let index = (x as usize).min(pieces.len() - 1);
             let from = self.clock(pieces[index].clock);
@@ -592,7 +593,7 @@ impl Trajectory {
                 .map_or(record.collisions.len(), |next| next.first_collision);
             let start = match &span.motion {
                 Motion::Flight(at) | Motion::Held(at, _) | Motion::Tail(at, _) => Some(at),
-                Motion::Modes(..) | Motion::Rounds(_) => None,
+                Motion::Modes(..) | Motion::Cycles(_) => None,
             };
             let mut now = start.copied();
             for index in span.first_collision..last {
@@ -601,8 +602,10 @@ impl Trajectory {
                 let body = record.bodies.get(index).copied().unwrap_or_default();
                 let frozen =
                     start.map(|at| &record.frames[at.frame]).filter(|f| f.frozen.is_some());
-                let own = |theta: f64| record.base.share(i, theta);
-                expanded.shares.push(frozen.map_or_else(|| own(body.1.theta), |f| f.share(i)));
+                let own = |theta: f64| record.base.translational_fraction(i, theta);
+                expanded.fractions.push(
+                    frozen.map_or_else(|| own(body.1.theta), |f| f.translational_fraction(i)),
+                );
                 // An impact that ends a phase of contact is followed by a span of its own.
                 let Some(InFrame { raw, .. }) = &mut now else { continue };
                 let dt = c.elapsed.since(raw.clock);

@@ -16,8 +16,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::interval::Interval;
-use crate::stability::certify::{CELLS, End, Graph, Grid};
-use crate::stability::corner::{Arc, Cell, CornerMap, Form, Image, Local, Still};
+use crate::stability::certify::{CELLS, Graph, Grid, SlideEnd};
+use crate::stability::corner::{Arc, Cell, CornerMap, Form, FromRest, Image, Local};
 use crate::tolerance::BOUND_MARGIN;
 
 type I = Interval;
@@ -308,7 +308,7 @@ fn first_corners(
         let rate = I::ONE / metric.inverse[m].sqrt();
         let gap = I::ONE / weights[m].times(2.0);
         let slip = (I::ONE + (drift + upper(metric.shift[m]) * rate).square()).sqrt();
-        let start = Start { m, rate, gap, slip, weight: weights[m], still: map.stills[kept] };
+        let start = Start { m, rate, gap, slip, weight: weights[m], still: map.from_rest[kept] };
         for (arc, side) in map.slides[kept].iter().zip([-1.0, 1.0]) {
             let arc = arc.as_ref().ok_or(NoBound::Modes)?;
             start.slides(arc, arc.along.times(side), &mut corners)?;
@@ -344,7 +344,7 @@ struct Start {
     /// λ_m
     weight: I,
     /// How the contact on the terrain goes on from rest.
-    still: Still,
+    still: FromRest,
 }
 
 impl Start {
@@ -392,7 +392,7 @@ impl Start {
         landing: impl Fn(I) -> I,
         corners: &mut Vec<FirstCorner>,
     ) -> Result<(), NoBound> {
-        let (Still::Fixed(arc) | Still::Slides(_, arc)) = self.still else {
+        let (FromRest::Fixed(arc) | FromRest::Slides(_, arc)) = self.still else {
             return Err(NoBound::Modes);
         };
         if !arc.normal.is_negative() {
@@ -415,10 +415,10 @@ struct Growths {
 fn growths(map: &CornerMap, metric: &Metric, times: [I; 2]) -> Result<Growths, NoBound> {
     let drift = map.local().drift;
     let forms = [0, 1].map(|j| between(metric, j, drift * times[j]));
-    let base = |j: usize, cell: &Cell, end: End| {
+    let base = |j: usize, cell: &Cell, end: SlideEnd| {
         let square = match end {
             // Corner follows on corner at either contact.
-            End::Attracts { speed, wide } => {
+            SlideEnd::Attracts { speed, wide } => {
                 let all = forms.iter().flatten().map(Form::largest).fold(0.0, f64::max);
                 let r = upper(speed).square() * (I::ONE + I::from(wide).square());
                 (r * I::from(all)).hi

@@ -83,7 +83,7 @@ pub(crate) enum Decision {
     Escapes(Option<Corner>),
     /// Why; cells per contact, and those that are left over: (contact, φ from, φ to).
     Undecided {
-        reason: Reason,
+        reason: WhyUndecided,
         cells: usize,
         left: Vec<(usize, [f64; 2])>,
     },
@@ -92,7 +92,7 @@ pub(crate) enum Decision {
 /// Why the corner map does not decide.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Reason {
+pub enum WhyUndecided {
     /// A contact that slides alone jams: no mode is consistent.
     Painleve,
     /// Several modes are consistent, or it is too close to call.
@@ -173,7 +173,7 @@ struct Edge {
 
 /// What happens at a fast-slide end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum End {
+pub(super) enum SlideEnd {
     /// Nothing of the kind.
     Ordinary,
     /// Both contacts come to slide together: all along ξ is in `speed` for a start at one, and y is at most `wide` times |ξ|.
@@ -199,13 +199,13 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
     let slides = [false, true].map(|right| map.sliding_together(right));
     let unknown = |images: &Images| images.iter().any(|image| *image == Image::Unknown);
     let reason = if map.jams() {
-        Some(Reason::Painleve)
+        Some(WhyUndecided::Painleve)
     } else if map.returns().is_none() || slides.iter().any(unknown) {
-        Some(Reason::Modes)
+        Some(WhyUndecided::Modes)
     } else if !map.local().weights().iter().all(|weight| weight.is_positive()) {
-        Some(Reason::Energy)
+        Some(WhyUndecided::Energy)
     } else if map.flies_unknown() {
-        Some(Reason::Flight)
+        Some(WhyUndecided::Flight)
     } else {
         None
     };
@@ -226,7 +226,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
         }
     }
     let cells = if levels == 0 { 0 } else { Grid::of(levels - 1).cells.len() };
-    Decision::Undecided { reason: reason.unwrap_or(Reason::Cells), cells, left }
+    Decision::Undecided { reason: reason.unwrap_or(WhyUndecided::Cells), cells, left }
 }
 
 /// A potential over the cells, or the cells that stand against it.
@@ -235,7 +235,7 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Open> {
     let values = graph.longest(|_, _, _| 0.0)?;
     let limits = &grid.limits;
     let ends = graph.zones.map(|[left, right]| {
-        let found = |end: (End, usize)| end.0 != End::Ordinary;
+        let found = |end: (SlideEnd, usize)| end.0 != SlideEnd::Ordinary;
         [
             found(left).then(|| limits[left.1 - 1]),
             found(right).then(|| limits[limits.len() - right.1]),
@@ -254,7 +254,7 @@ pub(super) struct Graph<'g> {
     edges: Vec<Edge>,
     starts: Vec<usize>,
     /// The fast-slide ends of each contact, left and right, and their sizes in cells.
-    zones: [[(End, usize); 2]; 2],
+    zones: [[(SlideEnd, usize); 2]; 2],
 }
 
 impl<'g> Graph<'g> {
@@ -270,11 +270,11 @@ impl<'g> Graph<'g> {
                 graph.starts.push(graph.edges.len());
                 let (what, right) = graph.kind(j, k);
                 let images = match what {
-                    End::Unknown => {
+                    SlideEnd::Unknown => {
                         left.push((j, cell.phi));
                         continue;
                     }
-                    End::Attracts { speed, .. } => {
+                    SlideEnd::Attracts { speed, .. } => {
                         let mut images = Images::none();
                         map.together(if right { speed } else { -speed }, &mut images);
                         images
@@ -306,23 +306,23 @@ impl<'g> Graph<'g> {
     }
 
     /// The fast-slide end in which cell k at contact j is, and whether it is the right one.
-    fn kind(&self, j: usize, k: usize) -> (End, bool) {
+    fn kind(&self, j: usize, k: usize) -> (SlideEnd, bool) {
         let ([left, right], back) = (self.zones[j], self.grid.cells.len() - 1 - k);
         if k < left.1 {
             (left.0, false)
         } else if back < right.1 {
             (right.0, true)
         } else {
-            (End::Ordinary, false)
+            (SlideEnd::Ordinary, false)
         }
     }
 
     /// Of a repelling end: which one, and the growth on the way out of it.
     fn repels(&self, contact: usize, cell: usize) -> Option<(bool, f64)> {
         match self.kind(contact, cell) {
-            (End::Repels(_), right) => {
+            (SlideEnd::Repels(_), right) => {
                 let transit = |j: usize| match self.zones[j][usize::from(right)].0 {
-                    End::Repels(transit) => transit,
+                    SlideEnd::Repels(transit) => transit,
                     _ => 0.0,
                 };
                 Some((right, transit(0).max(transit(1))))
@@ -335,7 +335,7 @@ impl<'g> Graph<'g> {
     /// order of the cells. Arguments of `base`: contact, cell, its fast-slide end. Or a cycle of cells that grows.
     pub(super) fn longest(
         &self,
-        base: impl Fn(usize, &Cell, End) -> f64,
+        base: impl Fn(usize, &Cell, SlideEnd) -> f64,
     ) -> Result<[Vec<f64>; 2], Open> {
         let (grid, edges, starts) = (self.grid, &self.edges, &self.starts);
         let n = grid.cells.len();
@@ -422,14 +422,14 @@ fn circle(next: &[usize]) -> Option<Vec<usize>> {
 }
 
 /// The fast-slide end of the corners at j: the largest zone around it, in cells, in which its kind is certain.
-fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (End, usize) {
-    let Some(own) = map.fast(j, right) else { return (End::Ordinary, 0) };
+fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize) {
+    let Some(own) = map.fast(j, right) else { return (SlideEnd::Ordinary, 0) };
     let back = map.fast(own.0, right);
     let cycle = match (own.0 == j, back) {
         (true, _) => [own, own],
         (false, Some(back)) if back.0 == j => [own, back],
         // Into the other contact's end, or out of it.
-        (false, _) => return (End::Ordinary, 0),
+        (false, _) => return (SlideEnd::Ordinary, 0),
     };
     let n = grid.limits.len();
     let mut cells = (0..n).rev().map(|k| {
@@ -441,15 +441,15 @@ fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (End, usize) {
         let kind = if (limit > 0.0) == right && width <= BEND {
             end(cycle, right, width)
         } else {
-            End::Unknown
+            SlideEnd::Unknown
         };
-        (kind != End::Unknown).then_some((kind, cells))
+        (kind != SlideEnd::Unknown).then_some((kind, cells))
     });
-    found.unwrap_or((End::Unknown, 1))
+    found.unwrap_or((SlideEnd::Unknown, 1))
 }
 
 /// What happens within y/|ξ| ≤ `width` of an end, where corners go round: ξ' = ξ + B y, y' = K y at either of them.
-fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
+fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
     let side = if right { 1.0 } else { -1.0 };
     let step = |(_, b, k): (usize, I, I), width: f64| {
         let bend = b.times(side) * I::new(0.0, width);
@@ -459,10 +459,12 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
     let Some(first) =
         step(cycle[0], width).and_then(|f| step(cycle[1], width).map(|g| f.hi.max(g.hi)))
     else {
-        return End::Unknown;
+        return SlideEnd::Unknown;
     };
     let wide = width * first.max(1.0);
-    let [Some(f), Some(g)] = cycle.map(|corner| step(corner, wide)) else { return End::Unknown };
+    let [Some(f), Some(g)] = cycle.map(|corner| step(corner, wide)) else {
+        return SlideEnd::Unknown;
+    };
     let factor = f * g;
     // Once around: ξ'' = ξ + (B_1 + B_2K_1) y, y'' = K_1K_2 y; from either corner, and half way.
     let [(_, b1, k1), (_, b2, k2)] = cycle;
@@ -472,9 +474,9 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
         // All rounds, and half a one more.
         let sum = I::new(0.0, wide) * (round / (I::ONE - I::from(factor.hi)) + half);
         if sum.lo > -BEND && sum.hi < LONGER {
-            End::Attracts { speed: I::ONE + sum, wide }
+            SlideEnd::Attracts { speed: I::ONE + sum, wide }
         } else {
-            End::Unknown
+            SlideEnd::Unknown
         }
     } else if factor.lo > 1.0 {
         let most = |x: I| x.lo.abs().max(x.hi.abs());
@@ -482,9 +484,9 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> End {
         let growth = bend + 0.5 * (bend * bend + stretch * stretch) * wide;
         let sum = 2.0 * wide * factor.lo / (factor.lo - 1.0);
         let transit = growth * sum * (1.0 + BOUND_MARGIN) + STRICT_DECREASE;
-        if transit < TRANSIT { End::Repels(transit) } else { End::Unknown }
+        if transit < TRANSIT { SlideEnd::Repels(transit) } else { SlideEnd::Unknown }
     } else {
-        End::Unknown
+        SlideEnd::Unknown
     }
 }
 

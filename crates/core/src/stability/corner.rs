@@ -56,7 +56,7 @@ pub(super) struct Arc {
 
 /// How a contact at rest goes on, alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Still {
+pub(super) enum FromRest {
     Fixed(Arc),
     /// Slides with this sign of ξ.
     Slides(i8, Arc),
@@ -66,7 +66,7 @@ pub(super) enum Still {
 
 /// How two sliding contacts go on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Both {
+enum BothSlide {
     /// They stop.
     Stops,
     /// They never stop.
@@ -234,9 +234,9 @@ pub(crate) struct CornerMap {
     flights: [Flight; 2],
     /// Of contact k sliding with ξ < 0, ξ > 0; `None` where no force keeps it on the terrain (Painlevé).
     pub(super) slides: [[Option<Arc>; 2]; 2],
-    pub(super) stills: [Still; 2],
+    pub(super) from_rest: [FromRest; 2],
     /// With s < 0, s > 0.
-    both: [Both; 2],
+    both: [BothSlide; 2],
 }
 
 /// Solves a x + b y = p, c x + d y = q.
@@ -332,7 +332,7 @@ impl Local {
     }
 
     /// Contact k at rest on the terrain, the other one in the air.
-    fn still(&self, k: usize) -> Still {
+    fn starts_from_rest(&self, k: usize) -> FromRest {
         let m = 1 - k;
         let [normal, tangential] = solve(
             [[self.nn[k][k], self.tn[k][k]], [self.tn[k][k], self.tt[k]]],
@@ -348,10 +348,10 @@ impl Local {
         };
         let mut found = Vec::new();
         match sticks {
-            None => return Still::Unknown,
+            None => return FromRest::Unknown,
             Some(true) => {
                 let lift = normal * self.nn[m][k] + tangential * self.tn[k][m] - self.g[m];
-                found.push(Still::Fixed(Arc { along: I::ZERO, normal: lift }));
+                found.push(FromRest::Fixed(Arc { along: I::ZERO, normal: lift }));
             }
             Some(false) => {}
         }
@@ -359,7 +359,7 @@ impl Local {
             let Some(arc) = self.slide(k, side) else {
                 let stiffness = self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k];
                 if !stiffness.is_negative() {
-                    return Still::Unknown;
+                    return FromRest::Unknown;
                 }
                 // A force that pulls: it would have to be negative.
                 continue;
@@ -367,19 +367,19 @@ impl Local {
             // arc.along is a_t/α: back to a_t by the sign of α.
             let alpha = if self.alpha[k].is_positive() { 1.0 } else { -1.0 };
             match arc.along.times(side * alpha).sign() {
-                Some(1) => found.push(Still::Slides((side * alpha) as i8, arc)),
+                Some(1) => found.push(FromRest::Slides((side * alpha) as i8, arc)),
                 Some(_) => {}
-                None => return Still::Unknown,
+                None => return FromRest::Unknown,
             }
         }
         match found.as_slice() {
             [one] => *one,
-            _ => Still::Unknown,
+            _ => FromRest::Unknown,
         }
     }
 
     /// Both contacts rest and slide with this sign of s.
-    fn both(&self, side: f64) -> Both {
+    fn both(&self, side: f64) -> BothSlide {
         let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
         let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
         let stiffness = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
@@ -391,27 +391,27 @@ impl Local {
             let along = self.drift
                 - (rub[0] * force[0] * self.alpha[0] + rub[1] * force[1] * self.alpha[1]);
             match along.times(side).sign() {
-                Some(-1) => found.push(Both::Stops),
-                Some(_) => found.push(Both::Runs),
-                None => return Both::Unknown,
+                Some(-1) => found.push(BothSlide::Stops),
+                Some(_) => found.push(BothSlide::Runs),
+                None => return BothSlide::Unknown,
             }
         } else if !closed.contains(&Some(-1)) {
-            return Both::Unknown;
+            return BothSlide::Unknown;
         }
         for k in 0..2 {
             match self.slide(k, sign(k)) {
                 Some(arc) => match arc.normal.sign() {
-                    Some(1) => found.push(Both::Lifts(k)),
+                    Some(1) => found.push(BothSlide::Lifts(k)),
                     Some(-1) => {}
-                    _ => return Both::Unknown,
+                    _ => return BothSlide::Unknown,
                 },
                 None if stiffness(k, k).is_negative() => {} // would pull
-                None => return Both::Unknown,
+                None => return BothSlide::Unknown,
             }
         }
         match found.as_slice() {
             [one] => *one,
-            _ => Both::Unknown,
+            _ => BothSlide::Unknown,
         }
     }
 
@@ -519,8 +519,8 @@ impl Local {
         }
         if !(self.psi[a].lo >= 0.0) {
             // At the impacts the gap of b is h + p y − q y² with y in (0, 1), positive at both ends.
-            let kick = (I::ONE + e) * self.psi[a];
-            let lift = kick * u[a] * t / loss;
+            let kappa = (I::ONE + e) * self.psi[a];
+            let lift = kappa * u[a] * t / loss;
             let p = u[b] * t + lift * loss / (I::ONE + e);
             let q = self.g[b] * t.square().times(0.5) + lift / (I::ONE + e);
             let least = p.square() + (q * h).times(4.0);
@@ -621,7 +621,7 @@ impl CornerMap {
         });
         Some(Self {
             flights: [local.flight(0), local.flight(1)],
-            stills: [local.still(0), local.still(1)],
+            from_rest: [local.starts_from_rest(0), local.starts_from_rest(1)],
             both: [local.both(-1.0), local.both(1.0)],
             slides,
             local,
@@ -630,7 +630,7 @@ impl CornerMap {
 
     /// Whether what becomes of both contacts sliding is known, either way.
     pub(crate) fn slides_known(&self) -> bool {
-        !self.both.contains(&Both::Unknown)
+        !self.both.contains(&BothSlide::Unknown)
     }
 
     /// The smaller part of a contact in the direction in which both slide: near zero one of them hardly moves.
@@ -716,15 +716,15 @@ impl CornerMap {
         let slows = arc.along.times(sign).sign();
         if let Some(t) = landing(h, u, arc.normal) {
             // ξ' = ξ + B y, y' = K y, where that is still on this side.
-            let (bend, factor) = (from + arc.along * t, fall(h, u, arc.normal));
+            let (shift, factor) = (from + arc.along * t, fall(h, u, arc.normal));
             let clip = |x: I| {
                 if side > 0 { I::new(x.lo.max(0.0), x.hi) } else { I::new(x.lo, x.hi.min(0.0)) }
             };
             let end = xi + arc.along * t * y;
             let part = clip(end);
             if part.lo <= part.hi {
-                let form = Form { xx: I::ONE, xy: bend, yy: bend.square() + factor.square() };
-                let slope = clip(shifted(cell.slope, bend) / factor);
+                let form = Form { xx: I::ONE, xy: shift, yy: shift.square() + factor.square() };
+                let slope = clip(shifted(cell.slope, shift) / factor);
                 let y = factor * y;
                 images.push(Image::Corner {
                     contact: m,
@@ -771,8 +771,8 @@ impl CornerMap {
         let gap = h * y.square() + u * y * t + (arc.normal * t.square()).times(0.5);
         let rate = u * y + arc.normal * t;
         let Some(gap) = gap.non_negative() else { return images.push(Image::Unknown) };
-        let form = match self.stills[k] {
-            Still::Fixed(still) => {
+        let form = match self.from_rest[k] {
+            FromRest::Fixed(still) => {
                 // y'² = A y² + 2B yτ + C τ² with τ = p ξ + q y
                 let less = arc.normal - still.normal;
                 let a = u.square() - (still.normal * h).times(2.0);
@@ -793,9 +793,9 @@ impl CornerMap {
     /// Contact k is at rest, after it slid to this side; the other one is in the air. `most`: a bound on its speed at the landing.
     fn turn(&self, k: usize, h: I, u: I, side: Option<i8>, most: Option<f64>, images: &mut Images) {
         let m = 1 - k;
-        let arc = match self.stills[k] {
-            Still::Fixed(arc) => arc,
-            Still::Slides(to, arc) if side != Some(to) => arc,
+        let arc = match self.from_rest[k] {
+            FromRest::Fixed(arc) => arc,
+            FromRest::Slides(to, arc) if side != Some(to) => arc,
             _ => return images.push(Image::Unknown),
         };
         match landing(h, u, arc.normal) {
@@ -823,10 +823,10 @@ impl CornerMap {
         self.parts(s, images, |side, s, images| {
             let k = match self.both[usize::from(side > 0)] {
                 _ if side == 0 => return, // at rest
-                Both::Stops => return images.push(Image::Rest),
-                Both::Runs => return images.push(Image::Escape),
-                Both::Unknown => return images.push(Image::Unknown),
-                Both::Lifts(k) => k,
+                BothSlide::Stops => return images.push(Image::Rest),
+                BothSlide::Runs => return images.push(Image::Escape),
+                BothSlide::Unknown => return images.push(Image::Unknown),
+                BothSlide::Lifts(k) => k,
             };
             let Some(arc) = self.slides[k][usize::from(side > 0)] else {
                 return images.push(Image::Unknown);
@@ -879,9 +879,9 @@ impl CornerMap {
             None => None,
         };
         for k in 0..2 {
-            let back = match &self.stills[k] {
-                Still::Fixed(arc) | Still::Slides(_, arc) => falls(arc),
-                Still::Unknown => None,
+            let back = match &self.from_rest[k] {
+                FromRest::Fixed(arc) | FromRest::Slides(_, arc) => falls(arc),
+                FromRest::Unknown => None,
             };
             need(back);
             for right in [false, true] {

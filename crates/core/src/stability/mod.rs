@@ -42,7 +42,7 @@ use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, ModeAnswer, contact_modes};
 use crate::outcome::ContactNumber;
-pub use certify::{Potential, Reason};
+pub use certify::{Potential, WhyUndecided};
 
 use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
@@ -76,7 +76,7 @@ impl Stability {
 /// The argument of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum By {
+pub enum Argument {
     /// The contacts cannot hold the body.
     NotEquilibrium,
     /// Kinematic-strong in the strict reading, and (10): Theorem 3.
@@ -95,7 +95,7 @@ pub enum By {
     AcceleratingMode,
 }
 
-impl By {
+impl Argument {
     /// As the Python face and the files spell it.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
@@ -139,7 +139,7 @@ pub enum Evidence {
     /// Why the corner map does not decide, and what is left over.
     Left {
         /// Painlevé's jam, several modes, energy, a flight, or cells.
-        reason: Reason,
+        reason: WhyUndecided,
         /// Cells per contact.
         cells: usize,
         /// The cells left over: (contact, [from, to]) in atan(ξ/y).
@@ -153,7 +153,7 @@ pub struct Verdict {
     /// The verdict.
     pub frictional_stability: Stability,
     /// Its argument.
-    pub by: Option<By>,
+    pub by: Option<Argument>,
     /// What closed forms say of it: Theorem 3 and its margins.
     #[serde(flatten)]
     pub conditions: Conditions,
@@ -276,13 +276,13 @@ impl Verdict {
         let known = map.is_some_and(CornerMap::slides_known);
         let strong = known && found.certainly_strong();
         (self.frictional_stability, self.by) = if !found.equilibrium {
-            (Stability::Unstable, Some(By::NotEquilibrium))
+            (Stability::Unstable, Some(Argument::NotEquilibrium))
         } else if found.clattering && strong && found.kinematic_strong_strict {
-            stable(By::Theorem3)
+            stable(Argument::Theorem3)
         } else if found.clattering && strong {
-            stable(By::Theorem3Loose)
+            stable(Argument::Theorem3Loose)
         } else if found.chatter && strong {
-            stable(By::Goyal)
+            stable(Argument::Goyal)
         } else {
             self.look_further(map)
         };
@@ -291,21 +291,21 @@ impl Verdict {
             margins.push(map.map_or(0.0, CornerMap::least_slide));
         }
         match self.by {
-            Some(By::Theorem3 | By::Theorem3Loose) => {
+            Some(Argument::Theorem3 | Argument::Theorem3Loose) => {
                 margins.extend([found.kinematic_margin, found.clattering_margin]);
             }
-            Some(By::Goyal) => margins.extend([found.kinematic_margin, found.chatter_margin]),
+            Some(Argument::Goyal) => margins.extend([found.kinematic_margin, found.chatter_margin]),
             None => margins.push(found.kinematic_margin),
             _ => {}
         }
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
     }
 
-    fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<By>) {
+    fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<Argument>) {
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
             self.evidence = Evidence::Word(answer.word.to_string());
-            return (Stability::Unstable, Some(By::AcceleratingMode));
+            return (Stability::Unstable, Some(Argument::AcceleratingMode));
         }
         if !self.conditions.unambiguous {
             return (Stability::Undecided, None);
@@ -322,17 +322,17 @@ impl Verdict {
         match certify::decide(map) {
             Decision::Stable(potential) => {
                 self.evidence = Evidence::Potential(potential);
-                (Stability::Stable, Some(By::CornerMap))
+                (Stability::Stable, Some(Argument::CornerMap))
             }
             Decision::Grows(cycle) => {
                 self.evidence = Evidence::Cycle(rescaled(cycle.iter().map(step).collect(), map));
-                (Stability::Unstable, Some(By::GrowingCycle))
+                (Stability::Unstable, Some(Argument::GrowingCycle))
             }
             Decision::Escapes(corner) => {
                 // Without a corner it is sliding on one contact or both that leads away.
                 self.evidence =
                     corner.as_ref().map_or(Evidence::Margins, |c| Evidence::Away(step(c)));
-                (Stability::Unstable, Some(By::AcceleratingMode))
+                (Stability::Unstable, Some(Argument::AcceleratingMode))
             }
             Decision::Undecided { reason, cells, left } => {
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
@@ -386,7 +386,7 @@ mod tests {
     fn a_growing_cycle_is_enclosed() {
         let verdict = stability(&odd(0.26)).unwrap();
         assert!(verdict.conditions.kinematic_strong);
-        assert_eq!(verdict.by, Some(By::GrowingCycle), "{:?}", verdict.evidence);
+        assert_eq!(verdict.by, Some(Argument::GrowingCycle), "{:?}", verdict.evidence);
         let Evidence::Cycle(cycle) = &verdict.evidence else { panic!() };
         let total: f64 = cycle.iter().map(|corner| corner.growth).sum();
         assert!((total - 0.744834).abs() < 2e-6, "{cycle:?}");

@@ -33,8 +33,8 @@ fn is_single(word: &[Mode]) -> bool {
 }
 
 /// A stretch of motion in which θ and ω determine each other's course, from its start.
-pub(super) struct Cycle {
-    kind: Course,
+pub(super) struct ClosedMotion {
+    kind: Drive,
     theta: f64,
     omega: f64,
     /// Where ω changed its sign, the last three times.
@@ -45,7 +45,7 @@ pub(super) struct Cycle {
 
 /// What keeps a motion going.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Course {
+enum Drive {
     /// Nothing rubs: one degree of freedom that keeps its energy.
     Smooth,
     /// One contact slides down terrain steeper than its friction holds: θ and ω follow from themselves alone.
@@ -54,43 +54,43 @@ enum Course {
     Other,
 }
 
-impl Cycle {
-    pub(super) fn new(stance: &BodyState, word: &[Mode]) -> Self {
+impl ClosedMotion {
+    pub(super) fn new(body: &BodyState, word: &[Mode]) -> Self {
         let rubs = |(p, mode): (&ContactState, &Mode)| mode.direction() * p.friction != 0.0;
         let downhill = |i: usize| {
-            let p = &stance.points[i];
+            let p = &body.points[i];
             word[i] != Mode::Separate
                 && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
         };
-        let kind = if !stance.points.iter().zip(word).any(rubs) {
-            Course::Smooth
+        let kind = if !body.points.iter().zip(word).any(rubs) {
+            Drive::Smooth
         } else if is_single(word) && (0..word.len()).any(downhill) {
-            Course::Downhill
+            Drive::Downhill
         } else {
-            Course::Other
+            Drive::Other
         };
-        let Spin { theta, omega } = stance.spin;
+        let Spin { theta, omega } = body.spin;
         Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
     /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
     /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
     /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
-    pub(super) fn is_complete(&mut self, stance: &BodyState, word: &[Mode]) -> bool {
-        let Spin { theta, omega } = stance.spin;
+    pub(super) fn is_complete(&mut self, body: &BodyState, word: &[Mode]) -> bool {
+        let Spin { theta, omega } = body.spin;
         if self.omega * omega < 0.0 {
             self.turns += 1;
             self.turned = [self.turned[1], self.turned[2], theta];
         }
         self.omega = omega;
-        if stance.frozen.is_some() || !stance.slides_clear(word) {
+        if body.frozen.is_some() || !body.slides_clear(word) {
             return false;
         }
         let [first, other, last] = self.turned;
         match self.kind {
-            Course::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
-            Course::Downhill => (last - other).abs() <= (first - other).abs(),
-            Course::Other => false,
+            Drive::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
+            Drive::Downhill => (last - other).abs() <= (first - other).abs(),
+            Drive::Other => false,
         }
     }
 }
@@ -112,25 +112,25 @@ pub(super) struct Swing {
 
 impl Swing {
     pub(super) fn begins(
-        stance: &BodyState,
+        body: &BodyState,
         word: &[Mode],
         stopped: Option<(usize, Mode)>,
     ) -> Option<Self> {
-        let contact = stance.only(word)?;
+        let contact = body.only(word)?;
         let (i, way) = stopped?;
         if i != contact || word[i] != Mode::Fixed {
             return None;
         }
-        let (p, omega) = (&stance.points[contact], stance.spin.omega);
+        let (p, omega) = (&body.points[contact], body.spin.omega);
         if p.place.sides != [f64::INFINITY; 2] {
             return None; // it may slip to an end of its terrain
         }
         // The centre of mass is at −(t b + n c) from the contact.
         let arm = p.arm();
         let height = -arm.y;
-        let inertia = p.b * p.b + p.c * p.c + stance.rho2;
-        let energy = 0.5 * omega * omega * inertia + stance.gravity * height;
-        let turned = [stance.spin.theta; 2];
+        let inertia = p.b * p.b + p.c * p.c + body.rho2;
+        let energy = 0.5 * omega * omega * inertia + body.gravity * height;
+        let turned = [body.spin.theta; 2];
         let (turns_left, hangs_left) = (omega > 0.0, arm.x > 0.0);
         Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
@@ -138,13 +138,13 @@ impl Swing {
     /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The swing
     /// follows from its energy alone, so does the next one, and with less energy less happens: slips become smaller and
     /// smaller, and the swing without any is never left.
-    pub(super) fn encloses(&self, later: &Self, stance: &BodyState) -> bool {
+    pub(super) fn encloses(&self, later: &Self, body: &BodyState) -> bool {
         let less = later.energy <= self.energy + SWING_REPEATS * self.energy.abs();
-        let arm = stance.points[self.contact].arm();
+        let arm = body.points[self.contact].arm();
         let bounds = |theta: f64| {
-            let (sin, cos) = libm::sincos(theta - stance.spin.theta);
+            let (sin, cos) = libm::sincos(theta - body.spin.theta);
             let height = -(arm.x * sin + arm.y * cos);
-            stance.gravity * height >= later.energy - SWING_REPEATS * later.energy.abs()
+            body.gravity * height >= later.energy - SWING_REPEATS * later.energy.abs()
         };
         self.is_like(later) && less && self.turned.into_iter().all(bounds)
     }

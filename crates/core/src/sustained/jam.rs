@@ -60,9 +60,9 @@ impl BodyState {
         let pull = |omega: f64| -> f64 {
             let row = |k: usize| {
                 let p = &self.points[rows[k].unknown.contact];
-                let bend = if rows[k].unknown.tangential { p.b } else { p.c };
+                let centripetal = if rows[k].unknown.tangential { p.b } else { p.c };
                 let weight = self.gravity * rows[k].whole.y;
-                left[k] * (bend * omega * omega + weight) / rows[k].whole.norm()
+                left[k] * (centripetal * omega * omega + weight) / rows[k].whole.norm()
             };
             (0..n).map(row).sum()
         };
@@ -71,11 +71,11 @@ impl BodyState {
         if turns(&|omega| omega) || turns(&pull) {
             return None;
         }
-        let kicks: [[f64; 2]; 3] = std::array::from_fn(|k| {
+        let impulses: [[f64; 2]; 3] = std::array::from_fn(|k| {
             if k < n { force(k).map(|part| part * impulses[k] * size) } else { [0.0; 2] }
         });
-        for (row, kick) in rows.iter().zip(kicks) {
-            self.kick(row.unknown.contact, kick);
+        for (row, impulse) in rows.iter().zip(impulses) {
+            self.apply_impulse(row.unknown.contact, impulse);
         }
         for (p, mode) in self.points.iter_mut().zip(modes) {
             if *mode != Mode::Separate {

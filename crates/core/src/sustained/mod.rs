@@ -84,7 +84,7 @@ pub(crate) struct BodyState {
     /// ρ²
     pub(crate) rho2: f64,
     pub(crate) gravity: f64,
-    /// ω² of the moment at which b, c and the bend of the paths were frozen; `None`: nothing is.
+    /// ω² of the moment at which b, c and the curvature of the paths were frozen; `None`: nothing is.
     pub(crate) frozen: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ impl BodyState {
     /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
     /// velocity into the rates of the contacts.
     fn has_rows(&self) -> bool {
-        self.frozen.is_none_or(|bend| bend == 0.0)
+        self.frozen.is_none_or(|omega_squared| omega_squared == 0.0)
     }
 }
 
@@ -172,7 +172,7 @@ impl BodyState {
     }
 
     /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
-    pub(crate) fn kick(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
+    pub(crate) fn apply_impulse(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
         let hit = self.points[i];
         let force = hit.tangent * p_t + hit.normal * p_n;
         let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;

@@ -15,7 +15,7 @@ use crate::modes::{
 };
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, Outcome};
-use crate::sustained::endless::{Cycle, Swing};
+use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
 use crate::tolerance::{
@@ -38,10 +38,14 @@ impl BodyState {
 
     /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
     fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
-        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         ContactProblem::new(ProblemFields {
             sliding: ways.to_vec(),
-            bias: self.points.iter().map(|p| [-p.b * bend, -p.c * bend]).collect(),
+            bias: self
+                .points
+                .iter()
+                .map(|p| [-p.b * omega_squared, -p.c * omega_squared])
+                .collect(),
             free_acceleration: [0.0, -self.gravity, 0.0],
             ..self.fields(mass)
         })
@@ -55,11 +59,16 @@ impl BodyState {
             return None;
         }
         let rho = self.rho2.sqrt();
-        let bend = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         let mut rows = [Row::ABSENT; 2];
         for (i, p) in self.points.iter().enumerate() {
-            rows[i] =
-                Row::new(p.tangent, p.arm() / rho, [-p.b * bend, -p.c * bend], p.friction, ways[i]);
+            rows[i] = Row::new(
+                p.tangent,
+                p.arm() / rho,
+                [-p.b * omega_squared, -p.c * omega_squared],
+                p.friction,
+                ways[i],
+            );
         }
         let (letters, acceleration) = only_mode_of(&mut rows[..n], self.gravity, rho)?;
         Some((letters[..n].into(), acceleration))
@@ -108,14 +117,14 @@ pub(crate) fn only_mode_of(
 
 /// Contacts that rest or slide, and what they do.
 pub(crate) struct ContactPhase<'a> {
-    pub(crate) stance: BodyState,
+    pub(crate) body: BodyState,
     /// Signs of sliding; `None` where a contact is off.
     ways: PerContact<Option<i8>>,
     mass: f64,
     /// Largest arm or ρ, in m.
     size: f64,
     /// Speed that counts as none, in m/s.
-    still: f64,
+    sliding_tolerance: f64,
     /// The largest such speed of a contact that friction then held, in m/s.
     pub(crate) dropped: f64,
     /// The least and the largest rotation in the last word, in rad.
@@ -162,21 +171,21 @@ enum StretchEnd {
 }
 
 impl<'a> ContactPhase<'a> {
-    /// A body none of whose contacts is closed yet. `still`: the speed that counts as none, in m/s.
+    /// A body none of whose contacts is closed yet. `sliding_tolerance`: the speed that counts as none, in m/s.
     pub(crate) fn new(
         posture: &Posture,
-        stance: BodyState,
-        still: f64,
+        body: BodyState,
+        sliding_tolerance: f64,
         brief: bool,
         options: &'a Options,
         cause: Option<Cause>,
     ) -> Self {
         Self {
-            stance,
+            body,
             ways: PerContact::new(),
             mass: posture.fields().mass,
             size: posture.size(),
-            still,
+            sliding_tolerance,
             dropped: 0.0,
             turned: [0.0; 2],
             brief,
@@ -193,29 +202,28 @@ impl<'a> ContactPhase<'a> {
     /// whose gaps follow from theirs (the third of three on one straight floor).
     pub(crate) fn close(&mut self, rests: &mut [bool]) {
         for i in 0..rests.len() {
-            let touches = !rests[i] && self.stance.points[i].h <= TOUCH * self.size;
-            rests[i] |= touches && self.stance.depends(i, rests);
+            let touches = !rests[i] && self.body.points[i].h <= TOUCH * self.size;
+            rests[i] |= touches && self.body.depends(i, rests);
             if rests[i] {
-                (self.stance.points[i].h, self.stance.points[i].u) = (0.0, 0.0);
+                (self.body.points[i].h, self.body.points[i].u) = (0.0, 0.0);
             }
         }
-        self.stance.close(rests);
-        let slips: PerContact<f64> = (0..rests.len()).map(|i| self.stance.slip(i)).collect();
+        self.body.close(rests);
+        let slips: PerContact<f64> = (0..rests.len()).map(|i| self.body.slip(i)).collect();
         // Without friction nothing but a vertex makes a contact stick.
-        let sticks =
-            |i: usize| self.stance.points[i].friction > 0.0 || self.stance.twin(i).is_some();
-        let still = |i: usize| if sticks(i) { self.still } else { 0.0 };
+        let sticks = |i: usize| self.body.points[i].friction > 0.0 || self.body.twin(i).is_some();
+        let tolerance = |i: usize| if sticks(i) { self.sliding_tolerance } else { 0.0 };
         let closed = || (0..rests.len()).filter(|&i| rests[i]);
         let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
         // Contacts that leave the body one motion slide all together, or not at all.
-        let limit = closed().map(still).fold(0.0, f64::max);
+        let limit = closed().map(tolerance).fold(0.0, f64::max);
         // At an end of its terrain each by itself: there its own speed says whether it comes to rest in the vertex.
-        let endless = self.stance.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
-        let together = endless && self.stance.leaves_one_motion(rests);
+        let endless = self.body.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
+        let together = endless && self.body.leaves_one_motion(rests);
         let none = |i: usize| match together {
             true if fastest > limit => slips[i].abs() <= SLOWER_SLIDE * fastest,
             true => true,
-            false => slips[i].abs() <= still(i),
+            false => slips[i].abs() <= tolerance(i),
         };
         let sign = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
         let ways = (0..rests.len())
@@ -228,7 +236,7 @@ impl<'a> ContactPhase<'a> {
 
     /// The largest of the speeds of the body, in m/s.
     fn speed(&self) -> f64 {
-        let BodyState { center, spin, .. } = &self.stance;
+        let BodyState { center, spin, .. } = &self.body;
         center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
     }
 
@@ -256,13 +264,13 @@ impl<'a> ContactPhase<'a> {
                 Some(StretchEnd::Stop(i, way)) => Some((i, way)),
                 _ => None,
             };
-            if let Some(now) = Swing::begins(&self.stance, &self.word, stopped) {
-                if swings.iter().any(|before| before.encloses(&now, &self.stance))
+            if let Some(now) = Swing::begins(&self.body, &self.word, stopped) {
+                if swings.iter().any(|before| before.encloses(&now, &self.body))
                     && log.end == f64::INFINITY
                 {
                     self.acceleration = Some(acceleration);
                     log.enter(&self.word);
-                    note(&self.stance, &self.word, log.clock, self.cause);
+                    note(&self.body, &self.word, log.clock, self.cause);
                     return PhaseEnd::Outcome(Outcome::Sliding);
                 }
                 swings.retain(|before| !before.is_like(&now));
@@ -272,21 +280,21 @@ impl<'a> ContactPhase<'a> {
             match next {
                 StretchEnd::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
-                        self.undecided = self.stance.problem(self.mass, &self.ways).ok();
+                        self.undecided = self.body.problem(self.mass, &self.ways).ok();
                     }
                     return end;
                 }
                 StretchEnd::LiftOff(i) => {
                     self.ways[i] = None;
-                    if let Some((j, way)) = self.stance.up_from_vertex(i)
+                    if let Some((j, way)) = self.body.up_from_vertex(i)
                         && self.ways[j] == Some(0)
                     {
                         self.ways[j] = Some(way);
                     }
                 }
                 StretchEnd::Stop(i, _) => {
-                    let slow = self.speed() <= self.still * BODY_STOPPED;
-                    if self.stance.stop(&self.word, slow) {
+                    let slow = self.speed() <= self.sliding_tolerance * BODY_STOPPED;
+                    if self.body.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
                     } else {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
@@ -294,13 +302,13 @@ impl<'a> ContactPhase<'a> {
                 }
                 StretchEnd::Slip(i, mode) => {
                     // In a vertex it slides up one piece, and with that leaves the other.
-                    if let Some(j) = self.stance.twin(i) {
+                    if let Some(j) = self.body.twin(i) {
                         self.ways[j] = None;
                     }
                     self.ways[i] = Some(mode.direction() as i8);
                 }
             }
-            let contact = |i: usize| ContactNumber::of(self.stance.points[i].place.contact);
+            let contact = |i: usize| ContactNumber::of(self.body.points[i].place.contact);
             self.cause = match next {
                 StretchEnd::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
                 StretchEnd::Stop(i, _) => Some(Cause::Stop(contact(i))),
@@ -315,14 +323,14 @@ impl<'a> ContactPhase<'a> {
     fn choose(&mut self) -> Result<Onward, Outcome> {
         let mut search = Search::default();
         let (mut problem, mut vague) = (None, false);
-        if let Some((word, acceleration)) = self.stance.only_mode(&self.ways) {
+        if let Some((word, acceleration)) = self.body.only_mode(&self.ways) {
             let only = Onward::same(word, acceleration);
             if !self.is_open(&only) {
                 return Ok(only);
             }
-            self.stance.next_order(&only, &self.ways, &mut search);
+            self.body.next_order(&only, &self.ways, &mut search);
         } else {
-            let asked = self.stance.problem(self.mass, &self.ways);
+            let asked = self.body.problem(self.mass, &self.ways);
             let solved = asked.and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
             });
@@ -334,7 +342,7 @@ impl<'a> ContactPhase<'a> {
             for answer in modes.consistent() {
                 let one = Onward::same(answer.word.modes().collect(), answer.acceleration);
                 if self.is_open(&one) {
-                    self.stance.next_order(&one, &self.ways, &mut search);
+                    self.body.next_order(&one, &self.ways, &mut search);
                 } else {
                     search.add(one.clone());
                 }
@@ -346,8 +354,7 @@ impl<'a> ContactPhase<'a> {
         match search.found.pop() {
             Some(one) if search.found.is_empty() && !vague => Ok(one),
             _ => {
-                self.undecided =
-                    problem.or_else(|| self.stance.problem(self.mass, &self.ways).ok());
+                self.undecided = problem.or_else(|| self.body.problem(self.mass, &self.ways).ok());
                 Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
             }
         }
@@ -355,13 +362,13 @@ impl<'a> ContactPhase<'a> {
 
     /// Whether the accelerations of a word may not tell how it goes on.
     fn is_open(&self, word: &Onward) -> bool {
-        self.moves(word.acceleration) && self.stance.is_open(&word.word)
+        self.moves(word.acceleration) && self.body.is_open(&word.word)
     }
 
     /// Whether the body moves, or is about to.
     fn moves(&self, [ax, ay, turn]: [f64; 3]) -> bool {
         let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
-        !(self.speed() <= self.still && most <= STILL * self.stance.gravity)
+        !(self.speed() <= self.sliding_tolerance && most <= STILL * self.body.gravity)
     }
 
     /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
@@ -377,32 +384,32 @@ impl<'a> ContactPhase<'a> {
     ) -> StretchEnd {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // Rows that leave no motion leave no velocity either: what there is of it is rounding.
-        let rests = self.stance.is_fixed(&self.word) || !self.moves(acceleration);
-        let stance = &mut self.stance;
+        let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
+        let body = &mut self.body;
         if rests {
-            (stance.center.v, stance.spin.omega) = (Vector2::zeros(), 0.0);
-            for (p, mode) in stance.points.iter_mut().zip(&mut self.word) {
+            (body.center.v, body.spin.omega) = (Vector2::zeros(), 0.0);
+            for (p, mode) in body.points.iter_mut().zip(&mut self.word) {
                 p.u = 0.0;
                 if *mode != Mode::Separate && p.friction == 0.0 {
                     *mode = Mode::Fixed; // the same forces
                 }
             }
         } else {
-            stance.hold(&self.word);
+            body.hold(&self.word);
         }
-        self.turned = [stance.spin.theta; 2];
+        self.turned = [body.spin.theta; 2];
         // Where a slide has come to a pole of the forces.
-        let jams = |stance: &mut BodyState, word: &[Mode]| match stance.jams(word) {
+        let jams = |body: &mut BodyState, word: &[Mode]| match body.jams(word) {
             Some(i) => StretchEnd::Stop(i, word[i]),
             None => outcome(Outcome::Inconsistent),
         };
         let mut side = None;
-        let mut cycle = Cycle::new(stance, &self.word);
+        let mut cycle = ClosedMotion::new(body, &self.word);
         let began = log.clock;
         let mut fresh = true;
         loop {
             log.enter(&self.word);
-            note(stance, &self.word, log.clock, self.cause);
+            note(body, &self.word, log.clock, self.cause);
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);
@@ -416,12 +423,12 @@ impl<'a> ContactPhase<'a> {
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
                     let changed = (0..changed.len()).filter(|&i| changed[i]);
-                    changed.for_each(|i| step.emerges(stance, i));
+                    changed.for_each(|i| step.emerges(body, i));
                 }
                 match last {
                     Some(StretchEnd::LiftOff(i)) if self.word[i] == Mode::Separate => {
                         step.lifts_off(i);
-                        if let Some((j, _)) = stance.up_from_vertex(i) {
+                        if let Some((j, _)) = body.up_from_vertex(i) {
                             step.breaks_loose(j);
                         }
                     }
@@ -430,7 +437,7 @@ impl<'a> ContactPhase<'a> {
                             return None;
                         }
                         // From a vertex it slides up one piece, and with it leaves the other.
-                        if let Some(j) = stance.twin(i).filter(|&j| stance.points[j].h == 0.0)
+                        if let Some(j) = body.twin(i).filter(|&j| body.points[j].h == 0.0)
                             && self.word[j] == Mode::Separate
                         {
                             step.lifts_off(j);
@@ -438,20 +445,20 @@ impl<'a> ContactPhase<'a> {
                     }
                     _ => {}
                 }
-                let (t, end) = step.first_event(stance, log.left());
+                let (t, end) = step.first_event(body, log.left());
                 Some((step, t, end))
             };
             let mut found = None;
-            let soon = stance.soon(&self.word, acceleration);
+            let soon = body.soon(&self.word, acceleration);
             for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
-                found = Step::new(stance, &self.word, order).and_then(begins);
+                found = Step::new(body, &self.word, order).and_then(begins);
                 let Some((_, t, end)) = &found else { break };
                 if *end != StepEnd::Reach || *t >= log.left() || *t == f64::INFINITY {
                     break;
                 }
             }
             while let Some((step, t, _)) = &found
-                && let Some(longer) = step.longer(stance, &self.word, *t)
+                && let Some(longer) = step.longer(body, &self.word, *t)
             {
                 found = begins(longer);
             }
@@ -460,7 +467,7 @@ impl<'a> ContactPhase<'a> {
             let Some((step, t, mut end)) = on else {
                 // At a pole, or past it by a rounding; from the start no way to it is known.
                 return match before {
-                    Some(_) => jams(stance, &self.word),
+                    Some(_) => jams(body, &self.word),
                     None => outcome(Outcome::Inconsistent),
                 };
             };
@@ -470,35 +477,35 @@ impl<'a> ContactPhase<'a> {
                 return StretchEnd::End(PhaseEnd::Thaw);
             }
             let [ax, ay, _] = acceleration;
-            let way = t * (stance.center.v.norm() + t * libm::hypot(ax, ay));
+            let way = t * (body.center.v.norm() + t * libm::hypot(ax, ay));
             // Beyond all bounds nothing ever happens, either.
             if t == f64::INFINITY
                 || way > DEPARTED
-                || cycle.is_complete(stance, &self.word) && log.end == f64::INFINITY
+                || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY
             {
                 self.acceleration = Some(acceleration);
                 // Linearised, what flies while nothing ever happens flies away.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
-                return outcome(if closed || stance.frozen.is_none() {
+                return outcome(if closed || body.frozen.is_none() {
                     Outcome::Sliding
                 } else {
                     Outcome::Escape
                 });
             }
-            *stance = step.at(stance, t);
+            *body = step.at(body, t);
             let [least, most] = self.turned;
-            self.turned = [least.min(stance.spin.theta), most.max(stance.spin.theta)];
+            self.turned = [least.min(body.spin.theta), most.max(body.spin.theta)];
             log.clock = log.clock.after(t);
             let counted = log.step();
             if let StepEnd::Landing(i) = end
-                && stance.passes(i, step.lift(i, t), log.clock.since(began), self.size)
+                && body.passes(i, step.lift(i, t), log.clock.since(began), self.size)
             {
                 end = StepEnd::Reach;
             }
             match end {
                 StepEnd::Landing(i) => {
-                    let first = stance.points[i];
-                    for (j, p) in stance.points.iter_mut().enumerate() {
+                    let first = body.points[i];
+                    for (j, p) in body.points.iter_mut().enumerate() {
                         if j == i || self.word[j] == Mode::Separate && p.lands_with(&first) {
                             (p.h, p.u) = (0.0, p.u.min(0.0));
                         }
@@ -506,18 +513,18 @@ impl<'a> ContactPhase<'a> {
                     return StretchEnd::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Leave(i, side) => {
-                    stance.points[i].place.sides[side] = 0.0;
+                    body.points[i].place.sides[side] = 0.0;
                     return StretchEnd::End(PhaseEnd::Leave(i, side));
                 }
-                StepEnd::Surface(i) => stance.points[i].surfaces(),
-                StepEnd::Jam => return jams(stance, &self.word),
+                StepEnd::Surface(i) => body.points[i].surfaces(),
+                StepEnd::Jam => return jams(body, &self.word),
                 StepEnd::Reach if log.left() <= 0.0 => return outcome(Outcome::TimeLimit),
                 _ if !counted => return outcome(Outcome::EventLimit),
                 StepEnd::LiftOff(i) => return StretchEnd::LiftOff(i),
                 StepEnd::Stop(i) => return StretchEnd::Stop(i, self.word[i]),
                 StepEnd::Slip(i, mode) => return StretchEnd::Slip(i, mode),
                 StepEnd::Reach => {
-                    if stance.center.r.norm() > self.options.neighbourhood {
+                    if body.center.r.norm() > self.options.neighbourhood {
                         return outcome(Outcome::Escape);
                     }
                 }

@@ -240,7 +240,7 @@ impl BodyState {
 
     /// Back from a geometry that was frozen for a moment: the body moves with what is closed, and the gaps of the others
     /// with the body.
-    pub(crate) fn thaw(&mut self) {
+    pub(crate) fn unfreeze(&mut self) {
         let closed =
             |p: &ContactState| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
         let modes: PerContact<Mode> = self.points.iter().map(closed).collect();

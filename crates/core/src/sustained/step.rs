@@ -204,7 +204,7 @@ impl Step {
         let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
         let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
-        let mut square = ZERO; // ω², as far as it bends the paths of the contact points
+        let mut square = ZERO; // ω², as far as it curves the paths of the contact points
 
         // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
         let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
@@ -235,8 +235,8 @@ impl Step {
             let mut right = Vector3::zeros();
             for m in 0..n {
                 let track = &tracks[unknowns[m].contact];
-                let bend = if unknowns[m].tangential { &track.b } else { &track.c };
-                right[m] = product(bend, &square, k);
+                let centripetal = if unknowns[m].tangential { &track.b } else { &track.c };
+                right[m] = product(centripetal, &square, k);
                 if k == 0 {
                     right[m] -= row(unknowns[m]).dot(&pull);
                 }
@@ -298,15 +298,19 @@ impl Step {
                 // (b_i − b_j) ω̇ = (c_i − c_j) ω² − (n_i − n_j)·v̇, and n_i·v̇ = c_i ω² − b_i ω̇
                 let (one, two) = (&tracks[i], &tracks[j]);
                 let normal = state.points[i].normal;
-                let bends = |bend: Series| if level { 0.0 } else { product(&bend, &square, k) };
+                let centripetal_term = |centripetal: Series| {
+                    if level { 0.0 } else { product(&centripetal, &square, k) }
+                };
                 let spun = |lever: &Series| -> f64 {
                     (1..=k).map(|l| lever[l] * omega[k - l + 1] * (k - l + 1) as f64).sum()
                 };
                 let apart: Series = std::array::from_fn(|k| one.b[k] - two.b[k]);
-                let bend = std::array::from_fn(|k| one.c[k] - two.c[k]);
-                turn = (bends(bend) - (normal - state.points[j].normal).dot(&push) - spun(&apart))
+                let centripetal = std::array::from_fn(|k| one.c[k] - two.c[k]);
+                turn = (centripetal_term(centripetal)
+                    - (normal - state.points[j].normal).dot(&push)
+                    - spun(&apart))
                     / apart[0];
-                let off = bends(one.c) - one.b[0] * turn - spun(&one.b);
+                let off = centripetal_term(one.c) - one.b[0] * turn - spun(&one.b);
                 push += normal * (off - normal.dot(&push));
             }
             theta[k + 1] = omega[k] * next;
@@ -321,11 +325,12 @@ impl Step {
                     track.c[k + 1] = product(&track.b, &omega, k) * next;
                 }
                 // u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
-                let change = |row: &Vector2<f64>, lever: &Series, side: f64, bend: &Series| {
-                    let turned: f64 =
-                        (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
-                    (row.dot(&push) + side * turned - product(bend, &square, k)) * next
-                };
+                let change =
+                    |row: &Vector2<f64>, lever: &Series, side: f64, centripetal: &Series| {
+                        let turned: f64 =
+                            (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
+                        (row.dot(&push) + side * turned - product(centripetal, &square, k)) * next
+                    };
                 if track.mode == Mode::Separate && !track.pinned {
                     track.h[k + 1] = track.u[k] * next;
                     track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);

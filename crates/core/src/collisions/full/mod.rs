@@ -1,10 +1,10 @@
-//! Collisions of the full model: finite rotation, impacts at the configuration of the moment.
+//! Collisions of the full model: finite rotation, impacts at the current configuration.
 //!
 //! The state is kept in gap coordinates (h, u) with b_i, c_i of the rotated arms; positions of the body
 //! follow from the impulses. Where what remains of an accumulation is so short that the geometry cannot
 //! change any more, the frozen model sums it.
 
-mod hop;
+mod plain;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -16,13 +16,13 @@ use crate::flight::{GapArc, Touchdown, is_lost};
 use crate::impact::newton;
 use crate::math::turn::Turn;
 use crate::tolerance::{CONTACTS_APART, FROZEN_CHANGE_MARGIN, TAIL, TAIL_TOO_LONG};
-use crate::zeno::{FrozenModel, Gaps, share};
-pub(crate) use hop::Pool;
-use hop::{Course, Left, Moment, Stopped};
+use crate::zeno::{FrozenModel, Gaps, solve_coupled};
+pub(crate) use plain::Pool;
+use plain::{FullConstants, FullLoopState, Stopped, UntilCheck};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Body {
+pub(crate) struct PairBody {
     pub(crate) contacts: [ContactGeometry; 2],
     /// ρ²
     pub(crate) rho2: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Body {
 /// State of the full model: gap coordinates, centre of mass and rotation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FullState {
-    pub(crate) body: Body,
+    pub(crate) body: PairBody,
     pub(crate) gaps: Gaps,
     pub(crate) center: Center,
     pub(crate) spin: Spin,
@@ -51,7 +51,7 @@ pub(crate) struct FullState {
 const REFRESH: usize = 32;
 
 impl FullState {
-    pub(crate) fn new(body: Body, gaps: Gaps, center: Center, spin: Spin) -> Self {
+    pub(crate) fn new(body: PairBody, gaps: Gaps, center: Center, spin: Spin) -> Self {
         let turn = Turn::by(spin.theta);
         let arms = body.contacts.map(|k| k.turned(&turn));
         let (b, c) = (arms.map(|arm| arm.0), arms.map(|arm| arm.1));
@@ -93,23 +93,23 @@ impl FullState {
     }
 
     /// ρ²/(b_i² + ρ²): translational impulse per unit mass and own-rate jump.
-    pub(crate) fn share(&self, i: usize) -> f64 {
+    pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
         self.body.rho2 / self.own(i)
     }
 
-    /// (ψ, φ) of this moment.
+    /// (ψ, φ) of this configuration.
     fn couplings(&self) -> ([f64; 2], [f64; 2]) {
         couplings(self.b[0], self.b[1], self.body.n12, self.body.rho2)
     }
 
-    /// The local model with the geometry and the effective gravity of this moment.
+    /// The local model with the geometry and the effective gravity of this configuration.
     pub(crate) fn frozen(&self) -> LocalModel {
         let (psi, phi) = self.couplings();
         let e = [0, 1].map(|i| self.body.contacts[i].restitution);
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
     }
 
-    /// Whether a flight to the next landing loses the place of the body: of one that lies flat and does not turn, or has one
+    /// Whether a flight to the next landing loses the position of the body: of one that lies flat and does not turn, or has one
     /// contact, there is nothing but the rotation to lose.
     #[inline]
     fn is_lost(&self, contact: usize, dt: f64) -> bool {
@@ -139,7 +139,7 @@ impl FullState {
     }
 
     /// Applies own-rate jumps at the contacts to gaps, spin and impulses.
-    pub(crate) fn kick(&mut self, jump: [f64; 2]) {
+    pub(crate) fn apply_impulse(&mut self, jump: [f64; 2]) {
         let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
         for i in 0..2 {
             let per_own = jump[i] / self.own(i);
@@ -157,8 +157,8 @@ impl FullState {
     /// Speeds shrink more slowly than times on the way to a 2-Zeno: this matters where the times do not.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
-        let moment: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
-        self.spin.omega -= omega * moment / self.body.rho2;
+        let fast: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
+        self.spin.omega -= omega * fast / self.body.rho2;
     }
 
     /// Gives the body the velocity that its gap rates say of these contacts: after a tail that was summed in the geometry of its
@@ -172,11 +172,11 @@ impl FullState {
             self.gaps.u[i] - (n.dot(&self.center.v) + self.b[i] * self.spin.omega)
         };
         let jump = match closed {
-            [true, true] => share(self.couplings().0, [left(0), left(1)]),
+            [true, true] => solve_coupled(self.couplings().0, [left(0), left(1)]),
             _ => [0, 1].map(|i| if closed[i] { left(i) } else { 0.0 }),
         };
         let rates = self.gaps.u;
-        self.kick(jump);
+        self.apply_impulse(jump);
         self.gaps.u = rates;
         if closed == [true, true] {
             self.forget_rounding();
@@ -252,10 +252,16 @@ impl FullState {
     }
 
     /// How the flights after an impact at `a` end here, if they do: whether the tail may be summed with frozen geometry.
-    fn accumulates(&self, a: usize, tau: f64, course: &Course<f64>, log: &Log) -> Option<LoopExit> {
-        let moment = Moment::of(self, log.clock);
+    fn accumulates(
+        &self,
+        a: usize,
+        tau: f64,
+        constants: &FullConstants<f64>,
+        log: &Log,
+    ) -> Option<LoopExit> {
+        let fast = FullLoopState::of(self, log.clock);
         let near =
-            if a == 0 { moment.near::<0>(course, tau) } else { moment.near::<1>(course, tau) };
+            if a == 0 { fast.near::<0>(constants, tau) } else { fast.near::<1>(constants, tau) };
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         let now = log.clock.hi;
         if near.bounce
@@ -282,7 +288,7 @@ impl FullState {
                 }
             }
         }
-        if near.brief && self.is_brief(gravity, log) {
+        if near.freezes && self.can_freeze(gravity, log) {
             return Some(LoopExit::Freeze);
         }
         // Drawn off the ground or not, a contact that the impact stops is not in flight: its mode is to be found.
@@ -346,11 +352,11 @@ impl FullState {
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         let (Gaps { h, u }, loss) = (self.gaps, self.body.least_loss);
         let squares = [0, 1].map(|i| u[i] * u[i] + 2.0 * gravity[i] * h[i]);
-        hop::is_brief(squares, gravity, loss, log.clock.hi) && self.is_brief(gravity, log)
+        plain::may_freeze(squares, gravity, loss, log.clock.hi) && self.can_freeze(gravity, log)
     }
 
     #[cold]
-    fn is_brief(&self, gravity: [f64; 2], log: &Log) -> bool {
+    fn can_freeze(&self, gravity: [f64; 2], log: &Log) -> bool {
         let now = log.clock.hi;
         let frozen = FrozenModel::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
@@ -378,11 +384,11 @@ impl FullState {
     fn drift(&self, t: f64, jump_a: f64, jump_b: f64) -> Drift {
         let (b, c, rho2) = (self.b, self.c, self.body.rho2);
         let lever = [0, 1].map(|i| b[i].abs() / self.own(i));
-        let kick = (jump_a + jump_b) * lever[0].max(lever[1]);
-        let omega = self.spin.omega.abs() + kick;
+        let twist = (jump_a + jump_b) * lever[0].max(lever[1]);
+        let omega = self.spin.omega.abs() + twist;
         let angle = omega * t;
         let gravity = [0, 1].map(|i| {
-            2.0 * c[i].abs() * omega * kick
+            2.0 * c[i].abs() * omega * twist
                 + omega * omega * angle * (b[i].abs() + c[i].abs() * angle)
         });
         let cross = b[0] * b[1] + rho2 * self.body.n12;
@@ -390,18 +396,23 @@ impl FullState {
             let own = self.own(i);
             ((c[0] * b[1] + b[0] * c[1]) / own + cross / (own * own) * -2.0 * b[i] * c[i]).abs()
         });
-        let bend = (b[0] * b[1]).abs().max(c[0].abs() * c[1].abs()) / self.own(0).min(self.own(1));
-        Drift { angle, gravity, psi: slope[0].max(slope[1]) * angle + 4.0 * bend * angle * angle }
+        let curvature =
+            (b[0] * b[1]).abs().max(c[0].abs() * c[1].abs()) / self.own(0).min(self.own(1));
+        Drift {
+            angle,
+            gravity,
+            psi: slope[0].max(slope[1]) * angle + 4.0 * curvature * angle * angle,
+        }
     }
 }
 
 /// Collisions one after the other, under way.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FullCollisions {
-    course: Course<f64>,
+    constants: FullConstants<f64>,
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
-    left: Left,
+    left: UntilCheck,
 }
 
 /// Collisions by which it pays to go into a register.
@@ -416,7 +427,7 @@ impl FullCollisions {
         let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
         let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
         if suits {
-            pool.put(run, Moment::of(state, log.clock), self.course, self.left);
+            pool.put(run, FullLoopState::of(state, log.clock), self.constants, self.left);
         }
         suits
     }
@@ -428,16 +439,16 @@ impl FullCollisions {
         state: &mut FullState,
         log: &mut Log,
     ) -> Option<Option<LoopExit>> {
-        log.clock = stopped.moment.put(state);
+        log.clock = stopped.fast.put(state);
         log.hits += self.left.granted - stopped.left.granted;
         self.left = stopped.left;
         self.active = Some(stopped.a);
-        let Some(dt) = stopped.look else { return Some(None) };
-        self.look_after(stopped.a, dt, state, log)
+        let Some(dt) = stopped.may_end else { return Some(None) };
+        self.end_after(stopped.a, dt, state, log)
     }
 
-    /// A look after a collision at `a`: `None`: plain collisions may be next, else an end or none.
-    fn look_after(
+    /// Tests for an end after a collision at `a`: `None`: plain collisions may be next, else an end or none.
+    fn end_after(
         &mut self,
         a: usize,
         dt: f64,
@@ -445,7 +456,7 @@ impl FullCollisions {
         log: &Log,
     ) -> Option<Option<LoopExit>> {
         self.active = (state.gaps.u[a] > 0.0).then_some(a);
-        let halt = state.accumulates(a, dt, &self.course, log);
+        let halt = state.accumulates(a, dt, &self.constants, log);
         (halt.is_some() || self.active.is_none()).then_some(halt)
     }
 
@@ -459,10 +470,10 @@ impl FullCollisions {
             None => Some(None),
             Some(0) => None,
             Some(_) => {
-                let mut moment = Moment::of(state, log.clock);
-                let stop = self.hop::<1>(&mut moment, state, log);
+                let mut fast = FullLoopState::of(state, log.clock);
+                let stop = self.plain_collision::<1>(&mut fast, state, log);
                 if stop.is_none() {
-                    log.clock = moment.put(state);
+                    log.clock = fast.put(state);
                     self.active = Some(0);
                 }
                 stop
@@ -470,9 +481,9 @@ impl FullCollisions {
         }
     }
 
-    pub(crate) fn begin(body: &Body, log: &mut Log) -> Self {
-        let left = Left { granted: log.chunk(), fresh: REFRESH };
-        Self { course: Course::new(body, log.end), active: None, left }
+    pub(crate) fn begin(body: &PairBody, log: &mut Log) -> Self {
+        let left = UntilCheck { granted: log.chunk(), fresh: REFRESH };
+        Self { constants: FullConstants::new(body, log.end), active: None, left }
     }
 
     fn count(&mut self) {
@@ -530,7 +541,7 @@ impl FullCollisions {
             state.write_down(contact, before, jump, log);
         }
         self.active = (state.gaps.u[contact] > 0.0).then_some(contact);
-        state.accumulates(contact, landing.dt, &self.course, log)
+        state.accumulates(contact, landing.dt, &self.constants, log)
     }
 
     /// Plain collisions in turn, as long as nothing else happens.
@@ -546,53 +557,53 @@ impl FullCollisions {
         if let Some(stop) = self.come_to_first(state, log) {
             return Some(stop);
         }
-        let mut moment = Moment::of(state, log.clock);
+        let mut fast = FullLoopState::of(state, log.clock);
         for _ in 0..most {
-            if let Some(stop) = self.hop::<0>(&mut moment, state, log) {
+            if let Some(stop) = self.plain_collision::<0>(&mut fast, state, log) {
                 return Some(stop);
             }
-            if let Some(stop) = self.hop::<1>(&mut moment, state, log) {
+            if let Some(stop) = self.plain_collision::<1>(&mut fast, state, log) {
                 return Some(stop);
             }
         }
-        log.clock = moment.put(state);
+        log.clock = fast.put(state);
         self.active = Some(0);
         None
     }
 
     /// A plain collision; `A` was hit last. Anything else stops the loop, and may be the end of it.
     #[inline(always)]
-    fn hop<const A: usize>(
+    fn plain_collision<const A: usize>(
         &mut self,
-        moment: &mut Moment<f64>,
+        fast: &mut FullLoopState<f64>,
         state: &mut FullState,
         log: &mut Log,
     ) -> Option<Option<LoopExit>> {
         let mut small = true;
         if self.left.fresh == 0 {
-            let (arms, known) = moment.arms(&self.course);
+            let (arms, known) = fast.arms(&self.constants);
             if known {
-                moment.take_arms(arms);
+                fast.take_arms(arms);
                 self.left.fresh = REFRESH;
             }
             small = known;
         }
-        let hop = moment.hop::<A>(&self.course);
-        if !small || self.left.granted == 0 || !hop.plain {
-            log.clock = moment.put(state);
+        let next = fast.plain_collision::<A>(&self.constants);
+        if !small || self.left.granted == 0 || !next.plain {
+            log.clock = fast.put(state);
             self.active = Some(A);
             return Some(None);
         }
-        *moment = hop.after;
+        *fast = next.after;
         self.count();
         log.hits += 1;
         if log.record {
-            log.clock = moment.put(state);
-            state.write_down(1 - A, hop.before, hop.jump, log);
+            log.clock = fast.put(state);
+            state.write_down(1 - A, next.before, next.jump, log);
         }
-        if hop.look {
-            log.clock = moment.put(state);
-            return self.look_after(1 - A, hop.dt, state, log);
+        if next.may_end {
+            log.clock = fast.put(state);
+            return self.end_after(1 - A, next.dt, state, log);
         }
         None
     }
@@ -613,7 +624,7 @@ impl Drift {
     }
 }
 
-impl Body {
+impl PairBody {
     /// The pair of contacts of a posture; a single contact gets an absent partner.
     pub(crate) fn new(geometry: &[ContactGeometry], rho2: f64, gravity: f64) -> Self {
         let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(ContactGeometry::ABSENT)];

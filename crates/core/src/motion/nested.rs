@@ -1,5 +1,5 @@
-//! Sums of infinitely many rounds. A round goes from one landing of a contact to its next landing, while the other contact is held; the
-//! rounds repeat on a smaller and smaller scale.
+//! Sums of infinitely many cycles. A cycle goes from one landing of a contact to its next landing, while the other contact is held; the
+//! cycles repeat on a smaller and smaller scale.
 
 use nalgebra::Vector3;
 
@@ -12,43 +12,43 @@ use crate::motion::frame::{Base, Snapshot};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{CYCLE_RATIO_ROUNDINGS, REACHED, REMAINDER_FACTOR, STILL};
 
-/// The rounds of two contacts.
+/// The cycles of two contacts.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Rounds {
-    /// For each contact: the last round that ended with its landing.
-    last: [Option<Round>; 2],
+pub(crate) struct NestedSequence {
+    /// For each contact: the last cycle that ended with its landing.
+    last: [Option<Cycle>; 2],
     /// For each contact: which way it slid when it was held last, and since when.
     slides: [(f64, Clock); 2],
     /// The largest sliding speed that was taken for none, in m/s.
     dropped: f64,
 }
 
-/// A round, at its end.
+/// A cycle, at its end.
 #[derive(Debug, Clone, Copy)]
-struct Round {
+struct Cycle {
     at: Snapshot,
-    /// Ratio of the landing speeds of this round and the one before.
+    /// Ratio of the landing speeds of this cycle and the one before.
     ratio: f64,
-    /// Change of q̇ in this round.
+    /// Change of q̇ in this cycle.
     change: Vector3<f64>,
     /// In s.
     duration: f64,
 }
 
-/// Where infinitely many rounds lead to.
+/// Where infinitely many cycles lead to.
 #[derive(Debug, Clone)]
 pub(crate) struct Limit {
     /// Both contacts on the ground.
     pub(crate) end: BodyState,
     /// Until then, in s.
     pub(crate) duration: f64,
-    /// Whether rounds repeat themselves; if not, so little time is left that they need not.
+    /// Whether cycles repeat themselves; if not, so little time is left that they need not.
     pub(crate) repeats: bool,
     /// Estimate of the error of that time, in s.
     pub(crate) error: f64,
 }
 
-impl Rounds {
+impl NestedSequence {
     /// From now on the contacts are in these modes.
     pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
         for (way, mode) in self.slides.iter_mut().zip(word) {
@@ -63,7 +63,7 @@ impl Rounds {
         self.dropped = self.dropped.max(speed);
     }
 
-    /// Error of the time of a rest, in s: a speed that was taken for none is missing in all rounds since, for about as long as
+    /// Error of the time of a rest, in s: a speed that was taken for none is missing in all cycles since, for about as long as
     /// gravity takes to undo it.
     pub(crate) fn missing(&self, gravity: f64) -> f64 {
         if self.dropped > 0.0 { REMAINDER_FACTOR * self.dropped / gravity } else { 0.0 }
@@ -73,7 +73,7 @@ impl Rounds {
         self.last = [None; 2];
     }
 
-    /// Contact `b` lands while the other is held. Rounds from one such landing to the next that shrink in one ratio r, all
+    /// Contact `b` lands while the other is held. NestedSequence from one such landing to the next that shrink in one ratio r, all
     /// times and all changes of velocity with it, are summed:
     ///
     /// ```text
@@ -84,35 +84,35 @@ impl Rounds {
     pub(crate) fn land(
         &mut self,
         b: usize,
-        stance: &BodyState,
+        body: &BodyState,
         clock: Clock,
         size: f64,
         fastest: f64,
         left: f64,
     ) -> Option<Limit> {
         let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
-        let now = Snapshot::of_stance(stance, clock);
+        let now = Snapshot::of_body(body, clock);
         let start =
-            Round { at: now, ratio: f64::NAN, change: Vector3::zeros(), duration: f64::NAN };
+            Cycle { at: now, ratio: f64::NAN, change: Vector3::zeros(), duration: f64::NAN };
         let last = self.last[b].replace(start)?;
         let before = &last.at;
         let ratio = now.gaps.u[b] / before.gaps.u[b];
         let gained = Base::state(&now).qdot - Base::state(before).qdot;
         let dt = now.clock.since(before.clock);
-        self.last[b] = Some(Round { at: now, ratio, change: gained, duration: dt });
+        self.last[b] = Some(Cycle { at: now, ratio, change: gained, duration: dt });
         let sum = ratio / (1.0 - ratio);
         let t = dt * sum;
         // The geometry has to stay what it is, too: then times shrink in the same ratio. How far they do not is of the order
-        // of the angle of the body, which shrinks with the rounds.
-        let turned = if stance.frozen.is_some() {
+        // of the angle of the body, which shrinks with the cycles.
+        let turned = if body.frozen.is_some() {
             0.0
         } else {
             let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
             (angle * angle).max((dt / (ratio * last.duration) - 1.0).abs())
         };
         let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
-        // And what a round does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
-        // round before and sticks in this one may leave the ratio of the landing speeds as it is.
+        // And what a cycle does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
+        // cycle before and sticks in this one may leave the ratio of the landing speeds as it is.
         let unlike = speed(&(gained - last.change * ratio)) * sum;
         let alike = unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * now.clock.hi;
@@ -121,10 +121,10 @@ impl Rounds {
             return None;
         }
         // No point may come to an end of its terrain on the way.
-        let way = t * (speed(&Base::state(before).qdot) + stance.gravity * dt);
+        let way = t * (speed(&Base::state(before).qdot) + body.gravity * dt);
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * way);
-        if !stance.points.iter().all(room) {
+        if !body.points.iter().all(room) {
             return None;
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);
@@ -132,27 +132,27 @@ impl Rounds {
         // At the end both contacts are on the ground, and so they are now: of a body whose geometry stays as it is, what a
         // velocity or a way has across the ground is rounding, and the time may be long.
         let along = |change: Vector3<f64>| {
-            if stance.frozen.is_none() {
+            if body.frozen.is_none() {
                 return change;
             }
-            let mut moved = stance.clone();
+            let mut moved = body.clone();
             (moved.center.v, moved.spin.omega) = (change.xy(), change.z);
-            moved.close(&stance.points.iter().map(|_| true).collect::<PerContact<_>>());
+            moved.close(&body.points.iter().map(|_| true).collect::<PerContact<_>>());
             Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
         };
         let v = along(state.qdot + (state.qdot - old.qdot) * sum);
         let way = along(v * t + (state.q - old.q - v * dt) * rest);
-        let mut end = stance.clone();
-        (end.center.v, end.center.r) = (v.xy(), stance.center.r + way.xy());
-        end.spin = Spin { theta: stance.spin.theta + way.z, omega: v.z };
-        // A contact that slides in all rounds has to slide the same way at their end, and one that sticks has to stand still there:
+        let mut end = body.clone();
+        (end.center.v, end.center.r) = (v.xy(), body.center.r + way.xy());
+        end.spin = Spin { theta: body.spin.theta + way.z, omega: v.z };
+        // A contact that slides in all cycles has to slide the same way at their end, and one that sticks has to stand tolerance there:
         // up to the rounding of the sum, and to the speeds that count as none.
-        let still = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
+        let tolerance = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
         let turns_back = |i: usize| {
             let ((way, when), slip) = (self.slides[i], end.slip(i));
-            let held = when.since(before.clock) >= 0.0 && stance.points[i].friction > 0.0;
-            stance.slip(i) * slip < 0.0 && slip.abs() > still
-                || held && (way * slip < -still || way == 0.0 && slip.abs() > still)
+            let held = when.since(before.clock) >= 0.0 && body.points[i].friction > 0.0;
+            body.slip(i) * slip < 0.0 && slip.abs() > tolerance
+                || held && (way * slip < -tolerance || way == 0.0 && slip.abs() > tolerance)
         };
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
@@ -163,7 +163,7 @@ impl Rounds {
             (p.b, p.c) = p.turned(&onward);
         }
         self.forget();
-        let missing = self.missing(stance.gravity);
+        let missing = self.missing(body.gravity);
         let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
         let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
         Some(Limit { end, duration: t, repeats, error })

@@ -4,7 +4,7 @@
 use fearless_simd::Simd;
 
 use crate::body::geometry::ContactGeometry;
-use crate::collisions::full::{Body, FullState, REFRESH};
+use crate::collisions::full::{FullState, PairBody, REFRESH};
 use crate::flight::{GapArc, longest};
 use crate::impact::newton;
 use crate::math::clock::{Clock, renormalised, unnormalised_after};
@@ -28,7 +28,7 @@ pub(crate) struct Side<T> {
 
 /// What does not change in a run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course<T> {
+pub(crate) struct FullConstants<T> {
     sides: [Side<T>; 2],
     rho2: T,
     /// ρ² n_1·n_2
@@ -43,7 +43,7 @@ pub(crate) struct Course<T> {
 
 /// The state of a body, right after an impact, and the clock.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Moment<T> {
+pub(crate) struct FullLoopState<T> {
     h: [T; 2],
     u: [T; 2],
     b: [T; 2],
@@ -57,11 +57,11 @@ pub(crate) struct Moment<T> {
 }
 
 /// A collision, if it is of the plain kind.
-pub(crate) struct Hop<T: Real> {
-    pub(crate) after: Moment<T>,
+pub(crate) struct FullPlainCollision<T: Real> {
+    pub(crate) after: FullLoopState<T>,
     pub(crate) plain: T::Mask,
-    /// Whether what follows may be summed or frozen, or the contact just hit stays: a look is due.
-    pub(crate) look: T::Mask,
+    /// Whether what follows may be summed or frozen, or the contact just hit stays closed.
+    pub(crate) may_end: T::Mask,
     /// Rates before the impact, and its own-rate jump.
     pub(crate) before: [T; 2],
     pub(crate) jump: T,
@@ -69,50 +69,50 @@ pub(crate) struct Hop<T: Real> {
     pub(crate) dt: T,
 }
 
-/// Which ends of an accumulation are worth a look, after an impact at contact a: bouncing at a, clattering, and both contacts
+/// Which ends of an accumulation are possible, after an impact at contact a: bouncing at a, clattering, and both contacts
 /// at rest so soon that the geometry may be frozen. Each is tested without a root or a division.
 pub(crate) struct Near<T: Real> {
     pub(crate) bounce: T::Mask,
     pub(crate) clatter: T::Mask,
-    pub(crate) brief: T::Mask,
+    pub(crate) freezes: T::Mask,
 }
 
 /// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`TAIL_TOO_LONG`] of the time elapsed: freezing is
 /// considered. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
-pub(crate) fn is_brief<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
+pub(crate) fn may_freeze<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
     let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
-    let brief = now * TAIL_TOO_LONG * most * loss;
-    let bound = brief * brief;
+    let freezes = now * TAIL_TOO_LONG * most * loss;
+    let bound = freezes * freezes;
     let quick = (squares[0] * 64.0).at_most(bound) & (squares[1] * 64.0).at_most(bound);
-    now.like(0.0).below(brief) & quick
+    now.like(0.0).below(freezes) & quick
 }
 
-impl<T: Angle> Moment<T> {
-    fn arc(&self, i: usize, course: &Course<T>) -> GapArc<T> {
-        let (g, omega) = (course.sides[i].gravity, self.omega);
+impl<T: Angle> FullLoopState<T> {
+    fn arc(&self, i: usize, constants: &FullConstants<T>) -> GapArc<T> {
+        let (g, omega) = (constants.sides[i].gravity, self.omega);
         GapArc { h: self.h[i], u: self.u[i], g, b: self.b[i], c: self.c[i], omega }
     }
 
     /// −ψ_i (b_i² + ρ²)
     #[inline(always)]
-    fn cross(&self, course: &Course<T>) -> T {
-        self.b[0] * self.b[1] + course.cross
+    fn cross(&self, constants: &FullConstants<T>) -> T {
+        self.b[0] * self.b[1] + constants.cross
     }
 
     /// g_i + c_iω²
     #[inline(always)]
-    fn pull(&self, i: usize, course: &Course<T>) -> T {
-        course.sides[i].gravity + self.c[i] * self.omega * self.omega
+    fn pull(&self, i: usize, constants: &FullConstants<T>) -> T {
+        constants.sides[i].gravity + self.c[i] * self.omega * self.omega
     }
 
-    /// What to look at after an impact at `A` that ended a flight of `tau`.
+    /// Which ends to test for after an impact at `A` that ended a flight of `tau`.
     #[inline(always)]
-    pub(crate) fn near<const A: usize>(&self, course: &Course<T>, tau: T) -> Near<T> {
+    pub(crate) fn near<const A: usize>(&self, constants: &FullConstants<T>, tau: T) -> Near<T> {
         let b = 1 - A;
-        let (u_a, u_b, h_b, e) = (self.u[A], self.u[b], self.h[b], course.sides[A].restitution);
-        let gravity = [self.pull(0, course), self.pull(1, course)];
-        let (cross, own) = (self.cross(course), self.b[A] * self.b[A] + course.rho2);
+        let (u_a, u_b, h_b, e) = (self.u[A], self.u[b], self.h[b], constants.sides[A].restitution);
+        let gravity = [self.pull(0, constants), self.pull(1, constants)];
+        let (cross, own) = (self.cross(constants), self.b[A] * self.b[A] + constants.rho2);
         let zero = u_a.like(0.0);
 
         // Bouncing at a, T = 2u/(g(1−e)): whether h_b(T) ≥ 0.
@@ -127,28 +127,32 @@ impl<T: Angle> Moment<T> {
             & (drop * drop * tau).at_most(self.hi * TRY_TAIL * (square * square));
 
         // h_a = 0
-        let brief = is_brief([u_a * u_a, square + drop], gravity, course.least_loss, self.hi);
-        Near { bounce, clatter, brief }
+        let freezes =
+            may_freeze([u_a * u_a, square + drop], gravity, constants.least_loss, self.hi);
+        Near { bounce, clatter, freezes }
     }
 
     /// The arms by the rotation itself, and whether it is small enough.
     #[inline(always)]
-    pub(crate) fn arms(&self, course: &Course<T>) -> ([[T; 2]; 2], T::Mask) {
+    pub(crate) fn arms(&self, constants: &FullConstants<T>) -> ([[T; 2]; 2], T::Mask) {
         let turn = Turn::small(self.theta);
         let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
         // No closure: what is called from a vector loop and not part of it has no vectors of its own.
-        let [one, two] = &course.sides;
+        let [one, two] = &constants.sides;
         ([turn.turned(one.arm), turn.turned(two.arm)], small)
     }
 
     /// The next collision, at the contact that was not hit last. `A`: that was.
     #[inline(always)]
-    pub(crate) fn hop<const A: usize>(&self, course: &Course<T>) -> Hop<T> {
+    pub(crate) fn plain_collision<const A: usize>(
+        &self,
+        constants: &FullConstants<T>,
+    ) -> FullPlainCollision<T> {
         let b = 1 - A;
         let (omega, zero) = (self.omega, self.omega.like(0.0));
-        let (arc_a, arc_b) = (self.arc(A, course), self.arc(b, course));
+        let (arc_a, arc_b) = (self.arc(A, constants), self.arc(b, constants));
         let w4 = omega * omega * (omega * omega);
-        let slow = w4.below(course.sides[0].slow) & w4.below(course.sides[1].slow);
+        let slow = w4.below(constants.sides[0].slow) & w4.below(constants.sides[1].slow);
         let (landing, found) = arc_b.concave_touchdown();
         let (dt, turn) = (landing.dt, &landing.turn);
 
@@ -159,48 +163,49 @@ impl<T: Angle> Moment<T> {
             & found
             & zero.below(height)
             & rates[1].below(zero)
-            & (self.hi + dt).at_most(course.end)
-            & dt.at_most(course.longest);
+            & (self.hi + dt).at_most(constants.end)
+            & dt.at_most(constants.longest);
 
         let mut after = *self;
         (after.hi, after.lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
         after.theta = self.theta + omega * dt;
         after.r = [self.r[0] + self.v[0] * dt, self.r[1] + self.v[1] * dt];
-        after.r[1] = after.r[1] - course.gravity * 0.5 * dt * dt;
-        after.v[1] = self.v[1] - course.gravity * dt;
+        after.r[1] = after.r[1] - constants.gravity * 0.5 * dt * dt;
+        after.v[1] = self.v[1] - constants.gravity * dt;
         for i in 0..2 {
             [after.b[i], after.c[i]] = turn.turned([self.b[i], self.c[i]]);
         }
 
-        let (s, e, normal) = (-rates[1], course.sides[b].restitution, course.sides[b].normal);
-        let (jump, per_own) = newton::own_jump(e, s, after.b[b] * after.b[b] + course.rho2);
-        let push = course.rho2 * per_own;
+        let (s, e, normal) = (-rates[1], constants.sides[b].restitution, constants.sides[b].normal);
+        let (jump, per_own) = newton::own_jump(e, s, after.b[b] * after.b[b] + constants.rho2);
+        let push = constants.rho2 * per_own;
         (after.h[A], after.h[b]) = (height, zero);
         after.u[b] = e * s;
-        after.u[A] = rates[0] + after.cross(course) * per_own;
+        after.u[A] = rates[0] + after.cross(constants) * per_own;
         after.omega = omega + after.b[b] * per_own;
         after.v = [after.v[0] + normal[0] * push, after.v[1] + normal[1] * push];
 
-        let near = if A == 0 { after.near::<1>(course, dt) } else { after.near::<0>(course, dt) };
-        let look = near.bounce | near.clatter | near.brief | after.u[b].at_most(zero);
+        let near =
+            if A == 0 { after.near::<1>(constants, dt) } else { after.near::<0>(constants, dt) };
+        let may_end = near.bounce | near.clatter | near.freezes | after.u[b].at_most(zero);
         let before = if A == 0 { rates } else { [rates[1], rates[0]] };
-        Hop { after, plain, look, before, jump, dt }
+        FullPlainCollision { after, plain, may_end, before, jump, dt }
     }
 }
 
 /// A body in its lane.
 #[derive(Debug, Clone, Copy)]
-struct Place<T> {
-    moment: Moment<T>,
-    /// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+struct LaneState<T> {
+    fast: FullLoopState<T>,
+    /// Collisions until the next check of the limits, and until the arms are next computed from the rotation itself.
     granted: T,
     fresh: T,
 }
 
-impl<T: Real> Place<T> {
+impl<T: Real> LaneState<T> {
     fn numbers(self) -> [T; 18] {
-        let Self { moment, granted, fresh } = self;
-        let Moment { h, u, b, c, r, v, theta, omega, hi, lo } = moment;
+        let Self { fast, granted, fresh } = self;
+        let FullLoopState { h, u, b, c, r, v, theta, omega, hi, lo } = fast;
         let [[h0, h1], [u0, u1], [b0, b1], [c0, c1], [r0, r1], [v0, v1]] = [h, u, b, c, r, v];
         [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh]
     }
@@ -209,12 +214,12 @@ impl<T: Real> Place<T> {
         let [h0, h1, u0, u1, b0, b1, c0, c1, r0, r1, v0, v1, theta, omega, hi, lo, granted, fresh] =
             numbers;
         let (h, u, b, c) = ([h0, h1], [u0, u1], [b0, b1], [c0, c1]);
-        let moment = Moment { h, u, b, c, r: [r0, r1], v: [v0, v1], theta, omega, hi, lo };
-        Self { moment, granted, fresh }
+        let fast = FullLoopState { h, u, b, c, r: [r0, r1], v: [v0, v1], theta, omega, hi, lo };
+        Self { fast, granted, fresh }
     }
 }
 
-impl<T: Angle> Course<T> {
+impl<T: Angle> FullConstants<T> {
     fn numbers(self) -> [T; 20] {
         let side = |s: Side<T>| {
             let ([x, y], [b, c]) = (s.normal, s.arm);
@@ -243,8 +248,8 @@ impl<T: Angle> Course<T> {
 /// Bodies side by side, each in the middle of plain collisions or stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
-    course: Columns<20>,
-    /// The bodies where some have stopped, as [`Place::numbers`], at each of the [`STAGES`]; those that go on are at the last.
+    constants: Columns<20>,
+    /// The bodies where some have stopped, as [`LaneState::numbers`], at each of the [`STAGES`]; those that go on are at the last.
     stages: [Columns<18>; STAGES],
     /// Durations of the last flights.
     dt: [Columns<1>; STAGES],
@@ -254,31 +259,31 @@ pub(crate) struct Pool {
     on: u64,
 }
 
-/// In a pair of collisions: before that at contact 2, where it is not a plain one; after it, where a look is due; and the same of
+/// In a pair of collisions: before that at contact 2, where it is not a plain one; after it, where an end is possible; and the same of
 /// the collision at contact 1.
 const STAGES: usize = 4;
 
 /// Where a body has stopped.
 pub(crate) struct Stopped {
-    pub(crate) moment: Moment<f64>,
+    pub(crate) fast: FullLoopState<f64>,
     /// The contact hit last.
     pub(crate) a: usize,
-    pub(crate) left: Left,
-    /// Where a look is due: the duration of the flight before.
-    pub(crate) look: Option<f64>,
+    pub(crate) left: UntilCheck,
+    /// Where an end is possible: the duration of the flight before.
+    pub(crate) may_end: Option<f64>,
 }
 
-/// Collisions until the next look at the limits, and until the arms are next computed from the rotation itself.
+/// Collisions until the next check of the limits, and until the arms are next computed from the rotation itself.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Left {
+pub(crate) struct UntilCheck {
     pub(crate) granted: usize,
     pub(crate) fresh: usize,
 }
 
 /// Bodies in the lanes of registers.
 struct Vector<S: Simd> {
-    course: Course<Lanes<S>>,
-    place: Place<Lanes<S>>,
+    constants: FullConstants<Lanes<S>>,
+    lane: LaneState<Lanes<S>>,
     /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
     on: u64,
 }
@@ -287,7 +292,7 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     fn stop(&mut self, lanes: u64, pool: &mut Pool, stage: usize, dt: Lanes<S>) {
         if lanes != 0 {
-            pool.stages[stage].store(&self.place.numbers());
+            pool.stages[stage].store(&self.lane.numbers());
             pool.dt[stage].store(&[dt]);
             pool.stopped[stage] |= lanes;
             self.on &= !lanes;
@@ -298,41 +303,47 @@ impl<S: Simd> Vector<S> {
     #[cold]
     #[inline(always)]
     fn refresh(&mut self) {
-        let Place { moment, fresh, .. } = &mut self.place;
-        let (arms, small) = moment.arms(&self.course);
+        let LaneState { fast, fresh, .. } = &mut self.lane;
+        let (arms, small) = fast.arms(&self.constants);
         let due = small & fresh.at_most(fresh.like(0.0));
         for i in 0..2 {
-            moment.b[i] = Lanes::choose(due, arms[i][0], moment.b[i]);
-            moment.c[i] = Lanes::choose(due, arms[i][1], moment.c[i]);
+            fast.b[i] = Lanes::choose(due, arms[i][0], fast.b[i]);
+            fast.c[i] = Lanes::choose(due, arms[i][1], fast.c[i]);
         }
         *fresh = Lanes::choose(due, fresh.like(REFRESH as f64), *fresh);
     }
 
-    /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which a look is due
+    /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which an end is possible
     /// behind it.
     #[inline(always)]
-    fn hop<const A: usize>(&mut self, pool: &mut Pool) {
-        let zero = self.place.fresh.like(0.0);
-        if self.on & Lanes::<S>::bits(self.place.fresh.at_most(zero)) != 0 {
+    fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
+        let zero = self.lane.fresh.like(0.0);
+        if self.on & Lanes::<S>::bits(self.lane.fresh.at_most(zero)) != 0 {
             self.refresh();
         }
-        let Place { moment, granted, fresh, .. } = self.place;
-        let hop = moment.hop::<A>(&self.course);
-        let plain = hop.plain & zero.below(granted) & zero.below(fresh);
-        self.stop(self.on & !Lanes::<S>::bits(plain), pool, 2 * A, hop.dt);
+        let LaneState { fast, granted, fresh, .. } = self.lane;
+        let next = fast.plain_collision::<A>(&self.constants);
+        let plain = next.plain & zero.below(granted) & zero.below(fresh);
+        self.stop(self.on & !Lanes::<S>::bits(plain), pool, 2 * A, next.dt);
         let (granted, fresh) = (granted + -1.0, fresh + -1.0);
-        self.place = Place { moment: hop.after, granted, fresh };
-        self.stop(self.on & Lanes::<S>::bits(hop.look), pool, 2 * A + 1, hop.dt);
+        self.lane = LaneState { fast: next.after, granted, fresh };
+        self.stop(self.on & Lanes::<S>::bits(next.may_end), pool, 2 * A + 1, next.dt);
     }
 }
 
 impl Pool {
     /// Takes a body in whose loop plain collisions are next, after an impact at contact 1.
-    pub(crate) fn put(&mut self, run: usize, moment: Moment<f64>, course: Course<f64>, left: Left) {
+    pub(crate) fn put(
+        &mut self,
+        run: usize,
+        fast: FullLoopState<f64>,
+        constants: FullConstants<f64>,
+        left: UntilCheck,
+    ) {
         let (granted, fresh) = (left.granted as f64, left.fresh as f64);
-        self.course.put(run, course.numbers());
-        let place = Place { moment, granted, fresh };
-        self.stages[STAGES - 1].put(run, place.numbers());
+        self.constants.put(run, constants.numbers());
+        let lane = LaneState { fast, granted, fresh };
+        self.stages[STAGES - 1].put(run, lane.numbers());
         self.on |= 1 << run;
     }
 
@@ -341,12 +352,13 @@ impl Pool {
         let is_in = |stage: usize| self.stopped[stage] >> run & 1 == 1;
         let stage = (0..STAGES).find(|&stage| is_in(stage)).unwrap_or(STAGES - 1);
         self.stopped[stage] &= !(1 << run);
-        let Place { moment, granted, fresh } = Place::from_numbers(self.stages[stage].get(run));
+        let LaneState { fast, granted, fresh } =
+            LaneState::from_numbers(self.stages[stage].get(run));
         Stopped {
-            moment,
+            fast,
             a: usize::from(stage == 1 || stage == 2),
-            left: Left { granted: granted as usize, fresh: fresh as usize },
-            look: (stage % 2 == 1).then(|| self.dt[stage].get(run)[0]),
+            left: UntilCheck { granted: granted as usize, fresh: fresh as usize },
+            may_end: (stage % 2 == 1).then(|| self.dt[stage].get(run)[0]),
         }
     }
 
@@ -360,21 +372,21 @@ impl Pool {
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
         let all = self.on;
         let mut vector = Vector {
-            course: Course::from_numbers(self.course.load(simd)),
-            place: Place::from_numbers(self.stages[STAGES - 1].load(simd)),
+            constants: FullConstants::from_numbers(self.constants.load(simd)),
+            lane: LaneState::from_numbers(self.stages[STAGES - 1].load(simd)),
             on: all,
         };
         while vector.on == all {
-            vector.hop::<0>(self);
-            vector.hop::<1>(self);
+            vector.plain_collision::<0>(self);
+            vector.plain_collision::<1>(self);
         }
         self.on = vector.on;
-        self.stages[STAGES - 1].store(&vector.place.numbers());
+        self.stages[STAGES - 1].store(&vector.lane.numbers());
     }
 }
 
-impl Course<f64> {
-    pub(crate) fn new(body: &Body, end: f64) -> Self {
+impl FullConstants<f64> {
+    pub(crate) fn new(body: &PairBody, end: f64) -> Self {
         let side = |i: usize| {
             let k = &body.contacts[i];
             let (gravity, restitution) = (k.gravity, k.restitution);
@@ -396,7 +408,7 @@ impl Course<f64> {
     }
 }
 
-impl Moment<f64> {
+impl FullLoopState<f64> {
     pub(crate) fn take_arms(&mut self, arms: [[f64; 2]; 2]) {
         (self.b, self.c) = (arms.map(|arm| arm[0]), arms.map(|arm| arm[1]));
     }
