@@ -1,6 +1,6 @@
 //! The benchmarks are the files beside this one; see each for what its clock covers.
 
-pub mod told;
+pub mod harness;
 
 use standfast::body::LocalModel;
 

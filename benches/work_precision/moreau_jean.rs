@@ -14,7 +14,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde_json::{Value, json};
-use standfast_benches::told;
+use standfast_benches::harness;
 
 /// Longest run that is made, in steps.
 const LONGEST: f64 = 2e7;
@@ -55,7 +55,7 @@ impl Body {
             e: number("restitution"),
             mu: number("friction"),
             slope: number("slope").sin_cos(),
-            gravity: told::GRAVITY,
+            gravity: harness::GRAVITY,
         }
     }
 
@@ -183,9 +183,9 @@ impl Body {
 }
 
 fn main() {
-    for (name, scene) in told::scenes() {
+    for (name, scene) in harness::scenes() {
         let body = Body::read(&scene["body"]);
-        let start = |key: &str| Vector3::from(told::read::<[f64; 3]>(&scene["start"][key]));
+        let start = |key: &str| Vector3::from(harness::read::<[f64; 3]>(&scene["start"][key]));
         let (q0, v0) = (start("q"), start("v"));
         let rest: f64 = scene["rest"]["time"].as_str().and_then(|t| t.parse().ok()).unwrap_or(0.0);
         let rho = body.rho2.sqrt();
@@ -193,7 +193,7 @@ fn main() {
             let h = 10_f64.powf(-0.5 * f64::from(exponent));
             let report = |task: &str, seconds: f64, found: Value| {
                 let setting = format!("dt = {h:.1e}");
-                told::report("Moreau–Jean (ours)", &name, task, &setting, seconds, &found);
+                harness::report("Moreau–Jean (ours)", &name, task, &setting, seconds, &found);
             };
             if 1.5 * rest / h > LONGEST {
                 break;
@@ -202,7 +202,7 @@ fn main() {
                 continue;
             }
             if let Some(time) = scene["before"]["time"].as_f64() {
-                let (seconds, q) = told::timed(|| {
+                let (seconds, q) = harness::timed(|| {
                     let (mut q, mut v, mut t, mut word) = (q0, v0, 0.0, 0);
                     while t < time {
                         let dt = h.min(time - t);
@@ -235,7 +235,7 @@ fn main() {
             // Timed up to the time of rest that it finds, as if that had been known.
             let (settled, q) = run(1.5 * rest);
             let end = if settled.is_nan() { 1.5 * rest } else { settled };
-            let (seconds, _) = told::timed(|| run(end));
+            let (seconds, _) = harness::timed(|| run(end));
             let time = if settled.is_nan() { Value::Null } else { json!(settled) };
             report("rest", seconds, json!({ "time": time, "q": [q.x, q.y, q.z] }));
         }

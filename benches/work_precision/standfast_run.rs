@@ -6,12 +6,12 @@
 use serde_json::{Value, json};
 use standfast::options::Impact;
 use standfast::{Contact, Model, Options, Posture, PostureFields, State, Trajectory, simulate};
-use standfast_benches::told;
+use standfast_benches::harness;
 
 fn main() {
-    for (name, scene) in told::scenes() {
+    for (name, scene) in harness::scenes() {
         let (body, start) = (&scene["body"], &scene["start"]);
-        let q: [f64; 3] = told::read(&start["q"]);
+        let q: [f64; 3] = harness::read(&start["q"]);
         // The posture is nominal where its points touch the floor.
         let [x, y] = match name.as_str() {
             "ball" => [0.0, 0.1],
@@ -19,22 +19,22 @@ fn main() {
             _ => [q[0], q[1]],
         };
         let contact = |[dx, dy]: [f64; 2]| Contact {
-            slope: told::read(&body["slope"]),
-            friction: told::read(&body["friction"]),
+            slope: harness::read(&body["slope"]),
+            friction: harness::read(&body["friction"]),
             ..Contact::at(x + dx, y + dy)
         };
-        let arms: Vec<[f64; 2]> = told::read(&body["arms"]);
+        let arms: Vec<[f64; 2]> = harness::read(&body["arms"]);
         let posture = Posture::new(PostureFields {
-            mass: told::read(&body["mass"]),
-            gyration_radius: told::read(&body["gyration_radius"]),
+            mass: harness::read(&body["mass"]),
+            gyration_radius: harness::read(&body["gyration_radius"]),
             center_of_mass: [x, y],
             contacts: arms.into_iter().map(contact).collect(),
-            restitution: told::read(&body["restitution"]),
-            gravity: told::GRAVITY,
+            restitution: harness::read(&body["restitution"]),
+            gravity: harness::GRAVITY,
             terrain: Vec::new(),
         });
         let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
-        let state = State::new([q[0] - x, q[1] - y, q[2]], told::read(&start["v"]));
+        let state = State::new([q[0] - x, q[1] - y, q[2]], harness::read(&start["v"]));
         let mut options = Options { record: false, ..Options::default() };
         if body["rocks"] == true {
             options.impact = Impact::Moreau;
@@ -47,11 +47,11 @@ fn main() {
         {
             options.model = model;
             let report = |task: &str, seconds: f64, found: Value| {
-                told::report("standfast, in Rust", &name, task, setting, seconds, &found);
+                harness::report("standfast, in Rust", &name, task, setting, seconds, &found);
             };
             if let Some(time) = scene["before"]["time"].as_f64() {
                 let options = Options { time_limit: Some(time), ..options };
-                let (seconds, end) = told::timed(|| *run(&options).state());
+                let (seconds, end) = harness::timed(|| *run(&options).state());
                 let values = if name == "block" {
                     vec![x + end.q.x, y + end.q.y]
                 } else {
@@ -59,7 +59,7 @@ fn main() {
                 };
                 report("before", seconds, json!({ "values": values }));
             }
-            let (seconds, (time, q)) = told::timed(|| {
+            let (seconds, (time, q)) = harness::timed(|| {
                 let run = run(&options);
                 (run.time(), run.state().q)
             });

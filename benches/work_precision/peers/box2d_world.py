@@ -13,7 +13,7 @@ shortened to end at the time asked for. Below steps of about 1e-5 s the roundoff
 import math
 import sys
 
-import told
+import harness
 
 try:
     import Box2D
@@ -36,7 +36,7 @@ def build(name, scene, task, dt, end):
     mass, rho = rigid["mass"], rigid["gyration_radius"]
     cos, sin = math.cos(rigid["slope"]), math.sin(rigid["slope"])
     radius = 0.02 * scale
-    world = Box2D.b2World(gravity=(0, -told.GRAVITY * scale))
+    world = Box2D.b2World(gravity=(0, -harness.GRAVITY * scale))
     skin, a, b = Box2D.b2_polygonRadius, 10 * scale * cos, 10 * scale * sin
     low = (skin * sin, -skin * cos)
     edge = Box2D.b2EdgeShape(
@@ -80,8 +80,8 @@ def simulate(world, body, scale, scene, task, dt, end):
             max(abs(vx), abs(vy), abs(body.angularVelocity) * rho * scale) / scale
         )
     x, y = body.position
-    return [x / scale, y / scale, body.angle], told.settled(times, speeds)
+    return [x / scale, y / scale, body.angle], harness.settled(times, speeds)
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"Box2D {Box2D.__version__}", sys.argv[1], build, simulate)
+    harness.fixed_step(f"Box2D {Box2D.__version__}", sys.argv[1], build, simulate)

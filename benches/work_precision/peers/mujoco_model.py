@@ -14,7 +14,7 @@ asked for. Limits of the model: an impact is not instantaneous, and an impact of
 import math
 import sys
 
-import told
+import harness
 
 try:
     import mujoco
@@ -68,7 +68,7 @@ def model(name, scene, task, dt):
         for a, b in rigid["arms"]
     )
     return mujoco.MjModel.from_xml_string(
-        f"""<mujoco><option gravity="0 {-told.GRAVITY} 0" timestep="{dt!r}"
+        f"""<mujoco><option gravity="0 {-harness.GRAVITY} 0" timestep="{dt!r}"
         cone="elliptic" tolerance="1e-12"><flag refsafe="disable"/></option>
         <default><geom type="sphere" friction="{rigid["friction"]} 0 0" condim="{3 if rigid["friction"] else 1}"
         solref="{spring}" solimp="{impedance} {impedance} 1"/></default>
@@ -101,8 +101,8 @@ def simulate(world, data, scene, task, dt, end):
         times.append(step * dt)
         speeds.append(max(abs(vx), abs(vy), abs(omega) * rho))
     x, y, _, theta = data.qpos.tolist()
-    return [x, y, theta], told.settled(times, speeds)
+    return [x, y, theta], harness.settled(times, speeds)
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"MuJoCo {mujoco.__version__}", sys.argv[1], build, simulate)
+    harness.fixed_step(f"MuJoCo {mujoco.__version__}", sys.argv[1], build, simulate)

@@ -12,7 +12,7 @@ is shortened to end at the time asked for. In free flight the error of a step is
 import math
 import sys
 
-import told
+import harness
 
 try:
     import pymunk
@@ -26,7 +26,7 @@ RADIUS, THICK = 0.02, 1.0
 def build(name, scene, task, dt, end):
     rigid, start = scene["body"], scene["start"]
     space = pymunk.Space()
-    space.gravity = (0, -told.GRAVITY)
+    space.gravity = (0, -harness.GRAVITY)
     space.collision_slop = 0.0
     if name == "rocking":
         space.collision_bias = (
@@ -63,8 +63,8 @@ def simulate(space, body, scene, task, dt, end):
         vx, vy = body.velocity
         times.append(step * dt)
         speeds.append(max(abs(vx), abs(vy), abs(body.angular_velocity) * rho))
-    return [*body.position, body.angle], told.settled(times, speeds)
+    return [*body.position, body.angle], harness.settled(times, speeds)
 
 
 if __name__ == "__main__":
-    told.fixed_step(f"pymunk {pymunk.version}", sys.argv[1], build, simulate)
+    harness.fixed_step(f"pymunk {pymunk.version}", sys.argv[1], build, simulate)

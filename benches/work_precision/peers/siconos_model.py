@@ -26,7 +26,7 @@ import time
 from functools import partial
 from pathlib import Path
 
-import told
+import harness
 
 try:
     import numpy as np
@@ -99,7 +99,7 @@ def model(path, scene, end):
     n = 3 if mu else 2
     inertia = np.diag([mass, mass * body["gyration_radius"] ** 2, mass][:n])
     ds = sk.LagrangianLinearTIDS([y, theta, x][:n], [vy, omega, vx][:n], inertia)
-    ds.setFExtPtr([-mass * told.GRAVITY, 0.0, 0.0][:n])
+    ds.setFExtPtr([-mass * harness.GRAVITY, 0.0, 0.0][:n])
     # The last step needs an end time after it.
     system = sk.NonSmoothDynamicalSystem(0.0, 2 * end)
     system.insertDynamicalSystem(ds)
@@ -129,7 +129,7 @@ def with_events(folder, name, scene, tolerance, end):
 
 def event_driven(simulation, ds, scene, end):
     radius, q, v = scene["body"]["gyration_radius"], ds.q(), ds.velocity()
-    times, speeds, late = [], [], time.perf_counter() + told.PATIENCE
+    times, speeds, late = [], [], time.perf_counter() + harness.PATIENCE
     while simulation.startingTime() < end:
         simulation.advanceToEvent()
         simulation.processEvents()
@@ -137,7 +137,7 @@ def event_driven(simulation, ds, scene, end):
         speeds.append(max(abs(v[0]), radius * abs(v[1])))
         if time.perf_counter() > late:
             raise TimeoutError(f"no end of events at t = {times[-1]}")
-    return position(scene, q), told.settled(times, speeds)
+    return position(scene, q), harness.settled(times, speeds)
 
 
 def sweep_events(folder, name, scene):
@@ -147,20 +147,20 @@ def sweep_events(folder, name, scene):
             ready = partial(with_events, folder, name, scene, tolerance)
             end = longer * scene[task]["time"]
             try:
-                seconds, (q, rest) = told.timed(ready, event_driven, task, end)
+                seconds, (q, rest) = harness.timed(ready, event_driven, task, end)
             except Exception as error:
                 print(
                     f"{name}, {task}, tolerance {tolerance:g}: {error}", file=sys.stderr
                 )
                 break
-            told.report(
+            harness.report(
                 tool="Siconos 4.4.0, event-driven",
                 scene=name,
                 task=task,
                 setting=f"tolerance = {tolerance:g}",
                 parameter=tolerance,
                 seconds=seconds,
-                **told.answer(name, scene, task, q, rest),
+                **harness.answer(name, scene, task, q, rest),
             )
 
 
@@ -190,7 +190,7 @@ def moreau_jean(simulation, ds, scene, task, dt, end):
         times.append(simulation.startingTime())
         along = abs(v[2]) if friction else 0.0
         speeds.append(max(abs(v[0]), radius * abs(v[1]), along))
-    return position(scene, q), told.settled(times, speeds)
+    return position(scene, q), harness.settled(times, speeds)
 
 
 def main():
@@ -198,11 +198,11 @@ def main():
     sys.stdout = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     with tempfile.TemporaryDirectory() as folder:
-        for name, scene in told.scenes(sys.argv[1]).items():
+        for name, scene in harness.scenes(sys.argv[1]).items():
             compiled(Path(folder, name), scene["body"])
             if not scene["body"]["friction"]:
                 sweep_events(folder, name, scene)
-        told.fixed_step(
+        harness.fixed_step(
             "Siconos 4.4.0, Moreau-Jean",
             sys.argv[1],
             partial(with_steps, folder),

@@ -19,7 +19,7 @@ import math
 import sys
 from functools import partial
 
-import told
+import harness
 
 try:
     import numpy as np
@@ -29,7 +29,7 @@ except ImportError:
     print("scipy is not installed: skipped", file=sys.stderr)
     sys.exit(0)
 
-G = told.GRAVITY
+G = harness.GRAVITY
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-12, 1e-13)
 #: Seconds to which a root is known.
 ROOT = 1e-14
@@ -175,7 +175,7 @@ def simulate(scene, method, tol, end):
 
 
 def main():
-    for name, scene in told.scenes(sys.argv[1]).items():
+    for name, scene in harness.scenes(sys.argv[1]).items():
         if scene["body"].get("rocks"):
             continue
         for task in ("before", "rest"):
@@ -185,15 +185,15 @@ def main():
                     if method == "RK23" and tol < 1e-7:
                         continue
                     run = partial(simulate, scene, method, tol, end)
-                    seconds, (of, z, time) = told.median_time(run)
-                    told.report(
+                    seconds, (of, z, time) = harness.median_time(run)
+                    harness.report(
                         tool=f"scipy {scipy.__version__}",
                         scene=name,
                         task=task,
                         setting=f"{method}, tol = {tol:g}",
                         parameter=tol,
                         seconds=seconds,
-                        **told.answer(name, scene, task, of.position(z), time),
+                        **harness.answer(name, scene, task, of.position(z), time),
                     )
 
 

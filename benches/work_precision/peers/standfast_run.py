@@ -7,8 +7,8 @@ law of impact, by which friction acts in impacts, too."""
 import sys
 import time
 
+import harness
 import standfast as sf
-import told
 
 #: Number of runs in one call.
 MANY = 10_000
@@ -37,7 +37,7 @@ def posture(name, scene):
 
 
 def main(path):
-    for name, scene in told.scenes(path).items():
+    for name, scene in harness.scenes(path).items():
         body, q, v = posture(name, scene)
         options = {}
         if scene["body"].get("rocks"):
@@ -56,17 +56,17 @@ def one(name, scene, body, q, v, options, setting):
         def before():
             return sf.simulate(body, q, v, time_limit=limit, **options).q
 
-        seconds, end = told.median_time(before)
+        seconds, end = harness.median_time(before)
         values = [x + end[0], y + end[1]] if name == "block" else list(body.gaps(end))
-        told.report(**record, task="before", seconds=seconds, values=values)
+        harness.report(**record, task="before", seconds=seconds, values=values)
 
     def rest():
         run = sf.simulate(body, q, v, **options)
         return run.time, run.q
 
-    seconds, (settled, end) = told.median_time(rest)
+    seconds, (settled, end) = harness.median_time(rest)
     place = [x + end[0], y + end[1], end[2]]
-    told.report(**record, task="rest", seconds=seconds, time=settled, q=place)
+    harness.report(**record, task="rest", seconds=seconds, time=settled, q=place)
 
 
 def many(name, scene, body, q, v, options):
@@ -81,7 +81,7 @@ def many(name, scene, body, q, v, options):
         "scene": name,
         "setting": f"{MANY} at once",
     }
-    told.report(**record, task="rest", seconds=seconds, time=settled[0], q=place)
+    harness.report(**record, task="rest", seconds=seconds, time=settled[0], q=place)
 
 
 if __name__ == "__main__":

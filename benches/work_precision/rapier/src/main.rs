@@ -174,8 +174,8 @@ fn main() {
     let file: Value = serde_json::from_str(&text).expect("JSON");
     let engines: [(&str, fn(&Scene, f64, f64, usize) -> End); 2] =
         [("rapier2d 0.36.1", single::run), ("rapier2d-f64 0.36.1", double::run)];
-    for (name, told) in file["scenes"].as_object().expect("scenes by name") {
-        let body = &told["body"];
+    for (name, given) in file["scenes"].as_object().expect("scenes by name") {
+        let body = &given["body"];
         let scene = Scene {
             gravity: number(&file["gravity"]),
             mass: number(&body["mass"]),
@@ -184,14 +184,14 @@ fn main() {
             restitution: number(&body["restitution"]),
             friction: number(&body["friction"]),
             slope: number(&body["slope"]),
-            q: numbers(&told["start"]["q"]),
-            v: numbers(&told["start"]["v"]),
+            q: numbers(&given["start"]["q"]),
+            v: numbers(&given["start"]["v"]),
         };
         for (task, longer) in [("before", 1.0), ("rest", 1.5)] {
-            if told[task].is_null() {
+            if given[task].is_null() {
                 continue;
             }
-            let duration = longer * number(&told[task]["time"]);
+            let duration = longer * number(&given[task]["time"]);
             let stabilization = if task == "rest" && scene.arms.len() > 1 { 16 } else { 1 };
             for (tool, run) in engines {
                 let mut last: Option<f64> = None;

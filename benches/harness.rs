@@ -16,10 +16,10 @@ const ROUND: f64 = 1e-5;
 pub fn scenes() -> Vec<(String, Value)> {
     let path = std::env::args().nth(1).unwrap_or_else(|| panic!("a file of scenes is needed"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let told: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let gravity: f64 = read(&told["gravity"]);
+    let file: Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let gravity: f64 = read(&file["gravity"]);
     assert!((gravity - GRAVITY).abs() < f64::EPSILON, "{path}: gravity = {gravity}");
-    let Some(scenes) = told["scenes"].as_object() else { panic!("{path}: no scenes") };
+    let Some(scenes) = file["scenes"].as_object() else { panic!("{path}: no scenes") };
     scenes.iter().map(|(name, scene)| (name.clone(), scene.clone())).collect()
 }
 
