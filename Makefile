@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls weigh fuzz mutate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls footprint fuzz mutate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -104,9 +104,9 @@ calls: wheel
 	$(BIN)/python benches/calls.py
 
 # Time of the import beyond numpy's, and size of the wheel.
-weigh: EXTRA :=
-weigh: wheel
-	$(BIN)/python benches/weigh.py
+footprint: EXTRA :=
+footprint: wheel
+	$(BIN)/python benches/footprint.py
 
 # Seconds for a map of 500 x 500 postures, and pictures of maps: second_figure.png, third_figure.png, shape_chaos.png.
 maps: EXTRA := plot,map
