@@ -8,7 +8,7 @@ import oracle
 import standfast as sf
 from mpmath import mp, mpf
 
-from . import naive, peers
+from . import baseline_methods, peers
 from .entry import (
     Family,
     decimal,
@@ -33,7 +33,9 @@ def slow_to_rest(scene):
     for step in (1e-4, 1e-5, 1e-6):
         model = (body.gravity,) * 2, (psi,) * 2, body.restitution
         errors.append(
-            abs(naive.moreau_jean(gaps, (0, 0), *model, step, end) / rest - 1)
+            abs(
+                baseline_methods.moreau_jean(gaps, (0, 0), *model, step, end) / rest - 1
+            )
         )
     order = math.log10(errors[0] / errors[2]) / 2
     told = ", ".join(f"{x:.1%}" for x in errors)
@@ -101,7 +103,7 @@ def rest_of_bench(name):
 def stuck(scene):
     body = scene.posture
     gravity, psi = (body.gravity,) * 2, (float(rod(scene)),) * 2
-    hits, t = naive.event_loop(
+    hits, t = baseline_methods.event_loop(
         body.gaps(scene.q), (0.0, 0.0), gravity, psi, body.restitution
     )
     end = float(nested(scene)["elapsed"])
@@ -126,7 +128,7 @@ def nested(_scene):
 
 def one_end_after_the_other(scene):
     body = scene.posture
-    hits, t = naive.event_loop(
+    hits, t = baseline_methods.event_loop(
         local_gaps(scene), (0.0, 0.0), (body.gravity,) * 2, (0.0, 0.0), body.restitution
     )
     error = abs(t / float(apart(scene)["elapsed"]) - 1)
@@ -175,7 +177,7 @@ def shape_after_first_impact(scene):
 
 def still_matters(scene):
     state, _ = shape_after_first_impact(scene)
-    count, left = naive.impacts_until_gravity_is_negligible(
+    count, left = baseline_methods.impacts_until_gravity_is_negligible(
         state,
         scene.posture.gravity,
         float(rod(scene)),
@@ -252,7 +254,7 @@ def local_inputs(scene):
 
 def neglected(scene):
     state = told_shape(scene)
-    summed = naive.sum_without_gravity(
+    summed = baseline_methods.sum_without_gravity(
         state, float(rod(scene)), scene.posture.restitution
     )
     error = summed / float(self_similar(scene)["elapsed"]) - 1
@@ -303,7 +305,7 @@ def self_similar(scene):
 
 def forgotten(scene):
     state, _ = shape_after_first_impact(scene)
-    count = naive.impacts_until_apart(
+    count = baseline_methods.impacts_until_apart(
         state,
         scene.posture.gravity,
         float(rod(scene)),
@@ -371,7 +373,9 @@ def _(scene):
     with mp.workdps(300):
         start = mpf(-1), mpf(1)
         pair = [
-            naive.impacts_up_to_scale((v, y), gravity, rod(scene), e, mp.sqrt)
+            baseline_methods.impacts_up_to_scale(
+                (v, y), gravity, rod(scene), e, mp.sqrt
+            )
             for v, y in (start, (start[0], start[1] * (1 + mpf(10) ** -270)))
         ]
         first, log = None, mpf(0)
@@ -397,7 +401,7 @@ def _(scene):
 def no_flight(scene):
     body = scene.posture
     psi = (float(rod(scene)),) * 2
-    hits, t = naive.event_loop(
+    hits, t = baseline_methods.event_loop(
         body.gaps(scene.q), (0.0, 0.0), (body.gravity,) * 2, psi, body.restitution
     )
     end = float(falls_on(scene)["elapsed"])

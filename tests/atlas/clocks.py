@@ -1,6 +1,6 @@
 """Sums and times: long, short, early and late ones."""
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, ball_numbers, ball_rest, rest
 
 FAMILY = Family("Clocks and sums")
@@ -11,7 +11,9 @@ def stalls(scene):
     _, gravity, e, v = ball_numbers(scene)
     start = scene.options["time"]
     landing = start + v / gravity
-    count, end = naive.bounces_on_an_absolute_clock(landing, e * v, gravity, e)
+    count, end = baseline_methods.bounces_on_an_absolute_clock(
+        landing, e * v, gravity, e
+    )
     error = abs((end - start) / float(ball_rest(scene)["elapsed"]) - 1)
     return (
         f"the time no longer changes after {count} bounces, while the ball still moves; the error of the time of rest is {error:.1e}",
@@ -33,7 +35,7 @@ for name, when in (("clock_at_1000", "1000 s"), ("clock_at_1e9", "1e9 s")):
 
 def many_bounces(scene):
     _, gravity, e, v = ball_numbers(scene)
-    count, end = naive.bounces_until_slow(v / gravity, e * v, gravity, e)
+    count, end = baseline_methods.bounces_until_slow(v / gravity, e * v, gravity, e)
     error = abs(end / float(ball_rest(scene)["elapsed"]) - 1)
     return f"{count} bounces until 1e-10 m/s, with an error of {error:.1e}", count > 1e6
 
@@ -51,7 +53,9 @@ entry(
 
 def at_once(scene):
     _, gravity, e, v = ball_numbers(scene)
-    count, end = naive.bounces_until_slow(v / gravity, e * v, gravity, e, slow=1e-5)
+    count, end = baseline_methods.bounces_until_slow(
+        v / gravity, e * v, gravity, e, slow=1e-5
+    )
     error = abs(end / float(ball_rest(scene)["elapsed"]) - 1)
     return (
         f"{count} bounces: at {v:.1e} m/s the ball counts as at rest, {error:.0%} too early",

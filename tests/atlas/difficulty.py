@@ -16,7 +16,7 @@ from matplotlib import pyplot as plt
 from matplotlib.ticker import NullLocator
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import DIGITS, bisect, dropped_rod, exact, time_to_rest
 from .wedge import Wedge
 
@@ -41,8 +41,8 @@ class Point:
     limit: float
     impacts: int | None
     proved: bool = True
-    naive_error: float | None = None
-    naive_impacts: int | None = None
+    baseline_error: float | None = None
+    baseline_impacts: int | None = None
 
 
 @dataclass
@@ -114,8 +114,10 @@ def elastic():
         found = Point(1 - e, off(run.elapsed, right), limit, len(run.impacts))
         if -math.log(1e10) / math.log(e) < 3 * PATIENCE:
             v = math.sqrt(2 * GRAVITY)
-            count, t = naive.bounces_until_slow(v / GRAVITY, e * v, GRAVITY, e)
-            found.naive_error, found.naive_impacts = off(t, right), count
+            count, t = baseline_methods.bounces_until_slow(
+                v / GRAVITY, e * v, GRAVITY, e
+            )
+            found.baseline_error, found.baseline_impacts = off(t, right), count
         yield found
 
 
@@ -144,8 +146,10 @@ def clattering():
         if margin > 1e-7:
             u = math.sqrt(2 * GRAVITY * 0.01)
             state = -(1 + (1 + e) * psi) / e, 0.002 / (e * u) ** 2
-            found.naive_impacts, _ = naive.impacts_until_gravity_is_negligible(
-                state, GRAVITY, psi, e, 1e-10, PATIENCE
+            found.baseline_impacts, _ = (
+                baseline_methods.impacts_until_gravity_is_negligible(
+                    state, GRAVITY, psi, e, 1e-10, PATIENCE
+                )
             )
         yield found
 
@@ -175,10 +179,12 @@ def corners():
         right, limit = conditioned(
             left_corner, psi=coupling(mpf(rho)), e=e, gravity=GRAVITY
         )
-        hits, _, _ = naive.corner_hits(float(coupling(mpf(rho))), e, [0.0, -1.0], 0.0)
+        hits, _, _ = baseline_methods.corner_hits(
+            float(coupling(mpf(rho))), e, [0.0, -1.0], 0.0
+        )
         simulated = int((run.impacts["time"] == 0).sum())
         yield Point(
-            margin, off(landings[0], right), limit, simulated, naive_impacts=hits
+            margin, off(landings[0], right), limit, simulated, baseline_impacts=hits
         )
 
 
@@ -222,8 +228,8 @@ def spins():
             def gap(t, omega=omega):
                 return y - GRAVITY * t * t / 2 + arm * (1 - np.cos(omega * t))
 
-            scanned = naive.scan_and_bisect(gap, 1.0, 1e-3)
-            point.naive_error = off(scanned, right)
+            scanned = baseline_methods.scan_and_bisect(gap, 1.0, 1e-3)
+            point.baseline_error = off(scanned, right)
         yield point
 
 
@@ -238,12 +244,12 @@ def clocks():
     )
     for start in decades(0, 16):
         run = sf.simulate(ball(e), (0, h, 0), (0, 0, 0), time=start)
-        count, end = naive.bounces_on_an_absolute_clock(
+        count, end = baseline_methods.bounces_on_an_absolute_clock(
             start + v / GRAVITY, e * v, GRAVITY, e
         )
         yield Point(
             start, off(run.elapsed, right), limit, len(run.impacts),
-            naive_error=off(end - start, right), naive_impacts=count + 1,
+            baseline_error=off(end - start, right), baseline_impacts=count + 1,
         )  # fmt: skip
 
 
@@ -263,8 +269,8 @@ def speeds():
                 e=e,
             )
             point.error, point.impacts = off(run.elapsed, right), len(run.impacts)
-        landing = naive.textbook_root(0.0, u, GRAVITY)
-        point.naive_error = min(off(landing, 2 * exact(u) / exact(GRAVITY)), MOST)
+        landing = baseline_methods.textbook_root(0.0, u, GRAVITY)
+        point.baseline_error = min(off(landing, 2 * exact(u) / exact(GRAVITY)), MOST)
         yield point
 
 
@@ -279,7 +285,7 @@ def gaps():
         )
         yield Point(
             h, off(run.impacts["time"][0], right), limit, 1,
-            naive_error=off(naive.textbook_root(h, -1.0, GRAVITY), right),
+            baseline_error=off(baseline_methods.textbook_root(h, -1.0, GRAVITY), right),
         )  # fmt: skip
 
 
@@ -327,11 +333,13 @@ def wedges():
         }  # fmt: skip
         right, limit = conditioned(truth, **numbers)
         slide, _ = slid(**{name: mpf(x) for name, x in numbers.items()})
-        stepped = naive.steps_along_a_wedge(slide, 0, end, float(right) / 500, 1000)
+        stepped = baseline_methods.steps_along_a_wedge(
+            slide, 0, end, float(right) / 500, 1000
+        )
         ours = None if run.outcome == "rest" else off(run.phases[0].end, right)
         yield Point(
             slope, ours, limit, None,
-            naive_error=MOST if stepped is None else min(off(stepped, right), MOST),
+            baseline_error=MOST if stepped is None else min(off(stepped, right), MOST),
         )  # fmt: skip
 
 
@@ -370,8 +378,8 @@ def draw(family, points, above, below):
 
     limits = [drawn(p.limit) for p in told]
     above.fill_between([p.x for p in told], LEAST, limits, color=SHADE, linewidth=0)
-    dots(above, lambda p: p.naive_error and drawn(p.naive_error), **USUALLY)
-    dots(below, lambda p: p.naive_impacts, **USUALLY)
+    dots(above, lambda p: p.baseline_error and drawn(p.baseline_error), **USUALLY)
+    dots(below, lambda p: p.baseline_impacts, **USUALLY)
     for proved, fill in ((True, OURS), (False, "white")):
         chosen = [p for p in told if p.proved is proved]
         dots(above, lambda p: drawn(p.error), chosen, **DOTS, markerfacecolor=fill)

@@ -10,7 +10,7 @@ from pathlib import Path
 import standfast as sf
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 
 SCENES = Path(__file__).parent / "scenes"
 DIGITS = 40
@@ -176,7 +176,9 @@ def time_left(state, gravity, psi, e, least):
     """Of all impacts of a level rod to come, over the speed of the last one: impact by impact until they are this small."""
     with decimals():
         v, y, gravity, psi, e = map(decimal, (*state, gravity, psi, e))
-        impacts = naive.impacts_up_to_scale((v, y), gravity, psi, e, Decimal.sqrt)
+        impacts = baseline_methods.impacts_up_to_scale(
+            (v, y), gravity, psi, e, Decimal.sqrt
+        )
         total, size, least = Decimal(0), Decimal(1), decimal(least)
         for _, factor, t in impacts:
             total, size = total + size * t, size * factor

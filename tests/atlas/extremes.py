@@ -7,7 +7,7 @@ import oracle
 import standfast as sf
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, ball_rest, dropped, exact, first_zeno, refused, rest, rod
 
 FAMILY = Family("Ends of the ranges")
@@ -17,7 +17,7 @@ entry = FAMILY.entry
 def squares_vanish(scene):
     u, gravity = float(scene.qdot[1]), scene.posture.gravity
     h = float(scene.posture.gaps(scene.q)[0])
-    error = abs(naive.textbook_root(h, u, gravity) / (2 * u / gravity) - 1)
+    error = abs(baseline_methods.textbook_root(h, u, gravity) / (2 * u / gravity) - 1)
     return (
         f"√(u² + 2gh) of u = {u:.0e} m/s is 0; the error of the time of the landing is {error:.0%}",
         h == 0 and error > 0.1,
@@ -40,7 +40,7 @@ def _(_scene):
 def divides(scene):
     h, u = float(scene.posture.gaps(scene.q)[0]), float(scene.qdot[1])
     try:
-        naive.textbook_root(h, u, scene.posture.gravity)
+        baseline_methods.textbook_root(h, u, scene.posture.gravity)
     except ZeroDivisionError as error:
         return f"{type(error).__name__}: {error}", True
     return "a number", False
@@ -160,7 +160,7 @@ def _(scene):
 
 def by_energy(scene):
     h, gravity, _ = (float(x) for x in dropped(scene))
-    speed = naive.speed_by_energy(scene.posture.mass, gravity, h)
+    speed = baseline_methods.speed_by_energy(scene.posture.mass, gravity, h)
     return f"the speed at the landing is {speed:g} m/s", speed in (0.0, math.inf)
 
 

@@ -7,7 +7,7 @@ from decimals import cos_sin
 from friction_oracle import extrapolated
 from mpmath import mp, mpf
 
-from . import naive, peers
+from . import baseline_methods, peers
 from .entry import Family, decimal, decimals, exact, integrated, rest
 
 FAMILY = Family("Friction")
@@ -26,7 +26,7 @@ def stopped_by_friction(scene, way):
 def never_stops(scene):
     v, gravity = float(scene.qdot[0]), scene.posture.gravity
     step = 1e-3
-    left, turns, _ = naive.friction_by_sign(
+    left, turns, _ = baseline_methods.friction_by_sign(
         v, scene.posture.contacts[0].friction, gravity, step, 100_000
     )
     return (
@@ -54,10 +54,10 @@ def slides_on(scene):
         math.sin(contact.slope) - contact.friction * math.cos(contact.slope)
     )
     step = 1e-3
-    v, steps = naive.steps_until_slow(step * pull, pull, step, slow=1e-6)
+    v, steps = baseline_methods.steps_until_slow(step * pull, pull, step, slow=1e-6)
     return (
         f"given up after {steps} steps of {step:g} s, at {v:.0f} m/s and accelerating",
-        steps == naive.STEPS,
+        steps == baseline_methods.STEPS,
     )
 
 
@@ -85,7 +85,7 @@ def toggles(scene):
     contact, gravity = scene.posture.contacts[0], scene.posture.gravity
     cos, sin = math.cos(contact.slope), math.sin(contact.slope)
     way = float(stopped(scene)["way"])
-    _, turns, x = naive.friction_by_sign(
+    _, turns, x = baseline_methods.friction_by_sign(
         math.hypot(*scene.qdot[:2]),
         contact.friction,
         gravity * cos,
@@ -156,7 +156,7 @@ def _(scene):
 
 def too_stiff(scene):
     friction, gravity = scene.posture.contacts[0].friction, scene.posture.gravity
-    v = naive.friction_smoothed(
+    v = baseline_methods.friction_smoothed(
         float(scene.qdot[0]), friction, gravity, 1e-3, 1e-3, 1000
     )
     return f"the foot oscillates with up to {v:.0e} m/s", v > 1e3
@@ -190,7 +190,7 @@ def jamming(scene):
 
 def through_the_jam(scene):
     arm, rho2, friction, way, gravity = jamming(scene)
-    steps, before, force = naive.sliding_rod(
+    steps, before, force = baseline_methods.sliding_rod(
         float(scene.q[2]), float(scene.qdot[2]), [float(x) for x in arm],
         float(rho2), float(friction), way, float(gravity), 1e-4, 100_000,
     )  # fmt: skip

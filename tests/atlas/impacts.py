@@ -3,7 +3,7 @@
 import numpy as np
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, ball_rest, exact, first_zeno, rest, rod, time_left
 
 FAMILY = Family("Impacts at one instant")
@@ -13,7 +13,7 @@ entry = FAMILY.entry
 def cut_corner(scene):
     psi, e = float(rod(scene)), scene.posture.restitution
     rates = scene.posture.gap_rates(scene.q, scene.qdot)
-    hits, _, slow = naive.corner_hits(psi, e, rates, 1e-10)
+    hits, _, slow = baseline_methods.corner_hits(psi, e, rates, 1e-10)
     return (
         f"{hits} impacts at one instant until all speeds are below 1e-10 m/s",
         slow and hits > 1e5,
@@ -38,7 +38,7 @@ def _(scene):
 def falsely_dead(scene):
     psi, e = float(rod(scene)), scene.posture.restitution
     rates = scene.posture.gap_rates(scene.q, scene.qdot)
-    hits, _, slow = naive.corner_hits(psi, e, rates, 1e-15)
+    hits, _, slow = baseline_methods.corner_hits(psi, e, rates, 1e-15)
     return (
         f"after {hits} impacts all speeds are below 1e-15 m/s; the method calls this an endless chatter, but the sequence ends",
         slow,
@@ -62,7 +62,7 @@ def not_certified(scene):
 def _(scene):
     psi, e = rod(scene), exact(scene.posture.restitution)
     assert (1 + e) * psi < 2 * mp.sqrt(e)
-    _, u, slow = naive.corner_hits(
+    _, u, slow = baseline_methods.corner_hits(
         psi,
         e,
         [mpf(float(x)) for x in scene.posture.gap_rates(scene.q, scene.qdot)],
@@ -171,7 +171,7 @@ def by_newton(scene):
     v, w = struck(scene)
     body = scene.posture
     numbers = [float(x) for x in v], [float(x) for x in w]
-    after = naive.newton_with_friction(
+    after = baseline_methods.newton_with_friction(
         *numbers, body.contacts[0].friction, body.restitution
     )
     energy = gained(v, w, after)
@@ -207,7 +207,7 @@ def _(scene):
 def by_moreau(scene):
     v, w = struck(scene)
     contact, e = scene.posture.contacts[0], scene.posture.restitution
-    after = naive.moreau_impact(
+    after = baseline_methods.moreau_impact(
         [float(x) for x in v], e, contact.tangential_restitution
     )
     energy = gained(v, w, after)
@@ -247,7 +247,7 @@ SWEEPS = 10
 
 def cut_sweeps(scene):
     rates = scene.posture.gap_rates(scene.q, scene.qdot)
-    u = naive.sequential_impulses(float(rod(scene)), rates, SWEEPS)
+    u = baseline_methods.sequential_impulses(float(rod(scene)), rates, SWEEPS)
     hits, right = after_the_corner(scene, rod(scene))
     return (
         f"after {SWEEPS} sweeps the rates are {u[0]:.1e} and {u[1]:.1e} m/s; after all {hits} impacts {float(right[0]):.1e} and {float(right[1]):.1e}",
@@ -257,7 +257,9 @@ def cut_sweeps(scene):
 
 def after_the_corner(scene, psi):
     rates = [exact(x) for x in scene.posture.gap_rates(scene.q, scene.qdot)]
-    hits, u, _ = naive.corner_hits(psi, exact(scene.posture.restitution), rates, mpf(0))
+    hits, u, _ = baseline_methods.corner_hits(
+        psi, exact(scene.posture.restitution), rates, mpf(0)
+    )
     return hits, u
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import standfast as sf
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, exact
 
 FAMILY = Family("Contact modes")
@@ -18,7 +18,7 @@ entry = FAMILY.entry
 def called_at_rest(scene):
     body = scene.posture
     (x, y), (cx, cy) = body.contacts[0].point, body.center_of_mass
-    force = naive.static_force(x - cx, body.gyration_radius, body.gravity)
+    force = baseline_methods.static_force(x - cx, body.gyration_radius, body.gravity)
     lift = (cy - y) * scene.qdot[2] ** 2 - body.gravity
     return (
         f"a force of {force:.2f} N per kg holds the foot at the ground; in fact it leaves with {lift:.1f} m/s², without a force",
@@ -182,7 +182,9 @@ def swept(scene, order, sweeps):
         for i in range(problem.size)
     ]
     free = tuple(map(float, problem.free_acceleration))
-    return naive.gauss_seidel(contacts, free, float(problem.rho2), order, sweeps)
+    return baseline_methods.gauss_seidel(
+        contacts, free, float(problem.rho2), order, sweeps
+    )
 
 
 def diverges(scene):

@@ -3,7 +3,7 @@
 import numpy as np
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, ball_rest, bisect, dropped, exact, first_impact, rest
 
 FAMILY = Family("Roots")
@@ -16,7 +16,7 @@ def below_ground(scene):
     t = np.sqrt(2 * gravity * heights) / gravity
     share = np.mean(heights - 0.5 * gravity * t * t < 0)
     h = float(dropped(scene)[0])
-    landing = naive.textbook_root(h, 0.0, gravity)
+    landing = baseline_methods.textbook_root(h, 0.0, gravity)
     gap = h - 0.5 * gravity * landing**2
     return (
         f"h = {gap:.1e} m after the landing, and the event is found again; this happens in {share:.0%} of 10 000 drops",
@@ -38,7 +38,7 @@ entry(
 def lost_root(scene):
     h = scene.posture.gaps(scene.q)[0]
     u, gravity = scene.qdot[1], scene.posture.gravity
-    t = naive.textbook_root(h, u, gravity)
+    t = baseline_methods.textbook_root(h, u, gravity)
     return (
         f"t = {t}: the gap of {h:.0e} m is lost in the rounding of the speed",
         t == 0.0,
@@ -80,7 +80,7 @@ def spun(scene):
 def scanned(scene):
     gap = spun(scene)
     step = 0.01
-    found = naive.scan_and_bisect(gap, 1.0, step)
+    found = baseline_methods.scan_and_bisect(gap, 1.0, step)
     first = float(spinning(scene)["first impact"])
     return (
         f"the first landing found is at {found:.4f} s; the first landing is at {first:.4f} s",
@@ -112,7 +112,7 @@ def spinning(scene):
 
 def found_and_missed(scene):
     gap, end = spun(scene), scene.options["time_limit"]
-    found = naive.landing_by_solve_ivp(gap, end)
+    found = baseline_methods.landing_by_solve_ivp(gap, end)
     first = float(grazing(scene)["first impact"])
     return (
         f"a landing is found at {found:.4f} s; at {first:.4f} s the foot was already {-float(deepest(scene)):.0e} m below the ground",
@@ -122,7 +122,7 @@ def found_and_missed(scene):
 
 def taken_for_touching(scene):
     gap = spun(scene)
-    found = naive.scan_and_bisect(lambda t: gap(t) - 1e-9, 0.4, 1e-6)
+    found = baseline_methods.scan_and_bisect(lambda t: gap(t) - 1e-9, 0.4, 1e-6)
     first = float(grazing(scene)["first impact"])
     return (
         f"a landing at {found:.4f} s, where the foot is {gap(found):.0e} m above the ground; it lands at {first:.4f} s",

@@ -1,6 +1,6 @@
 """Fixed steps, and integrators that start again."""
 
-from . import naive, peers
+from . import baseline_methods, peers
 from .entry import Family, ball_numbers, ball_rest, rest
 
 FAMILY = Family("Steps and restarts")
@@ -10,7 +10,7 @@ entry = FAMILY.entry
 def hops(scene):
     h, gravity, e, _ = ball_numbers(scene)
     step = 1e-3
-    _, late = naive.semi_implicit_euler(h, 0.0, gravity, e, step, 20.0)
+    _, late = baseline_methods.semi_implicit_euler(h, 0.0, gravity, e, step, 20.0)
     cycle = gravity * step * e / (1 + e)
     return (
         f"the ball hops for ever with up to {late:.1e} m/s, above g·dt·e/(1 + e) = {cycle:.1e}, at 20 s as at 10 s",
@@ -31,7 +31,7 @@ entry(
 
 def restarts(scene):
     h, gravity, e, _ = ball_numbers(scene)
-    hits, t, lowest = naive.restart_loop(h, 0.0, gravity, e, limit=5.0)
+    hits, t, lowest = baseline_methods.restart_loop(h, 0.0, gravity, e, limit=5.0)
     rest = float(ball_rest(scene)["elapsed"])
     if lowest < 0:
         return (
@@ -40,7 +40,7 @@ def restarts(scene):
         )
     return (
         f"{hits} impacts, the last of them at {t:.6f} s, again and again; the ball should rest at {rest:.6f} s",
-        hits == naive.MOST,
+        hits == baseline_methods.MOST,
     )
 
 

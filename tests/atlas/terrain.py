@@ -4,7 +4,7 @@ import math
 
 from mpmath import mp, mpf
 
-from . import naive
+from . import baseline_methods
 from .entry import Family, exact, first_impact, rest
 from .wedge import Wedge
 
@@ -14,7 +14,7 @@ entry = FAMILY.entry
 
 def no_edge(scene):
     end, gravity = scene.posture.contacts[0].segment[1], scene.posture.gravity
-    x, height = naive.on_a_line(float(scene.qdot[0]), gravity, 1e-3, 1.0)
+    x, height = baseline_methods.on_a_line(float(scene.qdot[0]), gravity, 1e-3, 1.0)
     return (
         f"after 1 s the foot stands at a height of {height:g} m, {x - end:.2f} m beyond the end of the ground",
         x > end and height == 0,
@@ -52,7 +52,7 @@ def kept_on_the_ground(scene):
         return fall / run * max(0.0, x - edge)
 
     gravity, t = scene.posture.gravity, edge / v + 0.2
-    above = naive.on_the_ground(ground, v, gravity, 1e-3, t)
+    above = baseline_methods.on_the_ground(ground, v, gravity, 1e-3, t)
     flies = -gravity * 0.2**2 / 2 - ground(v * t)
     return (
         f"{t - edge / v:g} s after the vertex the foot is {above:g} m above the ground, instead of {flies:.2f} m",
@@ -81,7 +81,7 @@ def never_settles(scene):
     slope, gravity = math.atan2(-fall, run), scene.posture.gravity
     way = math.hypot(*scene.posture.contacts[0].point)
     kept, pull = math.cos(2 * slope), gravity * math.sin(slope)
-    late = naive.in_a_valley(way, pull, kept, 1e-3, 20.0)
+    late = baseline_methods.in_a_valley(way, pull, kept, 1e-3, 20.0)
     end = float(valley(scene)["elapsed"])
     return (
         f"between 18 and 20 s the foot still moves at up to {late:.1e} m/s; it should rest after {end:.2f} s",
