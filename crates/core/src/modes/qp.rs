@@ -1,7 +1,7 @@
 //! Modes by convex quadratic programmes, with Clarabel.
 //!
 //! Coulomb's law written as one linear complementarity problem is not convex once μ > 0, and a solver for convex
-//! programmes fails on it (`tests/programmes.rs` measures how often). De Saxcé's change of variable makes it a fixed
+//! programmes fails on it (`tests/mode_qp.rs` measures how often). De Saxcé's change of variable makes it a fixed
 //! point of convex ones: for given s_i ≥ 0 the acceleration y is the point nearest to the load w that satisfies, for
 //! every generator γ = N_i + σT_i of a cone,
 //!
