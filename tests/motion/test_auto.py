@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import size
+from bodies import draw_contacts, size
 
 G = 9.81
 #: Random scenes; `make long` asks for more.
@@ -18,18 +18,15 @@ def scene(rng):
     count = rng.choice([1, 2, 2, 2, 2, 2, 2, 3])
     level, smooth = rng.random(2) < 0.5
     feet = {1: [0.0], 2: [-0.5, 0.5], 3: [-0.5, 0.1, 0.5]}[count]
-    contacts = [
-        sf.Contact(
-            point=(
-                x + rng.uniform(-0.05, 0.05),
-                0.0 if level else rng.uniform(-0.2, 0.2),
-            ),
-            slope=0.0 if level else rng.uniform(-0.4, 0.4),
-            friction=0.0 if smooth else rng.uniform(0.0, 1.0),
-            restitution=rng.choice([None, rng.uniform(0.0, 0.9)]),
-        )
-        for x in feet
-    ]
+    rise, steep = (0, 0) if level else (0.2, 0.4)
+    contacts = draw_contacts(
+        rng,
+        (x + rng.uniform(-0.05, 0.05) for x in feet),
+        rise,
+        steep,
+        friction=lambda: 0.0 if smooth else rng.uniform(0.0, 1.0),
+        restitution=lambda: rng.choice([None, rng.uniform(0.0, 0.9)]),
+    )
     low = rng.random() < 0.3
     posture = sf.Posture(
         mass=rng.uniform(0.5, 2.0),

@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import lift
+from bodies import LAWS, lift
 
 #: Random scenes, and how many of them may end by a limit.
 SCENES = int(os.environ.get("STANDFAST_ENDLESS", "400"))
 ENDED_BY_A_LIMIT = 1e-4
-LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 FILES = sorted((Path(__file__).parents[1] / "data" / "endless").glob("*.json"))
 
 
@@ -62,7 +61,7 @@ def draw(k):
     )
     law, speed = str(rng.choice(LAWS)), math.sqrt(9.81 * size)
     q = np.array([rng.uniform(-0.3, 0.3) * size, 0.0, rng.uniform(-0.4, 0.4)])
-    up = max(0.0, lift(posture.gaps(q), contacts))
+    up = max(0.0, lift(posture, q))
     q[1] = up + size * rng.choice([0.0, rng.uniform(0, 0.3)])
     qdot = speed * np.array(
         [rng.uniform(-1, 1), rng.uniform(-1, 0.3), rng.uniform(-1, 1) / size]

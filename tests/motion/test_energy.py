@@ -11,7 +11,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import lift
+from bodies import draw_contacts, draw_order, lift
 
 #: Random runs for each law.
 RUNS = int(os.environ.get("STANDFAST_ENERGY_RUNS", "250"))
@@ -28,16 +28,18 @@ def draw(rng, law):
     """A body of about a metre over terrain of any slopes, and how it is thrown."""
     g = 9.81
     level = rng.random() < 0.3
-    contacts = [
-        sf.Contact(
-            point=(rng.uniform(-1, 1), 0.0 if level else rng.uniform(-0.3, 0.3)),
-            slope=0.0 if level else rng.uniform(-0.7, 0.7),
-            friction=rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
-            restitution=rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
-            tangential_restitution=rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0,
-        )
-        for _ in range(rng.integers(1, LAWS[law] + 1))
-    ]
+    rise, steep = (0, 0) if level else (0.3, 0.7)
+    contacts = draw_contacts(
+        rng,
+        (rng.uniform(-1, 1) for _ in range(rng.integers(1, LAWS[law] + 1))),
+        rise,
+        steep,
+        friction=lambda: rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
+        restitution=lambda: rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
+        tangential_restitution=lambda: (
+            rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0
+        ),
+    )
     posture = sf.Posture(
         mass=math.exp(rng.uniform(-2, 2)),
         gyration_radius=math.exp(rng.uniform(math.log(0.05), math.log(1.5))),
@@ -48,33 +50,18 @@ def draw(rng, law):
     )
     q = np.array([0.0, 0.0, rng.uniform(-0.1, 0.1) if rng.random() < 0.7 else 0.0])
     model = "full" if rng.random() < 0.6 else "local"
-    gaps = posture.gaps(q) if model == "full" else frozen(posture, q)
     height = 10 ** rng.uniform(-5, 0) if rng.random() < 0.9 else 0.0
-    q[1] = lift(gaps, contacts) + height
+    q[1] = lift(posture, q, model) + height
     spin = 10 ** rng.uniform(-2, 2) if rng.random() < 0.5 else 0.5
     qdot = rng.normal(size=3) * (0.5, 0.5, spin) * (rng.random() < 0.9)
-    simultaneous = rng.choice(["newton", "first-contact-first", "last-contact-first"])
-    if law != "newton" and simultaneous == "newton":
-        simultaneous = "first-contact-first"
     options = {
         "model": model,
         "impact": law,
-        "simultaneous": str(simultaneous),
+        "simultaneous": draw_order(rng, law),
         "time_limit": 10.0,
         "event_limit": 20_000,
     }
     return posture, q, qdot, options
-
-
-def frozen(posture, q):
-    """Gaps of the local model, N·q."""
-    x, y = posture.center_of_mass
-    found = []
-    for contact in posture.contacts:
-        cos, sin = math.cos(contact.slope), math.sin(contact.slope)
-        b = cos * (contact.point[0] - x) + sin * (contact.point[1] - y)
-        found.append(-sin * q[0] + cos * q[1] + b * q[2])
-    return found
 
 
 def rise(run):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import FRICTION_LAWS, LAWS, order_for
 
-LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 NO_FRICTION = "friction acts between impacts only"
 
 
@@ -114,7 +114,7 @@ def test_a_law_alone_is_asked_for(law, count):
     xs = np.linspace(-0.5, 0.5, count) if count > 1 else [0.0]
     contacts = [sf.Contact((x, 0.0), friction=0.3) for x in xs]
     body = sf.Posture(1.0, 0.5, (0.0, 0.2), contacts, 0.4)
-    policy = "newton" if law == "newton" else "first-contact-first"
+    policy = order_for(law)
     for q in [(0, 0.3, 0.05), (0, 0.3, 0.0)]:  # one after the other, and together
         start = {"q": q, "qdot": (0.5, 0, 0), "impact": law}
         run = sf.simulate(body, **start, time_limit=5.0)
@@ -129,7 +129,7 @@ def test_a_law_alone_is_asked_for(law, count):
         np.testing.assert_array_equal(many.q[0], run.q)
 
 
-@pytest.mark.parametrize("law", LAWS[1:])
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_newtons_policy_with_another_law_is_refused(law):
     rod = sf.Posture.rod(0.5, 0.2, 0.1, friction=0.5)
     with pytest.raises(ValueError, match="simultaneous"):

@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import standfast as sf
-from bodies import lift
+from bodies import LAWS, draw_contacts, draw_order, lift
 
 #: Random scenes in all.
 SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "500"))
@@ -21,7 +21,6 @@ BURST = 10_000
 #: A run that does not end within the first number of events is run again with the second. `make long` takes the default of
 #: `simulate` for it.
 EVENTS = (1_000, int(os.environ.get("STANDFAST_FUZZ_EVENTS", "100000")))
-LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 
 
 def draw(rng):
@@ -30,19 +29,17 @@ def draw(rng):
     gravity = 9.81 * 10 ** rng.uniform(-1, 1)
     speed = math.sqrt(gravity * size)
     level = rng.random() < 0.3
-    contacts = [
-        sf.Contact(
-            point=(
-                size * rng.uniform(-1, 1),
-                0.0 if level else size * rng.uniform(-0.3, 0.3),
-            ),
-            slope=0.0 if level else rng.uniform(-0.9, 0.9),
-            friction=rng.choice([0.0, rng.uniform(0, 1), rng.uniform(0, 3)]),
-            restitution=rng.choice([None, 0.0, rng.uniform(0, 0.95)]),
-            tangential_restitution=rng.choice([0.0, rng.uniform(0, 0.95)]),
-        )
-        for _ in range(rng.choice([1, 2, 2, 3, 4, 5]))
-    ]
+    rise, steep = (0, 0) if level else (0.3, 0.9)
+    contacts = draw_contacts(
+        rng,
+        (size * rng.uniform(-1, 1) for _ in range(rng.choice([1, 2, 2, 3, 4, 5]))),
+        rise,
+        steep,
+        size,
+        friction=lambda: rng.choice([0.0, rng.uniform(0, 1), rng.uniform(0, 3)]),
+        restitution=lambda: rng.choice([None, 0.0, rng.uniform(0, 0.95)]),
+        tangential_restitution=lambda: rng.choice([0.0, rng.uniform(0, 0.95)]),
+    )
     posture = sf.Posture(
         mass=10 ** rng.uniform(-3, 3),
         gyration_radius=size * 10 ** rng.uniform(-1.3, 0.3),
@@ -54,7 +51,7 @@ def draw(rng):
     model = str(rng.choice(["full", "full", "local", "auto"]))
     theta = rng.choice([0.0, rng.uniform(-0.2, 0.2)])
     q = np.array([0.0, 0.0, theta if model != "local" else 0.0])
-    q[1] = lift(posture.gaps(q), contacts)
+    q[1] = lift(posture, q)
     start = rng.choice(["rest", "touching", "flight", "spinning"])
     if start in ("flight", "spinning"):
         q[1] += size * 10 ** rng.uniform(-6, 0)
@@ -65,9 +62,7 @@ def draw(rng):
     elif start == "touching":
         qdot *= 10 ** rng.uniform(-6, 0)
     law = str(rng.choice(LAWS))
-    order = str(rng.choice(["newton", "first-contact-first", "last-contact-first"]))
-    if law != "newton" and order == "newton":
-        order = "first-contact-first"
+    order = draw_order(rng, law)
     limit = rng.choice([None, TIME * speed / gravity])
     options = {
         "model": model,

@@ -6,11 +6,9 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import with_defaults
+from bodies import FRICTION_LAWS, IN_TURN, with_defaults
 
 G = 9.81
-LAWS = ["poisson", "stronge", "chatterjee-ruina", "moreau"]
-IN_TURN = "first-contact-first"
 #: Random scenes for each law.
 SCENES = int(os.environ.get("STANDFAST_SCENES", "150"))
 
@@ -48,7 +46,7 @@ def test_followed_to_rounding_or_summed(model, rho, e):
     np.testing.assert_allclose(followed.q, summed.q, atol=1e-14)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_ball_bounces(law):
     ball = body([0.0], restitution=0.7, center_of_mass=(0, 0.5))
     run = sf.simulate(ball, (0, 1, 0), (0, 0, 0), model="local", impact=law)
@@ -56,7 +54,7 @@ def test_a_ball_bounces(law):
     assert run.time == pytest.approx(math.sqrt(2 / G) * 1.7 / 0.3, rel=1e-14)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_spinning_ball_slips_and_then_rolls(law):
     """m = 1, R = .1, Θ = ⅖mR², μ = .2, e = 0, dropped from a height of 1 with ω = 50 and 10. A disc is a body of the
     local model: its contact stays under its centre."""
@@ -173,7 +171,7 @@ def between_two_feet(*others, friction=0.5, restitution=0.3):
     )
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
     """Foot 1 rests, foot 2 lands at .8 m/s: ever slower impacts in turn in one instant, after which both rest."""
     posture, turn = between_two_feet(), (0, -0.45, -0.5)
@@ -227,7 +225,7 @@ def test_three_smooth_contacts_come_to_rest():
     assert run.outcome != "event-limit"
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_plastic_impact_leaves_no_rate(law):
     """A rate of 1e-16 instead is a flight of 1e-17 s, or another impact, and a Zeno point of its own."""
     rng = np.random.default_rng(1)

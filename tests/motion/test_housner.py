@@ -10,12 +10,12 @@ from functools import cache, partial
 
 import pytest
 import standfast as sf
+from bodies import FRICTION_LAWS, order_for
 from checks import close as within
 from mpmath import mp, mpf
 
 G = 9.81
 R = 1.25
-LAWS = ["poisson", "stronge", "chatterjee-ruina", "moreau"]
 
 
 @pytest.fixture(autouse=True)
@@ -92,12 +92,11 @@ def kept(impact):
 
 
 def run(block, omega, law, **options):
-    turn = "newton" if law == "newton" else "first-contact-first"
     return sf.simulate(
         block.posture,
         *block.upright(omega),
         impact=law,
-        simultaneous=turn,
+        simultaneous=order_for(law),
         event_limit=20_000,
         **options,
     )
@@ -111,7 +110,7 @@ def test_housners_ratio_of_a_uniform_block(alpha):
     close(block.kept_by_slipping(), (1 - 3 * s**2) / (1 + 3 * s**2), rel=1e-14)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(
     ("alpha", "friction", "omega"),
     [
@@ -155,7 +154,7 @@ def test_a_rough_block_rocks_with_housners_ratio(law, alpha, friction, omega):
     assert landings >= 3
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(("alpha", "omega"), [(0.4, 0.5), (0.8, 0.75)])
 def test_when_the_rocking_ends(law, alpha, omega):
     """Infinitely many swings, each with Housner's share of the spin: their times add up, and the block rests where it
@@ -175,7 +174,7 @@ def test_when_the_rocking_ends(law, alpha, omega):
     assert max(abs(found.q)) <= 1e-14
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_rocking_of_the_local_model_is_a_geometric_series(law):
     """Constant deceleration p² sin α: swings of 2ω/(p² sin α), times the ratio from swing to swing."""
     block, omega = Block(0.4, 2.0), 0.5
@@ -227,7 +226,7 @@ def test_a_wider_block_does_not_rock_without_friction(model):
     close(found.time - zeno.time, block.height * omega / (mpf(0.7) * mpf(G)))
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize("model", ["full", "local"])
 def test_a_flat_block_stops_when_its_other_corner_lands(law, model):
     """sin² α > 2/3: even a sticking corner cannot keep the old one from being pressed down."""
@@ -255,7 +254,7 @@ def time_to_rest(alpha, friction, omega):
         return time + 2 * spin / (block.pull * mp.sin(block.alpha)) / (1 - kept)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(("alpha", "omega"), [(0.3, 0.4), (0.7, 1.5)])
 def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
     """Once swings are short enough to shrink in one ratio they are summed, as long as each still is above all rounding."""

@@ -15,11 +15,10 @@ from functools import cache
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import lift, reach
+from bodies import LAWS, lift, order_for, reach
 
 G = 9.81
 EPS = np.finfo(float).eps
-LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 #: Random scenes for each symmetry.
 SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
 #: Runs with inputs a rounding away.
@@ -397,15 +396,13 @@ def random_scene(seed):
         options={
             "model": model,
             "impact": law,
-            "simultaneous": "newton" if law == "newton" else "first-contact-first",
+            "simultaneous": order_for(law),
         },
     )
     start = rng.integers(5)
     if start <= 2:  # in flight, twice with a rotation
         q = np.array([u(-0.1, 0.1), 0.0, u(-0.1, 0.1) * (start > 0)])
-        posture = scene.posture()
-        gaps = posture.gaps(q) if model == "full" else posture.gap_rates(np.zeros(3), q)
-        q[1] = lift(gaps, posture.contacts) + 10 ** u(-4, -1)
+        q[1] = lift(scene.posture(), q, model) + 10 ** u(-4, -1)
         scene.q, scene.qdot = q, rng.choice([0.0, 0.1, 0.5]) * u(-1, 1, 3)
     elif start == 3:  # touching
         scene.qdot = rng.choice([0.0, 0.01, 0.1, 1.0]) * u(-1, 1, 3)

@@ -3,8 +3,7 @@
 import math
 
 import standfast as sf
-
-IN_TURN = "first-contact-first"
+from bodies import IN_TURN
 
 
 def body(xs, restitution=0.0, height=0.5, **fields):

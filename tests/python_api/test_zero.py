@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import standfast as sf
+from bodies import order_for
 
 SCENES = int(os.environ.get("STANDFAST_ZERO_SCENES", "120"))
 
@@ -83,7 +84,7 @@ def results(dice, posture, q, qdot):
     options = {
         "model": dice.pick("auto", "local", "full"),
         "impact": law,
-        "simultaneous": "newton" if law == "newton" else "first-contact-first",
+        "simultaneous": order_for(law),
         "time_limit": 5.0,
         "event_limit": 3000,
     }

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import lift
 
 
 def between(left, right, friction, **fields):
@@ -53,11 +54,7 @@ def test_stable_postures_come_to_rest_where_they_stood(name):
     posture, rng = STABLE[name], np.random.default_rng(2008)
     for _ in range(350):
         q = 1e-3 * rng.normal(size=3)
-        lift = max(
-            -gap / math.cos(contact.slope)
-            for gap, contact in zip(posture.gaps(q), posture.contacts, strict=True)
-        )
-        q[1] += max(lift, 0.0) + 1e-6
+        q[1] += max(lift(posture, q), 0.0) + 1e-6
         run = sf.simulate(posture, q, 1e-3 * rng.normal(size=3))
         assert run.outcome == "rest"
         assert np.abs(run.q).max() < 1e-2

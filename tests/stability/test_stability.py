@@ -9,6 +9,7 @@ import pickle
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import draw_contacts, lift
 from scipy.optimize import linprog
 
 STANCES = int(os.environ.get("STANDFAST_STANCES", "500"))
@@ -81,14 +82,13 @@ def by_linear_programme(posture):
 def random_stance(random):
     count = int(random.integers(1, 6))
     steep = random.choice([0.6, 1.2, 1.5])
-    contacts = [
-        sf.Contact(
-            tuple(random.uniform(-2, 2, 2)),
-            slope=float(random.uniform(-steep, steep)),
-            friction=float(random.choice([0.0, 0.2, 0.7, 3.0])),
-        )
-        for _ in range(count)
-    ]
+    contacts = draw_contacts(
+        random,
+        (random.uniform(-2, 2) for _ in range(count)),
+        rise=2,
+        steep=steep,
+        friction=lambda: random.choice([0.0, 0.2, 0.7, 3.0]),
+    )
     return stance(contacts, (0.0, 0.0))
 
 
@@ -433,16 +433,10 @@ def test_friction_margin_straight_over_a_contact():
 
 def kicks(posture, count, random, scale=1e-3):
     """Outcomes of small random kicks in the local model."""
-    rows = []
-    for contact in posture.contacts:
-        t = np.array([math.cos(contact.slope), math.sin(contact.slope)])
-        n = np.array([-t[1], t[0]])
-        arm = np.array(contact.point) - posture.center_of_mass
-        rows.append([*n, t @ arm])
     outcomes = collections.Counter()
     for _ in range(count):
         q, qdot = random.normal(0, 1, 3) * scale**2, random.normal(0, 1, 3) * scale
-        q[1] += max(0.0, *(-np.dot(row, q) / row[1] for row in rows)) * (1 + 1e-9)
+        q[1] += max(0.0, lift(posture, q, "local")) * (1 + 1e-9)
         run = sf.simulate(
             posture,
             q,
@@ -538,7 +532,7 @@ def random_kick(posture, random, kind, scale=1e-3):
         qdot = both * scale * random.choice([-1, 1])
     elif kind == 3:
         q = random.normal(0, scale**2, 3)
-        q[1] += max(0.0, *(-normals @ q / normals[:, 1])) * (1 + 1e-9)
+        q[1] += max(0.0, lift(posture, q, "local")) * (1 + 1e-9)
     delassus = normals / metric @ normals.T
     weights = np.linalg.solve(delassus, posture.gravity * normals[:, 1])
     return q, qdot, math.sqrt(qdot**2 @ metric + 2 * weights @ (normals @ q))

@@ -10,6 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import LAWS, draw_contacts, order_for
 from scipy.optimize import linprog
 
 G = 10.0
@@ -552,13 +553,13 @@ def hills(rng):
     x = np.sort(rng.uniform(-2, 2, vertices))
     x[[0, -1]] = -4, 4
     y = rng.uniform(-0.6, 0.6, vertices) * rng.choice([0.2, 1.0, 2.0])
-    contacts = [
-        sf.Contact(
-            point=(rng.uniform(-0.6, 0.6), rng.uniform(-0.1, 0.1)),
-            friction=rng.choice([0.0, rng.uniform(0, 2)]),
-        )
-        for _ in range(rng.choice([1, 2, 2, 3, 4]))
-    ]
+    contacts = draw_contacts(
+        rng,
+        (rng.uniform(-0.6, 0.6) for _ in range(rng.choice([1, 2, 2, 3, 4]))),
+        rise=0.1,
+        steep=0,
+        friction=lambda: rng.choice([0.0, rng.uniform(0, 2)]),
+    )
     if (np.diff(x) < 1e-3).any() or any(
         np.interp(c.point[0], x, y) > c.point[1] for c in contacts
     ):
@@ -583,7 +584,6 @@ def test_random_scenes_on_polylines_end():
         if posture is None:
             continue
         model = str(rng.choice(["full", "full", "local", "auto"]))
-        laws = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
         q = np.array([0.0, 0.0, 0.0 if model == "local" else rng.uniform(-0.3, 0.3)])
         while (gaps := posture.gaps(q)).min() < 0:
             q[1] += max(-gaps.min(), 0.05)
@@ -593,7 +593,7 @@ def test_random_scenes_on_polylines_end():
             q,
             qdot,
             model=model,
-            impact=str(rng.choice(laws)),
+            impact=str(rng.choice(LAWS)),
             simultaneous="first-contact-first",
             time_limit=5.0,
             event_limit=100_000,
@@ -827,7 +827,7 @@ def test_feet_at_one_point_move_as_one(ground):
                     (0, 0, 0),
                     model="full",
                     impact=law,
-                    simultaneous="newton" if law == "newton" else "first-contact-first",
+                    simultaneous=order_for(law),
                     time_limit=2.0,
                     event_limit=20_000,
                 )
