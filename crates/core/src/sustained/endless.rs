@@ -135,9 +135,9 @@ impl Swing {
         Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
 
-    /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The swing
-    /// follows from its energy alone, so does the next one, and with less energy less happens: slips become smaller and
-    /// smaller, and the swing without any is never left.
+    /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The energy of
+    /// the next swing is a function of that of the last one. It is assumed, and not proved, that less energy leaves less:
+    /// then the energies never increase again, and no place is new (`docs/theory.md`, motions without end).
     pub(super) fn encloses(&self, later: &Self, body: &BodyState) -> bool {
         let less = later.energy <= self.energy + SWING_REPEATS * self.energy.abs();
         let arm = body.points[self.contact].arm();
