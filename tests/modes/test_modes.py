@@ -1,6 +1,5 @@
 """Contact modes: known answers, the face, and the table."""
 
-import copy
 import math
 import pickle
 import re
@@ -8,8 +7,8 @@ import re
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import with_defaults
-from checks import assert_refused
+from bodies import feet_on_slope, frame, with_defaults
+from checks import assert_copies, assert_refused
 from standfast.cli import main
 from standfast.table import ROWS
 
@@ -29,12 +28,8 @@ def body(contacts, **change):
 
 def on_slope(slope, friction, height=1.0, **change):
     """A block with feet ±1 along a slope and its centre of mass this high above it."""
-    t, n = (math.cos(slope), math.sin(slope)), (-math.sin(slope), math.cos(slope))
-    feet = [
-        sf.Contact(point=(s * t[0], s * t[1]), slope=slope, friction=friction)
-        for s in (-1.0, 1.0)
-    ]
-    return body(feet, center_of_mass=(height * n[0], height * n[1]), **change)
+    feet = feet_on_slope(slope, (-1.0, 1.0), [friction] * 2)
+    return body(feet, center_of_mass=height * frame(slope)[1], **change)
 
 
 problem = with_defaults(
@@ -477,12 +472,7 @@ def test_problems_print_copy_and_compare():
     given = problem(sliding=[None, -1], level="impulse", friction=[0.1, 2])
     names = {"ContactProblem": sf.ContactProblem}
     assert eval(repr(given), names) == given
-    for other in (
-        pickle.loads(pickle.dumps(given)),
-        copy.copy(given),
-        copy.deepcopy(given),
-    ):
-        assert other == given
+    assert_copies(given)
     assert given != problem()
     assert (given.mass, given.gyration_radius) == (1.0, 0.5)
     assert given.arms == [(-1.0, -1.0), (1.0, -1.0)]

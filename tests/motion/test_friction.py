@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import feet_on_slope, frame
 from checks import close
 from friction_oracle import DIGITS, Body, integrate, precise
 from mpmath import mp, mpf
@@ -36,16 +37,11 @@ HEIGHT = 0.4
 
 def block(slope, friction, feet=FEET, height=HEIGHT):
     """A block of 2 kg on two feet on one slope: its centre of mass is above the point between them."""
-    t, n = (math.cos(slope), math.sin(slope)), (-math.sin(slope), math.cos(slope))
-    contacts = [
-        sf.Contact(point=(s * t[0], s * t[1]), slope=slope, friction=mu)
-        for s, mu in zip(feet, friction, strict=True)
-    ]
     return sf.Posture(
         mass=2.0,
         gyration_radius=0.3,
-        center_of_mass=(height * n[0], height * n[1]),
-        contacts=contacts,
+        center_of_mass=height * frame(slope)[1],
+        contacts=feet_on_slope(slope, feet, friction),
         restitution=0.3,
         gravity=G,
     )
@@ -724,15 +720,12 @@ def test_rocking_on_a_slope_ends(restitution):
     """The centre of mass is above the feet, but its projection along the normal is not between them: without friction
     the body would tip."""
     slope = 0.4
-    t, n = (math.cos(slope), math.sin(slope)), (-math.sin(slope), math.cos(slope))
+    t, n = frame(slope)
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.5,
-        center_of_mass=tuple(0.6 * n[k] + 0.2537 * t[k] for k in (0, 1)),
-        contacts=[
-            sf.Contact(point=(s * t[0], s * t[1]), slope=slope, friction=1.0)
-            for s in (-0.25, 0.25)
-        ],
+        center_of_mass=0.6 * n + 0.2537 * t,
+        contacts=feet_on_slope(slope, (-0.25, 0.25), (1.0, 1.0)),
         restitution=restitution,
         gravity=G,
     )

@@ -15,6 +15,57 @@ def with_defaults(make, **defaults):
     return made
 
 
+def frame(slope):
+    """Unit tangent and normal of ground with this slope."""
+    cos, sin = math.cos(slope), math.sin(slope)
+    return np.array([cos, sin]), np.array([-sin, cos])
+
+
+def jacobian(posture):
+    """Rows N_i = (n_i, b_i) and T_i = (t_i, −c_i) of the contacts at rest."""
+    normals, tangents = [], []
+    for contact in posture.contacts:
+        t, n = frame(contact.slope)
+        arm = np.array(contact.point) - posture.center_of_mass
+        normals.append([*n, t @ arm])
+        tangents.append([*t, -n @ arm])
+    return np.array(normals), np.array(tangents)
+
+
+def feet_on_slope(slope, places, frictions):
+    """Contacts on one line through the origin, at these places along it."""
+    t, _ = frame(slope)
+    return [
+        sf.Contact(point=s * t, slope=slope, friction=friction)
+        for s, friction in zip(places, frictions, strict=True)
+    ]
+
+
+def stance(contacts, center_of_mass, gyration_radius=0.5, restitution=0.1, gravity=1.0):
+    """A body of 1 kg."""
+    return sf.Posture(
+        1.0, gyration_radius, center_of_mass, contacts, restitution, gravity
+    )
+
+
+def vee(slope, friction, center_of_mass=(0, 0), *, width=1.0, height=0.0, **fields):
+    """A body on two contacts in a V."""
+    contacts = [
+        sf.Contact((side * width, height), slope=side * slope, friction=friction)
+        for side in (-1, 1)
+    ]
+    return stance(contacts, center_of_mass, **fields)
+
+
+def odd(restitution):
+    """Kinematic-strong, and yet unstable for restitutions in between."""
+    contacts = [
+        sf.Contact((-1, 0), slope=-0.31, friction=0.89),
+        sf.Contact((1, 0.25), slope=1.16, friction=0.89),
+    ]
+    return stance(contacts, (0.58, 0.95), 0.38, restitution)
+
+
 #: Every law of impact; all but the first have friction.
 LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 FRICTION_LAWS = LAWS[1:]

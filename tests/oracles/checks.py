@@ -1,5 +1,7 @@
 """Checks that several tests make."""
 
+import copy
+import pickle
 import re
 
 import pytest
@@ -30,3 +32,16 @@ def assert_named(make, words):
         make()
     for word in words:
         assert word in str(error.value)
+
+
+def assert_copies(value):
+    """Pickled and copied, a value equals itself and prints the same; it equals nothing else."""
+    for other in (
+        pickle.loads(pickle.dumps(value)),
+        copy.copy(value),
+        copy.deepcopy(value),
+    ):
+        assert other == value
+        assert repr(other) == repr(value)
+    assert value != 1
+    assert value is not None

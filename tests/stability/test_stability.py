@@ -9,7 +9,7 @@ import pickle
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import draw_contacts, lift
+from bodies import draw_contacts, frame, jacobian, lift, odd, stance, vee
 from scipy.optimize import linprog
 
 STANCES = int(os.environ.get("STANDFAST_STANCES", "500"))
@@ -19,37 +19,9 @@ KICKED = int(os.environ.get("STANDFAST_KICKED_POSTURES", "20"))
 KICKS = 50 if KICKED < 100 else 200
 
 
-def stance(contacts, com, rho=0.5, restitution=0.1, gravity=1.0):
-    return sf.Posture(
-        mass=1.0,
-        gyration_radius=rho,
-        center_of_mass=com,
-        contacts=contacts,
-        restitution=restitution,
-        gravity=gravity,
-    )
-
-
-def vee(slope, friction, com=(0.0, 0.0), *, width=1.0, height=0.0, **options):
-    contacts = [
-        sf.Contact((-width, height), slope=-slope, friction=friction),
-        sf.Contact((width, height), slope=slope, friction=friction),
-    ]
-    return stance(contacts, com, **options)
-
-
 def third_figure(y, rho):
     """The V of tan β = 8/15 with friction ½, centre of mass over the middle."""
-    return vee(math.atan(8 / 15), 0.5, (0.0, y), height=8 / 15, rho=rho)
-
-
-def odd(restitution):
-    """Kinematic-strong, and yet unstable for restitutions in between."""
-    contacts = [
-        sf.Contact((-1, 0), slope=-0.31, friction=0.89),
-        sf.Contact((1, 0.25), slope=1.16, friction=0.89),
-    ]
-    return stance(contacts, (0.58, 0.95), 0.38, restitution)
+    return vee(math.atan(8 / 15), 0.5, (0.0, y), height=8 / 15, gyration_radius=rho)
 
 
 # Equilibrium region
@@ -59,8 +31,7 @@ def by_linear_programme(posture):
     """Least and largest Σ a m_u over a ≥ 0 with Σ a u = e_y, by HiGHS."""
     directions, moments = [], []
     for contact in posture.contacts:
-        t = np.array([math.cos(contact.slope), math.sin(contact.slope)])
-        n = np.array([-t[1], t[0]])
+        t, n = frame(contact.slope)
         for side in (1, -1):
             u = n + side * contact.friction * t
             directions.append(u)
@@ -153,8 +124,7 @@ def forces_by_linear_programme(posture, contact, axis, sign):
     com = np.array(posture.center_of_mass)
     count = len(posture.contacts)
     for k, c in enumerate(posture.contacts):
-        t = np.array([math.cos(c.slope), math.sin(c.slope)])
-        n = np.array([-t[1], t[0]])
+        t, n = frame(c.slope)
         arm = np.array(c.point) - com
         for direction in (t, n):
             rows[0].append(direction[0])
@@ -523,7 +493,7 @@ def speeds(posture, run):
 def random_kick(posture, random, kind, scale=1e-3):
     """q, q̇ and the size of a kick: any velocity; one that keeps a contact; one that slides both; any, from above the ground."""
     metric = np.array([1.0, 1.0, posture.gyration_radius**2])
-    normals, _, both = map(np.array, rows_of(posture))
+    normals, _, both = rows_of(posture)
     q, qdot = np.zeros(3), random.normal(0, scale, 3) / np.sqrt(metric)
     if kind == 1:
         row = normals[random.integers(2)]
@@ -657,13 +627,7 @@ def test_a_verdict_is_data(tmp_path):
 
 def rows_of(posture):
     """Rows N_i and T_i of both contacts at rest, and the direction in which both slide, of length one in the metric of the mass."""
-    normals, tangents = [], []
-    for contact in posture.contacts:
-        t = np.array([math.cos(contact.slope), math.sin(contact.slope)])
-        n = np.array([-t[1], t[0]])
-        arm = np.array(contact.point) - posture.center_of_mass
-        normals.append([*n, t @ arm])
-        tangents.append([*t, -n @ arm])
+    normals, tangents = jacobian(posture)
     both = np.cross(*normals)
     return (
         normals,
