@@ -100,12 +100,17 @@ def rest_of_bench(name):
     return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
 
 
-def stuck(scene):
+def flights_added_up(scene, gaps, psi):
+    """Impacts of a body let go at rest, and the time at which adding flights no longer changes it."""
     body = scene.posture
-    gravity, psi = (body.gravity,) * 2, (float(rod(scene)),) * 2
-    hits, t = baseline_methods.event_loop(
-        body.gaps(scene.q), (0.0, 0.0), gravity, psi, body.restitution
+    return baseline_methods.event_loop(
+        gaps, (0.0, 0.0), (body.gravity,) * 2, (psi, psi), body.restitution
     )
+
+
+def stuck(scene):
+    gaps = scene.posture.gaps(scene.q)
+    hits, t = flights_added_up(scene, gaps, float(rod(scene)))
     end = float(nested(scene)["elapsed"])
     return (
         f"after {hits} impacts the time no longer changes, at {t:.5f} s, the first Zeno point; there are infinitely many more until {end:.5f} s",
@@ -127,10 +132,7 @@ def nested(_scene):
 
 
 def one_end_after_the_other(scene):
-    body = scene.posture
-    hits, t = baseline_methods.event_loop(
-        local_gaps(scene), (0.0, 0.0), (body.gravity,) * 2, (0.0, 0.0), body.restitution
-    )
+    hits, t = flights_added_up(scene, local_gaps(scene), 0.0)
     error = abs(t / float(apart(scene)["elapsed"]) - 1)
     return (
         f"the time no longer changes after {hits} impacts; the error of the time of rest is {error:.1e}",
@@ -399,11 +401,8 @@ def _(scene):
 
 
 def no_flight(scene):
-    body = scene.posture
-    psi = (float(rod(scene)),) * 2
-    hits, t = baseline_methods.event_loop(
-        body.gaps(scene.q), (0.0, 0.0), (body.gravity,) * 2, psi, body.restitution
-    )
+    gaps = scene.posture.gaps(scene.q)
+    hits, t = flights_added_up(scene, gaps, float(rod(scene)))
     end = float(falls_on(scene)["elapsed"])
     return (
         f"the time no longer changes after {hits} impact, at {t:.4f} s, with flights of zero length; the rod rests at {end:.4f} s",

@@ -167,6 +167,13 @@ def energy_told(scene):
     return {"energy gained": lost}
 
 
+def adds_energy(scene, energy):
+    return (
+        f"the impact adds {energy:.3f} J to {sum(scene.qdot**2) / 2:.2f} J",
+        energy > 0,
+    )
+
+
 def by_newton(scene):
     v, w = struck(scene)
     body = scene.posture
@@ -174,11 +181,7 @@ def by_newton(scene):
     after = baseline_methods.newton_with_friction(
         *numbers, body.contacts[0].friction, body.restitution
     )
-    energy = gained(v, w, after)
-    return (
-        f"the impact adds {energy:.3f} J to {sum(scene.qdot**2) / 2:.2f} J",
-        energy > 0,
-    )
+    return adds_energy(scene, gained(v, w, after))
 
 
 @entry(
@@ -210,11 +213,7 @@ def by_moreau(scene):
     after = baseline_methods.moreau_impact(
         [float(x) for x in v], e, contact.tangential_restitution
     )
-    energy = gained(v, w, after)
-    return (
-        f"the impact adds {energy:.3f} J to {sum(scene.qdot**2) / 2:.2f} J",
-        energy > 0,
-    )
+    return adds_energy(scene, gained(v, w, after))
 
 
 @entry(

@@ -17,6 +17,7 @@ from bodies import with_defaults
 from decimals import cos_sin
 from mpmath import mp, mpf
 from oracle_inputs import (
+    draw_flight,
     draw_full,
     draw_local,
     draw_restitution,
@@ -133,11 +134,7 @@ def draw_any(rng):
     """Couplings of either sign, restitutions that differ, as likely outside the bound as inside."""
     e = (draw_restitution(rng), draw_restitution(rng))
     psi, skew = rng.uniform(-1, 1), math.exp(rng.uniform(-1.5, 1.5))
-    height = 10 ** rng.uniform(-6, 0)
-    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
-    speed = math.sqrt(max(g) * height)
-    h = [height * rng.random() for _ in range(2)]
-    u = [speed * rng.normal() for _ in range(2)]
+    g, h, u, _ = draw_flight(rng)
     return {"g": g, "psi": (psi * skew, psi / skew), "e": e, "h": h, "u": u}
 
 

@@ -178,31 +178,30 @@ def test_local_zeno_times(record_property):
     )
 
 
-def test_full_zeno_times(record_property):
-    """Within 50 c + 4 ulp."""
+@pytest.mark.parametrize(
+    ("draw", "title", "options"),
+    [
+        (draw_full, "full model", {}),
+        # Long bouncing between spins leaves some verdicts to the last bit.
+        (
+            draw_spinning,
+            "full model, fast spin",
+            {"unstable": 0.1, "grazes": True},
+        ),
+    ],
+    ids=["any", "fast spin"],
+)
+def test_full_zeno_times(draw, title, options, record_property):
+    """Within 50 c + 4 ulp; in a fast spin, or what doubles do."""
     rng = np.random.default_rng(SEED)
-    cases = [draw_full(rng) for _ in range(max(1, CASES // 10))]
+    cases = [draw(rng) for _ in range(max(1, CASES // 10))]
     campaign(
         cases,
         simulate_full,
         lambda ulp, c: 50 * c + 4 * ulp,
         record_property,
-        "full model",
-    )
-
-
-def test_full_zeno_times_in_fast_spin(record_property):
-    """Within 50 c + 4 ulp, or what doubles do; long bouncing between spins leaves some verdicts to the last bit."""
-    rng = np.random.default_rng(SEED)
-    cases = [draw_spinning(rng) for _ in range(max(1, CASES // 10))]
-    campaign(
-        cases,
-        simulate_full,
-        lambda ulp, c: 50 * c + 4 * ulp,
-        record_property,
-        "full model, fast spin",
-        unstable=0.1,
-        grazes=True,
+        title,
+        **options,
     )
 
 

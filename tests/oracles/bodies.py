@@ -32,6 +32,11 @@ def jacobian(posture):
     return np.array(normals), np.array(tangents)
 
 
+def valley(left, right, width):
+    """Terrain that falls with the gradient ``left`` to (0, 0) and rises with ``right``."""
+    return [(-width, width * left), (0, 0), (width, width * right)]
+
+
 def feet_on_slope(slope, places, frictions):
     """Contacts on one line through the origin, at these places along it."""
     t, _ = frame(slope)

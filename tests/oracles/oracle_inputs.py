@@ -18,17 +18,23 @@ def draw_restitution(rng):
     return math.exp(rng.uniform(math.log(0.001), math.log(0.9)))
 
 
+def draw_flight(rng):
+    """Gravities, gaps and rates of two contacts; heights from 1 µm to 1 m."""
+    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
+    height = 10 ** rng.uniform(-6, 0)
+    speed = math.sqrt(max(g) * height)
+    h = [height * rng.random() for _ in range(2)]
+    u = [speed * rng.normal() for _ in range(2)]
+    return g, h, u, speed
+
+
 def draw_local(rng):
     """Asymmetric couplings and gravities inside [10]; heights from 1 µm to 1 m."""
     e = draw_restitution(rng)
     bound = least_coupling(e)
     psi = bound + (1 - bound) * rng.uniform(0.02, 0.98)
     skew = math.exp(rng.uniform(-1.5, 1.5))
-    g = [9.81 * math.exp(rng.uniform(-1, 1)) for _ in range(2)]
-    height = 10 ** rng.uniform(-6, 0)
-    speed = math.sqrt(max(g) * height)
-    h = [height * rng.random() for _ in range(2)]
-    u = [speed * rng.normal() for _ in range(2)]
+    g, h, u, speed = draw_flight(rng)
     if rng.random() < 0.2:
         # One contact has just been hit.
         i = rng.integers(2)

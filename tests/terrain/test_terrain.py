@@ -10,7 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import LAWS, draw_contacts, order_for
+from bodies import LAWS, draw_contacts, frame, order_for, valley
 from scipy.optimize import linprog
 
 G = 10.0
@@ -67,7 +67,7 @@ def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground()
         contacts = [
             sf.Contact((x, 6 + y), friction=rng.choice([0, 0.3])) for x, y in feet
         ]
-        ground = [(-9, 9 * left), (0, 0), (9, 9 * right)]
+        ground = valley(left, right, 9)
         body = sf.Posture(
             1.0, rng.choice([0.2, 0.5]), (0.0, 6.0), contacts, 0.0, 9.81, terrain=ground
         )
@@ -772,7 +772,7 @@ def test_a_foot_in_flight_right_above_a_vertex():
             [sf.Contact((0, 0))],
             0.5,
             G,
-            terrain=[(-4, 4 * left), (0, 0), (4, 4 * right)],
+            terrain=valley(left, right, 4),
         )
         run = sf.simulate(
             posture,
@@ -797,7 +797,7 @@ def test_feet_at_one_point_move_as_one(ground):
     rng = random.Random(4)
     outcomes = Counter()
     for _ in range(60):
-        valley = [(-9, 9 * rng.choice([0.5, 2])), (0, 0), (9, 9 * rng.choice([0.5, 2]))]
+        terrain = valley(rng.choice([0.5, 2]), rng.choice([0.5, 2]), 9)
         friction = rng.choice([0, 0.5, 1, 2])
         points = [(0.0, 0.0)]
         if ground == "slopes":
@@ -818,7 +818,7 @@ def test_feet_at_one_point_move_as_one(ground):
                 feet[:1] * copies + feet[1:],
                 restitution,
                 G,
-                terrain=valley if ground == "valley" else None,
+                terrain=terrain if ground == "valley" else None,
             )
             runs.append(
                 sf.simulate(
@@ -853,6 +853,20 @@ def test_feet_at_one_point_move_as_one(ground):
     assert len(outcomes) > 1
 
 
+def both_ways(points, center, gyration, friction, restitution, terrain):
+    """A body with its feet at these points over this terrain, and its mirror image."""
+    for way in (1, -1):
+        yield sf.Posture(
+            1.0,
+            gyration,
+            (way * center[0], center[1]),
+            [sf.Contact((way * x, y), friction=friction) for x, y in points],
+            restitution,
+            G,
+            terrain=sorted((way * x, y) for x, y in terrain),
+        )
+
+
 def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_hold_it():
     """A linear programme over the edges of all cones says where; and the mirror image does the same."""
     rng = random.Random(5)
@@ -867,28 +881,15 @@ def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_h
             rng.uniform(0.1, 0.6),
         )
 
-        heights = [(-4, 4 * left), (0, 0), (4, 4 * right)]
-        posture, mirrored = (
-            sf.Posture(
-                1.0,
-                gyration,
-                (way * center[0], center[1]),
-                [sf.Contact((way * px, py), friction=friction) for px, py in points],
-                0.3,
-                G,
-                terrain=sorted((way * px, py) for px, py in heights),
-            )
-            for way in (1, -1)
-        )
+        terrain = valley(left, right, 4)
+        posture, mirrored = both_ways(points, center, gyration, friction, 0.3, terrain)
         columns = []
         for foot, slope in [
             (points[0], -left),
             (points[0], right),
             (points[1], -left if x < 0 else right),
         ]:
-            angle = math.atan(slope)
-            tangent = np.array([math.cos(angle), math.sin(angle)])
-            normal = np.array([-tangent[1], tangent[0]])
+            tangent, normal = frame(math.atan(slope))
             arm = np.subtract(foot, center)
             for mu in (-friction, friction):
                 edge = normal + mu * tangent
@@ -923,25 +924,13 @@ def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
         y = (-left * x if x < 0 else right * x) + rng.uniform(0, 0.3)
         center = (rng.uniform(-0.6, 0.6), rng.uniform(0.1, 1))
         gyration = rng.uniform(0.1, 0.6)
-        runs = []
-        for way in (1, -1):
-            posture = sf.Posture(
-                1.0,
-                gyration,
-                (way * center[0], center[1]),
-                [
-                    sf.Contact((0, 0), friction=friction),
-                    sf.Contact((way * x, y), friction=friction),
-                ],
-                restitution,
-                G,
-                terrain=sorted([(way * -4, 4 * left), (0, 0), (way * 4, 4 * right)]),
+        terrain = valley(left, right, 4)
+        run, other = (
+            sf.simulate(posture, (0, 0, 0), (0, 0, 0), model="full", time_limit=0.5)
+            for posture in both_ways(
+                [(0, 0), (x, y)], center, gyration, friction, restitution, terrain
             )
-            start = (0, 0, 0)
-            runs.append(
-                sf.simulate(posture, start, start, model="full", time_limit=0.5)
-            )
-        run, other = runs
+        )
         landed = run.impacts["time"][run.impacts["index"] == 1]
         if len(landed) == 0 or run.phases[0].mode != "FS":
             continue

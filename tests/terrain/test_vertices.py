@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import valley
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 
@@ -26,11 +27,6 @@ def cross(a, b):
 def turned(theta, arm):
     c, s = math.cos(theta), math.sin(theta)
     return np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
-
-
-def valley(left, right):
-    """Down to (0, 0) at the angle `left`, and up again at `right`."""
-    return [(-WIDE, WIDE * math.tan(left)), (0, 0), (WIDE, WIDE * math.tan(right))]
 
 
 @pytest.mark.parametrize(
@@ -53,7 +49,7 @@ def test_a_contact_leaves_the_vertex_at_the_edge_of_one_cone(
         [sf.Contact((0, 0), friction=mu)],
         0.0,
         G,
-        terrain=[(-10, 10 * math.tan(left)), (0, 0), (10, 10 * math.tan(slope))],
+        terrain=valley(math.tan(left), math.tan(slope), 10),
     )
     qdot = (-omega * com[1], omega * com[0], omega)
     run = sf.simulate(
@@ -110,7 +106,7 @@ def test_a_contact_leaves_the_vertex_at_the_edge_of_one_cone(
 def draw(rng, start):
     """One to three contacts in a valley, the first in its vertex or all above it."""
     left, right = rng.uniform(0.02, 1.3, 2)
-    terrain = valley(left, right)
+    terrain = valley(math.tan(left), math.tan(right), WIDE)
     com = rng.uniform(-1, 1, 2)
     if rng.random() < 0.5:
         com[1] = abs(com[1])
