@@ -420,6 +420,15 @@ def kicks(posture, count, random, scale=1e-3):
     return outcomes
 
 
+def two_feet(rise, slopes, frictions, restitutions=(None, None)):
+    """Contacts 2 m apart, the right one higher by ``rise``."""
+    each = zip((-1.0, 1.0), (0.0, rise), slopes, frictions, restitutions, strict=True)
+    return [
+        sf.Contact((x, y), slope=slope, friction=friction, restitution=e)
+        for x, y, slope, friction, e in each
+    ]
+
+
 def test_corner_map_against_the_simulator():
     """Random kinematic-strong postures: kicks contradict no verdict, and most of what Theorem 3 leaves open is decided."""
     random = np.random.default_rng(2)
@@ -427,11 +436,7 @@ def test_corner_map_against_the_simulator():
     found = 0
     while found < POSTURES:
         slopes, frictions = random.uniform(-0.9, 0.9, 2), random.uniform(0.1, 1.2, 2)
-        points = [(-1.0, 0.0), (1.0, float(random.uniform(-0.4, 0.4)))]
-        contacts = [
-            sf.Contact(point, slope=float(slope), friction=float(friction))
-            for point, slope, friction in zip(points, slopes, frictions, strict=True)
-        ]
+        contacts = two_feet(random.uniform(-0.4, 0.4), slopes, frictions)
         com = (float(random.uniform(-1.2, 1.2)), float(random.uniform(-1, 2)))
         rho = float(random.uniform(0.2, 1.2))
         if not sf.stability(stance(contacts, com, rho)).kinematic_strong:
@@ -517,17 +522,8 @@ def test_no_kick_exceeds_the_amplification():
         if random.random() < 0.25:
             slopes[1] = -slopes[0]
         own = random.uniform(0, 0.9, 2) if random.random() < 0.25 else [None, None]
-        contacts = [
-            sf.Contact((x, y), slope=float(slope), friction=friction, restitution=e)
-            for x, y, slope, friction, e in zip(
-                (-1.0, 1.0),
-                (0.0, random.uniform(-0.4, 0.4)),
-                slopes,
-                random.uniform(0.1, 1.2, 2),
-                own,
-                strict=True,
-            )
-        ]
+        rise, frictions = random.uniform(-0.4, 0.4), random.uniform(0.1, 1.2, 2)
+        contacts = two_feet(rise, slopes, frictions, own)
         posture = stance(
             contacts,
             (random.uniform(-1, 1), random.uniform(-1, 2)),
