@@ -1,4 +1,4 @@
-"""Other engines, told the scenes of the atlas as `benches/work_precision/peers` tells them."""
+"""Other engines on the scenes of the atlas, with the models of `benches/work_precision/peers`."""
 
 import importlib
 import math

@@ -1,6 +1,6 @@
 """Box2D 2.3 (pybox2d): a fixed step in single precision, with continuous collision detection.
 
-Told as: a body of the mass and moment with a disc centred above each contact point, on an edge that lies under the floor by its
+Model: a body of the mass and moment with a disc centred above each contact point, on an edge that lies under the floor by its
 skin of .01, which makes the gaps those of the points. Lengths are multiplied by L / dt, at most 1e5, for Box2D has absolute
 ones: it drops restitution below 1 m/s (so below dt / L here, to be compared with the g dt of a step's fall), leaves .005 m of
 penetration, and cuts what moves more than 2 m in a step. L = .1 s, or what did better (LENGTHS): to come to rest the ball wants

@@ -1,6 +1,6 @@
 """MuJoCo: a fixed step (semi-implicit Euler; RK4 costs three times as much and gained little: the error comes from the impacts).
 
-Told as: a body of the mass and moment on joints along x, y, z (which never moves, but MuJoCo scales a contact by the mean over
+Model: a body of the mass and moment on joints along x, y, z (which never moves, but MuJoCo scales a contact by the mean over
 the three directions) and about z, with a disc (sphere) of radius .02 above each contact point, on an inclined plane.
 
 MuJoCo has no coefficient of restitution: a contact is a spring and a damper that cannot pull, `solref` = (-k, -b) for the mass

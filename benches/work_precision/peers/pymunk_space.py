@@ -1,6 +1,6 @@
 """pymunk (Chipmunk): a fixed step in double precision.
 
-Told as: a body of the mass and moment with a disc of radius .02 centred above each contact point (a disc that touches a line
+Model: a body of the mass and moment with a disc of radius .02 centred above each contact point (a disc that touches a line
 does so under its centre: the lever of the normal force is that of the point, its gap that of the point), on a static line,
 half thickness 1, that lies under the floor: what has sunk in is still pushed out upwards.
 

@@ -1,11 +1,11 @@
 """Siconos 4.4.0 (Debian's python3-siconos, under Debian's Python): event-driven, and Moreau-Jean time stepping.
 
-How it is told: a Lagrangian system in (y, θ), and x with friction, with one scleronomous relation per contact, whose functions
+Model: a Lagrangian system in (y, θ), and x with friction, with one scleronomous relation per contact, whose functions
 are compiled C (gcc; a relation overridden in Python crashed). The compilation is not timed.
 
 - Event-driven, for the scenes without friction (with the friction law it throws): LsodarOSI with its default tolerances, which
   are at roundoff, an LCP for impacts and one for accelerations. Swept is the tolerance below which a gap or a speed is none. It
-  tells only in the rest: before the impacts accumulate the answer is the same for all. Below some tolerance it throws or does
+  has an effect on the rest only: before the impacts accumulate the answer is the same for all. Below some tolerance it throws or does
   not end; such a run is not reported.
 - Moreau-Jean with θ = 1/2, for all scenes: LCP with Newton's law, with friction FrictionContact(2) solved to 1e-12. The step is
   shortened to divide the time asked for; not for the rest, whose time would then lie on the grid by chance. Nothing tells it

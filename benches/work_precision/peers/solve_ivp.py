@@ -1,6 +1,6 @@
 """scipy.integrate.solve_ivp: a terminal event at every impact, Newton's law by hand, restart.
 
-How it is told: the state is (x, y, θ) and its rates; a contact is free (its gap is an event) or held on the floor (its
+Model: the state is (x, y, θ) and its rates; a contact is free (its gap is an event) or held on the floor (its
 force, with sliding friction, follows from its normal acceleration being none, and its sliding speed is an event). What a user
 has to add, for solve_ivp has none of it:
 
@@ -13,7 +13,7 @@ has to add, for solve_ivp has none of it:
   none approaches.
 
 One tolerance: rtol = tol, atol = tol / 1000, stop = tol in m/s. Free flight is a polynomial, exact for every method; the
-tolerance tells in the held phases and at the end. Not told: the rocking block, whose impacts have friction."""
+tolerance has an effect in the held phases and at the end. Left out: the rocking block, whose impacts have friction."""
 
 import math
 import sys
