@@ -63,8 +63,8 @@ pub(crate) const MOST_STEPS: usize = 250_000;
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// The body after each collision: in the full model its state, elsewhere default values. They are stored because a replay
-    /// that sums the impulses again has other rounding errors.
+    /// Centre of mass and rotation after each collision of the full model, default values while its geometry is frozen; empty
+    /// in the local model. They are stored because a replay that sums the impulses again has other rounding errors.
     pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.

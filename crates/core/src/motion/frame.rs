@@ -1,4 +1,4 @@
-//! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
+//! Frames: conversion from the coordinates in which a stretch of motion is computed to q and q̇.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -13,8 +13,8 @@ use crate::math::turn::Turn;
 use crate::sustained::BodyState;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
-/// Everything that determines the motion from an instant on: in a frozen frame gaps and impulses since its
-/// start, in the full model gaps, centre of mass and rotation.
+/// The state that determines the motion from an instant on: in a frozen frame, the gaps and the impulses since its start; in
+/// the full model, gaps, centre of mass and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Snapshot {
     pub(crate) clock: Clock,
@@ -25,13 +25,13 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Of the full model.
+    /// Snapshot of a state of the full model.
     pub(crate) fn of_full(state: &FullState, clock: Clock) -> Self {
         let FullState { gaps, center, spin, .. } = *state;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
 
-    /// Of a body with two contacts at most.
+    /// Snapshot of a body with at most two contacts.
     pub(crate) fn of_body(body: &BodyState, clock: Clock) -> Self {
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, p) in body.points.iter().enumerate() {
@@ -86,7 +86,7 @@ impl Base {
         Center { r: Vector2::new(q.x, q.y), v: Vector2::new(qdot.x, qdot.y) }
     }
 
-    /// (q, q̇) from a snapshot of the full model. Without a body only θ and ω mean anything.
+    /// (q, q̇) from a snapshot of the full model. Without a body only θ and ω are defined.
     pub(crate) fn state(at: &Snapshot) -> State {
         let Snapshot { center, spin, .. } = at;
         State {
@@ -111,29 +111,29 @@ pub(crate) struct Frame {
     pub(crate) start: Snapshot,
     /// Frozen geometry; `None`: the full model.
     pub(crate) frozen: Option<FrozenModel>,
-    /// Rotation at which it is frozen.
+    /// Rotation at which the geometry is frozen.
     pub(crate) spin: Spin,
-    /// Translational impulse per unit mass and own-rate jump, ρ²/(b_i² + ρ²).
+    /// Translational impulse per unit mass, divided by the own-rate jump: ρ²/(b_i² + ρ²).
     fractions: [f64; 2],
     body: Option<PairBody>,
 }
 
-/// Corrections of a place, at most: falls are up to 1e32 sizes of the body, and each gains sixteen digits.
+/// Most corrections of a position: falls are up to 1e32 sizes of the body, and each correction gains sixteen digits.
 const AGREES: usize = 3;
 
 impl Frame {
-    /// The full model.
+    /// A frame of the full model.
     pub(crate) fn full(start: Snapshot) -> Self {
         let spin = start.spin;
         Self { start, frozen: None, spin, fractions: [1.0; 2], body: None }
     }
 
-    /// The geometry of `at`, frozen.
+    /// A frame with the geometry of `at`, frozen.
     pub(crate) fn frozen(start: Snapshot, at: &FullState) -> Self {
         Self::with(start, at, FrozenModel::new(&at.frozen()))
     }
 
-    /// The same, with that model known.
+    /// The same, with a known model.
     pub(crate) fn with(start: Snapshot, at: &FullState, model: FrozenModel) -> Self {
         Self {
             start,
@@ -144,13 +144,13 @@ impl Frame {
         }
     }
 
-    /// A local model without a body.
+    /// A frame of a local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
         let frozen = Some(FrozenModel::new(model));
         Self { start, frozen, spin: start.spin, fractions: [1.0; 2], body: None }
     }
 
-    /// Translational impulse per unit mass and own-rate jump at contact `i`.
+    /// Translational impulse per unit mass at contact `i`, divided by the own-rate jump.
     pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
         self.fractions[i]
     }
@@ -179,7 +179,7 @@ impl Frame {
         full
     }
 
-    /// q in the frozen geometry, but for roundings.
+    /// q in the frozen geometry, without the correction of rounding errors.
     pub(crate) fn place(&self, frozen: &FrozenModel, clock: Clock, path: [f64; 2]) -> Vector3<f64> {
         let start = &self.start;
         let dt = clock.since(start.clock);
@@ -194,9 +194,10 @@ impl Frame {
         Vector3::new(r.x, r.y, start.spin.theta + start.spin.omega * dt - turned)
     }
 
-    /// Sums of impulses lose digits against the fall that they make up for, gaps and rates do not: the body goes where they
-    /// say, along the shortest way, which has roundings itself where it is longer than the body: again. Only where they are
-    /// linear in its state, without spin at the start.
+    /// Corrects the position and velocity of the body. The sum of impulses loses digits where it cancels against the fall; gaps
+    /// and rates do not. The body is moved along the shortest way until it agrees with them. This correction has rounding
+    /// errors itself if it is longer than the body, and is then repeated. It applies only where gaps and rates are linear in
+    /// the state, without spin at the start.
     fn agree(&self, frozen: &FrozenModel, body: &PairBody, full: &mut Snapshot) {
         let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
@@ -211,7 +212,7 @@ impl Frame {
         }
     }
 
-    /// One such correction; returns its own-rate paths.
+    /// One such correction; returns its displacement as own-rate paths.
     fn correct(
         &self,
         frozen: &FrozenModel,
@@ -243,7 +244,7 @@ impl Frame {
         path
     }
 
-    /// Own-rate accelerations by which the held contacts keep their gaps at zero.
+    /// Own-rate accelerations that keep the gaps of held contacts at zero.
     pub(crate) fn hold(frozen: &FrozenModel, held: [bool; 2]) -> [f64; 2] {
         match held {
             [true, true] => frozen.solve_coupled(frozen.g),
@@ -253,7 +254,7 @@ impl Frame {
         }
     }
 
-    /// Own-rate jumps, their paths or their rates in the full model's measure.
+    /// Converts own-rate jumps, their time integrals or their rates to translational impulses per unit mass.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }

@@ -392,7 +392,7 @@ impl<'a> ContactPhase<'a> {
             for (p, mode) in body.points.iter_mut().zip(&mut self.word) {
                 p.u = 0.0;
                 if *mode != Mode::Separate && p.friction == 0.0 {
-                    *mode = Mode::Fixed; // the same forces
+                    *mode = Mode::Fixed; // forces do not change
                 }
             }
         } else {

@@ -90,7 +90,7 @@ impl FullState {
         self.b[i] * self.b[i] + self.body.rho2
     }
 
-    /// ρ²/(b_i² + ρ²): translational impulse per unit mass and own-rate jump.
+    /// ρ²/(b_i² + ρ²): translational impulse per unit mass, divided by the own-rate jump.
     pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
         self.body.rho2 / self.own(i)
     }
