@@ -1,4 +1,4 @@
-//! Ranges of the numbers that can be simulated.
+//! Ranges of the quantities that can be simulated.
 
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
@@ -6,8 +6,8 @@ use crate::modes::LONGEST_ARM;
 use crate::options::{Impact, Options, Simultaneous, Stop};
 use crate::simulate::Start;
 
-/// Contacts that are hit in turn hand on products of three speeds: those that they land with, |u| + √(2gh), must keep them within
-/// the range of doubles until the speeds have shrunk by all digits of the time.
+/// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three speeds, which must
+/// stay within the range of doubles until the speeds have shrunk by all digits of the time.
 pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
     let speed = |(h, u, g): (f64, f64, f64)| {
         u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
@@ -22,7 +22,8 @@ pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Res
     Ok(())
 }
 
-/// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
+/// Checks that the distance a body covers until gravity has brought it back is finite, and that the squares of its speeds do
+/// not underflow.
 pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error> {
     in_range(
         field,
@@ -35,7 +36,7 @@ pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error
     Ok(())
 }
 
-/// The way fallen until the time limit must be a number, as must that at the largest speed.
+/// Checks that the distance fallen until the time limit is finite, and the distance covered at the largest speed.
 pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     let t = options.end();
     let limit = options.time_limit.unwrap_or(f64::INFINITY);
@@ -56,23 +57,24 @@ const FASTEST_LANDING: f64 = 1e80;
 /// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
 const LONGEST: f64 = 1e75;
 
-/// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
-/// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
+/// Longest arm, in radii of gyration, up to the first Zeno point: beyond, the fraction ρ²/(b² + ρ²) of an impulse that moves
+/// the centre of mass is below 1e-32, and powers of the arm overflow.
 const LONGEST_LEVER: f64 = 1e16;
 
-/// Largest radius of gyration, in distances of the farthest contact: speeds count as none by those of the body, ρω among them,
-/// and beyond that would be ones that a contact has.
+/// Largest radius of gyration, in distances of the farthest contact. Speeds count as zero in relation to those of the body, ρω
+/// among them; beyond this limit, real speeds of a contact would count as zero.
 const HEAVIEST: f64 = 1e6;
 
-/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two. How they share a force depends
-/// on the square of their distance: four digits of it are left here, nearer ones would rub as roundings say.
+/// Distance of two contacts in sizes of the body, or of their normals, from which on they count as two. How they share a force
+/// depends on the square of their distance: four digits of it are left here. With nearer contacts rounding errors would decide
+/// the friction.
 const NEAREST: f64 = 1e-6;
 
-/// Coefficient of friction up to which forces that are ties (1e-10 of the load) rub no more than a tenth of a thousandth of
-/// it: with more, a mode that presses by less than nothing would be driven by its friction.
+/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of the load.
+/// With more friction, a mode with a normal force below zero within rounding error would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
-/// What is not solved yet is refused by name.
+/// Checks that the motion can be solved with this posture and these options; an error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
     if options.certify && !Start::is_pair(posture, options) {
@@ -140,7 +142,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                 let restitution = posture.geometry()[k].restitution;
                 (contact.friction, restitution, contact.tangential_restitution, contact.segment)
             };
-            // What friction holds between two pieces of ground that meet is not shared out in one way.
+            // The friction forces on two pieces of ground that meet are not unique.
             let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;
             let corner = contacts[i].point == contacts[j].point && apart > 0.0 && rubs;
             if corner || apart == 0.0 && surface(i) != surface(j) {
@@ -172,7 +174,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     Ok(())
 }
 
-/// Gaps within `touch` of zero are zero; deeper ones are refused.
+/// Sets gaps down to −`touch` to zero, with a warning; deeper ones are errors.
 pub(super) fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> {
     let mut warnings = Vec::new();
     for (i, height) in gaps.iter_mut().enumerate() {
