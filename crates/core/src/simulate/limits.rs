@@ -51,7 +51,8 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// Speed of a landing, in m/s, beyond which products of three of them leave the range of doubles.
+/// Largest speed of a first landing, in m/s; its inverse is the smallest. Products of three such speeds stay in the range of
+/// doubles, also after the speeds have shrunk by all digits of the time.
 const FASTEST_LANDING: f64 = 1e80;
 
 /// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.

@@ -538,7 +538,7 @@ impl<'a> ContactPhase<'a> {
 impl BodyState {
     /// Whether a contact passes over the ground although its gap has reached zero: this acceleration (`lift`, m/s²) turns it
     /// round at a depth u²/(2ḧ) below the rounding error of the gap, which has followed from the speeds of the body for a time
-    /// (`time`, s).
+    /// (`time`, s). Its gap is then raised by twice the depth.
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];
