@@ -39,14 +39,13 @@ pub(crate) enum LoopExit {
         remaining: f64,
         self_similar: bool,
     },
-    /// Both contacts land at the same instant: both gaps are zero, and no impact has been applied. In the full model also: the
-    /// impact leaves the contact just hit with a rate of zero.
+    /// Both contacts land at the same instant, before any impact; in the full model also: an impact leaves its contact a rate of
+    /// zero.
     Tie,
     /// The full model only: the rest of the motion is so short that the geometry may be frozen.
     Freeze,
     TimeLimit,
-    /// The event limit is reached, the run was cancelled, or (full model) a flight is too long for the position to stay
-    /// resolved.
+    /// The event limit, a cancelled run, or (full model) a flight too long for the position to stay resolved.
     EventLimit,
     /// No contact lands any more.
     Never,
@@ -66,8 +65,8 @@ fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
     (first, t[first], are_one(t[0], t[1]))
 }
 
-/// Whether two contacts that start a flight land together within rounding error. A body that falls straight down has all gaps
-/// in the ratio of the gravities into them; rounding errors must not decide which contact lands first.
+/// Whether two contacts that start a flight land together. A body that falls straight down has all gaps in the ratio of the
+/// gravities into them; rounding errors must not decide which contact lands first.
 pub(crate) fn are_one(t: f64, other: f64) -> bool {
     (t - other).abs() <= SIMULTANEOUS * t.min(other)
 }
@@ -115,8 +114,7 @@ pub(crate) struct LocalConstants<T> {
     sides: [Side<T>; 2],
     /// Elapsed time at which the loop began, in s.
     from: T,
-    /// The time limit, or the largest double if there is none: one comparison detects both a flight beyond it and an endless
-    /// flight.
+    /// The time limit, or the largest double: one comparison detects a flight beyond it and one without end.
     end: T,
 }
 
@@ -139,8 +137,8 @@ impl<T: Real> LocalLoopState<T> {
     ) -> LocalPlainCollision<T> {
         let (of_a, of_b) = (&constants.sides[A], &constants.sides[1 - A]);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
-        // 2K g_aτ is divided on its own, ahead of τ, so that the next square root waits for one addition only. It is added to a
-        // square: there is no cancellation.
+        // 2K g_aτ is divided on its own, ahead of τ, so that the next square root waits for one addition only. It adds to a square:
+        // nothing cancels.
         let s = self.square.sqrt();
         let (twice, sum) = (h_b * 2.0, s - u_b);
         let gain = of_b.lift * twice * s / sum;
@@ -181,7 +179,7 @@ pub(crate) struct LocalCollisions {
     /// The contact hit last.
     a: usize,
     r: LocalLoopState<f64>,
-    /// Collisions left until the next check of the limits and for a tail, and how many the last check granted.
+    /// Collisions left until the next check of the limits and for a tail, and collisions granted by the last one.
     left: usize,
     granted: usize,
     /// State, clock and number of collisions where the loop began.
@@ -193,7 +191,7 @@ pub(crate) struct LocalCollisions {
 }
 
 impl LocalCollisions {
-    /// Simulates the first touchdown and its impact; an error: the loop ends before.
+    /// The first touchdown and its impact; an error: the loop ends before.
     pub(crate) fn begin(
         m: &FrozenModel,
         gaps: &mut Gaps,
@@ -295,7 +293,7 @@ impl LocalCollisions {
         gaps
     }
 
-    /// Checks the limits and tests for a tail, if that is due; then simulates the next event of any kind.
+    /// Checks the limits and for a tail, if due; then simulates the next event.
     pub(crate) fn next(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         if self.left == 0 {
             log.hits += self.granted;
@@ -317,9 +315,9 @@ impl LocalCollisions {
         self.a == 0
     }
 
-    /// Simulates plain collisions in turn after an impact at contact 1, until another event comes or a check is due.
+    /// Simulates plain collisions in turn, until another event or a check is due, after an impact at contact 1.
     ///
-    /// Both roles are written out, so that no contact is looked up by index.
+    /// Both roles are written out, without indices.
     pub(crate) fn alternate(&mut self, log: &mut Log) {
         if self.a != 0 {
             return;
@@ -372,7 +370,6 @@ impl LocalCollisions {
         (self.r, self.left) = (r, left);
     }
 
-    /// Simulates the next event of any kind.
     #[inline(never)]
     fn collide(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         let (a, b) = (self.a, 1 - self.a);
@@ -445,7 +442,7 @@ impl LocalCollisions {
     }
 }
 
-/// Least number of collisions for which a vector lane is used: moving a run into a lane and back costs about as much as a few.
+/// Least number of collisions that is worth a vector lane: moving a run there and back costs about as much as a few.
 const WORTH: usize = 16;
 
 impl<T: Real> LocalLoopState<T> {
@@ -478,10 +475,9 @@ impl<T: Real> LocalConstants<T> {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<10>,
-    /// The states, with the number of collisions left: of runs stopped before a collision at contact 2, of runs stopped before
-    /// one at contact 1, and of active runs.
+    /// The states with the collisions left: stopped before a collision at contact 2, stopped before one at contact 1, active.
     stages: [Columns<9>; 3],
-    /// A bit for each run that has stopped at this stage.
+    /// A bit for each run stopped there.
     stopped: [u64; 2],
     /// A bit for each active run; its last impact was at contact 1.
     on: u64,
@@ -497,7 +493,7 @@ struct Vector<S: Simd> {
 }
 
 impl<S: Simd> Vector<S> {
-    /// A collision after an impact at `A`. Lanes whose next collision is not plain stop before it.
+    /// A collision after an impact at `A`. Lanes whose next one is not plain stop before it.
     #[inline(always)]
     fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
         let next = self.r.plain_collision::<A>(&self.constants);
@@ -514,7 +510,7 @@ impl<S: Simd> Vector<S> {
 }
 
 impl Pool {
-    /// Adds a run if plain collisions may be next and enough of them are left; returns whether it did.
+    /// Adds a run if plain collisions may be next and enough are left.
     pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
@@ -525,7 +521,6 @@ impl Pool {
         suits
     }
 
-    /// Restores the state of a run that has stopped.
     pub(crate) fn take(&mut self, run: usize, clatter: &mut LocalCollisions) {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
@@ -554,7 +549,7 @@ impl Pool {
     }
 }
 
-/// Simulates the next collision if it is plain; otherwise nothing changes. Returns whether it is.
+/// The next collision, if it is plain; otherwise nothing changes. Returns whether it is.
 #[inline(always)]
 fn single_plain_collision<const A: usize>(
     r: &mut LocalLoopState<f64>,
@@ -574,7 +569,7 @@ fn single_plain_collision<const A: usize>(
     next.plain
 }
 
-/// A record of a collision at `a`, with rates given as (own, other).
+/// A collision at `a`; rates are given as (own, other).
 #[inline]
 fn in_order(
     elapsed: Clock,
@@ -596,7 +591,7 @@ fn rest_of_time(m: &FrozenModel, gaps: &mut Gaps, sum: &mut Impulses, log: &mut 
     log.clock = log.clock.after(left);
 }
 
-/// Adds a flight of `dt`: the impulses stay, their time integrals grow.
+/// Adds a flight: impulses stay, their time integrals grow.
 pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
     for i in 0..2 {
         sum.path[i] += sum.jump[i] * dt;
@@ -609,8 +604,7 @@ fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option
     (now + duration <= end).then_some(LoopExit::Bounce { contact: a, duration })
 }
 
-/// The reason to end the loop here, if there is one: a bounce tail, a clattering tail, or a remaining time below the rounding
-/// error.
+/// The tail that ends the loop here, if there is one: bouncing, clattering, or a remaining time below the rounding error.
 fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopExit> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
     if let Some(halt) = bounces(m, a, gaps, now, end) {
@@ -634,9 +628,8 @@ fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopEx
         .then(|| LoopExit::Reached { remaining, self_similar: repeats(m, a, gaps) })
 }
 
-/// Upper bound of the time until both contacts come to rest, if they do at all, by the energy argument: λ = D⁻¹(g_1, g_2) > 0
-/// and every impact loses energy. It takes the smallest positive gravity, of a contact in the air or of one while the other is
-/// held. In s.
+/// Upper bound of the time until both contacts rest, if they do, by the energy argument: λ = D⁻¹(g_1, g_2) > 0 and every impact
+/// loses energy. It uses the smallest pull: on a contact in the air, or on one while the other is held. In s.
 pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     let force = m.solve_coupled(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {

@@ -54,17 +54,17 @@ impl Center {
 /// Collisions between two checks of the limits and of the cancel flag.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Limit of the steps that bring no event (no collision and no change of the contact modes): steps of integration and of the
-/// loop over the pieces of a motion. Each event allows one more. The limit takes a second of computing time, and a quarter of a
-/// gigabyte if the run is recorded. A body that swings or rolls takes some ten steps per turn, a slender one some hundred.
+/// Most steps of integration, and of the loop over pieces of a motion, without a collision or change of modes; each of those allows
+/// one more. They take a second of computing time, and a quarter of a gigabyte if recorded. A body that swings or rolls takes some
+/// ten steps per turn, a slender one some hundred.
 pub(crate) const MOST_STEPS: usize = 250_000;
 
 /// Clock, collisions and limits of one run.
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// Centre of mass and rotation after each collision of the full model, default values while its geometry is frozen; empty
-    /// in the local model. They are stored because a replay that sums the impulses again has other rounding errors.
+    /// Centre of mass and rotation after each collision of the full model, defaults while its geometry is frozen; empty in the
+    /// local model. A replay that sums the impulses again would round differently.
     pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.
@@ -147,7 +147,7 @@ impl<'a> Log<'a> {
         !self.cancelled
     }
 
-    /// Message about the limit that has ended the run; `None`: neither the limit of events nor that of steps has.
+    /// The limit that has ended the run, in words; `None`: neither that of events nor that of steps.
     pub(crate) fn limit(&self) -> Option<String> {
         let steps = if self.events() >= self.event_limit {
             String::new()
@@ -173,7 +173,7 @@ impl<'a> Log<'a> {
 /// Impacts in a stretch: the fastest impacts of two stretches are compared.
 const STRETCH: usize = 1024;
 
-/// A stretch of impacts: the speed of the fastest in m/s, the time of the first, and the contacts hit (one bit each).
+/// A stretch of impacts: the highest speed in m/s, the time of the first, the contacts hit (one bit each).
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
     impacts: usize,
@@ -206,7 +206,7 @@ impl LastImpacts {
         self.now.contacts |= 1 << contact;
     }
 
-    /// Message about what the impacts before the end of a run have in common.
+    /// What the impacts before the end of a run have in common, in words.
     pub(crate) fn family(&self, log: &Log<'_>) -> String {
         let quiet = log.changes - self.changes;
         if quiet > STRETCH {

@@ -1,6 +1,6 @@
-//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation is
-//! simulated until the speeds of its contacts are below the rounding error of the largest speed so far, and ends there. Two
-//! kinds are summed: impacts in turn at one instant, and cycles of two contacts on the ground that repeat themselves.
+//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation ends
+//! when the speeds of its contacts are below the rounding error of the largest speed so far. Impacts in turn at one instant are
+//! summed, and so are cycles of two contacts on the ground that repeat themselves.
 
 use std::collections::BTreeSet;
 
@@ -21,8 +21,7 @@ use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{DEPARTED, STILL};
 
-/// Impacts between two corrections of rounding errors: b, c are computed from θ, and dependent gaps and rates from independent
-/// ones.
+/// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
 const REFRESH: usize = 32;
 
 /// The coordinates of a body with any number of contacts.
@@ -116,8 +115,7 @@ impl Coordinates for AnyContacts {
         fresh: bool,
     ) -> Option<Outcome> {
         driver.body.state = body.clone();
-        // A contact with upward effective gravity does not come to rest; at the start, nor does one with zero effective
-        // gravity.
+        // A contact with upward effective gravity does not come to rest, nor, at the start, one with none.
         let resting = &driver.resting;
         let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
         let new: ContactValues<usize> = (0..rests.len())
@@ -194,8 +192,8 @@ impl<'a> Driver<'a, AnyContacts> {
         self.run_on()
     }
 
-    /// The state at time `dt` of a sum of cycles that begins in this state at this time, simulated cycle by cycle; `None` if
-    /// too many events come before. `options`: of the run.
+    /// The state at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events come before.
+    /// `options`: of the run.
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
@@ -208,7 +206,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let mut run =
             Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        // The speed that counts as zero is scaled with the speed that gravity has given the body in the run.
+        // The scale of speeds that count as zero, as gravity gives it in the run.
         run.body.fastest = start.gravity * clock.hi;
         run.run_tail().map(|run| run.body.state)
     }
@@ -241,8 +239,7 @@ impl<'a> Driver<'a, AnyContacts> {
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
-        // Each point stays on its piece. Its distance to the ends follows from its displacement, which has less rounding error
-        // than its position.
+        // Each point stays on its piece. Its displacement has less rounding error than its position.
         for (p, old) in self.body.state.points.iter_mut().zip(&before.points) {
             let turn = self.body.state.spin.theta - before.spin.theta;
             let way = self.body.state.center.r.x - before.center.r.x - old.arm().y * turn;
@@ -256,8 +253,8 @@ impl<'a> Driver<'a, AnyContacts> {
         outcome
     }
 
-    /// Records that these contacts have come to rest by an impact with the speed `hit` (m/s): 0 if impacts were summed,
-    /// infinite if there was none.
+    /// Records that these contacts have come to rest by an impact with the speed `hit` (m/s): 0 if impacts were summed, infinite
+    /// without one.
     pub(super) fn settle(
         &mut self,
         points: &[usize],
@@ -312,8 +309,8 @@ impl<'a> Driver<'a, AnyContacts> {
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
     }
 
-    /// Whether the position of the body does not stay resolved in a flight of this duration and distance. With one contact only
-    /// the rotation counts.
+    /// Whether a flight of this duration and distance is too long for the position to stay resolved. With one contact only the
+    /// angle counts.
     fn loses_place(&self, dt: f64, way: f64) -> bool {
         let BodyState { points, spin, .. } = &self.body.state;
         let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);

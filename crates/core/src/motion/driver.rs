@@ -1,5 +1,5 @@
-//! The completed hybrid system, event by event: collisions, their accumulation, and the motion after its limit until the run
-//! ends. One loop covers any number of contacts, every impact law and both geometries.
+//! The completed hybrid system, event by event: collisions, their accumulation, and the motion after it until the run ends. One
+//! loop covers any number of contacts, every impact law and both geometries.
 //!
 //! ```text
 //! flight ── collisions ──► accumulation (Zeno point) ──► some contacts held ──► another lands
@@ -8,8 +8,8 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The loop is generic over the [`Coordinates`] in which a body is computed. [`Pair`](super::pair::Pair) is for one contact or
-//! two with frictionless impacts on lines without ends: plain collisions have fast loops, and accumulations have closed sums.
+//! The loop is generic over the [`Coordinates`]. [`Pair`](super::pair::Pair) is for one contact or two with frictionless impacts on
+//! lines without ends: plain collisions have fast loops, and accumulations have closed sums.
 //! [`AnyContacts`](super::any::AnyContacts) is for everything else.
 
 use crate::body::contact::ContactValues;
@@ -27,7 +27,6 @@ use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 
-/// A run in progress.
 pub(crate) struct Driver<'a, C> {
     pub(super) base: Base,
     pub(super) options: Options,
@@ -54,7 +53,6 @@ pub(crate) struct Driver<'a, C> {
     acceleration: Option<[f64; 3]>,
 }
 
-/// The next part of a motion.
 pub(crate) enum DriverStep {
     /// Another piece.
     Piece,
@@ -77,7 +75,7 @@ pub(crate) trait Coordinates: Sized {
     /// Whether the body has left the neighbourhood of the run.
     fn has_left(driver: &mut Driver<'_, Self>) -> bool;
 
-    /// The current state of the body in the form of the results.
+    /// The current state, in the form of the results.
     fn moment(driver: &Driver<'_, Self>) -> Moment;
 
     /// Checks the ground that the contacts are on.
@@ -89,16 +87,16 @@ pub(crate) trait Coordinates: Sized {
     /// Sliding speed that counts as zero, in m/s.
     fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64;
 
-    /// Applies the impact of these points, which have zero gap and approach the ground.
+    /// The impact of these points, at zero gap.
     fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome>;
 
     /// Flight up to the next event that is not a plain collision.
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome>;
 
-    /// Continues from these points at rest, with zero gap and zero rate. `fresh`: at the start of the run.
+    /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep;
 
-    /// The body at the start of a contact phase with these points; an outcome: the run ends here.
+    /// The body for a contact phase of these points; an outcome: the run ends here.
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome>;
 
     /// Records which of these points, closed in this state of the body, have just come to rest.
@@ -112,7 +110,7 @@ pub(crate) trait Coordinates: Sized {
     /// Takes over the body after a contact phase.
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState);
 
-    /// The outcome of a run whose contact phase has ended with this outcome; `None`: the run continues.
+    /// The outcome after a contact phase with this outcome; `None`: the run continues.
     fn end_contact(_: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
         Some(outcome)
     }
@@ -120,7 +118,7 @@ pub(crate) trait Coordinates: Sized {
     /// A point has come to the left (0) or right (1) end of the piece of terrain under it.
     fn cross_end(_: &mut Driver<'_, Self>, _point: usize, _side: usize) {}
 
-    /// The step after a landing of point `b` while another is held, if it is so slow that the body comes to rest.
+    /// The step after so slow a landing of point `b`, while another is held, that the body comes to rest.
     fn stop_slowly(_: &mut Driver<'_, Self>, _b: usize, _body: &BodyState) -> Option<DriverStep> {
         None
     }
@@ -128,7 +126,7 @@ pub(crate) trait Coordinates: Sized {
     /// Moves to the limit of infinitely many cycles.
     fn sum_cycles(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
 
-    /// Message about what the impacts before the event limit have in common.
+    /// What the impacts before the event limit have in common, in words.
     fn last_impacts(driver: &Driver<'_, Self>) -> String;
 
     /// Adds the warnings at the end of the run.
@@ -250,7 +248,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
     }
 
-    /// Simulates piece after piece until an outcome.
     fn motion(&mut self) -> Outcome {
         loop {
             let end = match self.piece() {
@@ -264,7 +261,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
     }
 
-    /// Simulates the next piece, up to the flight after it.
+    /// The next piece, up to the flight after it.
     pub(crate) fn piece(&mut self) -> DriverStep {
         if !self.log.step() {
             return DriverStep::End(Outcome::EventLimit);
@@ -289,7 +286,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         C::rest(self, rests, fresh)
     }
 
-    /// Simulates a contact phase that starts with these points at rest on the terrain.
+    /// A contact phase from these points at rest on.
     pub(super) fn contact_phase(
         &mut self,
         mut rests: ContactValues<bool>,
@@ -345,7 +342,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
     }
 
-    /// Runs the contact phase and records its stretches.
     fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
         let Self { log, spans, nested, watch, warnings, local, options, .. } = self;
         let (record, first_collision) = (log.record, log.collisions.len());
@@ -364,8 +360,8 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         end
     }
 
-    /// Point `b` lands while another is held, which ends a cycle. If the body has only these two points, the limit of all
-    /// cycles after it may be known.
+    /// Point `b` lands while another is held: a cycle ends. Of a body with these two points only, the limit of all cycles may be
+    /// known.
     fn round(&mut self, b: usize, body: BodyState) -> DriverStep {
         if body.points.len() != 2 {
             return DriverStep::Piece;

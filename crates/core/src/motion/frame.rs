@@ -1,4 +1,4 @@
-//! Frames: conversion from the coordinates in which a stretch of motion is computed to q and q̇.
+//! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -13,8 +13,8 @@ use crate::math::turn::Turn;
 use crate::sustained::BodyState;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
-/// The state that determines the motion from an instant on: in a frozen frame, the gaps and the impulses since its start; in
-/// the full model, gaps, centre of mass and rotation.
+/// The state at an instant: in a frozen frame, the gaps and the impulses since its start; in the full model, gaps, centre of mass
+/// and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Snapshot {
     pub(crate) clock: Clock,
@@ -25,13 +25,12 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Snapshot of a state of the full model.
     pub(crate) fn of_full(state: &FullState, clock: Clock) -> Self {
         let FullState { gaps, center, spin, .. } = *state;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
 
-    /// Snapshot of a body with at most two contacts.
+    /// Of a body with at most two contacts.
     pub(crate) fn of_body(body: &BodyState, clock: Clock) -> Self {
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, p) in body.points.iter().enumerate() {
@@ -118,11 +117,10 @@ pub(crate) struct Frame {
     body: Option<PairBody>,
 }
 
-/// Most corrections of a position: falls are up to 1e32 sizes of the body, and each correction gains sixteen digits.
+/// Most corrections of a position: falls are up to 1e32 sizes of the body, each correction gains sixteen digits.
 const AGREES: usize = 3;
 
 impl Frame {
-    /// A frame of the full model.
     pub(crate) fn full(start: Snapshot) -> Self {
         let spin = start.spin;
         Self { start, frozen: None, spin, fractions: [1.0; 2], body: None }
@@ -133,7 +131,6 @@ impl Frame {
         Self::with(start, at, FrozenModel::new(&at.frozen()))
     }
 
-    /// The same, with a known model.
     pub(crate) fn with(start: Snapshot, at: &FullState, model: FrozenModel) -> Self {
         Self {
             start,
@@ -194,10 +191,9 @@ impl Frame {
         Vector3::new(r.x, r.y, start.spin.theta + start.spin.omega * dt - turned)
     }
 
-    /// Corrects the position and velocity of the body. The sum of impulses loses digits where it cancels against the fall; gaps
-    /// and rates do not. The body is moved along the shortest way until it agrees with them. This correction has rounding
-    /// errors itself if it is longer than the body, and is then repeated. It applies only where gaps and rates are linear in
-    /// the state, without spin at the start.
+    /// Corrects rounding errors: sums of impulses cancel against the fall, gaps and rates do not. The body is moved along the
+    /// shortest way until it agrees with them, again if this way is longer than the body. Only where they are linear in its state,
+    /// without spin at the start.
     fn agree(&self, frozen: &FrozenModel, body: &PairBody, full: &mut Snapshot) {
         let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
@@ -212,7 +208,7 @@ impl Frame {
         }
     }
 
-    /// One such correction; returns its displacement as own-rate paths.
+    /// One correction; returns its own-rate paths.
     fn correct(
         &self,
         frozen: &FrozenModel,
@@ -244,7 +240,7 @@ impl Frame {
         path
     }
 
-    /// Own-rate accelerations that keep the gaps of held contacts at zero.
+    /// Own-rate accelerations that keep the gaps of held contacts zero.
     pub(crate) fn hold(frozen: &FrozenModel, held: [bool; 2]) -> [f64; 2] {
         match held {
             [true, true] => frozen.solve_coupled(frozen.g),
@@ -254,7 +250,7 @@ impl Frame {
         }
     }
 
-    /// Converts own-rate jumps, their time integrals or their rates to translational impulses per unit mass.
+    /// Own-rate jumps, their time integrals or rates as translational impulses per unit mass.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }

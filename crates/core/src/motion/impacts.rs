@@ -12,7 +12,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::ContactState;
 
 impl Driver<'_, AnyContacts> {
-    /// Applies one impact of contacts with zero gap that approach, or several at once.
+    /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
@@ -53,7 +53,7 @@ impl Driver<'_, AnyContacts> {
         let before = self.rates();
         let newton = restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge);
         if newton {
-            // On long arms the terms of the normal impulse cancel: the remaining error of u⁺ + e u⁻ is subtracted.
+            // On long arms the terms of the impulse cancel: the remaining error of u⁺ + e u⁻ is subtracted.
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
         let impulse = [p_t, p_n];
@@ -76,8 +76,7 @@ impl Driver<'_, AnyContacts> {
         self.stop_slow(rate.abs())
     }
 
-    /// No contact-mode word is consistent: applies an impact without collision at a sliding contact, if the impact law has one.
-    /// Returns whether it does.
+    /// No word is consistent: an impact without collision at a sliding contact, if the law has one. Returns whether it has.
     pub(super) fn jam(&mut self) -> bool {
         let points = &self.body.state.points;
         let mut closed: Vec<usize> =
@@ -118,7 +117,6 @@ impl Driver<'_, AnyContacts> {
         self.body.state.points[i].place.contact + 1
     }
 
-    /// Material of point `i`.
     pub(super) fn material(&self, i: usize) -> Material {
         let owner = self.body.state.points[i].place.contact;
         let contact = self.body.posture.contacts()[owner];
@@ -129,15 +127,13 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Gap rates per contact, without the second points of contacts in vertices, which come after all first ones. Empty if the
-    /// run is not recorded.
+    /// Gap rates per contact, without the second points of contacts in vertices, which come last. Empty without a record.
     pub(super) fn rates(&self) -> Vec<f64> {
         let count = if self.log.record { self.body.contacts } else { 0 };
         self.body.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
-    /// Records an impact of point `i` at this rate. For a contact in a vertex, the rates of the point over the piece that is
-    /// hit are recorded.
+    /// Records an impact of point `i` at this rate; for a contact in a vertex, as one of the point over the piece that is hit.
     pub(super) fn write_down(
         &mut self,
         i: usize,
@@ -169,7 +165,7 @@ impl Driver<'_, AnyContacts> {
             |p: &ContactState| self.body.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
-        // Rates of one rigid body: the rates stored per contact have separate rounding errors, from faster motions.
+        // Rates of one rigid body: those stored per contact have separate rounding errors, of faster motions.
         let (v, omega) = (state.center.v, state.spin.omega);
         let rate = |p: &ContactState| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
@@ -179,7 +175,7 @@ impl Driver<'_, AnyContacts> {
             // Without friction the sign of sliding has no effect; a non-zero sign saves the search.
             sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
             bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
-            // Only this part of the velocity: beside a fast slide, which has no effect here, slow landings would count as ties.
+            // Beside a fast slide, which has no effect here, slow landings would count as ties.
             free_acceleration: state.seen(&touching),
             level: Level::Impulse,
             ..state.fields(1.0) // impulses per unit mass
@@ -203,7 +199,6 @@ impl Driver<'_, AnyContacts> {
         self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
     }
 
-    /// Stops these contacts.
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
         let change = self.body.state.arrest(stopped);
         for point in &mut self.body.sequence.points {

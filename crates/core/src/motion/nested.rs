@@ -35,10 +35,9 @@ struct Cycle {
     duration: f64,
 }
 
-/// The limit of infinitely many cycles.
 #[derive(Debug, Clone)]
 pub(crate) struct Limit {
-    /// The state at the limit, with both contacts on the ground.
+    /// With both contacts on the ground.
     pub(crate) end: BodyState,
     /// Time until then, in s.
     pub(crate) duration: f64,
@@ -58,7 +57,6 @@ impl NestedSequence {
         }
     }
 
-    /// Records a sliding speed that counted as zero.
     pub(crate) fn drop(&mut self, speed: f64) {
         self.dropped = self.dropped.max(speed);
     }

@@ -1,5 +1,5 @@
-//! One or two contacts with frictionless impacts on lines without ends. The motion is computed in gaps and impulses, with
-//! nominal geometry, with geometry that is frozen for the last moments of an accumulation, or with finite rotation.
+//! One or two contacts with frictionless impacts on lines without ends, in gaps and impulses: with nominal geometry, with geometry
+//! frozen for the last moments of an accumulation, or with finite rotation.
 
 use crate::body::contact::ContactValues;
 use crate::collisions::full::FullState;
@@ -29,7 +29,6 @@ pub(crate) struct FrozenState {
     pub(super) sum: Impulses,
 }
 
-/// The state of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum PairState {
     Frozen(FrozenState),
@@ -84,7 +83,7 @@ impl Coordinates for Pair {
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
         let limit = driver.options.neighbourhood.min(DEPARTED);
-        // Without a neighbourhood the limit is examined only after a time longer than the age of the universe.
+        // Without a neighbourhood this takes longer than the age of the universe.
         let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
         may && driver.base.body.is_some() && {
             let q = Base::state(&driver.full()).q;
@@ -127,7 +126,7 @@ impl Coordinates for Pair {
     }
 
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
-        // For a body, the modes of contacts at rest are determined by the contact phase; gravity decides only at the start.
+        // For a body, a contact phase decides on contacts at rest; gravity decides at the start only.
         let asked = fresh || driver.base.body.is_none();
         let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
@@ -173,8 +172,7 @@ impl Coordinates for Pair {
         rests: &[bool],
         _: bool,
     ) -> Option<Outcome> {
-        // Rates can also decrease to zero impact by impact, by underflow. A contact with upward effective gravity has not come
-        // to rest.
+        // Rates can also underflow to zero, impact by impact. A contact with upward effective gravity has not come to rest.
         let pulled = |i: usize| !matches!(&driver.body.state, PairState::Full(state) if state.effective_gravity(i) < 0.0);
         let new = driver.not_yet([0, 1].map(|i| i < rests.len() && rests[i] && pulled(i)));
         if new == [false; 2] { None } else { driver.zeno_here(new, Method::Bounce) }
@@ -297,7 +295,7 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// Sets the frame in which the motion is computed, and records it. The state is not changed.
+    /// Sets and records the frame; the state is not changed.
     fn set_frame(&mut self, frame: Frame) {
         if self.log.record {
             self.frames.push(frame.clone());
@@ -353,7 +351,7 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// Applies the impacts of this instant, of contacts with zero gap that approach.
+    /// Applies the impacts of this instant.
     fn impact(&mut self, coming: [bool; 2]) -> Option<Outcome> {
         let model = self.model();
         let gaps = self.body.gaps();
@@ -389,7 +387,7 @@ impl<'a> Driver<'a, Pair> {
                     hits.push(*hit);
                 }
             });
-            // With only one impact on each contact, the rates may also be zero: without restitution and without coupling.
+            // One impact on each contact may also leave zero rates: without restitution and without coupling.
             if end == SequenceEnd::Infinite || count > 2 && rates == [0.0; 2] {
                 end = SequenceEnd::Infinite; // or so many impacts that the speeds underflow
                 jump = model.solve_coupled([-gaps.u[0], -gaps.u[1]]);
@@ -500,8 +498,8 @@ impl<'a> Driver<'a, Pair> {
         matches!(&self.body.state, PairState::Full(state) if state.spin.omega != 0.0)
     }
 
-    /// The time until two contacts that bounce in step come to rest, T = 2u/(g(1−e)) for both, if they do. `turns`: the body
-    /// turned before the impact or turns after it, so that they keep in step only if T is short.
+    /// Time until two contacts that bounce in step rest, T = 2u/(g(1−e)) for both, if they do. `turns`: the body turns before or
+    /// after the impact; they then keep in step only if T is short.
     fn bounce_together(&self, rates: [f64; 2], turns: bool) -> Option<f64> {
         let model = self.model();
         let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
@@ -534,8 +532,8 @@ impl<'a> Driver<'a, Pair> {
         self.come_to_rest([true, true], method, certified, error)
     }
 
-    /// Moves to the end of a tail of duration `t` with these own-rate impulses and gaps at its end, where these contacts have
-    /// come to rest. `model`: the geometry at its start.
+    /// Moves to the end of a tail of duration `t` with these own-rate impulses and final gaps, where these contacts have come to
+    /// rest. `model`: the geometry at its start.
     pub(super) fn tail(
         &mut self,
         model: &FrozenModel,
@@ -566,8 +564,7 @@ impl<'a> Driver<'a, Pair> {
             );
             after.follow(closed);
             if let Tail::Bounce { contact } = tail {
-                // The other contact stays in the air and moves with the body. Its rate in the frozen geometry would neglect the
-                // change of the geometry.
+                // The other contact moves with the body: its rate in the frozen geometry neglects that the geometry changes.
                 let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);
                 if after.gaps.h[i].is_finite() {
                     after.gaps.u[i] = k.normal.dot(&after.center.v) + after.b[i] * after.spin.omega;
@@ -626,7 +623,7 @@ impl<'a> Driver<'a, Pair> {
         })
     }
 
-    /// Freezes the geometry of the full model if the rest of the motion is too short to change it.
+    /// Freezes the full model's geometry if the rest of the motion is too short to change it.
     fn freeze_if_brief(&mut self) {
         if let PairState::Full(state) = self.body.state
             && state.may_freeze(&self.log)
@@ -640,14 +637,13 @@ impl<'a> Driver<'a, Pair> {
         self.body.landings = [None; 2];
     }
 
-    /// Returns to the full model.
     pub(super) fn unfreeze(&mut self) {
         if self.is_brief() {
             self.begin_frame(Frame::full(self.full()));
         }
     }
 
-    /// Sets the frame in which the motion is computed, and the state at its start.
+    /// Sets the frame, and the state at its start.
     pub(super) fn begin_frame(&mut self, frame: Frame) {
         let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
         self.body.state = frame.state(&self.base, &raw);

@@ -1,4 +1,4 @@
-//! Contact phases of two contacts: conversion from the coordinates of flight to those of a body, and back.
+//! Contact phases of two contacts: from the coordinates of flight to those of a body, and back.
 
 use nalgebra::Vector2;
 
@@ -58,8 +58,8 @@ impl Base {
 }
 
 impl Driver<'_, Pair> {
-    /// The modes in which a body stays whose contacts all rest and whose speeds are rounding error, if closed forms find them.
-    /// `None`: a contact phase has to decide.
+    /// The modes of a body that stays at rest: all contacts rest, and all speeds are rounding error. `None`: closed forms do not
+    /// decide.
     pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
         let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
         let tolerance = STILL * Pair::largest_speed(self);
@@ -114,7 +114,7 @@ impl Driver<'_, Pair> {
         Some(modes)
     }
 
-    /// Ends the run, or lets time pass, at rest in these modes.
+    /// Stays at rest in these modes.
     pub(super) fn stay_in(
         &mut self,
         modes: [Mode; 2],
@@ -142,8 +142,8 @@ impl Driver<'_, Pair> {
         outcome
     }
 
-    /// Contact `b` lands while another is held. If the speeds of the body are rounding error, the body comes to rest; if only
-    /// the landing speed is, both contacts come to rest on the ground.
+    /// Contact `b` lands while another is held. If the speeds of the body are rounding error, it comes to rest; if the landing
+    /// speed is, the contact does.
     pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = body.state().qdot;
@@ -181,7 +181,7 @@ impl Driver<'_, Pair> {
         self.come_to_rest([true; 2], method, false, limit.error)
     }
 
-    /// Continues from the state after a contact phase, in the coordinates of flight.
+    /// The state after a contact phase, in the coordinates of flight.
     pub(super) fn leave(&mut self, body: &BodyState, frozen: Option<Spin>) {
         self.go_on_from(Snapshot::of_body(body, self.log.clock), frozen);
     }

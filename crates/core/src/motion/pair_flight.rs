@@ -16,9 +16,7 @@ pub(crate) enum Flight {
     Full(FullState, full::FullCollisions),
 }
 
-/// The next part of a flight.
 pub(crate) enum Resume {
-    /// A collision of any kind.
     Any,
     /// Plain collisions, as long as the next one is plain.
     Plain,
@@ -33,7 +31,7 @@ impl Resume {
 }
 
 impl Driver<'_, Pair> {
-    /// Simulates the first collision of a flight in the local model; an error: the flight ends before.
+    /// The first collision of a flight (local model only); an error: the flight ends before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note([false; 2], Motion::Flight);
         let state = match &mut self.body.state {
@@ -50,7 +48,7 @@ impl Driver<'_, Pair> {
         Ok(flight)
     }
 
-    /// Simulates flight and collisions until the loop ends, or until a lane takes the body: `None`.
+    /// Flight and collisions until the loop ends, or until a lane takes the body: `None`.
     #[inline(never)] // keeps the registers free for the collisions
     pub(crate) fn fly(
         &mut self,
@@ -85,7 +83,6 @@ impl Driver<'_, Pair> {
         Some(self.end_flight(flight, halt))
     }
 
-    /// Simulates the next collision of any kind.
     fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
         match flight {
             Flight::Local(state, collisions) => collisions.next(&state.model, &mut self.log),
@@ -93,8 +90,8 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Simulates a plain collision at contact 1 if contact 2 was hit last. `None`: plain collisions in turn may follow;
-    /// otherwise the inner value is the exit, or none if another event is next.
+    /// A plain collision at contact 1, if contact 2 was hit last. `None`: those in turn are next; else as
+    /// `FullCollisions::end_after`.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
             Flight::Full(state, collisions) => {
@@ -107,7 +104,7 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Simulates plain collisions in turn. `None`: the limit of their number is reached; otherwise as `come_to_first`.
+    /// Plain collisions in turn. `None`: the limit of their number; else as `come_to_first`.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
             Flight::Full(state, collisions) => {
@@ -214,8 +211,7 @@ impl Driver<'_, Pair> {
         self.body.state = self.body.frame.state(&self.base, &after);
     }
 
-    /// Message about the contacts on the ground, or about the next landing and its speed, with the current gravity into the
-    /// contacts.
+    /// The contacts on the ground, or the next landing and its speed, in words, with the current gravity into the contacts.
     pub(super) fn next_landing(&self) -> String {
         let (gaps, gravity) = (self.body.gaps(), self.model().g);
         let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
@@ -239,5 +235,5 @@ impl Driver<'_, Pair> {
     }
 }
 
-/// Pairs of plain collisions in a row before control returns to the loop of the flight.
+/// Pairs of plain collisions between two checks for a lane.
 const MANY: usize = 8;

@@ -82,7 +82,6 @@ impl Moment {
     }
 }
 
-/// A Zeno point.
 #[derive(Debug, Clone)]
 pub(crate) struct ZenoRecord {
     /// The contacts that come to rest.
@@ -110,7 +109,6 @@ pub(crate) struct ListedImpact {
     pub(crate) impulse: [f64; 2],
 }
 
-/// The result of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
     pub(crate) outcome: Outcome,

@@ -52,7 +52,7 @@ impl ChatterMonitor {
     /// Impacts between two comparisons of their speeds.
     const STRETCH: usize = 256;
 
-    /// Most doublings of the speed below which impacts are monitored: one each time that contacts have been set to rest.
+    /// Most doublings of the monitored speed: one each time that contacts have been set to rest.
     const DOUBLINGS: i32 = 10;
 
     /// The speed below which impacts are monitored, in m/s. `stopped`: the speed below which contacts stop.
@@ -83,15 +83,14 @@ impl ChatterMonitor {
 }
 
 impl Driver<'_, AnyContacts> {
-    /// Sums impacts of one instant, before point `i` is hit. If the cycles from one impact at `i` to the next shrink in one
-    /// ratio r, with all changes of velocity, infinitely many of them are summed:
+    /// Point `i` is about to be hit, after others at the same instant. If the cycles from one impact at `i` to the next shrink in
+    /// one ratio r, with all changes of velocity, infinitely many of them are summed:
     ///
     /// ```text
     /// v_∞ = v + Δv r/(1 − r)
     /// ```
     ///
-    /// Contacts whose rates become zero in the limit are hit infinitely often; they come to rest. Returns whether the impacts
-    /// were summed.
+    /// Contacts whose rates become zero in the limit are hit infinitely often; they come to rest. Returns whether it summed.
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
         let sequence = &mut self.body.sequence;
@@ -148,10 +147,9 @@ impl Driver<'_, AnyContacts> {
         true
     }
 
-    /// Sets contacts to rest, after an impact with the speed `hit` (m/s), if they are so slow and so near the ground that the
-    /// rest of their motion is rounding error. A slow contact waits while another one is nearly as slow, since the two may be
-    /// hit in turn. Impacts that are nearly as slow and become neither slower nor faster are ended too: rounding errors of
-    /// faster motions sustain them.
+    /// Sets contacts to rest, after an impact with the speed `hit` (m/s), that are so slow and so near the ground that the rest of
+    /// their motion is rounding error. A slow contact waits while another one is nearly as slow: the two may be hit in turn.
+    /// Impacts nearly as slow that become neither slower nor faster are ended too: rounding errors of faster motions sustain them.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         self.stop(hit, hit)
     }
@@ -196,12 +194,12 @@ impl Driver<'_, AnyContacts> {
         let in_turn = |one: f64, other: f64| {
             other > limit && other <= HIT_IN_TURN * limit && one > CONTACT_STOPPED * other
         };
-        // Contacts that are hit in turn for ever at the limit of what counts as zero stop together.
+        // Contacts hit in turn for ever at the limit of what counts as zero stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.body.waiting = if slow { self.body.waiting + 1 } else { 0 };
         let watched = self.body.chatter.limit(limit);
         self.body.chatter.follow(hit, &speeds, watched);
-        // The speed below which contacts that are hit in turn stop.
+        // The speed below which contacts hit in turn stop.
         let together = if self.body.chatter.goes_on {
             watched
         } else if self.body.waiting > LISTED {

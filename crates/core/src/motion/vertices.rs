@@ -99,7 +99,7 @@ impl Driver<'_, AnyContacts> {
         p
     }
 
-    /// Puts a contact on both pieces of a vertex between rising pieces if it has come to rest there. Returns whether it has.
+    /// Puts a contact on both pieces of a vertex between rising pieces if it has come to rest. Returns whether it has.
     pub(super) fn wedge(&mut self, i: usize, side: usize) -> bool {
         let old = self.body.state.points[i];
         let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };

@@ -128,7 +128,6 @@ struct Block<'a> {
     stop: &'a dyn Fn() -> bool,
 }
 
-/// A run in progress.
 struct Run<'a> {
     number: usize,
     driver: Driver<'a, Pair>,
@@ -144,16 +143,14 @@ enum Stage {
 
 /// The lanes of one of the models. Runs are numbered from 0.
 trait Lanes: Default {
-    /// Adds a run if plain collisions are next and it may be added; returns whether it was.
+    /// Adds a run if plain collisions are next and it may be added.
     fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool;
 
     /// Simulates plain collisions of all active runs until one of them stops.
     fn alternate(&mut self, level: Level);
 
-    /// A bit for each active run.
     fn on(&self) -> u64;
 
-    /// Restores the state of a run that has stopped.
     fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume;
 }
 
@@ -231,7 +228,7 @@ impl<'a> Block<'a> {
                 if let Some(Run { driver, flight: Some(flight), .. }) = slot {
                     then = pool.take(k, driver, flight);
                 }
-                // Starts one run after the other until one of them enters the lane.
+                // Starts runs until one enters the lane.
                 loop {
                     let Some(run) = slot else {
                         let Some(number) = numbers.next() else { break };
@@ -313,7 +310,6 @@ fn lanes_of(level: Level) -> usize {
     dispatch!(level, simd => lanes::count(simd))
 }
 
-/// The end of a run.
 fn end_of(run: &Trajectory) -> End {
     let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
         count: zeno.contacts.len(),

@@ -6,8 +6,8 @@ use crate::modes::LONGEST_ARM;
 use crate::options::{Impact, Options, Simultaneous, Stop};
 use crate::simulate::Start;
 
-/// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three speeds, which must
-/// stay within the range of doubles until the speeds have shrunk by all digits of the time.
+/// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three of them, which must
+/// stay in the range of doubles until the speeds have shrunk by all digits of the time.
 pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
     let speed = |(h, u, g): (f64, f64, f64)| {
         u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
@@ -22,8 +22,7 @@ pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Res
     Ok(())
 }
 
-/// Checks that the distance a body covers until gravity has brought it back is finite, and that the squares of its speeds do
-/// not underflow.
+/// Checks that the way until gravity brings a body back is finite, and that the squares of its speeds do not underflow.
 pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error> {
     in_range(
         field,
@@ -36,7 +35,7 @@ pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error
     Ok(())
 }
 
-/// Checks that the distance fallen until the time limit is finite, and the distance covered at the largest speed.
+/// Checks that the ways until the time limit, of a fall and at the largest speed, are finite.
 pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     let t = options.end();
     let limit = options.time_limit.unwrap_or(f64::INFINITY);
@@ -51,8 +50,7 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// Largest speed of a first landing, in m/s; its inverse is the smallest. Products of three such speeds stay in the range of
-/// doubles, also after the speeds have shrunk by all digits of the time.
+/// Largest speed of a first landing, in m/s; its inverse is the smallest. Products of three stay in the range of doubles.
 const FASTEST_LANDING: f64 = 1e80;
 
 /// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
@@ -62,20 +60,19 @@ const LONGEST: f64 = 1e75;
 /// the centre of mass is below 1e-32, and powers of the arm overflow.
 const LONGEST_LEVER: f64 = 1e16;
 
-/// Largest radius of gyration, in distances of the farthest contact. Speeds count as zero in relation to those of the body, ρω
-/// among them; beyond this limit, real speeds of a contact would count as zero.
+/// Largest radius of gyration, in distances of the farthest contact. The speed that counts as zero is relative to those of the
+/// body, ρω among them; beyond, real speeds of a contact would count as zero.
 const HEAVIEST: f64 = 1e6;
 
 /// Distance of two contacts in sizes of the body, or of their normals, from which on they count as two. How they share a force
-/// depends on the square of their distance: four digits of it are left here. With nearer contacts rounding errors would decide
-/// the friction.
+/// depends on the square of their distance: four digits are left here. Rounding would decide the friction of nearer contacts.
 const NEAREST: f64 = 1e-6;
 
-/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of the load.
-/// With more friction, a mode with a normal force below zero within rounding error would be driven by its friction.
+/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of it. Beyond, a
+/// mode with a normal force just below zero would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
-/// Checks that the motion can be solved with this posture and these options; an error names the field.
+/// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
     if options.certify && !Start::is_pair(posture, options) {

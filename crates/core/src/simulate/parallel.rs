@@ -12,16 +12,15 @@ use crate::error::Error;
 /// Interval between two calls of `cancel`.
 const POLL: Duration = Duration::from_millis(20);
 
-/// Most results that a thread computes in one block, and least number of blocks per thread, so that threads finish at nearly
-/// the same time.
+/// Most results in a block, and least number of blocks per thread, so that threads finish at nearly the same time.
 const TURN: usize = 512;
 const TURNS: usize = 8;
 
 /// The number of a result that could not be computed, and its error.
 pub(crate) type FailedAt = (usize, Error);
 
-/// Computes a block from a range of numbers. Its second argument is to be called from time to time: once it returns true, the
-/// result is `None`.
+/// Computes a block from a range of numbers. Once its second argument, called from time to time, returns true, the result is
+/// `None`.
 type Work<'w, B> =
     dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, FailedAt> + Sync + 'w;
 

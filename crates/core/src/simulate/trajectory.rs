@@ -113,7 +113,7 @@ struct Question {
     collisions: usize,
 }
 
-/// The error for a time `t` within a sum at which the state cannot be computed.
+/// The state at `t`, within a sum, cannot be computed.
 fn too_deep(t: f64) -> Error {
     Error::Unusable {
         field: "t".into(),
@@ -151,8 +151,7 @@ impl Trajectory {
         }
     }
 
-    /// Adds proved bounds of its times. The run gets a warning if its rounding errors have grown so far that it is outside
-    /// these bounds.
+    /// Adds proved bounds of its times, and a warning if rounding errors have grown so far that the run is outside them.
     pub(crate) fn with(mut self, enclosure: Enclosure) -> Self {
         if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
             let (t, bounds) = (own.at.clock.hi, zeno.elapsed);

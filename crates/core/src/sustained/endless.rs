@@ -75,9 +75,9 @@ impl ClosedMotion {
         Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
-    /// Whether the motion has passed all positions that it can reach: to and fro between two turning points, or once around. No
-    /// event came on the way, so none will come. With friction, paths in the plane of θ and ω still do not cross: a path whose
-    /// last turning point is on or inside the last but two is closed in.
+    /// Whether the motion has passed all positions that it can reach: to and fro between two turning points, or once around.
+    /// Without an event so far, none will come. With friction too, paths in the plane of θ and ω do not cross: a path whose last
+    /// turning point is on or inside the last but two is closed in.
     pub(super) fn is_complete(&mut self, body: &BodyState, word: &[Mode]) -> bool {
         let Spin { theta, omega } = body.spin;
         if self.omega * omega < 0.0 {
@@ -101,7 +101,7 @@ impl ClosedMotion {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swing {
     contact: usize,
-    /// Direction in which the contact slid, and direction in which the body turns.
+    /// Directions in which the contact slid, and in which the body turns.
     way: Mode,
     turns_left: bool,
     /// Whether the centre of mass is on the left of the contact.

@@ -19,8 +19,8 @@ fn next(arc: &GapArc) -> Option<f64> {
 }
 
 impl ContactState {
-    /// Whether it lands together with `first`: its gap is closing and counts as zero. The bound is the rounding error of the
-    /// gap plus the distance by which it closes within the uncertainty δh/|u| of the instant at which `first` lands.
+    /// Whether it lands together with `first`: its gap is closing and below its rounding error plus the way within the uncertainty
+    /// δh/|u| of the instant at which `first` lands.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
         let doubt = first.rounding.gap * (self.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         let known = self.rounding.gap + doubt;
@@ -29,7 +29,7 @@ impl ContactState {
 }
 
 impl ContactState {
-    /// Sets the point on the surface as it rises out of the terrain that it came under from the side.
+    /// The point rises out of the terrain that it came under from the side.
     pub(crate) fn surfaces(&mut self) {
         (self.h, self.depth, self.u) = (0.0, 0.0, self.u.max(0.0));
     }
@@ -41,8 +41,7 @@ impl Rounding {
         Self { gap: f64::EPSILON * gap, rate: f64::EPSILON * rate }
     }
 
-    /// After an arc of `dt` that starts at a gap `h`. `gap` and `rate`: sums of the sizes of the terms of the gap and of its
-    /// rate.
+    /// After an arc of `dt` from a gap `h` on. `gap`, `rate`: sums of the sizes of the terms of the gap and its rate.
     pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
         if h == f64::INFINITY {
             return self; // no terrain below
@@ -54,8 +53,7 @@ impl Rounding {
 }
 
 impl BodyState {
-    /// Acceleration of the free body into the terrain of a contact, without the rotation that is integrated: g n_y, plus c ω²
-    /// where the geometry is frozen.
+    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, plus c ω² in frozen geometry.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
         self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
@@ -74,7 +72,7 @@ impl BodyState {
         GapArc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
     }
 
-    /// The time at which a point in flight comes to an end of the terrain under it, and which end (0 left, 1 right).
+    /// When a point in flight comes to an end of the terrain under it, and to which end.
     pub(crate) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
@@ -118,8 +116,8 @@ impl BodyState {
         next(&self.arc(i))
     }
 
-    /// The time, in s, at which a point in flight rises out of the terrain that it came under from the side, if that is before
-    /// `limit`. Its arc is taken from below.
+    /// When a point in flight rises out of the terrain that it came under from the side, if before `limit`, in s: its arc from
+    /// below.
     pub(crate) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
         let ContactState { depth, u, .. } = self.points[i];
         if depth == 0.0 {

@@ -1,12 +1,11 @@
 //! The choice of a mode by the next order of the motion where accelerations do not decide.
 //!
-//! The rows that a word keeps at zero may be dependent at an instant and become independent as the body moves: contacts whose
-//! normals meet in one point, or a contact on the normal of another one that is fixed. A body that starts from rest then has
-//! the same accelerations in several words, and the contact-mode problem, which has accelerations only, holds as many contacts
-//! as it can. The next order of the motion distinguishes the words: with too many contacts held, a row that follows from the
-//! others at the start is not zero after it. Words in which contacts are released or slide are then tried, those with the
-//! fewest changes first. A word is accepted if it keeps the rows of its held contacts, its forces lie in their cones, and the
-//! released contacts move as their letters say.
+//! The rows that a word keeps at zero may be dependent at an instant and independent as the body moves: contacts whose normals meet
+//! in one point, or a contact on the normal of another one that is fixed. A body that starts from rest then has the same
+//! accelerations in several words, and the contact-mode problem, which has accelerations only, holds all the contacts that it can.
+//! The next order of the motion distinguishes the words: with too many contacts held, a row that follows from the others at the
+//! start is not zero after it. Words that release contacts, or let them slide, are then tried, those with the fewest changes first.
+//! A word is accepted if it keeps its rows, its forces lie in their cones, and the released contacts move as their letters say.
 
 use crate::body::contact::PerContact;
 use crate::math::roots::ORDER;
@@ -24,10 +23,8 @@ const NEXT: usize = 2;
 /// Most contacts that are released: three rows hold a body.
 const DEEPEST: usize = 3;
 
-/// Most words that are tried.
 const TRIES: usize = 4096;
 
-/// A word in which the motion continues.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Onward {
     pub(crate) word: PerContact<Mode>,
@@ -58,7 +55,6 @@ impl Default for Search {
 }
 
 impl Search {
-    /// Adds a word if it is new.
     pub(crate) fn add(&mut self, one: Onward) {
         if self.found.iter().all(|other| other.word != one.word) {
             self.found.push(one);
@@ -113,7 +109,7 @@ impl BodyState {
         }
     }
 
-    /// Releases `deep` more contacts, in all combinations, and collects the words in which the motion continues.
+    /// Releases `deep` more contacts, in all ways, and collects the words in which the motion continues.
     fn let_go(
         &self,
         from: &Onward,
@@ -179,8 +175,8 @@ impl Step {
         state.rows(word).iter().any(departs)
     }
 
-    /// Whether the motion continues in this word: the rows of held contacts stay zero, the contacts released or no longer fixed
-    /// move as their letters say (off the terrain, or along it in that direction), and the forces lie in their cones.
+    /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
+    /// say (off the terrain, or along it in that direction), and the forces lie in their cones.
     fn goes_on(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
@@ -210,8 +206,8 @@ impl Step {
         })
     }
 
-    /// Clears the rounding error at the start of a contact that the word has released: all coefficients of its rate below the
-    /// first one that exceeds its rounding error.
+    /// Clears the rounding error of a contact that the word has released: all coefficients of its rate below the first significant
+    /// one.
     pub(crate) fn emerges(&mut self, state: &BodyState, i: usize) {
         let off = self.tracks[i].mode == Mode::Separate;
         let Some((k, _)) = self.departs(state, i, !off, FIRST) else { return };

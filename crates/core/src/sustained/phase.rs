@@ -24,7 +24,7 @@ use crate::tolerance::{
 use nalgebra::{Vector2, Vector3};
 
 impl BodyState {
-    /// The body and its contacts as fields of a contact-mode problem, without state or load.
+    /// The fields of a contact-mode problem, without state or load.
     pub(crate) fn fields(&self, mass: f64) -> ProblemFields {
         ProblemFields {
             mass,
@@ -51,8 +51,8 @@ impl BodyState {
         })
     }
 
-    /// The only consistent word of up to two contacts, and its q̈, by closed forms: the answer of the problem without
-    /// allocation. `None`: the closed forms have no answer, and the problem has to be solved.
+    /// The only consistent word of up to two contacts, and its q̈, by closed forms without allocation. `None`: the problem has to
+    /// be solved.
     fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
         let n = self.points.len();
         if n > 2 {
@@ -83,9 +83,8 @@ impl BodyState {
         Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
     }
 
-    /// The sliding speed of a contact has decreased to zero. If it is the only closed contact, the body may turn about it. If
-    /// it is one of several, either the whole body has stopped (`slow`), or only this point; returns whether it is only this
-    /// point.
+    /// The sliding speed of a contact has decreased to zero. If it is the only closed one, the body may turn about it. If not,
+    /// either the whole body has stopped (`slow`), or only this point; returns whether it is only this point.
     fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
         if closed > 1 && slow {
@@ -95,8 +94,8 @@ impl BodyState {
     }
 }
 
-/// The only consistent word of up to two contacts under gravity, and its q̈, by closed forms. `None` for rows beyond the range
-/// of a problem: the problem then returns the error.
+/// The only consistent word of up to two contacts under gravity, and its q̈, by closed forms. `None` beyond the range of a problem,
+/// which then has the error.
 pub(crate) fn only_mode_of(
     rows: &mut [Row],
     gravity: f64,
@@ -115,7 +114,6 @@ pub(crate) fn only_mode_of(
     Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))
 }
 
-/// A phase in which contacts rest or slide.
 pub(crate) struct ContactPhase<'a> {
     pub(crate) body: BodyState,
     /// Signs of sliding; `None` for separate contacts.
@@ -132,9 +130,8 @@ pub(crate) struct ContactPhase<'a> {
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
-    /// The current word.
     pub(crate) word: PerContact<Mode>,
-    /// The contact-mode problem without a consistent word, or with several.
+    /// The problem without a consistent word, or with several.
     pub(crate) undecided: Option<ContactProblem>,
     /// q̈ of an endless slide.
     pub(crate) acceleration: Option<[f64; 3]>,
@@ -146,7 +143,6 @@ pub(crate) struct ContactPhase<'a> {
 /// Called at the start of every stretch, with its state, its word, its time and its cause.
 pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
-/// How a phase of contact ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PhaseEnd {
     Outcome(Outcome),
@@ -215,10 +211,9 @@ impl<'a> ContactPhase<'a> {
         let tolerance = |i: usize| if sticks(i) { self.sliding_tolerance } else { 0.0 };
         let closed = || (0..rests.len()).filter(|&i| rests[i]);
         let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
-        // Contacts that leave the body one degree of freedom all slide, or none of them does.
+        // Contacts that leave the body one degree of freedom slide all together or not at all.
         let limit = closed().map(tolerance).fold(0.0, f64::max);
-        // Where a piece of terrain has an end, each contact counts by itself: its own speed decides whether it comes to rest in
-        // the vertex.
+        // At an end of terrain each counts by itself: its own speed decides whether it comes to rest in the vertex.
         let endless = self.body.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
         let together = endless && self.body.leaves_one_motion(rests);
         let none = |i: usize| match together {
@@ -320,7 +315,7 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// The only word in which the motion continues; an error: the outcome of the run if there is none or more than one.
+    /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
     fn choose(&mut self) -> Result<Onward, Outcome> {
         let mut search = Search::default();
         let (mut problem, mut vague) = (None, false);
@@ -372,8 +367,8 @@ impl<'a> ContactPhase<'a> {
         !(self.speed() <= self.sliding_tolerance && most <= STILL * self.body.gravity)
     }
 
-    /// Holds the contacts in their word until an event. `last`: the event that ended the previous word. `starting`: contacts
-    /// that begin to slide from rest. `changed`: contacts whose letters follow from the next order of the motion.
+    /// Holds the contacts in their word until an event. `last`: the event that ended the previous word. `starting`: contacts that
+    /// begin to slide. `changed`: those whose letters follow from the next order of the motion.
     fn hold(
         &mut self,
         mut acceleration: [f64; 3],
@@ -419,7 +414,7 @@ impl<'a> ContactPhase<'a> {
                 return outcome(Outcome::TimeLimit);
             }
             let (fresh, last) = (std::mem::take(&mut fresh), last.take());
-            // Replaces coefficients at the start of the stretch that are known exactly and are rounding error in the series.
+            // Sets coefficients at the start of the stretch that are known exactly.
             let begins = |mut step: Step| {
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
@@ -466,8 +461,7 @@ impl<'a> ContactPhase<'a> {
             let before = side.take();
             let on = found.filter(|(step, ..)| before.is_none_or(|side| side == step.side));
             let Some((step, t, mut end)) = on else {
-                // The singularity of the forces is reached, or passed by a rounding error. At the start of a stretch nothing is
-                // known of the slide towards it.
+                // The singularity is reached, or passed by a rounding error. At the start of a stretch no slide leads to it.
                 return match before {
                     Some(_) => jams(body, &self.word),
                     None => outcome(Outcome::Inconsistent),
@@ -536,9 +530,9 @@ impl<'a> ContactPhase<'a> {
 }
 
 impl BodyState {
-    /// Whether a contact passes over the ground although its gap has reached zero: this acceleration (`lift`, m/s²) turns it
-    /// round at a depth u²/(2ḧ) below the rounding error of the gap, which has followed from the speeds of the body for a time
-    /// (`time`, s). Its gap is then raised by twice the depth.
+    /// Whether a contact passes over the ground, with its gap raised, although the gap has reached zero: this acceleration (m/s²)
+    /// turns it round at a depth u²/(2ḧ) below the rounding error of the gap, which has followed from the speeds of the body for a
+    /// time (s).
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];

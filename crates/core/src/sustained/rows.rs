@@ -10,8 +10,7 @@ use crate::tolerance::{
     CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND, UNEVEN_GAP,
 };
 
-/// Most corrections of a velocity or of a position: loads are up to 1e100 times what moves, and each correction gains sixteen
-/// digits.
+/// Most corrections of a velocity or position: loads are up to 1e100 times what moves, each correction gains sixteen digits.
 pub(super) const AGREES: usize = 8;
 
 /// A force, and the row that it keeps at zero.
@@ -33,10 +32,10 @@ pub(super) struct Row {
 /// A value of a row, and a bound of its rounding error.
 type Known = (f64, f64);
 
-/// Makes the values of rows consistent with one velocity, or with one displacement. Independent rows with the most accurate
-/// values keep them; the values of the others follow from these, with their rounding errors. Rows that are `None` are left out.
-/// A row that nearly equals one that stays (two contacts one above the other) keeps its value too: the difference of the two
-/// values is of second order in the rotation and more accurate than a value that follows.
+/// Makes the values of rows consistent with one velocity or displacement. The most accurate values of independent rows stay; the
+/// others follow from them, with their rounding errors. Rows that are `None` are left out. A row that nearly equals one that stays
+/// (two contacts one above the other) keeps its value too: the difference of the two is of second order in the rotation and more
+/// accurate than a value that follows.
 fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     let mut order: PerContact<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
     order.sort_by(|&i, &j| {
@@ -147,9 +146,9 @@ impl BodyState {
         chosen
     }
 
-    /// Among independent rows, the two contacts farthest apart on parallel or nearly parallel ground. The body does not move
-    /// off this ground, and turns only as it moves along it: (b_i − b_j) ω = −(n_i − n_j)·v. This is so little that only the
-    /// difference of the rows gives it without rounding error.
+    /// The two contacts of independent rows farthest apart on (nearly) parallel ground. The body does not move off this ground, and
+    /// turns only as it moves along it: (b_i − b_j) ω = −(n_i − n_j)·v, so little that only the difference of the rows gives it
+    /// accurately.
     pub(super) fn parallel(&self, rows: &[Row]) -> Option<[usize; 2]> {
         let (points, rho) = (&self.points, self.rho2.sqrt());
         let normal = |row: &&Row| !row.unknown.tangential;
@@ -168,12 +167,12 @@ impl BodyState {
         found.1
     }
 
-    /// Whether the ground is parallel, so that a body on two such contacts does not turn at all.
+    /// Whether the ground of two such contacts is exactly parallel: the body does not turn.
     pub(super) fn is_level(&self, [i, j]: [usize; 2]) -> bool {
         self.points[i].normal == self.points[j].normal
     }
 
-    /// −(n_i − n_j)·x/(b_i − b_j): the rotation that comes with a displacement x, or the spin that comes with a velocity x.
+    /// −(n_i − n_j)·x/(b_i − b_j): the rotation for a displacement x, or the spin for a velocity x.
     pub(super) fn turned_by(&self, [i, j]: [usize; 2], x: Vector2<f64>) -> f64 {
         let (one, two) = (&self.points[i], &self.points[j]);
         0.0 - (one.normal - two.normal).dot(&x) / (one.b - two.b)
@@ -189,9 +188,8 @@ impl BodyState {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
-    /// The part of the velocity (v, ω) that determines the rates of these contacts. The rest is orthogonal to it in the metric
-    /// of the mass: it changes none of these rates, and no force along these normals changes it. Where the rest is the smaller
-    /// part, the whole velocity is returned, to the last bit.
+    /// The part of the velocity (v, ω) that determines the rates of these contacts. The rest is orthogonal to it in the metric of
+    /// the mass; no force along these normals changes it. If the rest is smaller, this is the whole velocity, to the last bit.
     pub(crate) fn seen(&self, contacts: &[bool]) -> [f64; 3] {
         let rho = self.rho2.sqrt();
         let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
@@ -228,7 +226,7 @@ impl BodyState {
             for row in &rows {
                 velocity -= row.direction * row.direction.dot(&velocity);
             }
-            // The part removed has a rounding error too; it matters where this part is nearly the whole velocity.
+            // The part removed has a rounding error too, which matters if it is nearly the whole velocity.
             if velocity.amax() >= CORRECTED_VELOCITY * before {
                 break;
             }
@@ -268,7 +266,7 @@ impl BodyState {
         let rho = self.rho2.sqrt();
         let mode = |stops: &bool| if *stops { Mode::Right } else { Mode::Separate };
         let modes: PerContact<Mode> = stopped.iter().map(mode).collect();
-        // Each direction is orthogonal to the rows before it, so that the rows can be solved one by one.
+        // Each direction is orthogonal to the rows before it.
         let mut change = Vector3::<f64>::zeros();
         for row in &self.independent(&modes) {
             let rate = self.points[row.unknown.contact].u + row.whole.dot(&change);
@@ -297,12 +295,11 @@ impl BodyState {
         }
     }
 
-    /// Makes the gap rates consistent with one rigid velocity, and the gaps with one rigid displacement where they differ from
-    /// it by the rounding error of a position. `size`: the size of the body in m. Each gap is stored separately, so that a
-    /// small one keeps its digits beside a large one. Where rows depend on each other (three contacts on one straight floor,
-    /// any four), rounding errors of a larger motion would contradict the small motion that follows, as if the floor moved or
-    /// were uneven, and the body would rattle for ever. The most accurate independent values stay, and the others follow from
-    /// them.
+    /// Makes the gap rates consistent with one rigid velocity, and gaps with one rigid displacement if they differ by the rounding
+    /// error of a position only. `size`: of the body, in m. Each gap is stored separately, so that a small one keeps its digits
+    /// beside a large one. Where rows are dependent (three contacts on one straight floor, any four), rounding errors of a larger
+    /// motion would contradict the small motion that follows, as if the floor moved or were uneven, and the body would rattle for
+    /// ever. The most accurate independent values stay, and the others follow from them.
     pub(crate) fn reconcile(&mut self, size: f64) {
         if self.points.len() < 3 {
             return;
@@ -329,8 +326,8 @@ impl BodyState {
     }
 
     /// Corrects the velocity of a body whose contacts begin to be held in these modes. Its rates along the normals of closed
-    /// contacts are rounding error, of which the separately stored rates of the others are free. A sliding speed that counts as
-    /// zero is removed where contacts are fixed, and the rates of the contacts in the air change with it.
+    /// contacts are rounding error, which the separately stored rates of the others do not have. A sliding speed that counts as
+    /// zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
     pub(crate) fn hold(&mut self, modes: &[Mode]) {
         if !self.has_rows() {
             return;

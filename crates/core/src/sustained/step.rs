@@ -13,7 +13,6 @@ use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
 use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
 
-/// One contact during a step.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     pub(super) mode: Mode,
@@ -44,25 +43,23 @@ pub(crate) struct Step {
     r: [Series; 2],
     pub(super) v: [Series; 2],
     pub(super) tracks: Vec<Track>,
-    /// Determinant of the friction matrix, with its sign changed if needed so that it is positive at the start.
+    /// Determinant of the friction matrix, made positive at the start.
     determinant: Series,
-    /// Sign of the determinant at the start before this change; zero where the determinant cannot vanish.
+    /// Sign of the determinant before this change; zero where it cannot vanish.
     pub(crate) side: f64,
     /// A power of two, in s. Coefficients then stay in range on any time scale, and scaling is exact.
     unit: f64,
     /// Time up to which the series are accurate to the last digit, in units.
     reach: f64,
-    /// Number of coefficients.
     pub(super) order: usize,
 }
 
-/// Numbers of coefficients to try, and the time, in units, up to which each is expected to be accurate. Most steps are short,
-/// and few coefficients are enough for them. With the last number a longer motion takes several steps.
+/// Numbers of coefficients to try, and the time, in units, up to which each is expected to be accurate: most steps are short and
+/// need few. A longer motion takes several steps with the last number.
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
-/// `SHORTER`: factor of the unit of time when coefficients overflow. `LATE`, its inverse: time, in units, up to which a
-/// rotation is followed, because coefficients that matter later may have underflowed. `SHORTEST`, `LONGEST`: units that are not
-/// made shorter or longer, so that the squares of accelerations in these units stay in range.
+/// Factor of the unit of time when coefficients overflow. Its inverse: time, in units, up to which a rotation is followed, because
+/// coefficients that matter later may have underflowed. Limits of the units, so that squares of accelerations stay in range.
 const SHORTER: f64 = 1.0 / LATE;
 const LATE: f64 = 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
@@ -70,11 +67,9 @@ const LONGEST: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.
 const SQUARED: i32 = 500;
 
-/// Number of coefficients in a frozen geometry, where forces are constant: three, and two that are zero, so that the estimated
-/// reach is infinite.
+/// Number of coefficients in frozen geometry, where forces are constant: three, and two zeros, so that the reach is infinite.
 const FROZEN: usize = 5;
 
-/// How a step ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum StepEnd {
     /// No event: another step follows.
@@ -96,8 +91,8 @@ pub(crate) enum StepEnd {
 }
 
 impl BodyState {
-    /// The largest power of two below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g) if that is
-    /// shorter. It is limited so that its square stays in range.
+    /// The largest power of two below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g) if shorter; its
+    /// square stays in range.
     fn unit_of_time(&self) -> f64 {
         let arm = self.points.iter().map(|p| libm::hypot(p.b, p.c)).fold(0.0, f64::max);
         let size = arm + self.rho2.sqrt();
@@ -105,7 +100,7 @@ impl BodyState {
         if rate > 0.0 { libm::ldexp(1.0, SQUARED.min(-libm::ilogb(rate))) } else { 1.0 }
     }
 
-    /// Estimated time until a contact lands or stops sliding, in units of time, at this constant acceleration.
+    /// Estimated time until a contact lands or stops sliding, in units, at this acceleration.
     pub(crate) fn soon(&self, modes: &[Mode], [ax, ay, turn]: [f64; 3]) -> f64 {
         let a = Vector2::new(ax, ay);
         let event = |(i, mode): (usize, &Mode)| {
@@ -127,15 +122,13 @@ impl BodyState {
 }
 
 impl Step {
-    /// The Taylor series of the motion from this state on, with a mode for each contact. `None` if the forces are not
-    /// determined: the friction matrix is singular. `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry
-    /// `FROZEN` replaces it.
+    /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
+    /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
     pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
-            // Where these forces cannot keep their own rows at zero, another choice of independent rows may have forces that
-            // can.
+            // If these forces cannot keep their own rows at zero, those of dependent rows may.
             rows.iter().find_map(|row| {
                 let others = state.independent_but(Some(row.unknown), modes);
                 let same = others.len() == rows.len();
@@ -144,7 +137,6 @@ impl Step {
         })
     }
 
-    /// The series with these rows and their forces.
     fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
@@ -156,7 +148,7 @@ impl Step {
     }
 
     /// The same step in a longer unit of time, for late events: coefficients of a slow rotation that matter by then may have
-    /// underflowed. `None` where the step does not reach that far.
+    /// underflowed. `None` if it is not needed.
     pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
         let rows = || state.independent(modes);
@@ -255,7 +247,7 @@ impl Step {
                     (true, true) => matrix[i][j][0],
                     _ => f64::from(u8::from(i == j)),
                 });
-                // Lengths of the columns before cancellation: a single contact that jams has no other reference.
+                // Lengths of the columns before cancellation: a single contact that jams has no other scale.
                 let size: f64 = (0..n)
                     .map(|l| {
                         let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
@@ -359,8 +351,7 @@ impl Step {
         Some(Self { theta, omega, r, v, tracks, determinant, side, unit, reach, order })
     }
 
-    /// Contact `i` has just lifted off: its gap, its rate and its acceleration are zero at this instant, and their computed
-    /// values are rounding error.
+    /// Contact `i` has just lifted off: its gap, rate and acceleration are zero, up to rounding error.
     pub(crate) fn lifts_off(&mut self, i: usize) {
         let track = &mut self.tracks[i];
         track.h[..3].fill(0.0);
@@ -375,8 +366,8 @@ impl Step {
         }
     }
 
-    /// Contact `i` has just broken loose: its sliding speed and acceleration are zero at this instant. Returns whether it then
-    /// slides in the direction of its mode; where it jams it does not.
+    /// Contact `i` has just broken loose: its sliding speed and acceleration are zero. Returns whether it then slides in the
+    /// direction of its mode; where it jams it does not.
     pub(crate) fn breaks_loose(&mut self, i: usize) -> bool {
         let track = &mut self.tracks[i];
         track.slip[..2].fill(0.0);
@@ -419,17 +410,17 @@ impl Step {
         sides
     }
 
-    /// Margins of the force on a contact that is held in a vertex to the two edges of the hull of its friction cones, and the
-    /// event on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
+    /// Margins of the force on a contact that is held in a vertex to the two edges of the hull of its friction cones, and the event
+    /// on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
     ///
     /// ```text
     /// e_l = n_l + μ_l t_l: the contact slides up the left piece,    e_r = n_r − μ_r t_r: up the right piece
     /// ```
     ///
-    /// The force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull spans half a turn or more, the two pieces could
-    /// hold any force by wedging, but the contact could slide up a piece as well. In this case it slides: it is held while at
-    /// least one of the conditions holds, which means that F lies in one of the cones or between the normals. Both points of
-    /// the contact have these edges; the first point reports them.
+    /// The force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull spans half a turn or more, the pieces could hold any
+    /// force by wedging, but the contact could slide up a piece as well. It then slides: it is held while one of the conditions
+    /// holds, with F in one of the cones or between the normals. Both points of the contact have these edges; the first one reports
+    /// them.
     pub(super) fn vertex_edges(
         &self,
         state: &BodyState,
@@ -488,7 +479,7 @@ impl Step {
                 series
             };
             let mut falls = |series: &Series, event: StepEnd| {
-                // If the previous step has ended on the event, it occurs now, unless the negative value is rounding error.
+                // If the previous step ended on the event, it occurs now, unless the negative value is rounding error.
                 let mut series = *series;
                 let trend = series[1..].iter().find(|c| **c != 0.0).map_or(0.0, |c| *c);
                 if series[0] <= 0.0 && trend < 0.0 {
@@ -509,8 +500,7 @@ impl Step {
                 }
             };
             let place = &state.points[i].place;
-            // Separate from one piece of a vertex and sliding up the other: the contact is over that piece once the distance
-            // exceeds its rounding error.
+            // Off one piece of a vertex and sliding up the other: it leaves once the distance exceeds its rounding error.
             let closed = |j: usize| self.tracks[j].mode != Mode::Separate;
             let slides = track.mode == Mode::Separate && state.twin(i).is_some_and(closed);
             let slack = if slides { TOUCH * state.points[i].arm().norm() } else { 0.0 };
@@ -573,7 +563,7 @@ impl Step {
         let order = self.order;
         let value = |series: &Series| series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c);
         let rate = |series: &Series| value(series) / self.unit;
-        // The change since the start, without the first term, so that a small change keeps all its digits.
+        // Without its first term, so that a small change keeps all its digits.
         let change =
             |series: &Series| series[1..order].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
         let mut after = state.clone();
@@ -603,8 +593,8 @@ impl Step {
         if state.has_rows() {
             let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
             after.project(&modes);
-            // Held points stay where they are, n·r + c and t·r + b: a computed displacement of them is rounding error, and is
-            // corrected along the shortest way.
+            // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
+            // shortest way.
             let turned = change(&self.theta);
             let lever = |contact: usize, tangential: bool| {
                 let (p, track) = (&after.points[contact], &self.tracks[contact]);
@@ -625,8 +615,7 @@ impl Step {
                     let lever = lever(contact, tangential);
                     let mut off = axis.dot(&moved) + lever;
                     if let (Some(place), None) = (p.held, state.frozen) {
-                        // Rounding errors add up over steps. A larger drift is corrected to the position where the contact
-                        // began to be held.
+                        // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                         let r = state.center.r + moved;
                         let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
                         let drift = axis.dot(&r) + arm - place[at];

@@ -45,7 +45,7 @@ pub(crate) struct FullState {
     pub(crate) c: [f64; 2],
 }
 
-/// Collisions between two computations of b, c from θ. In between they are turned flight by flight, with a rounding error each.
+/// Collisions between two computations of b, c from θ. In between they are turned step by step, with a rounding error each.
 const REFRESH: usize = 32;
 
 impl FullState {
@@ -107,8 +107,8 @@ impl FullState {
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
     }
 
-    /// Whether the position of the body does not stay resolved in a flight to the next touchdown. If the body has one contact,
-    /// or lies flat and does not turn, only the angle of the flight counts.
+    /// Whether a flight to the next touchdown is too long for the position to stay resolved. With one contact, or if the body lies
+    /// flat and does not turn, only its angle counts.
     #[inline]
     fn is_lost(&self, contact: usize, dt: f64) -> bool {
         let (u, omega) = (self.gaps.u[contact], self.spin.omega);
@@ -151,17 +151,15 @@ impl FullState {
     /// First-order effect of the rotation during a tail of duration `t` that began at `start` and was summed in the geometry
     /// there: an impulse P at time τ acts on the arm b − c ωτ, so that Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ P).
     ///
-    /// Towards a 2-Zeno point speeds shrink more slowly than times, so that the effect on speeds matters although the times do
-    /// not change.
+    /// Towards a 2-Zeno point speeds shrink more slowly than times: the effect matters for speeds where it does not for times.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
         let fast: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
         self.spin.omega -= omega * fast / self.body.rho2;
     }
 
-    /// Computes the velocity of the body from the gap rates of the closed contacts. This is needed after a tail that was summed
-    /// in the geometry of its start, where the arms have turned a little since, and after so many impacts that their jumps
-    /// cancel.
+    /// Computes the velocity from the gap rates of closed contacts: after a tail summed in the geometry of its start, where the
+    /// arms have turned a little since, or after so many impacts that their jumps cancel.
     pub(crate) fn follow(&mut self, closed: [bool; 2]) {
         if closed == [true, true] {
             self.forget_rounding();
@@ -182,8 +180,8 @@ impl FullState {
         }
     }
 
-    /// Sets the spin to zero if two gaps over parallel ground change at the same rate: the body does not turn then, and the
-    /// spin that follows from the impulses is rounding error.
+    /// Sets the spin to zero if two gaps over parallel ground change at the same rate: the spin that follows from the impulses is
+    /// rounding error.
     pub(crate) fn forget_rounding(&mut self) {
         let [one, two] = self.body.contacts;
         let same = self.gaps.u[0] == self.gaps.u[1];
@@ -226,8 +224,7 @@ impl FullState {
             && arcs[a].is_concave()
             && let Some(landing) = arcs[1 - a].find_touchdown()
         {
-            // A concave arc that starts on the ground is above it until it lands: the sign of the gap shows whether it has
-            // landed.
+            // A concave arc that starts on the ground is above it until it lands: the sign of the gap decides.
             let height = arcs[a].gap_turned(landing.dt, &landing.turn);
             if height > 0.0 {
                 return Some((1 - a, landing, false));
@@ -250,8 +247,7 @@ impl FullState {
         }
     }
 
-    /// The reason to end the loop after an impact at `a`, if there is one: a tail that may be summed with frozen geometry, or a
-    /// contact that the impact stops.
+    /// The reason to end the loop after an impact at `a`, if any: a tail to sum with frozen geometry, or a contact that stops.
     fn accumulates(
         &self,
         a: usize,
@@ -291,14 +287,13 @@ impl FullState {
         if near.freezes && self.can_freeze(gravity, log) {
             return Some(LoopExit::Freeze);
         }
-        // A contact with a rate of zero after its impact is not in flight, whatever its acceleration: its mode has to be
-        // determined.
+        // A contact with zero rate after its impact is not in flight, whatever its acceleration: its mode has to be found.
         (self.gaps.u[a] == 0.0).then_some(LoopExit::Tie)
     }
 
     /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less than
-    /// their rounding error. Its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), is only approximated by [`FullState::turn_tail`]
-    /// because ω does not change uniformly. On parallel ground the contacts at rest leave no speed that could change.
+    /// their rounding error. [`FullState::turn_tail`] only approximates its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), because ω does
+    /// not change uniformly. On parallel ground, contacts at rest leave no speed that could change.
     fn is_turn_lost(&self, t: f64, jump: [f64; 2]) -> bool {
         let per_own = [0, 1].map(|i| jump[i].abs() / self.own(i));
         let omega =
@@ -418,12 +413,12 @@ pub(crate) struct FullCollisions {
 
 /// Least number of collisions for which a vector lane is used.
 const WORTH: usize = 4;
-/// A vector lane is used after this number of collisions times 1 − e: by then most motions that can be summed have been. The
-/// smaller the loss of an impact, the longer a motion lasts.
+/// A lane is used after this number of collisions times 1 − e: by then most motions that can be summed have been. The smaller the
+/// loss of an impact, the longer a motion lasts.
 const YOUNG: f64 = 16.0;
 
 impl FullCollisions {
-    /// Puts the body into a lane if plain collisions may be next and the lane is worth its cost; returns whether it did.
+    /// Puts the body into a lane if plain collisions may be next and it is worth its cost.
     pub(crate) fn enter(&self, state: &FullState, log: &Log, pool: &mut Pool, run: usize) -> bool {
         let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
         let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
@@ -433,7 +428,7 @@ impl FullCollisions {
         suits
     }
 
-    /// Restores the state from a lane and tests for an end. Returns the same as [`Self::end_after`].
+    /// Restores the state from a lane and tests for an end. Result: as of [`Self::end_after`].
     pub(crate) fn leave(
         &mut self,
         stopped: &Stopped,
@@ -448,8 +443,7 @@ impl FullCollisions {
         self.end_after(stopped.a, dt, state, log)
     }
 
-    /// Tests for an end after a collision at `a`. `None`: plain collisions may be next; `Some(None)`: another event is next;
-    /// `Some(Some(exit))`: the loop ends.
+    /// Tests for an end after a collision at `a`. `None`: plain collisions may be next; `Some(None)`: another event.
     fn end_after(
         &mut self,
         a: usize,
@@ -462,8 +456,7 @@ impl FullCollisions {
         (halt.is_some() || self.active.is_none()).then_some(halt)
     }
 
-    /// Simulates a plain collision at contact 1 if contact 2 was hit last: plain collisions in turn start after it. Returns the
-    /// same as [`Self::end_after`].
+    /// A plain collision at contact 1, if contact 2 was hit last: those in turn start after it. Result: as of [`Self::end_after`].
     pub(crate) fn come_to_first(
         &mut self,
         state: &mut FullState,
@@ -494,7 +487,7 @@ impl FullCollisions {
         self.left.fresh -= 1;
     }
 
-    /// Ends the loop, with a flight up to the time limit if no event comes before.
+    /// Ends the loop, with a flight up to the time limit if that is next.
     pub(crate) fn end(self, halt: LoopExit, state: &mut FullState, log: &mut Log) -> LoopExit {
         if halt == LoopExit::TimeLimit || halt == LoopExit::Never && log.end.is_finite() {
             let left = log.left().max(0.0);
@@ -505,7 +498,6 @@ impl FullCollisions {
         halt
     }
 
-    /// Simulates the next collision of any kind.
     pub(crate) fn next(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         if self.left.granted == 0 {
             self.left.granted = log.chunk();
@@ -547,10 +539,9 @@ impl FullCollisions {
         state.accumulates(contact, landing.dt, &self.constants, log)
     }
 
-    /// Simulates `most` pairs of plain collisions in turn, or fewer if another event is next. Returns the same as
-    /// [`Self::end_after`].
+    /// Up to `most` pairs of plain collisions in turn. Result: as of [`Self::end_after`].
     ///
-    /// Both contacts are written out, so that none is looked up by index.
+    /// Both contacts are written out, without indices.
     pub(crate) fn alternate(
         &mut self,
         most: usize,
@@ -574,7 +565,7 @@ impl FullCollisions {
         None
     }
 
-    /// Simulates the next collision if it is plain. `A`: the contact hit last. Returns the same as [`Self::end_after`].
+    /// The next collision, if it is plain. `A`: the contact hit last. Result: as of [`Self::end_after`].
     #[inline(always)]
     fn plain_collision<const A: usize>(
         &mut self,
@@ -620,8 +611,8 @@ struct Drift {
 }
 
 impl Drift {
-    /// Whether the body turns so little that velocities of frozen geometry, which are correct to first order, are correct to
-    /// the last digit. A duration below all rounding errors is not enough if the body spins fast.
+    /// Whether the body turns so little that velocities of frozen geometry, correct to first order, are correct to the last digit.
+    /// A short time is not enough if the body spins fast.
     fn is_little(&self) -> bool {
         self.angle * self.angle <= f64::EPSILON
     }

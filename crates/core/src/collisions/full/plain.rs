@@ -77,8 +77,8 @@ pub(crate) struct Near<T: Real> {
     pub(crate) freezes: T::Mask,
 }
 
-/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below [`TAIL_TOO_LONG`] times the time elapsed, so that freezing
-/// is considered. `squares`: u² + 2gh of both contacts.
+/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below [`TAIL_TOO_LONG`] times the time elapsed: freezing is
+/// considered. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
 pub(crate) fn may_freeze<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
     let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
@@ -137,8 +137,7 @@ impl<T: Angle> FullLoopState<T> {
     pub(crate) fn arms(&self, constants: &FullConstants<T>) -> ([[T; 2]; 2], T::Mask) {
         let turn = Turn::small(self.theta);
         let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
-        // No closure: a function that is called from a vector loop and not inlined into it is compiled without vector
-        // instructions.
+        // No closure: a function that is not inlined into the vector loop is compiled without vector instructions.
         let [one, two] = &constants.sides;
         ([turn.turned(one.arm), turn.turned(two.arm)], small)
     }
@@ -157,7 +156,7 @@ impl<T: Angle> FullLoopState<T> {
         let (landing, found) = arc_b.concave_touchdown();
         let (dt, turn) = (landing.dt, &landing.turn);
 
-        // A concave arc that starts on the ground is above it until it lands: the sign of the gap shows whether it has landed.
+        // A concave arc that starts on the ground is above it until it lands: the sign of the gap decides.
         let height = arc_a.gap_turned(dt, turn);
         let rates = [arc_a.rate_turned(dt, turn), arc_b.rate_turned(dt, turn)];
         let plain = slow
@@ -250,22 +249,20 @@ impl<T: Angle> FullConstants<T> {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<20>,
-    /// The states of the bodies as [`LaneState::numbers`] at each of the [`STAGES`] where some have stopped. Active bodies are
-    /// at the last.
+    /// The states, as [`LaneState::numbers`], at each of the [`STAGES`] where bodies have stopped; active ones are at the last.
     stages: [Columns<18>; STAGES],
     /// Durations of the last flights.
     dt: [Columns<1>; STAGES],
-    /// A bit for each body that has stopped at this stage.
+    /// A bit for each body stopped there.
     stopped: [u64; STAGES],
     /// A bit for each active body; its last impact was at contact 1.
     on: u64,
 }
 
-/// Stages in a pair of collisions at which a body may stop: before the collision at contact 2 if it is not plain, after it if
-/// an end is possible, and the same two for the collision at contact 1.
+/// Where a body may stop in a pair of collisions: before that at contact 2 if it is not plain, after it if an end is possible, and
+/// the same at contact 1.
 const STAGES: usize = 4;
 
-/// The state in which a body has stopped.
 pub(crate) struct Stopped {
     pub(crate) fast: FullLoopState<f64>,
     /// The contact hit last.
@@ -334,7 +331,7 @@ impl<S: Simd> Vector<S> {
 }
 
 impl Pool {
-    /// Adds a body after an impact at contact 1, when plain collisions may be next.
+    /// Adds a body after an impact at contact 1.
     pub(crate) fn put(
         &mut self,
         run: usize,
@@ -349,7 +346,6 @@ impl Pool {
         self.on |= 1 << run;
     }
 
-    /// Returns the state of a body that has stopped.
     pub(crate) fn take(&mut self, run: usize) -> Stopped {
         let is_in = |stage: usize| self.stopped[stage] >> run & 1 == 1;
         let stage = (0..STAGES).find(|&stage| is_in(stage)).unwrap_or(STAGES - 1);
@@ -364,7 +360,6 @@ impl Pool {
         }
     }
 
-    /// A bit for each active body.
     pub(crate) fn on(&self) -> u64 {
         self.on
     }
@@ -431,7 +426,7 @@ impl FullLoopState<f64> {
         }
     }
 
-    /// Writes the state back; returns the clock.
+    /// Returns the clock.
     pub(crate) fn put(&self, state: &mut FullState) -> Clock {
         (state.gaps.h, state.gaps.u) = (self.h, self.u);
         (state.b, state.c) = (self.b, self.c);
