@@ -1,7 +1,6 @@
 //! Collisions of the local model, one after the other, until they accumulate.
 //!
-//! The contact just hit is called a, the other b, as in [Or & Rimon 2008, (7)]. When b lands next, after
-//! τ, with the speed s:
+//! The contact just hit is called a, the other b, as in [Or & Rimon 2008, (7)]. When b lands next, after τ, with the speed s:
 //!
 //! ```text
 //! s² = u_b² + 2g_b h_b,    τ = 2h_b/(s − u_b)    (u_b < 0)
@@ -9,9 +8,8 @@
 //! s'² = (u_a − K)² + 2K g_aτ
 //! ```
 //!
-//! with the primes in swapped roles. The last line is u_b'² + 2g_a h_b' multiplied out: it needs one
-//! multiplication and one addition after τ, so that a collision costs little more than its square root
-//! and its division.
+//! where the primed values are in swapped roles. The last line is u_b'² + 2g_a h_b' multiplied out. It needs one multiplication
+//! and one addition after τ, so that a collision costs little more than its square root and its division.
 
 use fearless_simd::Simd;
 
@@ -26,7 +24,7 @@ use crate::tolerance::{
 };
 use crate::zeno::{ClatterTail, FrozenModel, Gaps, Impulses};
 
-/// Why a sequence of collisions is left.
+/// Why the loop over collisions ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LoopExit {
     /// A bounce tail at this contact, of this duration.
@@ -36,38 +34,39 @@ pub(crate) enum LoopExit {
     },
     /// A certified clattering tail.
     Clatter(ClatterTail),
-    /// Both contacts come to rest within `remaining`, which is below the rounding of the time.
+    /// Both contacts come to rest within `remaining`, which is below the rounding error of the time.
     Reached {
         remaining: f64,
         self_similar: bool,
     },
-    /// Both contacts arrive at the same instant: both gaps are zero, nothing has been hit yet.
+    /// Both contacts land at the same instant, before any impact; in the full model also: an impact leaves its contact a rate of
+    /// zero.
     Tie,
-    /// The full model only: what remains is so short that the geometry may be frozen.
+    /// The full model only: the rest of the motion is so short that the geometry may be frozen.
     Freeze,
     TimeLimit,
-    /// No event is left, or the run was cancelled.
+    /// The event limit, a cancelled run, or (full model) a flight too long for the position to stay resolved.
     EventLimit,
-    /// No contact ever lands again.
+    /// No contact lands any more.
     Never,
 }
 
-/// After n collisions, the next look for a sum comes n/PATIENCE collisions later: it costs as much as a
-/// collision, and at most that share of them is simulated in vain.
+/// After n collisions, the next test for a tail comes 1 + n/PATIENCE collisions later. The test costs as much as a collision,
+/// and only about this share of the collisions is simulated in vain.
 const PATIENCE: usize = 16;
-/// Collisions for which a record makes room at a time, an even number: to ask at every collision whether the list has to grow
+/// Collisions by which the record grows at a time, an even number. To check at every collision whether the list has to grow
 /// costs half as much as the collision.
 const BLOCK: usize = 64;
 
-/// Which contact lands next, when, and whether the other lands at the same instant.
+/// The contact that lands next, the time until then, and whether the other one lands at the same instant.
 fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
     let t = [0, 1].map(|i| parabola_touchdown(gaps.h[i], gaps.u[i], m.g[i]));
     let first = usize::from(t[1] < t[0]);
     (first, t[first], are_one(t[0], t[1]))
 }
 
-/// Whether two contacts that start a flight land together, as far as rounding can tell: one that falls straight down has all
-/// gaps in the ratio of the gravities into them, and the roundings of both must not decide which one lands first.
+/// Whether two contacts that start a flight land together. A body that falls straight down has all gaps in the ratio of the
+/// gravities into them; rounding errors must not decide which contact lands first.
 pub(crate) fn are_one(t: f64, other: f64) -> bool {
     (t - other).abs() <= SIMULTANEOUS * t.min(other)
 }
@@ -82,7 +81,7 @@ pub(crate) fn fly_for(g: [f64; 2], gaps: &Gaps, dt: f64) -> Gaps {
     after
 }
 
-/// What the loop needs of one contact, together.
+/// Constants of one contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Side<T> {
     g: T,
@@ -92,7 +91,7 @@ pub(crate) struct Side<T> {
     lift: T,
 }
 
-/// The state of the loop in roles: contact a was hit last.
+/// The state of the loop. Contact a was hit last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalLoopState<T> {
     u_a: T,
@@ -103,34 +102,34 @@ pub(crate) struct LocalLoopState<T> {
     /// The clock, not renormalised.
     hi: T,
     lo: T,
-    /// Own-rate jumps of contact 1, and their sum weighted with the time since the loop began; those of
-    /// contact 2 follow from its gap.
+    /// Sum of the own-rate jumps of contact 1, and the same sum weighted with the time since the loop began. Those of contact 2
+    /// follow from its gap.
     jump: T,
     moment: T,
 }
 
-/// What does not change in the loop.
+/// Constants of the loop.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalConstants<T> {
     sides: [Side<T>; 2],
     /// Elapsed time at which the loop began, in s.
     from: T,
-    /// The time limit, or the largest double: one comparison tells a flight beyond it and one without end.
+    /// The time limit, or the largest double: one comparison detects a flight beyond it and one without end.
     end: T,
 }
 
-/// A collision of the plain kind, if it is one.
+/// A candidate for a plain collision.
 struct LocalPlainCollision<T: Real> {
     after: LocalLoopState<T>,
-    /// Whether b falls on the terrain before a is back, within the limits.
+    /// Whether it is plain: b lands before a does, within the time limit.
     plain: T::Mask,
-    /// Speed of the landing, and rate of the other contact then.
+    /// Landing speed of b, and the rate of a at that instant.
     s: T,
     w: T,
 }
 
 impl<T: Real> LocalLoopState<T> {
-    /// The next collision, at the contact that was not hit last. `A`: that was.
+    /// The next collision. `A`: the contact hit last; the other one lands.
     #[inline(always)]
     fn plain_collision<const A: usize>(
         &self,
@@ -138,8 +137,8 @@ impl<T: Real> LocalLoopState<T> {
     ) -> LocalPlainCollision<T> {
         let (of_a, of_b) = (&constants.sides[A], &constants.sides[1 - A]);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
-        // 2K g_aτ has a division of its own, ahead of that of τ, so that the next square root waits for one
-        // addition only; it adds to a square, and nothing cancels.
+        // 2K g_aτ is divided on its own, ahead of τ, so that the next square root waits for one addition only. It adds to a square:
+        // nothing cancels.
         let s = self.square.sqrt();
         let (twice, sum) = (h_b * 2.0, s - u_b);
         let gain = of_b.lift * twice * s / sum;
@@ -173,26 +172,26 @@ impl<T: Real> LocalLoopState<T> {
     }
 }
 
-/// Collisions one after the other, under way.
+/// The loop over collisions in progress.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalCollisions {
     constants: LocalConstants<f64>,
     /// The contact hit last.
     a: usize,
     r: LocalLoopState<f64>,
-    /// Collisions until the next look at the limits and for a sum.
+    /// Collisions left until the next check of the limits and for a tail, and collisions granted by the last one.
     left: usize,
     granted: usize,
     /// State, clock and number of collisions where the loop began.
     start: Gaps,
     clock: Clock,
     first: usize,
-    /// How often each contact has been hit since, but for the plain collisions in turn.
+    /// Hits of each contact since then, without the plain collisions.
     singly: [usize; 2],
 }
 
 impl LocalCollisions {
-    /// The first landing, and the impact there; an error: something else.
+    /// The first touchdown and its impact; an error: the loop ends before.
     pub(crate) fn begin(
         m: &FrozenModel,
         gaps: &mut Gaps,
@@ -255,7 +254,7 @@ impl LocalCollisions {
         Ok(Self { constants, a: contact, r, left, granted, start, clock, first, singly })
     }
 
-    /// After the loop: gaps, impulses and clock.
+    /// Ends the loop: updates gaps, impulses and clock.
     pub(crate) fn end(
         self,
         halt: LoopExit,
@@ -266,7 +265,7 @@ impl LocalCollisions {
     ) -> LoopExit {
         log.hits += self.granted - self.left;
         let [one, two] = self.singly;
-        // Collisions in turn begin after one at contact 1, with one at contact 2.
+        // Plain collisions in turn follow an impact at contact 1 and begin with one at contact 2.
         let in_turn = log.hits - self.first > one + two;
         log.struck = [log.struck[0] || one > 0, log.struck[1] || two > 0 || in_turn];
         log.clock = Clock { hi: self.r.hi, lo: self.r.lo }.renormalised();
@@ -294,7 +293,7 @@ impl LocalCollisions {
         gaps
     }
 
-    /// A look at the limits and for a sum, if one is due, and the next event, whatever it is.
+    /// Checks the limits and for a tail, if due; then simulates the next event.
     pub(crate) fn next(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         if self.left == 0 {
             log.hits += self.granted;
@@ -311,14 +310,14 @@ impl LocalCollisions {
         self.collide(m, log)
     }
 
-    /// Whether plain collisions may be next: after one at contact 1.
+    /// Whether plain collisions may be next: contact 1 was hit last.
     pub(crate) fn is_at_first(&self) -> bool {
         self.a == 0
     }
 
-    /// Collisions in turn, as long as nothing else happens and no look is due, from an impact at contact 1 on.
+    /// Simulates plain collisions in turn, until another event or a check is due, after an impact at contact 1.
     ///
-    /// Written out for both roles, so that none is looked up.
+    /// Both roles are written out, without indices.
     pub(crate) fn alternate(&mut self, log: &mut Log) {
         if self.a != 0 {
             return;
@@ -371,7 +370,6 @@ impl LocalCollisions {
         (self.r, self.left) = (r, left);
     }
 
-    /// The next event, whatever it is.
     #[inline(never)]
     fn collide(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
         let (a, b) = (self.a, 1 - self.a);
@@ -383,7 +381,7 @@ impl LocalCollisions {
         let climb = u_a + w;
         let back = 2.0 * u_a / g_a;
         if climb <= LANDING_ORDER_CLOSE * u_a && back <= tau && g_a > 0.0 {
-            // a is back before b lands.
+            // Contact a lands before b does.
             if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
                 return Some(halt);
             }
@@ -420,7 +418,7 @@ impl LocalCollisions {
         (self.r.hi, self.r.lo) = (clock.hi, clock.lo);
     }
 
-    /// Puts down an impact at the contact `at`, rates given as (own, other).
+    /// Applies and records an impact at the contact `at`; rates are given as (own, other).
     fn land(
         &mut self,
         at: usize,
@@ -444,11 +442,11 @@ impl LocalCollisions {
     }
 }
 
-/// Collisions by which it pays to go into a register: putting a run there and back costs about as much as a few.
+/// Least number of collisions that is worth a vector lane: moving a run there and back costs about as much as a few.
 const WORTH: usize = 16;
 
 impl<T: Real> LocalLoopState<T> {
-    /// As they stand in a pool, with the number of collisions that are left.
+    /// The numbers as stored in a pool, with the number of collisions left.
     fn numbers(self, left: T) -> [T; 9] {
         let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
         [u_a, u_b, h_b, square, hi, lo, jump, moment, left]
@@ -473,30 +471,29 @@ impl<T: Real> LocalConstants<T> {
     }
 }
 
-/// Runs side by side, each in the middle of plain collisions or stopped.
+/// Runs in vector lanes. Each is in the middle of plain collisions or has stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<10>,
-    /// The runs where some have stopped before the collision at contact 2, before that at contact 1, and where they go on: their
-    /// roles, and how many collisions are left.
+    /// The states with the collisions left: stopped before a collision at contact 2, stopped before one at contact 1, active.
     stages: [Columns<9>; 3],
-    /// A bit for each run that has stopped there.
+    /// A bit for each run stopped there.
     stopped: [u64; 2],
-    /// A bit for each run that goes on, after an impact at contact 1.
+    /// A bit for each active run; its last impact was at contact 1.
     on: u64,
 }
 
-/// Runs in the lanes of registers.
+/// Runs in the lanes of vector registers.
 struct Vector<S: Simd> {
     constants: LocalConstants<Lanes<S>>,
     r: LocalLoopState<Lanes<S>>,
     left: Lanes<S>,
-    /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
+    /// A bit for each active lane; the numbers in the others are meaningless.
     on: u64,
 }
 
 impl<S: Simd> Vector<S> {
-    /// A collision after one at `A`; lanes for which it is not a plain one stop before it.
+    /// A collision after an impact at `A`. Lanes whose next one is not plain stop before it.
     #[inline(always)]
     fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
         let next = self.r.plain_collision::<A>(&self.constants);
@@ -513,7 +510,7 @@ impl<S: Simd> Vector<S> {
 }
 
 impl Pool {
-    /// Takes a run in whose loop plain collisions are next, if they may be and it is worth while.
+    /// Adds a run if plain collisions may be next and enough are left.
     pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
@@ -524,7 +521,6 @@ impl Pool {
         suits
     }
 
-    /// Gives a run back that has stopped.
     pub(crate) fn take(&mut self, run: usize, clatter: &mut LocalCollisions) {
         let a = usize::from(self.stopped[1] >> run & 1 == 1);
         self.stopped[a] &= !(1 << run);
@@ -532,12 +528,12 @@ impl Pool {
         (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 
-    /// The runs that go on, a bit for each.
+    /// A bit for each active run.
     pub(crate) fn on(&self) -> u64 {
         self.on
     }
 
-    /// Plain collisions, until one of the runs has come to something else.
+    /// Simulates plain collisions until one of the runs stops.
     #[inline(always)]
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
         let all = self.on;
@@ -553,7 +549,7 @@ impl Pool {
     }
 }
 
-/// One collision of the plain kind; if the next is not, nothing changes.
+/// The next collision, if it is plain; otherwise nothing changes. Returns whether it is.
 #[inline(always)]
 fn single_plain_collision<const A: usize>(
     r: &mut LocalLoopState<f64>,
@@ -573,7 +569,7 @@ fn single_plain_collision<const A: usize>(
     next.plain
 }
 
-/// A collision at `a`, its rates given as (own, other).
+/// A collision at `a`; rates are given as (own, other).
 #[inline]
 fn in_order(
     elapsed: Clock,
@@ -587,7 +583,7 @@ fn in_order(
     Collision { elapsed, contact: a, before: turn(before), after: turn(after), jump, other_gap }
 }
 
-/// Flies on to the time limit.
+/// Simulates the flight up to the time limit.
 fn rest_of_time(m: &FrozenModel, gaps: &mut Gaps, sum: &mut Impulses, log: &mut Log) {
     let left = log.left().max(0.0);
     *gaps = fly_for(m.g, gaps, left);
@@ -595,20 +591,20 @@ fn rest_of_time(m: &FrozenModel, gaps: &mut Gaps, sum: &mut Impulses, log: &mut 
     log.clock = log.clock.after(left);
 }
 
-/// Impulses stay, their path grows.
+/// Adds a flight: impulses stay, their time integrals grow.
 pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
     for i in 0..2 {
         sum.path[i] += sum.jump[i] * dt;
     }
 }
 
-/// The sum of the bounces at a, if the motion from here on consists of nothing else.
+/// The bounce tail at a, if the motion consists of nothing else until its end.
 fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option<LoopExit> {
     let duration = m.bounce_tail(a, gaps)?;
     (now + duration <= end).then_some(LoopExit::Bounce { contact: a, duration })
 }
 
-/// How the motion from here on is summed, if it is: bouncing, clattering, or the end of the digits.
+/// The tail that ends the loop here, if there is one: bouncing, clattering, or a remaining time below the rounding error.
 fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopExit> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
     if let Some(halt) = bounces(m, a, gaps, now, end) {
@@ -632,9 +628,8 @@ fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopEx
         .then(|| LoopExit::Reached { remaining, self_similar: repeats(m, a, gaps) })
 }
 
-/// A time within which both contacts come to rest, by the energy argument, if they do at all: λ =
-/// D⁻¹(g_1, g_2) > 0 and every impact loses energy. The weakest pull decides: of a contact in the air, or of
-/// one while the other is held. In s.
+/// Upper bound of the time until both contacts rest, if they do, by the energy argument: λ = D⁻¹(g_1, g_2) > 0 and every impact
+/// loses energy. It uses the smallest pull: on a contact in the air, or on one while the other is held. In s.
 pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     let force = m.solve_coupled(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {
@@ -648,7 +643,7 @@ pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     Some(8.0 * speed / (weakest * (1.0 - m.e[0].max(m.e[1]))))
 }
 
-/// Whether two more collisions lead back to the same state on a smaller scale.
+/// Whether two more collisions return to the same state on a smaller scale.
 fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
     let shape = |gaps: &Gaps| {
         let (u_a, u_b) = (gaps.u[a], gaps.u[1 - a]);

@@ -1,4 +1,4 @@
-//! The log of a run: its clock, its collisions, and its limits of time and of events.
+//! The log of a run: clock, collisions, and limits of time and of events.
 
 use nalgebra::Vector2;
 
@@ -8,7 +8,7 @@ use crate::modes::Mode;
 use crate::options::Options;
 use crate::tolerance::CHANGED_SPEED;
 
-/// One collision, as it was simulated.
+/// One simulated collision.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Collision {
     pub(crate) elapsed: Clock,
@@ -42,7 +42,7 @@ impl Default for Center {
 }
 
 impl Center {
-    /// After a flight of `dt` under gravity `g`.
+    /// Moves by a flight of `dt` under gravity `g`.
     #[inline]
     pub(crate) fn fly(&mut self, g: f64, dt: f64) {
         self.r += self.v * dt;
@@ -51,20 +51,20 @@ impl Center {
     }
 }
 
-/// Collisions between two looks at the limits and at the cancel flag.
+/// Collisions between two checks of the limits and of the cancel flag.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Steps of integration, and of the loop over the pieces of a motion, that bring neither a collision nor a change of the contact
-/// modes, beyond one for each of those, after which a run is given up: a second of computing time, and a quarter of a gigabyte
-/// that is recorded. A body that swings or rolls takes some ten steps a turn, a slender one some hundred.
+/// Most steps of integration, and of the loop over pieces of a motion, without a collision or change of modes; each of those allows
+/// one more. They take a second of computing time, and a quarter of a gigabyte if recorded. A body that swings or rolls takes some
+/// ten steps per turn, a slender one some hundred.
 pub(crate) const MOST_STEPS: usize = 250_000;
 
 /// Clock, collisions and limits of one run.
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// The body after each collision of the full model; elsewhere default values. A replay that summed the impulses anew
-    /// would round them anew.
+    /// Centre of mass and rotation after each collision of the full model, defaults while its geometry is frozen; empty in the
+    /// local model. A replay that sums the impulses again would round differently.
     pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.
@@ -75,22 +75,22 @@ pub(crate) struct Log<'a> {
     pub(crate) struck: [bool; 2],
     /// Changes of the contact modes so far.
     changes: usize,
-    /// The contact modes now; none before the first piece.
+    /// The current contact-mode word; empty before the first piece.
     word: PerContact<Mode>,
-    /// Events at the last step, and steps that brought no new one.
+    /// Number of events at the last step, and number of steps without a new event.
     seen: usize,
     steps: usize,
-    /// Steps since the last look at the cancel flag.
+    /// Steps since the last check of the cancel flag.
     unasked: usize,
     pub(crate) event_limit: usize,
     pub(crate) cancelled: bool,
-    /// Whether a flight turned so far that its rotation is not known any more.
+    /// Whether a flight was too long for the position of the body to stay resolved.
     pub(crate) phase_lost: bool,
     cancel: &'a dyn Fn() -> bool,
 }
 
 impl<'a> Log<'a> {
-    /// Of a body with `count` contacts.
+    /// The empty log of a body with `count` contacts.
     pub(crate) fn new(options: &Options, count: usize, cancel: &'a dyn Fn() -> bool) -> Self {
         Self {
             clock: Clock::default(),
@@ -112,18 +112,18 @@ impl<'a> Log<'a> {
         }
     }
 
-    /// How many collisions may come before the next look at the limits; zero: the run is over.
+    /// Number of collisions before the next check of the limits; zero: the run is over.
     pub(crate) fn chunk(&mut self) -> usize {
         self.cancelled = self.cancelled || (self.cancel)();
         if self.cancelled { 0 } else { CHUNK.min(self.event_limit.saturating_sub(self.events())) }
     }
 
-    /// Collisions and changes of the contact modes so far.
+    /// Number of collisions and of changes of the contact modes so far.
     pub(crate) fn events(&self) -> usize {
         self.hits + self.changes
     }
 
-    /// From now on the contacts are in these modes.
+    /// Sets the contact-mode word; counts a change.
     pub(crate) fn enter(&mut self, word: &[Mode]) {
         if self.word.as_slice() != word {
             self.changes += usize::from(!self.word.is_empty());
@@ -147,7 +147,7 @@ impl<'a> Log<'a> {
         !self.cancelled
     }
 
-    /// Which limit has ended the run, in words; `None`: neither that of events nor that of steps.
+    /// The limit that has ended the run, in words; `None`: neither that of events nor that of steps.
     pub(crate) fn limit(&self) -> Option<String> {
         let steps = if self.events() >= self.event_limit {
             String::new()
@@ -170,10 +170,10 @@ impl<'a> Log<'a> {
     }
 }
 
-/// Impacts between two looks at whether they become slower.
+/// Impacts in a stretch: the fastest impacts of two stretches are compared.
 const STRETCH: usize = 1024;
 
-/// The fastest impact of a stretch of them, in m/s, when it began, and which contacts were hit (bit by bit).
+/// A stretch of impacts: the highest speed in m/s, the time of the first, the contacts hit (one bit each).
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
     impacts: usize,
@@ -182,17 +182,17 @@ struct Stretch {
     contacts: u64,
 }
 
-/// The last impacts of a run, for the reason why it does not end.
+/// The last impacts of a run, to state why it does not end.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LastImpacts {
     now: Stretch,
     before: Stretch,
-    /// Changes of the contact modes before the last of them.
+    /// Changes of the contact modes before the last impact.
     changes: usize,
 }
 
 impl LastImpacts {
-    /// An impact of a contact, counted from 0, with this speed.
+    /// Adds an impact of a contact (counted from 0) with this speed.
     pub(crate) fn follow(&mut self, contact: usize, speed: f64, log: &Log<'_>) {
         self.changes = log.changes;
         if self.now.impacts == STRETCH {
@@ -206,7 +206,7 @@ impl LastImpacts {
         self.now.contacts |= 1 << contact;
     }
 
-    /// What the impacts before the end of a run have in common.
+    /// What the impacts before the end of a run have in common, in words.
     pub(crate) fn family(&self, log: &Log<'_>) -> String {
         let quiet = log.changes - self.changes;
         if quiet > STRETCH {

@@ -1,4 +1,4 @@
-//! Collisions of two contacts one after the other, as long as nothing else happens, and the log of a run.
+//! Sequences of collisions of two contacts without any other event, and the log of a run.
 
 pub(crate) mod full;
 pub(crate) mod local;

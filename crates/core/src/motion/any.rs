@@ -1,6 +1,6 @@
-//! Any number of contacts, every law of impact, every terrain. There are no closed sums of bounces and clatter here: an accumulation is
-//! followed until the speeds of its contacts are below the rounding of the speeds there have been, and ends there. Impacts in turn in
-//! one instant are summed, and cycles of two contacts on the ground that repeat themselves.
+//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation ends
+//! when the speeds of its contacts are below the rounding error of the largest speed so far. Impacts in turn at one instant are
+//! summed, and so are cycles of two contacts on the ground that repeat themselves.
 
 use std::collections::BTreeSet;
 
@@ -21,24 +21,24 @@ use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{DEPARTED, STILL};
 
-/// Impacts between two computations of b, c from θ itself, and of gaps and rates that depend on others from those.
+/// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
 const REFRESH: usize = 32;
 
 /// The coordinates of a body with any number of contacts.
 pub(crate) struct AnyContacts {
     pub(super) posture: Posture,
     pub(super) state: BodyState,
-    /// Number of contacts that differ: each has a point, and a second one behind them all while it is in a vertex.
+    /// Number of distinct contacts. Each has a point, and while it is in a vertex a second one, listed after all first ones.
     pub(super) contacts: usize,
-    /// The largest speed there has been, in m/s.
+    /// The largest speed so far, in m/s.
     pub(super) fastest: f64,
     pub(super) sequence: InstantImpacts,
-    /// Impacts for which a contact that is slow enough to stop has waited for others.
+    /// Number of impacts for which a contact slow enough to stop has waited for others.
     pub(super) waiting: usize,
     pub(super) chatter: ChatterMonitor,
-    /// Contacts that were taken to rest because they chattered, and below which speed, in m/s.
+    /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
     pub(super) stopped_chatter: (BTreeSet<usize>, f64),
-    /// Whether it has been said that friction acts between impacts only.
+    /// Whether the warning that friction does not act in impacts has been given.
     pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
 }
@@ -115,7 +115,7 @@ impl Coordinates for AnyContacts {
         fresh: bool,
     ) -> Option<Outcome> {
         driver.body.state = body.clone();
-        // What the rotation takes off the ground has not come to rest, nor at the start what gravity does not press down.
+        // A contact with upward effective gravity does not come to rest, nor, at the start, one with none.
         let resting = &driver.resting;
         let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
         let new: ContactValues<usize> = (0..rests.len())
@@ -188,12 +188,12 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(mut self) -> Option<Box<Record>> {
-        self.write_flight(); // a run that ends at once has one, too
+        self.write_flight(); // also for a run that ends at once
         self.run_on()
     }
 
-    /// The state `dt` into a sum of cycles that begins in this state at this time, cycle by cycle; `None` if too many events come
-    /// before. `options`: of the run.
+    /// The state at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events come before.
+    /// `options`: of the run.
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
@@ -206,7 +206,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let mut run =
             Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        // What counts as no speed is what did in the run.
+        // The scale of speeds that count as zero, as gravity gives it in the run.
         run.body.fastest = start.gravity * clock.hi;
         run.run_tail().map(|run| run.body.state)
     }
@@ -225,12 +225,12 @@ impl<'a> Driver<'a, AnyContacts> {
         }
     }
 
-    /// Sliding speed that counts as none, in m/s.
+    /// Sliding speed that counts as zero, in m/s.
     pub(super) fn sliding_speed(&self) -> f64 {
         STILL * self.body.fastest.max(self.body.state.gravity * self.log.clock.hi)
     }
 
-    /// Infinitely many cycles lead to this limit.
+    /// Moves to the limit of infinitely many cycles.
     fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
         self.log.enter(&[Mode::Separate; 2]);
         if self.log.record {
@@ -239,7 +239,7 @@ impl<'a> Driver<'a, AnyContacts> {
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
-        // Each stays on its piece; how far along it has come, not where its rounded place lies.
+        // Each point stays on its piece. Its displacement has less rounding error than its position.
         for (p, old) in self.body.state.points.iter_mut().zip(&before.points) {
             let turn = self.body.state.spin.theta - before.spin.theta;
             let way = self.body.state.center.r.x - before.center.r.x - old.arm().y * turn;
@@ -253,8 +253,8 @@ impl<'a> Driver<'a, AnyContacts> {
         outcome
     }
 
-    /// Notes that these contacts have come to rest, by an impact with the speed `hit` (m/s): 0 where impacts were summed, infinite
-    /// where none was needed.
+    /// Records that these contacts have come to rest by an impact with the speed `hit` (m/s): 0 if impacts were summed, infinite
+    /// without one.
     pub(super) fn settle(
         &mut self,
         points: &[usize],
@@ -279,7 +279,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let distinct =
             |closed: &[bool]| self.body.posture.distinct().filter(|&i| closed[i]).count();
         match self.zeno.last_mut() {
-            // One accumulation ends contact by contact, within the rounding of the clock.
+            // The contacts of one accumulation come to rest one by one, within the rounding error of the clock.
             Some(last) if clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi => {
                 last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);
                 last.at = Moment { clock: last.at.clock, ..at };
@@ -309,7 +309,8 @@ impl<'a> Driver<'a, AnyContacts> {
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
     }
 
-    /// Whether a flight of a duration and over a way loses the place of the body: of one contact there is only the rotation.
+    /// Whether a flight of this duration and distance is too long for the position to stay resolved. With one contact only the
+    /// angle counts.
     fn loses_place(&self, dt: f64, way: f64) -> bool {
         let BodyState { points, spin, .. } = &self.body.state;
         let turned = points.len() > 1 && (spin.theta != 0.0 || spin.omega != 0.0);
@@ -317,7 +318,7 @@ impl<'a> Driver<'a, AnyContacts> {
         is_lost(spin.omega * dt, if turned { way } else { 0.0 }, size * size)
     }
 
-    /// Flight to the next touchdown, or to an end of a piece of terrain.
+    /// Flight to the next touchdown or end of a piece of terrain.
     fn next_event(&mut self) -> Option<Outcome> {
         self.leave_vertices();
         let n = self.body.state.points.len();
@@ -338,7 +339,7 @@ impl<'a> Driver<'a, AnyContacts> {
             .filter_map(|i| self.body.state.surfacing(i, t.min(left)).map(|t| (t, i)))
             .min_by(|x, y| x.0.total_cmp(&y.0));
         let t = surfacing.map_or(t, |(t, _)| t);
-        // What lies beyond all bounds is never come to.
+        // Events farther away than `DEPARTED` are never reached.
         let fall =
             |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
         if t > left || t == f64::INFINITY || fall(t) > DEPARTED {
@@ -379,7 +380,7 @@ impl<'a> Driver<'a, AnyContacts> {
         None
     }
 
-    /// Takes back what roundings have added up to: b, c from θ itself, and gaps and their rates of one rigid body.
+    /// Corrects accumulated rounding errors: computes b, c from θ, and makes gaps and rates consistent with one rigid body.
     fn refresh(&mut self) {
         if self.body.state.frozen.is_none() {
             let theta = self.body.state.spin.theta;
@@ -390,7 +391,7 @@ impl<'a> Driver<'a, AnyContacts> {
         self.body.state.reconcile(self.body.posture.size());
     }
 
-    /// Whether the body has fallen below all of its terrain: nothing is ever met again.
+    /// Whether the body has fallen below all of its terrain, so that it meets nothing any more.
     fn is_lost(&self) -> bool {
         let BodyState { center, gravity, .. } = &self.body.state;
         let lowest = self.body.posture.lowest_ground();

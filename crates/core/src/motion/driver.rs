@@ -1,5 +1,5 @@
-//! The completed hybrid system, event by event: collisions, their accumulation, and on through the limit until the run ends. One loop
-//! for any number of contacts, every law of impact and both geometries.
+//! The completed hybrid system, event by event: collisions, their accumulation, and the motion after it until the run ends. One
+//! loop covers any number of contacts, every impact law and both geometries.
 //!
 //! ```text
 //! flight ── collisions ──► accumulation (Zeno point) ──► some contacts held ──► another lands
@@ -8,9 +8,9 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The loop is written over the [`Coordinates`] in which a body is computed: [`Pair`](super::pair::Pair) for one contact or two with
-//! frictionless impacts on lines without ends, whose plain collisions have fast loops and whose accumulations have closed sums; and
-//! [`AnyContacts`](super::any::AnyContacts) for everything else.
+//! The loop is generic over the [`Coordinates`]. [`Pair`](super::pair::Pair) is for one contact or two with frictionless impacts on
+//! lines without ends: plain collisions have fast loops, and accumulations have closed sums.
+//! [`AnyContacts`](super::any::AnyContacts) is for everything else.
 
 use crate::body::contact::ContactValues;
 use crate::body::posture::Posture;
@@ -27,7 +27,6 @@ use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 
-/// A run under way.
 pub(crate) struct Driver<'a, C> {
     pub(super) base: Base,
     pub(super) options: Options,
@@ -36,11 +35,11 @@ pub(crate) struct Driver<'a, C> {
     pub(super) body: C,
     /// Whether the geometry is that of the nominal posture in the whole run.
     pub(super) local: bool,
-    /// Points that rest or slide, and whose coming to rest has been recorded.
+    /// Points that rest or slide, and whose Zeno point has been recorded.
     pub(super) resting: ContactValues<bool>,
-    /// The last event; `None`: one that changes no mode.
+    /// The last event; `None`: it changes no mode.
     pub(super) cause: Option<Cause>,
-    /// Whether nothing has happened yet.
+    /// Whether no event has occurred yet.
     fresh: bool,
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
@@ -49,12 +48,11 @@ pub(crate) struct Driver<'a, C> {
     pub(super) impacts: Vec<ListedImpact>,
     pub(super) zeno: Vec<ZenoRecord>,
     pub(super) warnings: Vec<String>,
-    /// Contacts that have no mode to go on in, or several.
+    /// The contact-mode problem without a consistent word, or with several.
     pub(super) undecided: Option<Box<ContactProblem>>,
     acceleration: Option<[f64; 3]>,
 }
 
-/// What a motion does next.
 pub(crate) enum DriverStep {
     /// Another piece.
     Piece,
@@ -69,39 +67,39 @@ impl From<Option<Outcome>> for DriverStep {
     }
 }
 
-/// The coordinates of a body, and what the loop asks of them.
+/// The coordinates of a body, and what the loop needs of them.
 pub(crate) trait Coordinates: Sized {
     /// Gap (m) and rate (m/s) of each point.
     fn points(&self) -> ContactValues<(f64, f64)>;
 
-    /// Whether the body has left the neighbourhood that the run is about.
+    /// Whether the body has left the neighbourhood of the run.
     fn has_left(driver: &mut Driver<'_, Self>) -> bool;
 
-    /// The body now, as results give it.
+    /// The current state, in the form of the results.
     fn moment(driver: &Driver<'_, Self>) -> Moment;
 
-    /// Watches the ground that the contacts are on.
+    /// Checks the ground that the contacts are on.
     fn watch_ground(driver: &mut Driver<'_, Self>);
 
-    /// The largest speed there can have been, roughly, in m/s.
+    /// Rough bound of all speeds so far, in m/s.
     fn largest_speed(driver: &Driver<'_, Self>) -> f64;
 
-    /// Sliding speed that counts as none, in m/s.
+    /// Sliding speed that counts as zero, in m/s.
     fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64;
 
-    /// These points, at zero gap, approach the ground.
+    /// The impact of these points, at zero gap.
     fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome>;
 
     /// Flight up to the next event that is not a plain collision.
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome>;
 
-    /// These points have neither gap nor rate. `fresh`: at the start of the run.
+    /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep;
 
-    /// The body, for a phase of contact that these points take part in; an outcome: the run ends here.
+    /// The body for a contact phase of these points; an outcome: the run ends here.
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome>;
 
-    /// Records which of these points, closed in this state of the body, have come to rest just now.
+    /// Records which of these points, closed in this state of the body, have just come to rest.
     fn come_to_rest(
         driver: &mut Driver<'_, Self>,
         body: &BodyState,
@@ -109,10 +107,10 @@ pub(crate) trait Coordinates: Sized {
         fresh: bool,
     ) -> Option<Outcome>;
 
-    /// The body after a phase of contact.
+    /// Takes over the body after a contact phase.
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState);
 
-    /// A phase of contact has ended with this outcome; `None`: the run goes on after all.
+    /// The outcome after a contact phase with this outcome; `None`: the run continues.
     fn end_contact(_: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
         Some(outcome)
     }
@@ -120,18 +118,18 @@ pub(crate) trait Coordinates: Sized {
     /// A point has come to the left (0) or right (1) end of the piece of terrain under it.
     fn cross_end(_: &mut Driver<'_, Self>, _point: usize, _side: usize) {}
 
-    /// Point `b` lands while another is held, so slowly that the body comes to rest.
+    /// The step after so slow a landing of point `b`, while another is held, that the body comes to rest.
     fn stop_slowly(_: &mut Driver<'_, Self>, _b: usize, _body: &BodyState) -> Option<DriverStep> {
         None
     }
 
-    /// Infinitely many cycles lead to this limit.
+    /// Moves to the limit of infinitely many cycles.
     fn sum_cycles(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
 
-    /// What the impacts before a limit of events have in common, in words.
+    /// What the impacts before the event limit have in common, in words.
     fn last_impacts(driver: &Driver<'_, Self>) -> String;
 
-    /// What else there is to warn of at the end.
+    /// Adds the warnings at the end of the run.
     fn last_warnings(driver: &mut Driver<'_, Self>);
 }
 
@@ -187,12 +185,12 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }))
     }
 
-    /// The state at the end of its time, for the run of a summed tail; `None` if something else ends it.
+    /// The state at the time limit, for the run of a summed tail; `None` if another outcome ends it.
     pub(super) fn run_tail(mut self) -> Option<Self> {
         (self.motion() == Outcome::TimeLimit && !self.log.cancelled).then_some(self)
     }
 
-    /// The end of a run that recorded nothing; `None` if it was cancelled.
+    /// The end of an unrecorded run; `None` if it was cancelled.
     pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
@@ -217,7 +215,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         })
     }
 
-    /// The end of a motion; `None` if it was cancelled.
+    /// The state at the end of a motion; `None` if it was cancelled.
     fn arrive(&mut self, outcome: Outcome) -> Option<Moment> {
         if self.log.cancelled {
             return None;
@@ -242,7 +240,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         Some(end)
     }
 
-    /// Watches the ground at this state of the body.
+    /// Checks the ground at this state of the body.
     pub(super) fn watch_moment(&mut self, now: &Moment) {
         let Self { watch, base, local, options, warnings, .. } = self;
         let Some(posture) = base.posture.as_ref().filter(|_| watch.is_on()) else { return };
@@ -250,7 +248,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
     }
 
-    /// Piece after piece until an outcome.
     fn motion(&mut self) -> Outcome {
         loop {
             let end = match self.piece() {
@@ -289,7 +286,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         C::rest(self, rests, fresh)
     }
 
-    /// Goes on from points that rest on the terrain, in their modes.
+    /// A contact phase from these points at rest on.
     pub(super) fn contact_phase(
         &mut self,
         mut rests: ContactValues<bool>,
@@ -299,7 +296,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             Ok(body) => body,
             Err(outcome) => return DriverStep::End(outcome),
         };
-        // A copy shares all that it holds.
+        // A clone of a posture is cheap: it shares its data.
         let Some(posture) = self.base.posture.clone() else {
             unreachable!("contact phases belong to a body");
         };
@@ -345,7 +342,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
     }
 
-    /// Mode after mode until something else happens.
     fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
         let Self { log, spans, nested, watch, warnings, local, options, .. } = self;
         let (record, first_collision) = (log.record, log.collisions.len());
@@ -364,8 +360,8 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         end
     }
 
-    /// Point `b` lands while another is held: a cycle is over, and where the body has these two only, what all cycles after it lead
-    /// to may be known.
+    /// Point `b` lands while another is held: a cycle ends. Of a body with these two points only, the limit of all cycles may be
+    /// known.
     fn round(&mut self, b: usize, body: BodyState) -> DriverStep {
         if body.points.len() != 2 {
             return DriverStep::Piece;

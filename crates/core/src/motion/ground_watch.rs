@@ -1,4 +1,4 @@
-//! Watches, during a run without a terrain, for contacts on ground lines that the user can hardly have intended.
+//! Checks, during a run without a terrain, for contacts on ground lines that the user can hardly have intended.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -6,35 +6,35 @@ use crate::body::posture::Posture;
 use crate::math::turn::Turn;
 use crate::sustained::BodyState;
 
-/// Looks at the ground while a run goes on, until there is something to say of it: once a run.
+/// Checks the ground during a run, until there is one warning.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroundWatch {
-    /// Where the body was at the last look.
+    /// q of the body at the last check.
     at: Vector3<f64>,
-    /// How far its contacts may move from there before anything can be wrong, in m; ∞: nothing is looked at.
+    /// Distance in m by which its contacts may move from there without need of a check; ∞: no checks.
     room: f64,
 }
 
 impl GroundWatch {
-    /// Of most postures there is nothing to be looked at.
+    /// A new watch; most postures need no checks.
     pub(crate) fn new(posture: Option<&Posture>) -> Self {
         let own = posture.and_then(Posture::own_ground);
         Self { at: Vector3::zeros(), room: own.map_or(f64::INFINITY, |own| own.room) }
     }
 
-    /// Whether there is anything to be looked at.
+    /// Whether checks are needed.
     pub(crate) fn is_on(&self) -> bool {
         self.room < f64::INFINITY
     }
 
-    /// Whether a body at this q is so near to where it was at the last look that nothing can be wrong.
+    /// Whether a body at this q is so near to the position of the last check that none is needed.
     pub(crate) fn is_near(&self, posture: &Posture, q: &Vector3<f64>) -> bool {
         let way = q - self.at;
         way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room
     }
 
-    /// Looks at a moment of a run of this posture, at this q. `local`: in the local model. `touches`: whether a contact is on its
-    /// own line. `time`: in s.
+    /// Checks the ground at this q in a run of this posture. `local`: in the local model. `touches`: whether a contact is on
+    /// its own line. `time`: in s.
     pub(crate) fn look(
         &mut self,
         posture: &Posture,
@@ -63,7 +63,7 @@ impl GroundWatch {
         });
     }
 
-    /// As `look`, at this state of the body.
+    /// As `look`, for this state of the body.
     pub(crate) fn look_at(
         &mut self,
         posture: &Posture,

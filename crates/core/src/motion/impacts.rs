@@ -1,4 +1,4 @@
-//! Impacts: one at a time by the law of the options, several at once, or at a contact that jams.
+//! Impacts: one at a time by the impact law of the options, several at once, or at a contact that jams.
 
 use crate::body::contact::ContactValues;
 use crate::impact::friction;
@@ -12,7 +12,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::ContactState;
 
 impl Driver<'_, AnyContacts> {
-    /// Contacts with zero gap approach: one impact, or several at once.
+    /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
@@ -53,16 +53,16 @@ impl Driver<'_, AnyContacts> {
         let before = self.rates();
         let newton = restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge);
         if newton {
-            // On long arms the parts of the impulse cancel: what is left of u⁺ + e u⁻ is taken from it.
+            // On long arms the terms of the impulse cancel: the remaining error of u⁺ + e u⁻ is subtracted.
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
         let impulse = [p_t, p_n];
         self.apply_impulse(i, impulse);
         let p = &mut self.body.state.points[i];
         if newton {
-            p.u = -restitution * rate; // the law itself, not its rounding
+            p.u = -restitution * rate; // exact by the law, without rounding error
         }
-        // Each law returns a share of the rate, and of its rounding.
+        // Each law returns a fraction of the rate, and of its rounding error.
         p.rounding.rate = (p.u / rate).abs() * rounding.rate + f64::EPSILON * p.u.abs();
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
@@ -76,7 +76,7 @@ impl Driver<'_, AnyContacts> {
         self.stop_slow(rate.abs())
     }
 
-    /// No mode is consistent: where the law of impact has an answer, an impact without collision at a sliding contact.
+    /// No word is consistent: an impact without collision at a sliding contact, if the law has one. Returns whether it has.
     pub(super) fn jam(&mut self) -> bool {
         let points = &self.body.state.points;
         let mut closed: Vec<usize> =
@@ -102,7 +102,7 @@ impl Driver<'_, AnyContacts> {
         let (before, rate) = (self.rates(), self.body.state.points[i].u);
         self.apply_impulse(i, impulse);
         if self.material(i).restitution == 0.0 {
-            self.body.state.points[i].u = 0.0; // the end of compression, not its rounding
+            self.body.state.points[i].u = 0.0; // exact at the end of compression, without rounding error
         }
         self.resting[i] = false;
         self.undecided = None;
@@ -112,12 +112,11 @@ impl Driver<'_, AnyContacts> {
         true
     }
 
-    /// Of the contact of point `i`, from 1.
+    /// Number of the contact of point `i`, counted from 1.
     fn number(&self, i: usize) -> usize {
         self.body.state.points[i].place.contact + 1
     }
 
-    /// What point `i` is made of.
     pub(super) fn material(&self, i: usize) -> Material {
         let owner = self.body.state.points[i].place.contact;
         let contact = self.body.posture.contacts()[owner];
@@ -128,13 +127,13 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Gap rates contact by contact: without the second points of contacts in vertices, which come after all first ones.
+    /// Gap rates per contact, without the second points of contacts in vertices, which come last. Empty without a record.
     pub(super) fn rates(&self) -> Vec<f64> {
         let count = if self.log.record { self.body.contacts } else { 0 };
         self.body.state.points.iter().take(count).map(|p| p.u).collect()
     }
 
-    /// Point `i` has been hit, with this rate: of a contact in a vertex the one over the piece that hits it is told.
+    /// Records an impact of point `i` at this rate; for a contact in a vertex, as one of the point over the piece that is hit.
     pub(super) fn write_down(
         &mut self,
         i: usize,
@@ -159,24 +158,24 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Newton's frictionless law for all of them: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
+    /// Newton's frictionless law for all contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
     pub(super) fn together(&mut self) -> Option<Outcome> {
         let (n, state) = (self.body.state.points.len(), &self.body.state);
         let restitution =
             |p: &ContactState| self.body.posture.geometry()[p.place.contact].restitution;
         let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
-        // Rates of one body: those that are kept for each contact have roundings of their own, of faster motions.
+        // Rates of one rigid body: those stored per contact have separate rounding errors, of faster motions.
         let (v, omega) = (state.center.v, state.spin.omega);
         let rate = |p: &ContactState| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
         let touching: Vec<bool> = state.points.iter().map(|p| p.h == 0.0).collect();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
-            // Without friction the sign of sliding is of no matter; one that is not zero spares the search.
+            // Without friction the sign of sliding has no effect; a non-zero sign saves the search.
             sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
             bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
-            // Beside a fast slide, which nothing here depends on, slow landings would be ties.
+            // Beside a fast slide, which has no effect here, slow landings would count as ties.
             free_acceleration: state.seen(&touching),
             level: Level::Impulse,
             ..state.fields(1.0) // impulses per unit mass
@@ -200,7 +199,6 @@ impl Driver<'_, AnyContacts> {
         self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
     }
 
-    /// These contacts stop.
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
         let change = self.body.state.arrest(stopped);
         for point in &mut self.body.sequence.points {
@@ -208,7 +206,7 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// An impulse (tangential, normal) per unit mass acts at point `i`.
+    /// Applies an impulse (tangential, normal) per unit mass at point `i`.
     pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
         let change = self.body.state.apply_impulse(i, impulse);
         for point in &mut self.body.sequence.points {

@@ -1,4 +1,4 @@
-//! The event loop: flight, impacts, accumulations of impacts and contact phases in turn, until a run ends.
+//! The event loop: flight, impacts, accumulations of impacts and contact phases, until a run ends.
 
 mod any;
 mod driver;

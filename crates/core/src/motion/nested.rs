@@ -1,5 +1,5 @@
-//! Sums of infinitely many cycles. A cycle goes from one landing of a contact to its next landing, while the other contact is held; the
-//! cycles repeat on a smaller and smaller scale.
+//! Sums of infinitely many cycles. A cycle goes from one landing of a contact to its next landing, while the other contact is
+//! held. The cycles repeat on a smaller and smaller scale.
 
 use nalgebra::Vector3;
 
@@ -17,9 +17,9 @@ use crate::tolerance::{CYCLE_RATIO_ROUNDINGS, REACHED, REMAINDER_FACTOR, STILL};
 pub(crate) struct NestedSequence {
     /// For each contact: the last cycle that ended with its landing.
     last: [Option<Cycle>; 2],
-    /// For each contact: which way it slid when it was held last, and since when.
+    /// For each contact: the direction in which it slid when it was held last, and since when.
     slides: [(f64, Clock); 2],
-    /// The largest sliding speed that was taken for none, in m/s.
+    /// The largest sliding speed that counted as zero, in m/s.
     dropped: f64,
 }
 
@@ -35,21 +35,20 @@ struct Cycle {
     duration: f64,
 }
 
-/// Where infinitely many cycles lead to.
 #[derive(Debug, Clone)]
 pub(crate) struct Limit {
-    /// Both contacts on the ground.
+    /// With both contacts on the ground.
     pub(crate) end: BodyState,
-    /// Until then, in s.
+    /// Time until then, in s.
     pub(crate) duration: f64,
-    /// Whether cycles repeat themselves; if not, so little time is left that they need not.
+    /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
     pub(crate) repeats: bool,
     /// Estimate of the error of that time, in s.
     pub(crate) error: f64,
 }
 
 impl NestedSequence {
-    /// From now on the contacts are in these modes.
+    /// Records the modes in which contacts are held from this time on.
     pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
         for (way, mode) in self.slides.iter_mut().zip(word) {
             if *mode != Mode::Separate {
@@ -58,13 +57,12 @@ impl NestedSequence {
         }
     }
 
-    /// This sliding speed has been taken for none.
     pub(crate) fn drop(&mut self, speed: f64) {
         self.dropped = self.dropped.max(speed);
     }
 
-    /// Error of the time of a rest, in s: a speed that was taken for none is missing in all cycles since, for about as long as
-    /// gravity takes to undo it.
+    /// Error of the time of a rest, in s. A speed that counted as zero is missing in all cycles since, for about as long as
+    /// gravity takes to compensate it.
     pub(crate) fn missing(&self, gravity: f64) -> f64 {
         if self.dropped > 0.0 { REMAINDER_FACTOR * self.dropped / gravity } else { 0.0 }
     }
@@ -73,14 +71,14 @@ impl NestedSequence {
         self.last = [None; 2];
     }
 
-    /// Contact `b` lands while the other is held. NestedSequence from one such landing to the next that shrink in one ratio r, all
-    /// times and all changes of velocity with it, are summed:
+    /// Contact `b` lands while the other is held. Cycles from one such landing to the next that shrink in one ratio r, with all
+    /// times and all changes of velocity, are summed:
     ///
     /// ```text
     /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
     /// ```
     ///
-    /// `size`: of the body; `fastest`: the largest speed there can have been; `left`: time to the end of the run.
+    /// `size`: of the body; `fastest`: bound of the speeds so far; `left`: time to the end of the run.
     pub(crate) fn land(
         &mut self,
         b: usize,
@@ -102,8 +100,8 @@ impl NestedSequence {
         self.last[b] = Some(Cycle { at: now, ratio, change: gained, duration: dt });
         let sum = ratio / (1.0 - ratio);
         let t = dt * sum;
-        // The geometry has to stay what it is, too: then times shrink in the same ratio. How far they do not is of the order
-        // of the angle of the body, which shrinks with the cycles.
+        // The geometry has to stay the same, too: then times shrink in the same ratio. The deviation from it is of the order of
+        // the angle of the body, which shrinks with the cycles.
         let turned = if body.frozen.is_some() {
             0.0
         } else {
@@ -111,8 +109,8 @@ impl NestedSequence {
             (angle * angle).max((dt / (ratio * last.duration) - 1.0).abs())
         };
         let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
-        // And what a cycle does to the velocities has to repeat, too, as far as the sum adds it: a contact that slid in the
-        // cycle before and sticks in this one may leave the ratio of the landing speeds as it is.
+        // The change of velocity in a cycle also has to repeat, to the accuracy with which the sum adds it: a contact that slid
+        // in the previous cycle and sticks in this one may leave the ratio of the landing speeds unchanged.
         let unlike = speed(&(gained - last.change * ratio)) * sum;
         let alike = unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * now.clock.hi;
@@ -120,7 +118,7 @@ impl NestedSequence {
         if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
             return None;
         }
-        // No point may come to an end of its terrain on the way.
+        // No point may come to an end of its terrain before the limit.
         let way = t * (speed(&Base::state(before).qdot) + body.gravity * dt);
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * way);
@@ -129,8 +127,8 @@ impl NestedSequence {
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);
         let (state, old) = (Base::state(&now), Base::state(before));
-        // At the end both contacts are on the ground, and so they are now: of a body whose geometry stays as it is, what a
-        // velocity or a way has across the ground is rounding, and the time may be long.
+        // Both contacts are on the ground now and at the limit. In constant geometry, the component of a velocity or a
+        // displacement across the ground is rounding error, and the time may be long.
         let along = |change: Vector3<f64>| {
             if body.frozen.is_none() {
                 return change;
@@ -145,8 +143,8 @@ impl NestedSequence {
         let mut end = body.clone();
         (end.center.v, end.center.r) = (v.xy(), body.center.r + way.xy());
         end.spin = Spin { theta: body.spin.theta + way.z, omega: v.z };
-        // A contact that slides in all cycles has to slide the same way at their end, and one that sticks has to stand tolerance there:
-        // up to the rounding of the sum, and to the speeds that count as none.
+        // A contact that slides in all cycles has to slide in the same direction at the limit, and one that sticks has to have
+        // no sliding speed there: up to the rounding error of the sum, and to the speeds that count as zero.
         let tolerance = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
         let turns_back = |i: usize| {
             let ((way, when), slip) = (self.slides[i], end.slip(i));

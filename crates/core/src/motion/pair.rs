@@ -1,5 +1,5 @@
-//! One contact or two, with frictionless impacts on lines without ends: gaps and impulses, in the nominal geometry, in one that is frozen
-//! for the last moments of an accumulation, or with finite rotation.
+//! One or two contacts with frictionless impacts on lines without ends, in gaps and impulses: with nominal geometry, with geometry
+//! frozen for the last moments of an accumulation, or with finite rotation.
 
 use crate::body::contact::ContactValues;
 use crate::collisions::full::FullState;
@@ -29,7 +29,6 @@ pub(crate) struct FrozenState {
     pub(super) sum: Impulses,
 }
 
-/// The state of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum PairState {
     Frozen(FrozenState),
@@ -40,7 +39,7 @@ pub(super) enum PairState {
 pub(crate) struct Pair {
     pub(super) count: usize,
     pub(super) state: PairState,
-    /// The set of equations that the state belongs to.
+    /// The equations that the state belongs to.
     pub(super) frame: Frame,
     /// For each held contact of a model without a body: speed and time of the last landing of the other in this frame.
     pub(super) landings: [Option<(f64, Clock)>; 2],
@@ -62,7 +61,7 @@ impl FrozenState {
 }
 
 impl Frame {
-    /// A snapshot of this frame, as the state of a run.
+    /// The state of a run from a snapshot of this frame.
     pub(super) fn state(&self, base: &Base, raw: &Snapshot) -> PairState {
         match (&self.frozen, base.body) {
             (Some(model), _) => {
@@ -84,7 +83,7 @@ impl Coordinates for Pair {
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
         let limit = driver.options.neighbourhood.min(DEPARTED);
-        // Nobody comes that far in the age of the universe.
+        // Without a neighbourhood this takes longer than the age of the universe.
         let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
         may && driver.base.body.is_some() && {
             let q = Base::state(&driver.full()).q;
@@ -127,7 +126,7 @@ impl Coordinates for Pair {
     }
 
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
-        // A body's contacts at rest are asked for more than gravity: their modes.
+        // For a body, a contact phase decides on contacts at rest; gravity decides at the start only.
         let asked = fresh || driver.base.body.is_none();
         let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
@@ -136,9 +135,9 @@ impl Coordinates for Pair {
             {
                 return DriverStep::End(outcome);
             }
-            driver.resting.clone_from(&rests); // they have been: nothing brought them there
+            driver.resting.clone_from(&rests); // at rest from the start: no event
         }
-        // One impact without rebound is all the accumulation there is.
+        // A contact stopped by one impact without rebound is an accumulation of one impact.
         let stopped = driver.not_yet(held);
         if stopped != [false; 2]
             && let Some(outcome) = driver.zeno_here(stopped, Method::Bounce)
@@ -173,8 +172,7 @@ impl Coordinates for Pair {
         rests: &[bool],
         _: bool,
     ) -> Option<Outcome> {
-        // Rates can also come down to zero impact by impact, until there is no smaller number. What the rotation takes off the
-        // ground has not come to rest.
+        // Rates can also underflow to zero, impact by impact. A contact with upward effective gravity has not come to rest.
         let pulled = |i: usize| !matches!(&driver.body.state, PairState::Full(state) if state.effective_gravity(i) < 0.0);
         let new = driver.not_yet([0, 1].map(|i| i < rests.len() && rests[i] && pulled(i)));
         if new == [false; 2] { None } else { driver.zeno_here(new, Method::Bounce) }
@@ -201,7 +199,7 @@ impl Coordinates for Pair {
         driver.next_landing()
     }
 
-    /// The impacts of two contacts on lines are frictionless.
+    /// Impacts in these coordinates are frictionless.
     fn last_warnings(driver: &mut Driver<'_, Self>) {
         let Some(posture) = &driver.base.posture else { return };
         let mut contacts = posture.contacts().iter().zip(driver.log.struck);
@@ -229,11 +227,11 @@ impl<'a> Driver<'a, Pair> {
         if self.log.record {
             self.frames.push(self.body.frame.clone());
         }
-        self.begin_span([false; 2], Motion::Flight); // impacts of the first instant belong to a span, too
+        self.begin_span([false; 2], Motion::Flight); // impacts of the first instant need a span
         self.run_on()
     }
 
-    /// The state `dt` into a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
+    /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
     /// collisions come before. `options`: of the run.
     pub(crate) fn resimulate_tail(
         frame: &Frame,
@@ -271,7 +269,7 @@ impl<'a> Driver<'a, Pair> {
         };
         let options = options.of_resimulated_tail(rest);
         let never = || false;
-        // A clock of its own: the tail may be shorter than the rounding of the time at which it begins.
+        // The replay has its own clock: the tail may be shorter than the rounding error of the time at which it begins.
         let mut own = frame.clone();
         own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
         let mut driver = Driver::<Pair>::new(own, base.clone(), &options, Vec::new(), &never);
@@ -280,7 +278,7 @@ impl<'a> Driver<'a, Pair> {
         Some(Snapshot { clock: raw.clock.after(dt), ..full })
     }
 
-    /// From now on these contacts are held, and the body moves in this way.
+    /// Begins a motion in which these contacts are held.
     pub(super) fn note(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
         let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
         self.log.enter(&held.map(mode)[..self.body.count]);
@@ -291,13 +289,13 @@ impl<'a> Driver<'a, Pair> {
     fn begin_span(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
         if self.log.record {
             let motion = motion(InFrame { frame: self.frames.len() - 1, raw: self.raw() });
-            // Without a body nothing is known of motion along the terrain: a held contact reads F.
+            // Without a body motion along the terrain is not modelled: a held contact has the letter F.
             let letter = |held: bool| if held { b'F' } else { b'S' };
             self.write(motion, held.map(letter).into_iter().take(self.body.count));
         }
     }
 
-    /// From now on the motion is computed in this frame.
+    /// Sets and records the frame; the state is not changed.
     fn set_frame(&mut self, frame: Frame) {
         if self.log.record {
             self.frames.push(frame.clone());
@@ -305,7 +303,7 @@ impl<'a> Driver<'a, Pair> {
         self.body.frame = frame;
     }
 
-    #[inline(never)] // the collisions have the registers to themselves
+    #[inline(never)] // keeps the registers free for the collisions
     fn watch_from_here(&mut self) {
         let Some(posture) = &self.base.posture else { return };
         let place = match &self.body.state {
@@ -338,7 +336,7 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// The coupling of the contacts and the gravity into them at this moment.
+    /// The coupling of the contacts and the gravity into them in the current geometry.
     pub(super) fn model(&self) -> FrozenModel {
         match &self.body.state {
             PairState::Full(state) => FrozenModel::new(&state.frozen()),
@@ -353,7 +351,7 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// Contacts with zero gap approach: the impacts of this instant.
+    /// Applies the impacts of this instant.
     fn impact(&mut self, coming: [bool; 2]) -> Option<Outcome> {
         let model = self.model();
         let gaps = self.body.gaps();
@@ -375,7 +373,7 @@ impl<'a> Driver<'a, Pair> {
             (jump, in_step) = newton::newton_together(&model, rates);
             let mut after = newton::kicked(&model, rates, jump);
             if in_step {
-                after = [0, 1].map(|i| -model.e[i] * rates[i]); // the law itself, not its rounding
+                after = [0, 1].map(|i| -model.e[i] * rates[i]); // exact by the law, without rounding error
             }
             for contact in (0..2).filter(|&i| jump[i] > 0.0) {
                 hits.push(Hit { contact, before: rates, after });
@@ -389,14 +387,14 @@ impl<'a> Driver<'a, Pair> {
                     hits.push(*hit);
                 }
             });
-            // One impact on each may leave no speed: without restitution and without coupling.
+            // One impact on each contact may also leave zero rates: without restitution and without coupling.
             if end == SequenceEnd::Infinite || count > 2 && rates == [0.0; 2] {
-                end = SequenceEnd::Infinite; // or so long that its speeds are below any double
+                end = SequenceEnd::Infinite; // or so many impacts that the speeds underflow
                 jump = model.solve_coupled([-gaps.u[0], -gaps.u[1]]);
                 rates = [0.0; 2];
                 hits.clear();
             } else if count > 1 {
-                // The jumps of many impacts cancel; what they leave says what they come to.
+                // The jumps of many impacts cancel: their sum is computed from the rates at the end.
                 jump = model.solve_coupled([0, 1].map(|i| rates[i] - gaps.u[i]));
             }
         } else {
@@ -409,7 +407,7 @@ impl<'a> Driver<'a, Pair> {
         }
         if end == SequenceEnd::Infinite {
             self.log.struck = [true; 2];
-            // Both gaps are zero and stay so.
+            // Both gaps are zero and stay zero.
             self.apply_impulses(jump, rates);
             self.body.landings = [None; 2];
             let certified = model.chatters();
@@ -449,7 +447,7 @@ impl<'a> Driver<'a, Pair> {
             let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
             return self.settle(t, Method::Bounce, true, 0.0, tail);
         }
-        // Ties without end, one after the other, until what is left of them is below the rounding of the clock.
+        // Repeated ties end when the remaining time is below the rounding error of the clock.
         if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
             let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
             let left = 0.5 * left[0].max(left[1]);
@@ -461,7 +459,7 @@ impl<'a> Driver<'a, Pair> {
         None
     }
 
-    /// Own-rate jumps act; the rates they lead to are given exactly.
+    /// Applies own-rate jumps; `rates`: the exact rates after them.
     fn apply_impulses(&mut self, jump: [f64; 2], rates: [f64; 2]) {
         match &mut self.body.state {
             PairState::Full(state) => {
@@ -477,7 +475,7 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// One body beside each collision, except in the local model, where none is asked for.
+    /// Adds a body for each collision, except in the local model, where none is used.
     pub(super) fn align_bodies(&mut self) {
         let body = match &self.body.state {
             PairState::Full(state) => (state.center, state.spin),
@@ -500,8 +498,8 @@ impl<'a> Driver<'a, Pair> {
         matches!(&self.body.state, PairState::Full(state) if state.spin.omega != 0.0)
     }
 
-    /// Two contacts that bounce in step do so for ever: T = 2u/(g(1−e)) for both. `turns`: the body did before the impact or does
-    /// after it, so that they keep step only if what is left is short.
+    /// Time until two contacts that bounce in step rest, T = 2u/(g(1−e)) for both, if they do. `turns`: the body turns before or
+    /// after the impact; they then keep in step only if T is short.
     fn bounce_together(&self, rates: [f64; 2], turns: bool) -> Option<f64> {
         let model = self.model();
         let flight = [0, 1].map(|i| 2.0 * rates[i] / model.g[i]);
@@ -518,7 +516,7 @@ impl<'a> Driver<'a, Pair> {
         Some(t)
     }
 
-    /// Both contacts come to rest after `t`: the limit of an accumulation.
+    /// Moves to the limit of an accumulation, where both contacts come to rest after `t`.
     pub(super) fn settle(
         &mut self,
         t: f64,
@@ -534,8 +532,8 @@ impl<'a> Driver<'a, Pair> {
         self.come_to_rest([true, true], method, certified, error)
     }
 
-    /// Jumps over a tail of duration `t` with these own-rate impulses and the state at its end, where these
-    /// contacts have come to rest. `model`: the geometry at its start.
+    /// Moves to the end of a tail of duration `t` with these own-rate impulses and final gaps, where these contacts have come to
+    /// rest. `model`: the geometry at its start.
     pub(super) fn tail(
         &mut self,
         model: &FrozenModel,
@@ -545,7 +543,7 @@ impl<'a> Driver<'a, Pair> {
         closed: [bool; 2],
         tail: Tail,
     ) {
-        // A tail of the full model is evaluated in the geometry frozen at its start.
+        // A tail of the full model is summed in the geometry frozen at its start.
         if let PairState::Full(state) = self.body.state {
             let start = Snapshot::of_full(&state, self.log.clock);
             let frame = Frame::with(start, &state, *model);
@@ -566,7 +564,7 @@ impl<'a> Driver<'a, Pair> {
             );
             after.follow(closed);
             if let Tail::Bounce { contact } = tail {
-                // The other one, out of reach, moves as the body does: its rate in the frozen geometry misses that.
+                // The other contact moves with the body: its rate in the frozen geometry neglects that the geometry changes.
                 let (i, k) = (1 - contact, &after.body.contacts[1 - contact]);
                 if after.gaps.h[i].is_finite() {
                     after.gaps.u[i] = k.normal.dot(&after.center.v) + after.b[i] * after.spin.omega;
@@ -588,17 +586,17 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// Those of these contacts whose coming to rest has not been recorded yet.
+    /// The contacts among these whose rest has not been recorded yet.
     fn not_yet(&self, rests: [bool; 2]) -> [bool; 2] {
         [0, 1].map(|i| rests[i] && !self.resting[i])
     }
 
-    /// A Zeno point at this instant that needed no sum.
+    /// Records a Zeno point at this instant that needed no sum.
     fn zeno_here(&mut self, closed: [bool; 2], method: Method) -> Option<Outcome> {
         self.come_to_rest(closed, method, true, 0.0)
     }
 
-    /// Records the Zeno point at this instant; an outcome: the run ends with it.
+    /// Records a Zeno point at this instant; an outcome: the run ends with it.
     pub(super) fn come_to_rest(
         &mut self,
         closed: [bool; 2],
@@ -625,7 +623,7 @@ impl<'a> Driver<'a, Pair> {
         })
     }
 
-    /// Freezes the full model's geometry if what remains is too short to change it.
+    /// Freezes the full model's geometry if the rest of the motion is too short to change it.
     fn freeze_if_brief(&mut self) {
         if let PairState::Full(state) = self.body.state
             && state.may_freeze(&self.log)
@@ -639,14 +637,13 @@ impl<'a> Driver<'a, Pair> {
         self.body.landings = [None; 2];
     }
 
-    /// Back to the full model.
     pub(super) fn unfreeze(&mut self) {
         if self.is_brief() {
             self.begin_frame(Frame::full(self.full()));
         }
     }
 
-    /// From now on the motion is computed in this frame.
+    /// Sets the frame, and the state at its start.
     pub(super) fn begin_frame(&mut self, frame: Frame) {
         let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
         self.body.state = frame.state(&self.base, &raw);

@@ -1,4 +1,4 @@
-//! Two contacts and their phases of contact: from the coordinates of flight to those of a body, and back.
+//! Contact phases of two contacts: from the coordinates of flight to those of a body, and back.
 
 use nalgebra::Vector2;
 
@@ -58,8 +58,8 @@ impl Base {
 }
 
 impl Driver<'_, Pair> {
-    /// A body all of whose contacts rest, and that has no speed beyond rounding: the modes in which it stays, where closed
-    /// forms find them. `None`: a phase of contact has to see.
+    /// The modes of a body that stays at rest: all contacts rest, and all speeds are rounding error. `None`: closed forms do not
+    /// decide.
     pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
         let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
         let tolerance = STILL * Pair::largest_speed(self);
@@ -70,8 +70,8 @@ impl Driver<'_, Pair> {
         let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
         let spin = frozen.map_or(omega, |spin| spin.omega);
         let omega_squared = spin * spin;
-        // The centre of mass between two feet on level ground, without friction, λ_i = g b_j/(b_j − b_i): both forces press,
-        // and no other motion suits them. All words cost a fifth of a short run.
+        // The centre of mass is between two contacts on level ground without friction, λ_i = g b_j/(b_j − b_i): both forces
+        // press, and no other motion is consistent. To test all words would cost a fifth of a short run.
         let level = |k: &ContactGeometry| k.friction == 0.0 && k.normal == Vector2::y();
         let lies = body.gravity > 0.0 && v.x == 0.0 && spin == 0.0;
         if lies && self.body.count == 2 && body.contacts.iter().all(level) {
@@ -107,14 +107,14 @@ impl Driver<'_, Pair> {
         }
         for (mode, k) in modes.iter_mut().zip(&body.contacts) {
             if *mode != Mode::Separate && k.friction == 0.0 {
-                *mode = Mode::Fixed; // the same forces
+                *mode = Mode::Fixed; // forces do not change
             }
         }
         self.nested.drop(fastest);
         Some(modes)
     }
 
-    /// At rest in these modes.
+    /// Stays at rest in these modes.
     pub(super) fn stay_in(
         &mut self,
         modes: [Mode; 2],
@@ -142,8 +142,8 @@ impl Driver<'_, Pair> {
         outcome
     }
 
-    /// Contact `b` lands while another is held. A body as slow as the rounding of its speeds comes to rest, a contact that lands as
-    /// slowly to rest on the ground.
+    /// Contact `b` lands while another is held. If the speeds of the body are rounding error, it comes to rest; if the landing
+    /// speed is, the contact does.
     pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
         let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = body.state().qdot;
@@ -166,7 +166,7 @@ impl Driver<'_, Pair> {
         Some(self.come_to_rest([true; 2], Method::Mixed, false, error))
     }
 
-    /// Infinitely many cycles lead to this limit.
+    /// Moves to the limit of infinitely many cycles.
     pub(super) fn sum_cycles(&mut self, limit: &Limit) -> Option<Outcome> {
         if let PairState::Full(state) = self.body.state {
             self.freeze(&state); // for states within the tail
@@ -181,7 +181,7 @@ impl Driver<'_, Pair> {
         self.come_to_rest([true; 2], method, false, limit.error)
     }
 
-    /// The state after contacts were held, in the coordinates of flight.
+    /// The state after a contact phase, in the coordinates of flight.
     pub(super) fn leave(&mut self, body: &BodyState, frozen: Option<Spin>) {
         self.go_on_from(Snapshot::of_body(body, self.log.clock), frozen);
     }

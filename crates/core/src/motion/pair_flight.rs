@@ -1,4 +1,4 @@
-//! Flights of two contacts: their plain collisions go on in loops of their own, up to whatever else happens.
+//! Flights of two contacts. Plain collisions have loops of their own, up to any other event.
 
 use crate::collisions::full::FullState;
 use crate::collisions::local::LoopExit;
@@ -10,30 +10,28 @@ use crate::motion::pair::{FrozenState, Pair, PairState};
 use crate::motion::record::{Motion, Tail};
 use crate::outcome::{Method, Outcome};
 
-/// Collisions under way. The flight has the state of the run while it lasts, and gives it back at its end.
+/// Collisions in progress. The flight owns the state of the run while it lasts and returns it at its end.
 pub(crate) enum Flight {
     Local(FrozenState, local::LocalCollisions),
     Full(FullState, full::FullCollisions),
 }
 
-/// What a flight does next.
 pub(crate) enum Resume {
-    /// A collision of any kind.
     Any,
-    /// Plain collisions, if they are.
+    /// Plain collisions, as long as the next one is plain.
     Plain,
     LoopExit(LoopExit),
 }
 
 impl Resume {
-    /// As the loops of plain collisions say it.
+    /// From the return value of the loops over plain collisions.
     pub(crate) fn after(stop: Option<Option<LoopExit>>) -> Self {
         stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::LoopExit))
     }
 }
 
 impl Driver<'_, Pair> {
-    /// The first collision of a flight; an error: something else came before.
+    /// The first collision of a flight (local model only); an error: the flight ends before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note([false; 2], Motion::Flight);
         let state = match &mut self.body.state {
@@ -50,8 +48,8 @@ impl Driver<'_, Pair> {
         Ok(flight)
     }
 
-    /// Flies and collides until something other than a simple collision happens, or until a lane takes the body: `None`.
-    #[inline(never)] // the collisions have the registers to themselves
+    /// Flight and collisions until the loop ends, or until a lane takes the body: `None`.
+    #[inline(never)] // keeps the registers free for the collisions
     pub(crate) fn fly(
         &mut self,
         flight: &mut Flight,
@@ -85,7 +83,6 @@ impl Driver<'_, Pair> {
         Some(self.end_flight(flight, halt))
     }
 
-    /// The next collision, whatever it is.
     fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
         match flight {
             Flight::Local(state, collisions) => collisions.next(&state.model, &mut self.log),
@@ -93,7 +90,8 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Plain collisions up to one at contact 1; `None`: from there on they come in turn, else an end or none.
+    /// A plain collision at contact 1, if contact 2 was hit last. `None`: those in turn are next; else as
+    /// `FullCollisions::end_after`.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
             Flight::Full(state, collisions) => {
@@ -106,13 +104,13 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Plain collisions after that; `None`: many, and nothing else.
+    /// Plain collisions in turn. `None`: the limit of their number; else as `come_to_first`.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
             Flight::Full(state, collisions) => {
                 let hits = self.log.hits;
                 let stop = collisions.alternate(MANY, state, &mut self.log);
-                self.log.struck[1] |= self.log.hits > hits; // the first of them
+                self.log.struck[1] |= self.log.hits > hits; // plain collisions begin at contact 2
                 stop
             }
             Flight::Local(_, collisions) => {
@@ -157,11 +155,11 @@ impl Driver<'_, Pair> {
     ) -> Option<Option<LoopExit>> {
         let hits = self.log.hits;
         let stop = collisions.leave(&pool.take(run), state, &mut self.log);
-        self.log.struck[1] |= self.log.hits > hits; // the first of them
+        self.log.struck[1] |= self.log.hits > hits; // plain collisions begin at contact 2
         stop
     }
 
-    /// What a flight and its collisions have come to.
+    /// Processes the exit of a flight.
     pub(crate) fn land(&mut self, halt: LoopExit) -> Option<Outcome> {
         self.align_bodies();
         match halt {
@@ -181,7 +179,7 @@ impl Driver<'_, Pair> {
             ),
             LoopExit::Reached { remaining, self_similar } => {
                 let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
-                // The bound is crude, but below the rounding of the time.
+                // The bound is crude, but below the rounding error of the time.
                 self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
             }
             LoopExit::Freeze => {
@@ -197,7 +195,7 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Nothing ends this motion any more.
+    /// The outcome of a motion without further events.
     fn never(&mut self, outcome: Outcome) -> Outcome {
         if self.log.end == f64::INFINITY {
             return outcome;
@@ -213,8 +211,7 @@ impl Driver<'_, Pair> {
         self.body.state = self.body.frame.state(&self.base, &after);
     }
 
-    /// Which contacts are on the ground, or which one lands next, and how fast, in words: by the gravity into the contacts as it is
-    /// now.
+    /// The contacts on the ground, or the next landing and its speed, in words, with the current gravity into the contacts.
     pub(super) fn next_landing(&self) -> String {
         let (gaps, gravity) = (self.body.gaps(), self.model().g);
         let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
@@ -238,5 +235,5 @@ impl Driver<'_, Pair> {
     }
 }
 
-/// Pairs of plain collisions after which a run that goes on by itself is looked at again.
+/// Pairs of plain collisions between two checks for a lane.
 const MANY: usize = 8;

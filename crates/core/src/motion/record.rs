@@ -13,7 +13,7 @@ use crate::sustained::BodyState;
 /// How the body moves during a span.
 #[derive(Debug, Clone)]
 pub(crate) enum Motion {
-    /// Flight of two contacts at most, with plain collisions in between.
+    /// Flight of at most two contacts, with plain collisions in between.
     Flight(InFrame),
     /// These contacts are held, in a model without a body.
     Held(InFrame, [bool; 2]),
@@ -32,31 +32,31 @@ pub(crate) struct InFrame {
     pub(crate) raw: Snapshot,
 }
 
-/// How a state within a summed tail of two contacts is found again.
+/// How a state within a summed tail of two contacts is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Tail {
-    /// A contact bounces by itself.
+    /// One contact bounces.
     Bounce { contact: usize },
-    /// Gaps of zero come again after every cycle, with all rates multiplied by `ratio`, for `duration`.
+    /// After every cycle both gaps are zero again and all rates are multiplied by `ratio`; the cycles last for `duration`.
     Cycle { ratio: f64, duration: f64 },
     /// Collision by collision.
     Collisions,
 }
 
-/// A piece of the run: from here on the body moves in this way, until the next span.
+/// A piece of the run: the body moves in this way until the next span.
 #[derive(Debug, Clone)]
 pub(crate) struct Span {
     pub(crate) clock: Clock,
     pub(crate) motion: Motion,
-    /// One letter a contact.
+    /// One letter per contact.
     pub(crate) letters: PerContact<u8>,
-    /// `None`: the phase of the span before goes on.
+    /// `None`: the phase of the previous span continues.
     pub(crate) cause: Option<Cause>,
     /// Index of the first plain collision after its start.
     pub(crate) first_collision: usize,
 }
 
-/// The body at an instant, as results give it. Without a body only θ and ω mean anything.
+/// The body at an instant in the form of the results. Without a body only θ and ω are defined.
 #[derive(Debug, Clone)]
 pub(crate) struct Moment {
     pub(crate) clock: Clock,
@@ -66,7 +66,7 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// From a snapshot of the full model, of a body with `count` contacts.
+    /// From a snapshot of the full model, for a body with `count` contacts.
     pub(crate) fn of_snapshot(full: &Snapshot, count: usize) -> Self {
         let each = |pair: [f64; 2]| pair[..count].iter().map(|x| x.unsigned_zero()).collect();
         Self {
@@ -82,23 +82,22 @@ impl Moment {
     }
 }
 
-/// A Zeno point.
 #[derive(Debug, Clone)]
 pub(crate) struct ZenoRecord {
-    /// Which contacts come to rest.
+    /// The contacts that come to rest.
     pub(crate) closed: PerContact<bool>,
     pub(crate) method: Method,
     pub(crate) certified: bool,
     /// Whether each of them comes to rest in an impact without rebound.
     pub(crate) plastic: bool,
-    /// Of its time, in s.
+    /// Error of its time, in s.
     pub(crate) error: f64,
-    /// Collisions before it.
+    /// Number of collisions before it.
     pub(crate) first_summed: usize,
     pub(crate) at: Moment,
 }
 
-/// A collision that was simulated by itself outside the loops over plain collisions.
+/// A collision that was simulated outside the loops over plain collisions.
 #[derive(Debug, Clone)]
 pub(crate) struct ListedImpact {
     pub(crate) clock: Clock,
@@ -110,7 +109,6 @@ pub(crate) struct ListedImpact {
     pub(crate) impulse: [f64; 2],
 }
 
-/// What a run hands over.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
     pub(crate) outcome: Outcome,
@@ -131,7 +129,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// Leaves what a run that is not recorded keeps.
+    /// Drops everything that only a recorded run keeps.
     pub(crate) fn forget(&mut self) {
         (self.frames, self.spans) = (Vec::new(), Vec::new());
         (self.collisions, self.bodies) = (Vec::new(), Vec::new());

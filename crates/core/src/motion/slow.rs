@@ -1,5 +1,4 @@
-//! Ends of sequences of impacts: infinitely many at one instant, which are summed; and impacts so slow that their speeds are no more
-//! than rounding errors.
+//! Ends of sequences of impacts: infinitely many at one instant, which are summed, and impacts whose speeds are rounding error.
 
 use nalgebra::Vector3;
 
@@ -14,7 +13,7 @@ use crate::tolerance::{
     CONTACT_STOPPED, HIT_IN_TURN, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH, SUMMED_VELOCITY, TOUCH,
 };
 
-/// Impacts of one instant that are followed one by one before a limit of theirs is looked for.
+/// Impacts of one instant that are simulated one by one before a limit is searched for.
 const LISTED: usize = 64;
 
 /// Impacts in one instant, without a flight between them.
@@ -22,46 +21,46 @@ const LISTED: usize = 64;
 pub(super) struct InstantImpacts {
     clock: Clock,
     hits: usize,
-    /// For each point: since it was hit last.
+    /// Per point, since it was hit last.
     pub(super) points: Vec<SinceLastHit>,
 }
 
-/// From one impact at a point to the next at the same, in one instant.
+/// The cycle from one impact at a point to the next one at this point, at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SinceLastHit {
-    /// Gap rates at its beginning; none before the first.
+    /// Gap rates at its start; empty before the first impact.
     rates: ContactValues<f64>,
-    /// Change of velocity in this cycle of impacts, and in the one before.
+    /// Change of velocity in this cycle, and in the previous one (`before`).
     pub(super) change: Vector3<f64>,
     before: Option<Vector3<f64>>,
 }
 
-/// Impacts that are all nearly slow enough to stop.
+/// Monitor of impacts that are all nearly slow enough to stop.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ChatterMonitor {
     impacts: usize,
-    /// The largest speed of a slow contact in this stretch of them, and in the one before, in m/s.
+    /// The largest speed of a slow contact in this stretch of impacts, and in the previous one, in m/s.
     largest: f64,
     before: f64,
-    /// Two stretches were alike.
+    /// Two stretches had similar speeds.
     goes_on: bool,
-    /// How often contacts have been taken to rest because of that.
+    /// Number of times that contacts have been set to rest because of that.
     ends: i32,
 }
 
 impl ChatterMonitor {
-    /// Impacts between two looks at whether they grow or shrink.
+    /// Impacts between two comparisons of their speeds.
     const STRETCH: usize = 256;
 
-    /// Doublings of the speed below which impacts are watched, at most: one each time that contacts have been taken to rest.
+    /// Most doublings of the monitored speed: one each time that contacts have been set to rest.
     const DOUBLINGS: i32 = 10;
 
-    /// The speed of impacts that are watched, in m/s, for a speed below which contacts stop.
+    /// The speed below which impacts are monitored, in m/s. `stopped`: the speed below which contacts stop.
     fn limit(&self, stopped: f64) -> f64 {
         HIT_IN_TURN * stopped * f64::from(1 << self.ends.min(Self::DOUBLINGS))
     }
 
-    /// After an impact with the speed `hit`, by which contacts of these speeds are left.
+    /// Adds an impact with the speed `hit` that leaves contacts with these speeds.
     fn follow(&mut self, hit: f64, speeds: &[f64], limit: f64) {
         if hit > limit {
             *self = Self { ends: self.ends, ..Self::default() };
@@ -84,14 +83,14 @@ impl ChatterMonitor {
 }
 
 impl Driver<'_, AnyContacts> {
-    /// Point `i` is about to be hit, after others in the same instant. Where the cycles of impacts from one at `i` to the
-    /// next shrink in one ratio r, with all changes of velocity, infinitely many of them are summed:
+    /// Point `i` is about to be hit, after others at the same instant. If the cycles from one impact at `i` to the next shrink in
+    /// one ratio r, with all changes of velocity, infinitely many of them are summed:
     ///
     /// ```text
     /// v_∞ = v + Δv r/(1 − r)
     /// ```
     ///
-    /// Contacts whose rates come to zero with it are hit infinitely often; they come to rest.
+    /// Contacts whose rates become zero in the limit are hit infinitely often; they come to rest. Returns whether it summed.
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
         let sequence = &mut self.body.sequence;
@@ -117,7 +116,7 @@ impl Driver<'_, AnyContacts> {
         if !(size(change - last * ratio) <= few * size(change)) {
             return false;
         }
-        // Rounds that are nothing but rounding do not shrink, and their sum were anything.
+        // Cycles that are only rounding error do not shrink, and their sum would be arbitrary.
         if !(few * (1.0 + sum) * sum * size(change) <= SUMMED_VELOCITY * self.body.fastest) {
             return false;
         }
@@ -133,10 +132,10 @@ impl Driver<'_, AnyContacts> {
             if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
                 p.u = 0.0;
             } else if p.u < 0.0 && !(rates[j] < 0.0 && start[j] < 0.0) {
-                return false; // it is hit before; one that waits for its turn has it after all of these
+                return false; // it is hit before the limit; only one that approached throughout may wait
             }
         }
-        // Who slides through all of it has to slide the same way at its end.
+        // A contact that slides throughout has to slide in the same direction at the end.
         let turns_back = |j: usize| {
             let (slip, after) = (self.body.state.slip(j), end.slip(j));
             end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.body.fastest
@@ -148,9 +147,9 @@ impl Driver<'_, AnyContacts> {
         true
     }
 
-    /// Contacts that are so slow and so near the ground that the rest of their motion is rounding come to rest, after an impact with
-    /// the speed `hit` (m/s). A slow contact waits while another one is nearly as slow, since the two may be hit in turn. Impacts that
-    /// are nearly as slow and become neither slower nor faster end, too: roundings of faster motions keep them up.
+    /// Sets contacts to rest, after an impact with the speed `hit` (m/s), that are so slow and so near the ground that the rest of
+    /// their motion is rounding error. A slow contact waits while another one is nearly as slow: the two may be hit in turn.
+    /// Impacts nearly as slow that become neither slower nor faster are ended too: rounding errors of faster motions sustain them.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         self.stop(hit, hit)
     }
@@ -160,12 +159,12 @@ impl Driver<'_, AnyContacts> {
         self.stop(0.0, f64::INFINITY)
     }
 
-    /// Whether an impact with this speed (m/s) is one of many that fade away.
+    /// Whether an impact with this speed (m/s) counts as one of an accumulation.
     pub(super) fn fades(&self, hit: f64) -> bool {
         hit <= HIT_IN_TURN * CONTACT_STOPPED * self.body.fastest
     }
 
-    /// What the run has to say of contacts that were taken to rest without becoming slower.
+    /// Warning about contacts that were set to rest although they did not become slower.
     pub(super) fn chatter_warning(&self) -> Option<String> {
         let (contacts, limit) = &self.body.stopped_chatter;
         let who = names(contacts.iter().copied());
@@ -177,13 +176,13 @@ impl Driver<'_, AnyContacts> {
         })
     }
 
-    /// `hit`: the speed of the collision; `by`: of what brings contacts to rest, in m/s.
+    /// `hit`: the speed of the collision; `by`: the speed of what brings contacts to rest, in m/s.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
         let limit = CONTACT_STOPPED * self.body.fastest;
         let pulls: ContactValues<f64> = (0..self.body.state.points.len())
             .map(|i| self.body.state.arc(i).effective_gravity())
             .collect();
-        // Without gravity, or with next to none, a contact may be slow anywhere.
+        // Without gravity, or with very little, a contact may be slow at any height.
         let near = TOUCH * self.body.posture.size();
         let speed = |(p, pull): (&ContactState, &f64)| match (p.h, *pull > 0.0) {
             (0.0, _) => p.u.abs(),
@@ -195,12 +194,12 @@ impl Driver<'_, AnyContacts> {
         let in_turn = |one: f64, other: f64| {
             other > limit && other <= HIT_IN_TURN * limit && one > CONTACT_STOPPED * other
         };
-        // In turn for ever at the edge of what counts: they stop together.
+        // Contacts hit in turn for ever at the limit of what counts as zero stop together.
         let slow = speeds.iter().any(|&speed| speed <= limit);
         self.body.waiting = if slow { self.body.waiting + 1 } else { 0 };
         let watched = self.body.chatter.limit(limit);
         self.body.chatter.follow(hit, &speeds, watched);
-        // The speed below which contacts stop that are hit in turn.
+        // The speed below which contacts hit in turn stop.
         let together = if self.body.chatter.goes_on {
             watched
         } else if self.body.waiting > LISTED {
@@ -218,7 +217,7 @@ impl Driver<'_, AnyContacts> {
             }
             (stops[i], found) = (true, true);
             let loss = 1.0 - self.material(i).restitution;
-            // What the rotation takes off the ground does not come to rest.
+            // A contact with upward effective gravity does not come to rest.
             if !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
                     error = error.max(2.0 * speed / (pulls[i] * loss));

@@ -10,7 +10,8 @@ use crate::sustained::{ContactState, Rounding};
 use crate::tolerance::{SIMULTANEOUS, STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
-    /// Contact `i` crosses an end, and with it those that come to one of theirs at this instant, as far as rounding can tell.
+    /// Contact `i` crosses an end, and with it all contacts that come to an end of their pieces at this instant, within
+    /// rounding error.
     pub(super) fn cross_together(&mut self, i: usize, side: usize) {
         let first = self.body.state.points[i].place.contact;
         self.cross(i, side);
@@ -32,8 +33,8 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it: the next piece is as high there,
-    /// and the point moves on over it, or there is none, and it meets nothing any more.
+    /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
+    /// the point continues over it; if there is none, the contact meets no terrain any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {
         let count = self.body.contacts;
         let contact = self.body.state.points[i].place.contact;
@@ -41,7 +42,7 @@ impl Driver<'_, AnyContacts> {
         if let Some(twin) = (count..self.body.state.points.len())
             .find(|&k| self.body.state.points[k].place.contact == contact)
         {
-            // At a vertex it had two pieces; the other one is left.
+            // At a vertex it had two pieces; the other one remains.
             if i < count {
                 self.body.state.points[i] = self.body.state.points[twin];
                 self.resting[i] = self.resting[twin];
@@ -58,7 +59,7 @@ impl Driver<'_, AnyContacts> {
         self.resting[i] &= p.h == 0.0 && p.u == 0.0;
     }
 
-    /// Contact `i` at an end of the piece of terrain under it, over the next one.
+    /// The state of contact `i`, at an end of the piece of terrain under it, over the next piece.
     pub(super) fn neighbour(&self, i: usize, side: usize) -> ContactState {
         let old = self.body.state.points[i];
         let mut p = old;
@@ -87,7 +88,7 @@ impl Driver<'_, AnyContacts> {
         let at = com + self.body.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
         let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
         if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
-            p.h = old.h * p.normal.y / old.normal.y; // as high above the vertex as before
+            p.h = old.h * p.normal.y / old.normal.y; // same height above the vertex
             return p;
         }
         p.h = if height >= -touch { height.max(0.0) } else { f64::INFINITY };
@@ -98,7 +99,7 @@ impl Driver<'_, AnyContacts> {
         p
     }
 
-    /// Whether a contact has come to rest in a vertex between two rising pieces, on both of them.
+    /// Puts a contact on both pieces of a vertex between rising pieces if it has come to rest. Returns whether it has.
     pub(super) fn wedge(&mut self, i: usize, side: usize) -> bool {
         let old = self.body.state.points[i];
         let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
@@ -108,7 +109,7 @@ impl Driver<'_, AnyContacts> {
         let height = old.h + old.place.sides[side] / old.tangent.x;
         let square = slip * slip + old.u * old.u + 2.0 * self.body.state.gravity * height;
         let limit = self.wedged(i);
-        // Without gravity a contact may come to rest anywhere.
+        // Without gravity a contact may be slow at any height.
         let near = height <= TOUCH * self.body.posture.size();
         if !(rises > 0.0 && near && square <= limit * limit) {
             return false;
@@ -118,7 +119,7 @@ impl Driver<'_, AnyContacts> {
         let one = std::mem::replace(&mut self.body.state.points[i], p);
         let twin = ContactState { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
         self.body.state.points.push(twin);
-        // A body in flight that turns so fast that the contact is drawn off both pieces leaves at once.
+        // If a body in flight turns so fast that the contact is accelerated away from both pieces, the contact leaves at once.
         let leaves = |k: usize| self.body.state.arc(k).effective_gravity() < 0.0;
         if !self.resting.contains(&true) && leaves(i) && leaves(self.body.state.points.len() - 1) {
             self.body.state.points.pop();
@@ -129,18 +130,18 @@ impl Driver<'_, AnyContacts> {
         true
     }
 
-    /// Contacts that start at rest in vertices are on both pieces.
+    /// Puts contacts that start at rest in vertices on both pieces.
     pub(super) fn rest_in_vertices(&mut self) {
         for i in 0..self.body.contacts {
             let ContactState { h, u, place, .. } = self.body.state.points[i];
             let mut ends = (0..2).filter(|&side| place.sides[side] == 0.0);
             if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
-                *self.resting.last_mut().unwrap_or(&mut false) = false; // it comes to rest now
+                *self.resting.last_mut().unwrap_or(&mut false) = false; // its rest is not recorded yet
             }
         }
     }
 
-    /// Contacts that leave a vertex where they met two pieces: they are over the one that they move to.
+    /// Puts contacts that leave a vertex over the piece towards which they move.
     pub(super) fn leave_vertices(&mut self) {
         let count = self.body.contacts;
         while let Some(twin) = self.body.state.points.pop() {
@@ -157,7 +158,7 @@ impl Driver<'_, AnyContacts> {
         self.resting.truncate(count);
     }
 
-    /// Speed of point `i` in a vertex that counts as none, in m/s.
+    /// Speed of point `i` in a vertex that counts as zero, in m/s.
     pub(super) fn wedged(&self, i: usize) -> f64 {
         let rubs = self.body.state.points[i].friction > 0.0;
         if rubs { self.sliding_speed() } else { WEDGED * self.body.fastest }

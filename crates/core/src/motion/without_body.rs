@@ -1,4 +1,4 @@
-//! A local model without a body: its contacts are held by gravity or not, and nothing is known of motion along the terrain.
+//! A local model without a body: gravity decides whether contacts are held, and motion along the terrain is not modelled.
 
 use crate::flight::parabola_touchdown;
 use crate::motion::driver::Driver;
@@ -10,7 +10,7 @@ use crate::tolerance::CYCLE_RATIO_ROUNDINGS;
 use crate::zeno::Gaps;
 
 impl Driver<'_, Pair> {
-    /// Which resting contacts gravity presses into the terrain: 0 ≤ λ ⊥ acceleration ≥ 0.
+    /// The resting contacts that gravity presses into the terrain: 0 ≤ λ ⊥ acceleration ≥ 0.
     pub(super) fn pressed(&self) -> [bool; 2] {
         let (model, gaps) = (self.model(), self.body.gaps());
         let rests = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
@@ -30,7 +30,7 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// One contact is held, the other is in the air, until it lands or the held one lifts off.
+    /// Simulates one held contact with the other in the air, until that one lands or the held one lifts off.
     pub(super) fn hold(&mut self, held: [bool; 2]) -> Option<Outcome> {
         self.note(held, |at| Motion::Held(at, held));
         let (a, b) = if held[0] { (0, 1) } else { (1, 0) };
@@ -56,9 +56,9 @@ impl Driver<'_, Pair> {
         self.nested(a, speed)
     }
 
-    /// A landing while `a` is held: everything after it is determined by its speed, up to scale. If the
-    /// same landing came before at a higher speed, the motion in between repeats on a smaller and smaller
-    /// scale, with all times and speeds multiplied by `ratio`: a Zeno point of Zeno points.
+    /// A landing while `a` is held. Its speed determines the motion after it, up to scale. If the same landing came before at a
+    /// higher speed, the motion in between repeats on a smaller and smaller scale, with all times and speeds multiplied by
+    /// `ratio`: a Zeno point of Zeno points.
     fn nested(&mut self, a: usize, speed: f64) -> Option<Outcome> {
         let now = self.log.clock;
         let last = self.body.landings[a].replace((speed, now));
@@ -71,12 +71,12 @@ impl Driver<'_, Pair> {
         if !(now.hi + t <= self.log.end) {
             return None;
         }
-        // Rounding of the ratio is amplified by the sum.
+        // The sum amplifies the rounding error of the ratio.
         let error = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
         self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
     }
 
-    /// Both contacts are held, and nothing is known of any motion along the terrain: at rest.
+    /// Both contacts are held. Motion along the terrain is not modelled, so this is rest.
     pub(super) fn stay(&mut self, held: [bool; 2]) -> Outcome {
         self.note(held, |at| Motion::Held(at, held));
         if self.options.stop != Stop::Time {

@@ -1,8 +1,8 @@
 //! Many runs at once.
 //!
-//! Runs do not know of each other: each ends as it does by itself, to the bit. Threads take blocks of them. Within a block the
-//! collisions of several go on side by side in the lanes of vector registers ([`crate::math::lanes`]); a run whose next event is of
-//! another kind leaves its lane for it.
+//! Runs are independent: each has the same result as a single run, to the bit. Threads take blocks of runs. Within a block,
+//! collisions of several runs are computed together in the lanes of vector registers ([`crate::math::lanes`]); a run leaves its
+//! lane for any other event.
 
 use std::num::NonZero;
 use std::ops::Range;
@@ -23,27 +23,27 @@ use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::trajectory::Trajectory;
 use crate::simulate::{Start, simulate_until, solvable};
 
-/// Runs that make up for the start of a thread.
+/// Least number of runs that justifies the start of a thread.
 const LEAST: usize = 16;
 
-/// What many runs may use of the machine. No result depends on it.
+/// Resources of the machine that many runs may use. Results do not depend on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resources {
     /// Threads, at least 1.
     pub threads: usize,
-    /// Runs side by side in a register, at most: 1, 2, 4 or 8; what the machine does not have is not used.
+    /// Most runs in a register: 1, 2, 4 or 8. Lanes that the machine does not have are not used.
     pub lanes: usize,
 }
 
 impl Default for Resources {
-    /// All that there is.
+    /// All resources of the machine.
     fn default() -> Self {
         Self { threads: available_parallelism().map_or(1, NonZero::get), lanes: 8 }
     }
 }
 
-/// The ends of many runs: of one posture from each of the states, or of as many postures, each from its own. Nothing is
-/// recorded; [`simulate`](crate::simulate()) makes the same run, to the bit, with its events.
+/// The ends of many runs: of one posture from each of the states, or of as many postures as states, each from its own state.
+/// Nothing is recorded; [`simulate`](crate::simulate()) computes the same run, to the bit, with its events.
 ///
 /// ```
 /// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
@@ -57,8 +57,8 @@ impl Default for Resources {
 ///
 /// # Errors
 ///
-/// [`Error::Unusable`] unless there is one posture, or as many as states; [`Error::At`] with the number of the first run
-/// that cannot be made, from 0, and why: as [`simulate`](crate::simulate()).
+/// [`Error::Unusable`] unless there is one posture, or one for each state; [`Error::At`] with the number of the first run that
+/// fails, from 0, and its error, as of [`simulate`](crate::simulate()).
 pub fn simulate_many(
     postures: &[Posture],
     states: &[State],
@@ -68,7 +68,8 @@ pub fn simulate_many(
         .map(|ends| ends.unwrap_or_else(|| unreachable!("runs that nobody cancels")))
 }
 
-/// As [`simulate_many`], with these resources; `cancel` is asked now and then, and `None` is returned once it says so.
+/// As [`simulate_many`], with these resources. `cancel` is called from time to time; once it returns true, the result is
+/// `None`.
 ///
 /// # Errors
 ///
@@ -91,7 +92,7 @@ pub fn simulate_many_until(
     let options = Options { record: false, certify: false, ..*options };
     let level = level(resources.lanes);
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
-        // A posture of their own: all threads would count the runs that share one.
+        // Each block has its own copy: a shared posture would be reference-counted by all threads.
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
         Block { posture: &posture, states, options: &options, level, stop }.run(runs)
@@ -106,7 +107,7 @@ pub fn simulate_many_until(
     }
 }
 
-/// What a register of so many lanes at most is used by; `None`: runs go one by one.
+/// The instruction set for registers of at most `lanes` lanes; `None`: runs are computed one by one.
 fn level(lanes: usize) -> Option<Level> {
     let level = Level::new();
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -118,7 +119,7 @@ fn level(lanes: usize) -> Option<Level> {
     (lanes > 1).then_some(level)
 }
 
-/// Some of the runs, one after the other or side by side.
+/// A block of runs, computed one by one or in lanes.
 struct Block<'a> {
     posture: &'a dyn Fn(usize) -> &'a Posture,
     states: &'a [State],
@@ -127,32 +128,29 @@ struct Block<'a> {
     stop: &'a dyn Fn() -> bool,
 }
 
-/// A run on its way.
 struct Run<'a> {
     number: usize,
     driver: Driver<'a, Pair>,
     flight: Option<Flight>,
 }
 
-/// How far a run has come.
+/// The stage at which a run returns control.
 enum Stage {
     /// Plain collisions are next, in its lane.
     Lane,
     Over(Outcome),
 }
 
-/// The lanes of one of the models. Runs have numbers from 0.
+/// The lanes of one of the models. Runs are numbered from 0.
 trait Lanes: Default {
-    /// Takes a run in whose loop plain collisions are next, if it may.
+    /// Adds a run if plain collisions are next and it may be added.
     fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool;
 
-    /// Plain collisions of all that are there, until one of them has stopped.
+    /// Simulates plain collisions of all active runs until one of them stops.
     fn alternate(&mut self, level: Level);
 
-    /// Runs that have not stopped, a bit for each.
     fn on(&self) -> u64;
 
-    /// Gives one back that has.
     fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume;
 }
 
@@ -209,14 +207,14 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// A run by itself; `None` if it was stopped.
+    /// Computes a run outside the lanes; `None` if it was cancelled.
     fn alone(&self, number: usize) -> Result<Option<End>, FailedAt> {
         simulate_until((self.posture)(number), &self.states[number], self.options, self.stop)
             .map(|run| run.map(|run| end_of(&run)))
             .map_err(|error| (number, error))
     }
 
-    /// The ends of these runs, which go on side by side where they can; `None` if they were stopped.
+    /// The ends of these runs, computed in lanes where possible; `None` if they were cancelled.
     fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
         let first = numbers.start;
         let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
@@ -230,7 +228,7 @@ impl<'a> Block<'a> {
                 if let Some(Run { driver, flight: Some(flight), .. }) = slot {
                     then = pool.take(k, driver, flight);
                 }
-                // The next run, and the next, until one wants the lane.
+                // Starts runs until one enters the lane.
                 loop {
                     let Some(run) = slot else {
                         let Some(number) = numbers.next() else { break };
@@ -260,7 +258,7 @@ impl<'a> Block<'a> {
         Ok(ends.into_iter().collect())
     }
 
-    /// Puts a run at its start; leaves the place empty if it has no lanes, ever.
+    /// Creates a run at its start; leaves `place` empty if its model or options have no lanes.
     fn begin(&self, number: usize, place: &mut Option<Run<'a>>) -> Result<(), Error> {
         let (posture, state, options) =
             ((self.posture)(number), &self.states[number].unsigned_zero(), self.options);
@@ -276,7 +274,7 @@ impl<'a> Block<'a> {
 }
 
 impl Run<'_> {
-    /// Goes on by itself to where its lane serves, or to the end.
+    /// Simulates a run until it enters its lane or ends.
     fn go_on<L: Lanes>(&mut self, mut then: Resume, mut lanes: Option<(&mut L, usize)>) -> Stage {
         loop {
             if let Some(flight) = &mut self.flight {
@@ -312,7 +310,6 @@ fn lanes_of(level: Level) -> usize {
     dispatch!(level, simd => lanes::count(simd))
 }
 
-/// Where a run has ended.
 fn end_of(run: &Trajectory) -> End {
     let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
         count: zeno.contacts.len(),

@@ -1,4 +1,4 @@
-//! Ranges of the numbers that can be simulated.
+//! Ranges of the quantities that can be simulated.
 
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
@@ -6,8 +6,8 @@ use crate::modes::LONGEST_ARM;
 use crate::options::{Impact, Options, Simultaneous, Stop};
 use crate::simulate::Start;
 
-/// Contacts that are hit in turn hand on products of three speeds: those that they land with, |u| + √(2gh), must keep them within
-/// the range of doubles until the speeds have shrunk by all digits of the time.
+/// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three of them, which must
+/// stay in the range of doubles until the speeds have shrunk by all digits of the time.
 pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
     let speed = |(h, u, g): (f64, f64, f64)| {
         u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
@@ -22,7 +22,7 @@ pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Res
     Ok(())
 }
 
-/// How far a body comes before gravity has brought it back must be a number, and so must the squares of its speeds.
+/// Checks that the way until gravity brings a body back is finite, and that the squares of its speeds do not underflow.
 pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error> {
     in_range(
         field,
@@ -35,7 +35,7 @@ pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error
     Ok(())
 }
 
-/// The way fallen until the time limit must be a number, as must that at the largest speed.
+/// Checks that the ways until the time limit, of a fall and at the largest speed, are finite.
 pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     let t = options.end();
     let limit = options.time_limit.unwrap_or(f64::INFINITY);
@@ -50,29 +50,29 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// Speed of a landing, in m/s, beyond which products of three of them leave the range of doubles.
+/// Largest speed of a first landing, in m/s; its inverse is the smallest. Products of three stay in the range of doubles.
 const FASTEST_LANDING: f64 = 1e80;
 
 /// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
 const LONGEST: f64 = 1e75;
 
-/// Longest arm, in radii of gyration, up to the first Zeno point: the share ρ²/(b² + ρ²) of an impulse that moves the centre of
-/// mass is below 1e-32 beyond, and powers of the arm soon are no numbers.
+/// Longest arm, in radii of gyration, up to the first Zeno point: beyond, the fraction ρ²/(b² + ρ²) of an impulse that moves
+/// the centre of mass is below 1e-32, and powers of the arm overflow.
 const LONGEST_LEVER: f64 = 1e16;
 
-/// Largest radius of gyration, in distances of the farthest contact: speeds count as none by those of the body, ρω among them,
-/// and beyond that would be ones that a contact has.
+/// Largest radius of gyration, in distances of the farthest contact. The speed that counts as zero is relative to those of the
+/// body, ρω among them; beyond, real speeds of a contact would count as zero.
 const HEAVIEST: f64 = 1e6;
 
-/// Distance of two contacts in sizes of the body, or of their normals, from which on they are two. How they share a force depends
-/// on the square of their distance: four digits of it are left here, nearer ones would rub as roundings say.
+/// Distance of two contacts in sizes of the body, or of their normals, from which on they count as two. How they share a force
+/// depends on the square of their distance: four digits are left here. Rounding would decide the friction of nearer contacts.
 const NEAREST: f64 = 1e-6;
 
-/// Coefficient of friction up to which forces that are ties (1e-10 of the load) rub no more than a tenth of a thousandth of
-/// it: with more, a mode that presses by less than nothing would be driven by its friction.
+/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of it. Beyond, a
+/// mode with a normal force just below zero would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
-/// What is not solved yet is refused by name.
+/// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
     if options.certify && !Start::is_pair(posture, options) {
@@ -140,7 +140,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                 let restitution = posture.geometry()[k].restitution;
                 (contact.friction, restitution, contact.tangential_restitution, contact.segment)
             };
-            // What friction holds between two pieces of ground that meet is not shared out in one way.
+            // The friction forces on two pieces of ground that meet are not unique.
             let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;
             let corner = contacts[i].point == contacts[j].point && apart > 0.0 && rubs;
             if corner || apart == 0.0 && surface(i) != surface(j) {
@@ -172,7 +172,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     Ok(())
 }
 
-/// Gaps within `touch` of zero are zero; deeper ones are refused.
+/// Sets gaps down to −`touch` to zero, with a warning; deeper ones are errors.
 pub(super) fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> {
     let mut warnings = Vec::new();
     for (i, height) in gaps.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Runs: the checks of start and options, the choice of the model, and the call of the event loops.
+//! Runs: checks of start and options, choice of the model, and call of the event loops.
 
 pub(crate) mod batch;
 mod limits;
@@ -34,14 +34,14 @@ use crate::{auto, enclosure};
 ///
 /// # Errors
 ///
-/// A wrong option; a state that is not finite or lies in the terrain by more than [`TOUCH`] of the size of
-/// the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) asked for with another law of impact.
+/// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`] of
+/// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
 }
 
-/// As [`simulate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+/// As [`simulate`]. `cancel` is called from time to time; once it returns true, the result is `None`.
 ///
 /// # Errors
 ///
@@ -72,7 +72,7 @@ pub fn simulate_until(
     Ok(enclosed(run.into_trajectory(reason, *options), posture, state, options, cancel))
 }
 
-/// The run with bounds of its times, if they are asked for; `None`: cancelled.
+/// The run with proved bounds of its times, if the options ask for them; `None`: cancelled.
 fn enclosed(
     run: Trajectory,
     posture: &Posture,
@@ -90,11 +90,11 @@ fn enclosed(
     enclosure.map(|enclosure| run.with(enclosure))
 }
 
-/// What came of the local model.
+/// The result of the attempt with the local model.
 enum Tried {
-    /// It keeps the tolerance; `None`: cancelled.
+    /// Its error is below the tolerance; `None`: cancelled.
     Run(Option<Box<Trajectory>>),
-    /// It does not, and why.
+    /// It cannot be used, with the reason.
     No(&'static str),
 }
 
@@ -107,7 +107,7 @@ const START: &str = "another contact touches at the start than in the local mode
 const ENDLESS: &str = "the body turns, and nothing brings it to rest: over a motion without an end no error stays small";
 const UNKNOWN: &str = "the body turns, and with three contacts, friction in impacts, bounded terrain or neighbourhood the local model's error is not known";
 
-/// The local model, where it keeps the tolerance. `full`: the start in the full model.
+/// Tries the local model. `full`: the start in the full model.
 fn try_local(
     posture: &Posture,
     state: &State,
@@ -163,7 +163,7 @@ pub(crate) struct Start {
     warnings: Vec<String>,
 }
 
-/// A run before it is handed over.
+/// A run before it is converted to a trajectory.
 struct Run {
     model: Model,
     record: Box<Record>,
@@ -206,7 +206,7 @@ impl Start {
                 } else {
                     (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
                 };
-                // As far as the state can tell it touches, and neither leaves nor lands.
+                // Within the rounding error of the state, the contact touches and neither leaves nor lands.
                 let [place, speed] = k.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
                 if gap.abs() <= place && rate.abs() <= speed {
                     (gap, rate) = (0.0, 0.0);
@@ -289,8 +289,8 @@ impl Start {
         Some(Run { model, record })
     }
 
-    /// Whether a motion is one of two contacts at most, frictionless Newton impacts and terrain without ends. Two contacts at
-    /// one point (ψ = 1) are not such a pair: no impact parts them.
+    /// Whether a motion has at most two contacts, frictionless Newton impacts and terrain without ends. Two contacts at one
+    /// point (ψ = 1) are excluded: no impact separates them.
     pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
         let apart = match posture.geometry() {
             [one, two] => one.apart(two, 1.0) > 0.0,
@@ -344,7 +344,7 @@ pub fn simulate_local(
         .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
 }
 
-/// As [`simulate_local`]; `cancel` is asked now and then, and `None` is returned once it says so.
+/// As [`simulate_local`]. `cancel` is called from time to time; once it returns true, the result is `None`.
 ///
 /// # Errors
 ///
@@ -375,7 +375,7 @@ pub fn simulate_local_until(
     Ok(enclosure.map(|enclosure| run.with(enclosure)))
 }
 
-/// The gaps that a run with these options may start from, and what there is to say of them.
+/// Checks the start of a run with these options; returns its gaps and warnings.
 pub(crate) fn checked(
     model: &LocalModel,
     mut gaps: [f64; 2],
@@ -398,8 +398,8 @@ pub(crate) fn checked(
     Ok((gaps, warnings))
 }
 
-/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: forces of the rotation that bear on each other are
-/// of its fourth power.
+/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: the forces of a rotation on dependent contacts
+/// are of fourth order in it.
 const FASTEST_SPIN: f64 = 1e70;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Many independent answers on several threads. No answer depends on the thread that computes it.
+//! Many independent results on several threads. No result depends on the thread that computes it.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -9,22 +9,23 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// How often it is asked whether to stop.
+/// Interval between two calls of `cancel`.
 const POLL: Duration = Duration::from_millis(20);
 
-/// Answers that a thread takes at a time, at most; and the number of turns each thread gets at least, to end together.
+/// Most results in a block, and least number of blocks per thread, so that threads finish at nearly the same time.
 const TURN: usize = 512;
 const TURNS: usize = 8;
 
-/// Where an answer could not be had, and why.
+/// The number of a result that could not be computed, and its error.
 pub(crate) type FailedAt = (usize, Error);
 
-/// What makes a block of a range of numbers. It is given a question to ask now and then: whether to stop, with `None`.
+/// Computes a block from a range of numbers. Once its second argument, called from time to time, returns true, the result is
+/// `None`.
 type Work<'w, B> =
     dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, FailedAt> + Sync + 'w;
 
-/// What `work` makes of 0..count, in order, in blocks of `least` numbers or more if there are as many; `None` once `cancel`
-/// says so, and the error of the lowest number if there is one.
+/// The blocks that `work` computes from 0..count, in order. A block has `least` numbers or more if there are as many. `None`
+/// once `cancel` returns true; the error of the lowest number if there are errors.
 pub(crate) fn in_blocks<B: Send>(
     count: usize,
     least: usize,
@@ -52,7 +53,7 @@ pub(crate) fn in_blocks<B: Send>(
                 Ok(Some(block)) => blocks.push((from, block)),
                 Ok(None) => break,
                 Err((at, error)) => {
-                    // Blocks are begun in order and ended: the first of the errors is always found.
+                    // Blocks are started in order and completed, so the first error is always found.
                     let mut slot = lock(&wrong);
                     if slot.as_ref().is_none_or(|(first, _)| at < *first) {
                         *slot = Some((at, error));
@@ -66,7 +67,7 @@ pub(crate) fn in_blocks<B: Send>(
     };
     let mut blocks = thread::scope(|scope| {
         let (done, ends) = channel::<()>();
-        // Where the system gives no more threads, those that there are do the work; with none, this one.
+        // If the system refuses threads, the existing ones do the work; if there are none, this one does.
         let workers: Vec<_> = (0..threads)
             .map_while(|_| {
                 let done = done.clone();
@@ -102,7 +103,7 @@ pub(crate) fn in_blocks<B: Send>(
     Ok(Some(blocks.into_iter().map(|(_, block)| block).collect()))
 }
 
-/// What a thread that panicked held is of no use; its panic is passed on.
+/// A poisoned lock is ignored: the panic of its thread is propagated.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

@@ -34,7 +34,7 @@ struct Piece {
     flight: Option<InFrame>,
 }
 
-/// The pieces of a run, and the normal impulse per own-rate jump and unit mass of each collision.
+/// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
 #[derive(Debug, Clone, Default)]
 struct Expanded {
     pieces: Vec<Piece>,
@@ -43,9 +43,9 @@ struct Expanded {
 
 /// A run: its outcome, its events, and the motion at any time of it.
 ///
-/// Serde writes it in the form of [`to_json`](Self::to_json). It is read by simulating from the same start again, which gives the
-/// same run to the last bit; the outcome, the final state and the number of collisions are compared with the file, and a file
-/// that another version of this crate wrote may be refused for that. Only self-describing formats such as JSON can hold it.
+/// Serde writes it in the form of [`to_json`](Self::to_json). To read it, the run is simulated again from the same start, which
+/// gives the same run to the last bit. The outcome, the final state and the number of collisions are compared with the file; a
+/// file from another version of this crate may therefore be refused. Only self-describing formats such as JSON can hold it.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     record: Box<Record>,
@@ -53,14 +53,14 @@ pub struct Trajectory {
     model: Model,
     model_reason: &'static str,
     enclosure: Option<Box<Enclosure>>,
-    // Made when they are first asked for.
+    // Computed at the first access.
     expanded: OnceLock<Expanded>,
     impacts: OnceLock<Vec<ImpactRecord>>,
     zeno_points: OnceLock<Vec<ZenoPoint>>,
     phases: OnceLock<Vec<Phase>>,
 }
 
-/// A run as it is written.
+/// The written form of a run.
 #[derive(Serialize)]
 struct Written<'a> {
     outcome: Outcome,
@@ -89,7 +89,7 @@ struct Written<'a> {
     start: WrittenStart,
 }
 
-/// Where a run starts, with a body and without.
+/// The start of a run, with a body and without.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum WrittenStart {
@@ -97,7 +97,7 @@ enum WrittenStart {
     Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
 }
 
-/// What is read of a run: the question, and the answer in so far as it is compared.
+/// The fields of a run that are read: those that define it, and those that are compared.
 #[derive(Deserialize)]
 struct Question {
     posture: Option<Posture>,
@@ -113,7 +113,7 @@ struct Question {
     collisions: usize,
 }
 
-/// No state is known at `t`, within a sum.
+/// The state at `t`, within a sum, cannot be computed.
 fn too_deep(t: f64) -> Error {
     Error::Unusable {
         field: "t".into(),
@@ -151,7 +151,7 @@ impl Trajectory {
         }
     }
 
-    /// With bounds of its times. A run whose roundings have grown so far that it leaves them says so.
+    /// Adds proved bounds of its times, and a warning if rounding errors have grown so far that the run is outside them.
     pub(crate) fn with(mut self, enclosure: Enclosure) -> Self {
         if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
             let (t, bounds) = (own.at.clock.hi, zeno.elapsed);
@@ -187,13 +187,13 @@ impl Trajectory {
         self.model
     }
 
-    /// Why it was that model.
+    /// The reason for this model.
     #[must_use]
     pub fn model_reason(&self) -> &'static str {
         self.model_reason
     }
 
-    /// The options of the run, with what it did where contacts arrived together in [`Options::simultaneous`].
+    /// The options of the run, with the policy that it used for simultaneous touchdowns in [`Options::simultaneous`].
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
@@ -205,13 +205,13 @@ impl Trajectory {
         self.record.base.posture.as_ref()
     }
 
-    /// The state at the start; of a model without a body only θ and ω mean anything.
+    /// The state at the start; for a model without a body only θ and ω are defined.
     #[must_use]
     pub fn start(&self) -> &State {
         &self.record.base.start
     }
 
-    /// The model without a body whose motion this is, if so, with the gaps (m) and rates (m/s) at the start.
+    /// The model without a body, if the run has one, with the gaps (m) and rates (m/s) at the start.
     #[must_use]
     pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
         self.record.base.reduced.as_ref().map(|(model, gaps, rates)| (model, *gaps, *rates))
@@ -223,13 +223,13 @@ impl Trajectory {
         self.clock(self.record.end.clock)
     }
 
-    /// Time from the start to the outcome, in s: not rounded to the clock.
+    /// Time from the start to the outcome, in s, not rounded to the clock.
     #[must_use]
     pub fn elapsed(&self) -> f64 {
         self.record.end.clock.hi
     }
 
-    /// The final state. Without a body only θ and ω mean anything.
+    /// The final state. Without a body only θ and ω are defined.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.record.end.state
@@ -247,8 +247,8 @@ impl Trajectory {
         self.record.end.rates.to_vec()
     }
 
-    /// Things the user should know: ties, a start taken as touching, ground that cannot be meant (see
-    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::options::Impact::Newton) leaves out.
+    /// Warnings: ties, a start with a small penetration that counts as touching, ground that was probably not intended (see
+    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::options::Impact::Newton) ignores.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.record.warnings
@@ -260,8 +260,8 @@ impl Trajectory {
         self.record.acceleration
     }
 
-    /// The contacts at the end of a run that is inconsistent or ambiguous: their modes are for
-    /// [`contact_modes`](crate::modes::contact_modes) to say.
+    /// The contact-mode problem at the end of a run that is inconsistent or ambiguous, for
+    /// [`contact_modes`](crate::modes::contact_modes).
     #[must_use]
     pub fn undecided(&self) -> Option<&ContactProblem> {
         self.record.undecided.as_deref()
@@ -347,7 +347,7 @@ impl Trajectory {
 
     fn make_phases(&self) -> Vec<Phase> {
         let mut phases: Vec<Phase> = Vec::new();
-        // Of each phase; finer than the time on the clock.
+        // The start of each phase, more precise than the time on the clock.
         let mut starts: Vec<Clock> = Vec::new();
         for span in &self.record.spans {
             let (clock, cause) = (span.clock, span.cause);
@@ -383,18 +383,18 @@ impl Trajectory {
         phases
     }
 
-    /// How many of the recorded collisions come while the time elapsed is early enough for this.
+    /// Number of recorded collisions whose elapsed time satisfies `early`.
     fn impacts_while(&self, early: impl Fn(Clock) -> bool) -> usize {
         self.record.collisions.partition_point(|collision| early(collision.elapsed))
             + self.record.impacts.partition_point(|impact| early(impact.clock))
     }
 
-    /// The motion at time `t` on the clock, exact within a phase. At an impact: after it.
+    /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it.
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if it lies so close to the end of a sum of
-    /// impacts that more than 100 000 events of it come before.
+    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
+    /// impacts that more than 100 000 events of the sum come before it.
     pub fn at(&self, t: f64) -> Result<Instant, Error> {
         let pieces = self.pieces()?;
         let (start, end) = (self.options.time, self.time());
@@ -411,7 +411,7 @@ impl Trajectory {
         let elapsed = t - start;
         let next = pieces.partition_point(|piece| piece.clock.hi <= elapsed);
         let piece = &pieces[next.max(1) - 1];
-        // The clock of the pieces is finer than `t`: none is followed beyond its end.
+        // The clock of the pieces is more precise than `t`: no piece is followed beyond its end.
         let end = pieces.get(next).map_or(self.record.end.clock, |next| next.clock);
         let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.clock);
         let dt = dt.min(end.since(piece.clock)).max(0.0);
@@ -458,8 +458,8 @@ impl Trajectory {
         Ok(self.posture().map_or(f64::NAN, energy))
     }
 
-    /// `count` ≥ 2 times that show the run: half of them at its events and between them, so that they lie
-    /// dense where it is busy, the others evenly.
+    /// `count` ≥ 2 times to plot the run: half of them spread over its pieces, so that they are dense where events are dense,
+    /// the others evenly spaced.
     ///
     /// # Errors
     ///
@@ -474,14 +474,14 @@ impl Trajectory {
             });
         }
         let (start, end) = (self.options.time, self.time());
-        // Without a phase the run ends where it begins.
+        // Without a phase the run ends at its start.
         let even = if pieces.is_empty() { count } else { count.div_ceil(2) };
         let busy = count - even;
         let at = |k: usize, n: usize| k as f64 / n as f64;
         let mut times: Vec<f64> =
             (0..even).map(|k| start + (end - start) * at(k, (even - 1).max(1))).collect();
         for k in 0..busy {
-            // Evenly over the pieces: position x among them, in the middle of a piece.
+            // Evenly over the pieces: x is a position in the list of pieces, with its fraction within a piece.
             let x = (k as f64 + 0.5) / busy as f64 * pieces.len() as f64;
             let index = (x as usize).min(pieces.len() - 1);
             let from = self.clock(pieces[index].clock);
@@ -496,7 +496,7 @@ impl Trajectory {
     }
 
     /// The whole run as JSON: outcome, final state, impacts, Zeno points, phases, warnings, options, the posture and the start.
-    /// Numbers that do not exist (the impulses of a model without a mass) are null.
+    /// Undefined numbers (the impulses of a model without a mass) are null.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
@@ -541,7 +541,7 @@ impl Trajectory {
         self.enclosure.as_deref()
     }
 
-    /// Writes [`to_json`](Self::to_json) to a file, complete or not at all.
+    /// Writes [`to_json`](Self::to_json) to a file, completely or not at all.
     ///
     /// # Errors
     ///
@@ -606,7 +606,7 @@ impl Trajectory {
                 expanded.fractions.push(
                     frozen.map_or_else(|| own(body.1.theta), |f| f.translational_fraction(i)),
                 );
-                // An impact that ends a phase of contact is followed by a span of its own.
+                // An impact that ends a contact phase is followed by a span of its own.
                 let Some(InFrame { raw, .. }) = &mut now else { continue };
                 let dt = c.elapsed.since(raw.clock);
                 (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);

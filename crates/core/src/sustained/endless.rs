@@ -1,4 +1,5 @@
-//! Motions without end. Paths in the plane of θ and ω do not cross, so a closed path encloses every motion that starts inside it.
+//! Motions that never end. Paths in the plane of θ and ω do not cross, so a closed path encloses every motion that starts
+//! inside it.
 
 use crate::collisions::log::Spin;
 use crate::modes::Mode;
@@ -6,7 +7,7 @@ use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::SWING_REPEATS;
 
 impl BodyState {
-    /// The only contact that is closed, if no other one can be reached by sliding along its terrain.
+    /// The only closed contact, if the body cannot reach another one by sliding along the terrain.
     fn only(&self, word: &[Mode]) -> Option<usize> {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let i = closed.next()?;
@@ -14,8 +15,8 @@ impl BodyState {
         (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
     }
 
-    /// Whether a body that slides on one contact slides away from the terrain of the others: downhill, or on level ground as
-    /// its centre of mass does, for ever.
+    /// Whether a body that slides on one contact moves away from the terrain of the others for ever: downhill, or on level
+    /// ground in the direction of its centre of mass.
     fn slides_clear(&self, word: &[Mode]) -> bool {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let (Some(i), None) = (closed.next(), closed.next()) else { return true };
@@ -32,23 +33,24 @@ fn is_single(word: &[Mode]) -> bool {
     word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
 }
 
-/// A stretch of motion in which θ and ω determine each other's course, from its start.
+/// A stretch of motion, from its start, in which θ and ω form a closed system.
 pub(super) struct ClosedMotion {
     kind: Drive,
     theta: f64,
     omega: f64,
-    /// Where ω changed its sign, the last three times.
+    /// θ at the last three changes of the sign of ω.
     turned: [f64; 3],
-    /// How often it has.
+    /// Number of changes of the sign of ω.
     turns: usize,
 }
 
-/// What keeps a motion going.
+/// The kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Drive {
-    /// Nothing rubs: one degree of freedom that keeps its energy.
+    /// No sliding friction: one degree of freedom that keeps its energy.
     Smooth,
-    /// One contact slides down terrain steeper than its friction holds: θ and ω follow from themselves alone.
+    /// One contact slides down terrain that is too steep for friction to hold it: θ and ω do not depend on the other
+    /// coordinates.
     Downhill,
     /// Anything else.
     Other,
@@ -73,9 +75,9 @@ impl ClosedMotion {
         Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
-    /// Whether all positions that it ever comes to have been passed: between two turning points to and fro, or once
-    /// around. As nothing happened on the way, nothing ever will. Where friction takes part, paths in the plane of θ and
-    /// ω still do not cross: one that turns on or inside its last turning point but one has closed itself in.
+    /// Whether the motion has passed all positions that it can reach: to and fro between two turning points, or once around.
+    /// Without an event so far, none will come. With friction too, paths in the plane of θ and ω do not cross: a path whose last
+    /// turning point is on or inside the last but two is closed in.
     pub(super) fn is_complete(&mut self, body: &BodyState, word: &[Mode]) -> bool {
         let Spin { theta, omega } = body.spin;
         if self.omega * omega < 0.0 {
@@ -95,16 +97,16 @@ impl ClosedMotion {
     }
 }
 
-/// A swing about a fixed contact that begins where its sliding has come to an end.
+/// A swing about a fixed contact. It begins where the contact stops sliding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Swing {
     contact: usize,
-    /// Way in which it slid, and in which it turns.
+    /// Directions in which the contact slid, and in which the body turns.
     way: Mode,
     turns_left: bool,
-    /// Whether the centre of mass is on the left of it.
+    /// Whether the centre of mass is on the left of the contact.
     hangs_left: bool,
-    /// The least and the largest rotation since, in rad.
+    /// The smallest and the largest rotation since then, in rad.
     turned: [f64; 2],
     /// Energy of the rotation about the contact, per unit mass.
     energy: f64,
@@ -149,7 +151,7 @@ impl Swing {
         self.is_like(later) && less && self.turned.into_iter().all(bounds)
     }
 
-    /// The body has passed these rotations.
+    /// Adds the range of rotations that the body has passed.
     pub(super) fn passes(&mut self, [least, most]: [f64; 2]) {
         self.turned = [self.turned[0].min(least), self.turned[1].max(most)];
     }

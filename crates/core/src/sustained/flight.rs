@@ -1,4 +1,4 @@
-//! Flights of a body with any number of contacts, and the state at any moment of a stretch.
+//! Flights of a body with any number of contacts, and the state at any time in a stretch.
 
 use nalgebra::Vector2;
 
@@ -19,8 +19,8 @@ fn next(arc: &GapArc) -> Option<f64> {
 }
 
 impl ContactState {
-    /// Whether its gap is closing, and zero within its rounding and what it closes by in the doubt of the instant at which
-    /// `first` lands, δh/|u| of that one: then they land together.
+    /// Whether it lands together with `first`: its gap is closing and below its rounding error plus the way within the uncertainty
+    /// δh/|u| of the instant at which `first` lands.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
         let doubt = first.rounding.gap * (self.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         let known = self.rounding.gap + doubt;
@@ -29,22 +29,22 @@ impl ContactState {
 }
 
 impl ContactState {
-    /// It rises out of the terrain that it came under from beside.
+    /// The point rises out of the terrain that it came under from the side.
     pub(crate) fn surfaces(&mut self) {
         (self.h, self.depth, self.u) = (0.0, 0.0, self.u.max(0.0));
     }
 }
 
 impl Rounding {
-    /// At the start: of the terms of a gap and of its rate.
+    /// At the start, from the size of the terms of a gap and of its rate.
     pub(crate) fn new(gap: f64, rate: f64) -> Self {
         Self { gap: f64::EPSILON * gap, rate: f64::EPSILON * rate }
     }
 
-    /// After an arc of `dt` from a gap `h` on, whose terms sum up to `gap`, and those of its rate to `rate`.
+    /// After an arc of `dt` from a gap `h` on. `gap`, `rate`: sums of the sizes of the terms of the gap and its rate.
     pub(crate) fn after(self, dt: f64, h: f64, gap: f64, rate: f64) -> Self {
         if h == f64::INFINITY {
-            return self; // over nothing
+            return self; // no terrain below
         }
         let before = if h == 0.0 { 0.0 } else { self.gap };
         let own = Self::new(gap, rate);
@@ -53,13 +53,13 @@ impl Rounding {
 }
 
 impl BodyState {
-    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, and c ω² where it is frozen.
+    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, plus c ω² in frozen geometry.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
         self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
     }
 
-    /// Distance of a point to the left (0) or right (1) end of the terrain under it, as an arc without gravity.
+    /// Distance of a point from the left (0) or right (1) end of the terrain under it, as an arc without gravity.
     pub(crate) fn side(&self, i: usize, side: usize) -> GapArc {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let (p, spin) = (&self.points[i], self.spin.omega);
@@ -72,7 +72,7 @@ impl BodyState {
         GapArc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
     }
 
-    /// When a point in flight comes to an end of the terrain under it, and which.
+    /// When a point in flight comes to an end of the terrain under it, and to which end.
     pub(crate) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
@@ -80,7 +80,8 @@ impl BodyState {
             if arc.h == f64::INFINITY {
                 continue;
             }
-            // At the end itself a rounding would send it to and fro between two pieces that each put it over the other one.
+            // At the end itself a rounding error would move the point to and fro between two pieces, each of which has it over
+            // the other.
             let size = libm::hypot(arc.b, arc.c);
             let terms = self.center.v.x.abs() + size * self.spin.omega.abs();
             if arc.h <= f64::EPSILON * size && arc.u.abs() <= OVER_VERTEX * f64::EPSILON * terms {
@@ -115,15 +116,16 @@ impl BodyState {
         next(&self.arc(i))
     }
 
-    /// When a point in flight rises out of the terrain that it came under from beside, if it does so before `limit`, in s: its arc
-    /// seen from below.
+    /// When a point in flight rises out of the terrain that it came under from the side, if before `limit`, in s: its arc from
+    /// below.
     pub(crate) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
         let ContactState { depth, u, .. } = self.points[i];
         if depth == 0.0 {
             return None;
         }
         let GapArc { g, b, c, omega, .. } = self.arc(i);
-        // Its height stays below (u + |ωb|) t − g t²/2 + 2|d|: from then on it only falls. Without gravity it rises in a turn, or by its mean.
+        // It rises by less than (u + |ωb|) t − g t²/2 + 2|d|, which is negative from `last` on. Without gravity it rises within
+        // one turn or by its mean rate.
         let (drift, arm) = (u + (omega * b).abs(), libm::hypot(b, c));
         let last = if g > 0.0 {
             (drift.max(0.0) + (drift * drift + 4.0 * g * arm).sqrt()) / g
@@ -169,7 +171,7 @@ impl BodyState {
         after
     }
 
-    /// The state `dt` into a stretch in this word.
+    /// The state at time `dt` of a stretch in this word.
     pub(crate) fn moved(&self, word: &[Mode], dt: f64) -> Self {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
@@ -185,14 +187,14 @@ impl BodyState {
             Some(step)
         };
         let Some(mut next) = step(self, dt) else { return self.clone() };
-        // A body at rest stays so where nothing but rounding accelerates it.
+        // A body at rest stays at rest where its acceleration is rounding error.
         let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
         let [ax, ay, turn] = next.acceleration();
         let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
         if still && most <= STILL * self.gravity {
             return self.clone();
         }
-        // As far as one series serves: where the motion has been as regular as its own, to the end.
+        // Each series is followed up to its reach, the last one to the end.
         let (mut from, mut left) = (self.clone(), dt);
         for _ in 0..SERIES {
             if left <= next.reach() {
@@ -207,5 +209,5 @@ impl BodyState {
     }
 }
 
-/// Number of series after which the last one is followed to the end: a stretch is a step of the motion, and needs one or two.
+/// Number of series after which the last one is followed to the end. A stretch is a step of the motion and needs one or two.
 const SERIES: usize = 1000;

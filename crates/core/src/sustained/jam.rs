@@ -1,11 +1,11 @@
-//! The end of a slide whose friction matrix becomes singular.
+//! The end of a slide whose friction matrix becomes singular (dynamic jam).
 //!
-//! M f = r gives the forces f that keep the held rows, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces are
-//! then p (l·r)/det M: they grow without bounds, and as det M shrinks by a factor with each impulse p J, they act until something
-//! else happens, in no time and with the geometry as it is. That is the end of a slide, where some J stops it: M p = 0 keeps the
-//! rows of the normals, and friction takes energy. The turn of the body, ω, may come to zero before, so that det M grows again, or
-//! l·r, so that the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion [Génot & Brogliato
-//! 1999; Nordmark, Várkonyi & Champneys 2018]).
+//! M f = r gives the forces f that keep the rows at zero, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces
+//! approach p (l·r)/det M: they grow without bounds. Each impulse p J reduces det M by a factor, so the forces act until
+//! another event comes, in no time and at constant geometry. This event is the end of a slide, where some J stops it: M p = 0
+//! keeps the normal rows, and friction takes energy. Before that, ω may come to zero, so that det M grows again, or l·r may, so
+//! that the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion [Génot & Brogliato 1999;
+//! Nordmark, Várkonyi & Champneys 2018]).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,11 +13,12 @@ use crate::modes::Mode;
 use crate::sustained::BodyState;
 
 impl BodyState {
-    /// The slide that the impulse of a jam stops, after it; `None`, and nothing is changed, where it is not what happens first.
+    /// Applies the impulse of a jam up to the first slide that it stops; returns this contact. `None`, without a change, if
+    /// another event comes first.
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);
         let (n, rho) = (rows.len(), self.rho2.sqrt());
-        // A force (tangential, normal), and its push in coordinates (x, y, ρθ).
+        // A force (tangential, normal), and its action in coordinates (x, y, ρθ).
         let force = |k: usize| {
             let i = rows[k].unknown.contact;
             if rows[k].unknown.tangential {
@@ -55,7 +56,7 @@ impl BodyState {
             }
         }
         let (size, stopped) = first?;
-        // l·r is monotonic in ω²: it keeps its sign if it has it at both ends, and ω one of its own.
+        // l·r is monotonic in ω²: it keeps its sign in between if it has the same sign at both ends and ω keeps its own.
         let omega = self.spin.omega;
         let pull = |omega: f64| -> f64 {
             let row = |k: usize| {
@@ -86,8 +87,8 @@ impl BodyState {
     }
 }
 
-/// The unit vector x with Mx = 0 of a singular matrix M of rank two: it is orthogonal to all rows, so the cross product of the two
-/// that are the most independent.
+/// The unit vector x with Mx = 0 of a singular matrix M of rank two. It is orthogonal to all rows: the cross product of the two
+/// most independent ones.
 fn annihilated(matrix: &Matrix3<f64>) -> Vector3<f64> {
     let row = |i: usize| matrix.row(i).transpose();
     let products = [row(1).cross(&row(2)), row(2).cross(&row(0)), row(0).cross(&row(1))];

@@ -1,6 +1,6 @@
 //! Smooth motion while contacts are held in a mode, up to the event that ends it.
 //!
-//! A held contact keeps a_n = 0 by a normal force λ ≥ 0, a fixed one also a_t = 0 by a tangential force τ; where it
+//! A closed contact keeps a_n = 0 by a normal force λ ≥ 0. A fixed one also keeps a_t = 0 by a tangential force τ; where it
 //! slides, τ = −σμλ with σ = sign v_t (all per unit mass):
 //!
 //! ```text
@@ -9,8 +9,8 @@
 //! ḃ_i = −c_i ω,   ċ_i = b_i ω
 //! ```
 //!
-//! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from
-//! each other exactly, to any order: the step is a polynomial, and its events are roots of polynomials.
+//! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from each other exactly,
+//! to any order. A step is a polynomial, and its events are roots of polynomials.
 
 mod endless;
 mod flight;
@@ -35,8 +35,8 @@ use crate::outcome::Instant;
 pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
 use nalgebra::Vector3;
 
-/// Bounds of the rounding in a gap, since it was last exactly zero (in m), and in its rate (in m/s). In an accumulation of
-/// impacts they shrink with the gaps and the rates.
+/// Bounds of the rounding errors of a gap, since it was last exactly zero (in m), and of its rate (in m/s). In an accumulation
+/// of impacts they shrink with the gaps and the rates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Rounding {
     pub(crate) gap: f64,
@@ -51,13 +51,13 @@ pub(crate) struct ContactState {
     pub(crate) friction: f64,
     pub(crate) b: f64,
     pub(crate) c: f64,
-    /// (t·r + b, n·r + c) where it began to be held, if it is: its place, up to a constant.
+    /// (t·r + b, n·r + c) when it began to be held, if it is held: its position up to a constant.
     pub(crate) held: Option<[f64; 2]>,
     pub(crate) place: Place,
-    /// Gap and its rate; a gap of ∞ where there is nothing to meet.
+    /// Gap; ∞ where there is no terrain to meet.
     pub(crate) h: f64,
-    /// Depth below the piece of terrain over the point, in m, if it came there from beside: its gap is ∞ until it has risen out of it.
-    /// Otherwise zero.
+    /// Depth below the piece of terrain over the point, in m, if the point came under it from the side. The gap is ∞ until the
+    /// point has risen out of this piece. Otherwise zero.
     pub(crate) depth: f64,
     pub(crate) u: f64,
     pub(crate) rounding: Rounding,
@@ -84,7 +84,7 @@ pub(crate) struct BodyState {
     /// ρ²
     pub(crate) rho2: f64,
     pub(crate) gravity: f64,
-    /// ω² of the moment at which b, c and the curvature of the paths were frozen; `None`: nothing is.
+    /// ω² at the moment at which b, c and the curvature of the paths were frozen; `None`: they are not frozen.
     pub(crate) frozen: Option<f64>,
 }
 
@@ -110,21 +110,21 @@ impl BodyState {
         (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
     }
 
-    /// Whether point `i` is fixed by something: by friction, or in a vertex.
+    /// Whether point `i` is fixed by friction or in a vertex.
     fn sticks(&self, i: usize, modes: &[Mode]) -> bool {
         modes[i] == Mode::Fixed && (self.points[i].friction > 0.0 || self.twin(i).is_some())
     }
 
-    /// The other of two fixed points that hold a contact in a vertex. The contact is held while the sum of their forces lies
-    /// in the hull of their friction cones; how the force is shared between them has no consequence, so that the rows of
-    /// the first of them represent both.
+    /// The other of two fixed points that hold a contact in a vertex. The contact is held while the sum of their forces lies in
+    /// the hull of their friction cones. The share of each force has no consequence, so the rows of the first point represent
+    /// both.
     fn partner(&self, i: usize, modes: &[Mode]) -> Option<usize> {
         let fixed = |j: usize| modes[j] == Mode::Fixed;
         fixed(i).then(|| self.twin(i)).flatten().filter(|&j| fixed(j))
     }
 
-    /// Whether b and c, where they are frozen, belong to the motion itself and not to a moment of it: then they turn a
-    /// velocity into the rates of the contacts.
+    /// Whether b and c turn a velocity into the rates of the contacts: they are not frozen, or frozen for the whole motion (ω²
+    /// = 0) and not at a moment of it.
     fn has_rows(&self) -> bool {
         self.frozen.is_none_or(|omega_squared| omega_squared == 0.0)
     }
@@ -148,8 +148,8 @@ impl BodyState {
         posture.per_contact(|k| self.points[k].u.unsigned_zero()).collect()
     }
 
-    /// One letter a contact. In a vertex, where it has a second point behind all first ones: that of the piece it is on, F if it is
-    /// on both.
+    /// One letter per contact. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
+    /// piece it is on, F if it is on both.
     pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> PerContact<u8> {
         let mut modes: PerContact<Mode> = word.into();
         for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
@@ -171,7 +171,7 @@ impl BodyState {
         Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * p.c / rho2, tt: 1.0 + p.c * p.c / rho2 }
     }
 
-    /// An impulse (tangential, normal) per unit mass acts at contact `i`: returns the change of velocity.
+    /// Applies an impulse (tangential, normal) per unit mass at contact `i`; returns the change of velocity.
     pub(crate) fn apply_impulse(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
         let hit = self.points[i];
         let force = hit.tangent * p_t + hit.normal * p_n;

@@ -1,12 +1,11 @@
-//! The choice of a mode where accelerations do not decide: by the next order of the motion.
+//! The choice of a mode by the next order of the motion where accelerations do not decide.
 //!
-//! The rows that a word makes vanish may depend on each other at an instant and part as the body moves: feet whose normals
-//! meet in one point, a foot on the normal of another one that is fixed. A body that starts from rest then has the same
-//! accelerations in several words, and the contact-mode problem, which sees no further, holds all the contacts that it
-//! can. What tells them apart is the next order of the motion: with too many contacts held, one of the rows that follow
-//! from the others at the start does not vanish after it. The words that let a contact off, or slide, are then tried, the
-//! fewest first: the one that goes on keeps what it holds, its forces lie in their cones, and what it has let go moves
-//! as its letters say.
+//! The rows that a word keeps at zero may be dependent at an instant and independent as the body moves: contacts whose normals meet
+//! in one point, or a contact on the normal of another one that is fixed. A body that starts from rest then has the same
+//! accelerations in several words, and the contact-mode problem, which has accelerations only, holds all the contacts that it can.
+//! The next order of the motion distinguishes the words: with too many contacts held, a row that follows from the others at the
+//! start is not zero after it. Words that release contacts, or let them slide, are then tried, those with the fewest changes first.
+//! A word is accepted if it keeps its rows, its forces lie in their cones, and the released contacts move as their letters say.
 
 use crate::body::contact::PerContact;
 use crate::math::roots::ORDER;
@@ -16,35 +15,34 @@ use crate::sustained::step::Track;
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::{FORCE_OUTSIDE_CONE, RATE_COEFFICIENT};
 
-/// Coefficient of the rate of a row that is its acceleration, and the first that the choice of a word has not seen.
+/// Index of the coefficient of the rate of a row that is its acceleration, and of the first one that the choice of a word does
+/// not use.
 const FIRST: usize = 1;
 const NEXT: usize = 2;
 
-/// Most contacts that are let go: three rows hold a body.
+/// Most contacts that are released: three rows hold a body.
 const DEEPEST: usize = 3;
 
-/// Most words that are tried.
 const TRIES: usize = 4096;
 
-/// A word in which a body goes on.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Onward {
     pub(crate) word: PerContact<Mode>,
-    /// The contacts whose letters the next order of the motion has changed.
+    /// The contacts whose letters were changed by the next order of the motion.
     pub(crate) changed: PerContact<bool>,
-    /// q̈ of the word before they were.
+    /// q̈ of the word before these changes.
     pub(crate) acceleration: [f64; 3],
 }
 
 impl Onward {
-    /// A word as it is.
+    /// A word without changes.
     pub(crate) fn same(word: PerContact<Mode>, acceleration: [f64; 3]) -> Self {
         let changed = word.iter().map(|_| false).collect();
         Self { word, changed, acceleration }
     }
 }
 
-/// The words that are found, and how many more may be tried.
+/// The words found, and how many more may be tried.
 pub(crate) struct Search {
     pub(crate) found: Vec<Onward>,
     tries: usize,
@@ -57,7 +55,6 @@ impl Default for Search {
 }
 
 impl Search {
-    /// One more word, if it is not there yet.
     pub(crate) fn add(&mut self, one: Onward) {
         if self.found.iter().all(|other| other.word != one.word) {
             self.found.push(one);
@@ -66,21 +63,21 @@ impl Search {
 }
 
 impl BodyState {
-    /// Whether rows of a word follow from others, and leave the body a motion.
+    /// Whether rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
         let rank = self.independent(word).len();
         self.frozen.is_none() && rank < 3 && self.rows(word).len() > rank
     }
 
-    /// Whether the next order of the motion may say more of a word than its accelerations: its rows depend on each other, or
-    /// a contact is fixed by nothing.
+    /// Whether the next order of the motion may change a word: its rows depend on each other, or a contact is fixed without
+    /// friction and outside a vertex.
     pub(crate) fn is_open(&self, word: &[Mode]) -> bool {
         let idle = |i: usize| word[i] == Mode::Fixed && !self.sticks(i, word);
         self.is_dependent(word) || (0..word.len()).any(idle)
     }
 
-    /// Adds the words in which a body goes on that begins to move in this one. `ways`: the signs of sliding of its contacts,
-    /// `None` of those that are off.
+    /// Adds the words in which a body continues that begins to move in this one. `ways`: the signs of sliding of its contacts,
+    /// `None` for separate ones.
     pub(crate) fn next_order(&self, from: &Onward, ways: &[Option<i8>], search: &mut Search) {
         let mut found = Vec::new();
         if self.is_dependent(&from.word) {
@@ -99,7 +96,7 @@ impl BodyState {
         }
     }
 
-    /// Without friction nothing is fixed but for an instant: an instant centre slides off.
+    /// Contacts without friction are fixed only for an instant: at an instant centre they slide.
     fn slide_off(&self, Onward { word, changed, .. }: &mut Onward) {
         let Some(step) = Step::new(self, word, ORDER) else { return };
         for i in 0..word.len() {
@@ -112,7 +109,7 @@ impl BodyState {
         }
     }
 
-    /// Lets `deep` more contacts go, in all ways, and collects the words that go on.
+    /// Releases `deep` more contacts, in all ways, and collects the words in which the motion continues.
     fn let_go(
         &self,
         from: &Onward,
@@ -147,8 +144,8 @@ impl BodyState {
 }
 
 impl Step {
-    /// The first coefficient, this one or a later one, of the rate of a row, n·v + b ω or t·v − c ω, that is more than
-    /// rounding, and its power of time.
+    /// The first coefficient of the rate of a row, n·v + b ω or t·v − c ω, with index `from` or higher, that exceeds its
+    /// rounding error; and its power of time.
     fn departs(
         &self,
         state: &BodyState,
@@ -169,7 +166,7 @@ impl Step {
         })
     }
 
-    /// Whether a row does not vanish that the word says does: one of those that followed from the others.
+    /// Whether a row that the word keeps at zero becomes non-zero: one of those that follow from the others at the start.
     fn parts(&self, state: &BodyState, word: &[Mode]) -> bool {
         let departs = |row: &Row| {
             let Unknown { contact, tangential } = row.unknown;
@@ -178,8 +175,8 @@ impl Step {
         state.rows(word).iter().any(departs)
     }
 
-    /// Whether the body goes on in this word: it keeps what it holds, and what it does not hold, or no more, moves as its
-    /// letter says, off the terrain or along it that way, with forces in their cones.
+    /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
+    /// say (off the terrain, or along it in that direction), and the forces lie in their cones.
     fn goes_on(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
@@ -209,8 +206,8 @@ impl Step {
         })
     }
 
-    /// A contact that its word has let go, from an instant at which nothing tells that it goes: what there is of its rate
-    /// below the first coefficient that says so is rounding.
+    /// Clears the rounding error of a contact that the word has released: all coefficients of its rate below the first significant
+    /// one.
     pub(crate) fn emerges(&mut self, state: &BodyState, i: usize) {
         let off = self.tracks[i].mode == Mode::Separate;
         let Some((k, _)) = self.departs(state, i, !off, FIRST) else { return };

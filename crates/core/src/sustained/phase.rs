@@ -1,8 +1,8 @@
-//! Contacts at rest on the terrain, or sliding along it: which mode they go on in, and until when.
+//! Contacts at rest on the terrain, or sliding along it: their contact-mode word, and how long it lasts.
 //!
-//! The word is chosen by the contact-mode problem where contacts come to rest and where a sliding speed comes down to
-//! zero. Where a force does (a contact lifts off, or breaks loose) the word follows from which one it is: at that
-//! instant the accelerations of both words agree, and a new choice could not tell them apart.
+//! The word is chosen by the contact-mode problem when contacts come to rest and when a sliding speed decreases to zero. When a
+//! force reaches its limit (a contact lifts off or breaks loose), the word follows from the contact and the limit: at that
+//! instant the accelerations of both words agree, and a new choice could not distinguish them.
 
 use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
@@ -24,7 +24,7 @@ use crate::tolerance::{
 use nalgebra::{Vector2, Vector3};
 
 impl BodyState {
-    /// The body and its contacts as a contact-mode problem takes them, without state or load.
+    /// The fields of a contact-mode problem, without state or load.
     pub(crate) fn fields(&self, mass: f64) -> ProblemFields {
         ProblemFields {
             mass,
@@ -36,7 +36,7 @@ impl BodyState {
         }
     }
 
-    /// Which modes the contacts may go on in. `ways`: their signs of sliding, `None` where a contact is off.
+    /// The contact-mode problem of this state. `ways`: the signs of sliding, `None` for separate contacts.
     fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
         let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         ContactProblem::new(ProblemFields {
@@ -51,8 +51,8 @@ impl BodyState {
         })
     }
 
-    /// The one word that up to two contacts may go on in and its q̈, where closed forms find it: what the problem says,
-    /// without allocation. `None`: ask the problem.
+    /// The only consistent word of up to two contacts, and its q̈, by closed forms without allocation. `None`: the problem has to
+    /// be solved.
     fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
         let n = self.points.len();
         if n > 2 {
@@ -74,8 +74,8 @@ impl BodyState {
         Some((letters[..n].into(), acceleration))
     }
 
-    /// Point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
-    /// if nothing rubs there, and the way in which it then slides up its piece.
+    /// After point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
+    /// if it has no friction, and the direction in which it then slides up its piece.
     fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
         let left = &self.points[i];
         let j = self.twin(i).filter(|&j| self.points[j].friction == 0.0)?;
@@ -83,9 +83,8 @@ impl BodyState {
         Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
     }
 
-    /// The sliding speed of a contact has come down to zero. If it is the only one held, the body may turn about it;
-    /// if it is one of several, either all of the body has stopped, or just this point of it where it is: returns
-    /// whether that is so.
+    /// The sliding speed of a contact has decreased to zero. If it is the only closed one, the body may turn about it. If not,
+    /// either the whole body has stopped (`slow`), or only this point; returns whether it is only this point.
     fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
         if closed > 1 && slow {
@@ -95,8 +94,8 @@ impl BodyState {
     }
 }
 
-/// The one consistent word of up to two contacts under gravity and its q̈, by closed forms. Rows beyond the range of a
-/// problem have none: the problem says what is wrong.
+/// The only consistent word of up to two contacts under gravity, and its q̈, by closed forms. `None` beyond the range of a problem,
+/// which then has the error.
 pub(crate) fn only_mode_of(
     rows: &mut [Row],
     gravity: f64,
@@ -115,38 +114,35 @@ pub(crate) fn only_mode_of(
     Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))
 }
 
-/// Contacts that rest or slide, and what they do.
 pub(crate) struct ContactPhase<'a> {
     pub(crate) body: BodyState,
-    /// Signs of sliding; `None` where a contact is off.
+    /// Signs of sliding; `None` for separate contacts.
     ways: PerContact<Option<i8>>,
     mass: f64,
     /// Largest arm or ρ, in m.
     size: f64,
-    /// Speed that counts as none, in m/s.
+    /// Sliding speed that counts as zero, in m/s.
     sliding_tolerance: f64,
-    /// The largest such speed of a contact that friction then held, in m/s.
+    /// The largest sliding speed that counted as zero, in m/s.
     pub(crate) dropped: f64,
-    /// The least and the largest rotation in the last word, in rad.
+    /// The smallest and the largest rotation in the last word, in rad.
     turned: [f64; 2],
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
-    /// The word that the contacts are in.
     pub(crate) word: PerContact<Mode>,
-    /// What has no answer, or several.
+    /// The problem without a consistent word, or with several.
     pub(crate) undecided: Option<ContactProblem>,
     /// q̈ of an endless slide.
     pub(crate) acceleration: Option<[f64; 3]>,
     pub(crate) warning: Option<String>,
-    /// Why it is in this word.
+    /// The cause of this word.
     pub(crate) cause: Option<Cause>,
 }
 
-/// What hears of every stretch that begins: its start, its word, and why it begins.
+/// Called at the start of every stretch, with its state, its word, its time and its cause.
 pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
-/// How a phase of contact ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PhaseEnd {
     Outcome(Outcome),
@@ -156,7 +152,7 @@ pub(crate) enum PhaseEnd {
     Leave(usize, usize),
     /// All contacts have left.
     Free,
-    /// Nothing for so long that the geometry may not be frozen any more.
+    /// No event within the time for which the geometry may be frozen.
     Thaw,
 }
 
@@ -165,13 +161,13 @@ pub(crate) enum PhaseEnd {
 enum StretchEnd {
     End(PhaseEnd),
     LiftOff(usize),
-    /// The sliding speed of this contact has come down to zero; the way it slid.
+    /// The sliding speed of this contact has decreased to zero. With the direction in which it slid.
     Stop(usize, Mode),
     Slip(usize, Mode),
 }
 
 impl<'a> ContactPhase<'a> {
-    /// A body none of whose contacts is closed yet. `sliding_tolerance`: the speed that counts as none, in m/s.
+    /// A body without closed contacts. `sliding_tolerance`: the speed that counts as zero, in m/s.
     pub(crate) fn new(
         posture: &Posture,
         body: BodyState,
@@ -198,8 +194,8 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// Contacts at rest become part of the phase, each with the sign of its sliding; and with them those that touch and
-    /// whose gaps follow from theirs (the third of three on one straight floor).
+    /// Closes the contacts at rest and sets the signs of their sliding. Contacts that touch and whose gaps follow from these
+    /// (the third of three on one straight floor) are closed with them.
     pub(crate) fn close(&mut self, rests: &mut [bool]) {
         for i in 0..rests.len() {
             let touches = !rests[i] && self.body.points[i].h <= TOUCH * self.size;
@@ -210,14 +206,14 @@ impl<'a> ContactPhase<'a> {
         }
         self.body.close(rests);
         let slips: PerContact<f64> = (0..rests.len()).map(|i| self.body.slip(i)).collect();
-        // Without friction nothing but a vertex makes a contact stick.
+        // A contact without friction sticks in a vertex only.
         let sticks = |i: usize| self.body.points[i].friction > 0.0 || self.body.twin(i).is_some();
         let tolerance = |i: usize| if sticks(i) { self.sliding_tolerance } else { 0.0 };
         let closed = || (0..rests.len()).filter(|&i| rests[i]);
         let fastest = closed().map(|i| slips[i].abs()).fold(0.0, f64::max);
-        // Contacts that leave the body one motion slide all together, or not at all.
+        // Contacts that leave the body one degree of freedom slide all together or not at all.
         let limit = closed().map(tolerance).fold(0.0, f64::max);
-        // At an end of its terrain each by itself: there its own speed says whether it comes to rest in the vertex.
+        // At an end of terrain each counts by itself: its own speed decides whether it comes to rest in the vertex.
         let endless = self.body.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
         let together = endless && self.body.leaves_one_motion(rests);
         let none = |i: usize| match together {
@@ -240,7 +236,7 @@ impl<'a> ContactPhase<'a> {
         center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
     }
 
-    /// Mode after mode until something else happens. `note` hears of every stretch that begins.
+    /// Simulates word after word until the phase ends. `note` is called at the start of every stretch.
     pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut Note<'_>) -> PhaseEnd {
         let mut last = None;
         let mut swings: Vec<Swing> = Vec::new();
@@ -301,7 +297,7 @@ impl<'a> ContactPhase<'a> {
                     }
                 }
                 StretchEnd::Slip(i, mode) => {
-                    // In a vertex it slides up one piece, and with that leaves the other.
+                    // In a vertex the contact slides up one piece and leaves the other.
                     if let Some(j) = self.body.twin(i) {
                         self.ways[j] = None;
                     }
@@ -319,7 +315,7 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// The one word in which the contacts go on; if there is not one, how the run ends.
+    /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
     fn choose(&mut self) -> Result<Onward, Outcome> {
         let mut search = Search::default();
         let (mut problem, mut vague) = (None, false);
@@ -346,7 +342,7 @@ impl<'a> ContactPhase<'a> {
                 } else {
                     search.add(one.clone());
                 }
-                // Its motion depends on forces that nothing determines, and the next order does not end it.
+                // The motion depends on undetermined forces, and the next order does not exclude this word.
                 vague |= answer.determined == Forces::Undetermined && search.found.contains(&one);
             }
         }
@@ -360,19 +356,19 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// Whether the accelerations of a word may not tell how it goes on.
+    /// Whether the next order of the motion may change this word.
     fn is_open(&self, word: &Onward) -> bool {
         self.moves(word.acceleration) && self.body.is_open(&word.word)
     }
 
-    /// Whether the body moves, or is about to.
+    /// Whether the body moves or is accelerated.
     fn moves(&self, [ax, ay, turn]: [f64; 3]) -> bool {
         let most = ax.abs().max(ay.abs()).max(self.size * turn.abs());
         !(self.speed() <= self.sliding_tolerance && most <= STILL * self.body.gravity)
     }
 
-    /// Holds the contacts in their word until something happens. `last`: what ended the word before. `starting`:
-    /// contacts that begin to slide from rest, `changed`: whose letters follow from the next order of the motion.
+    /// Holds the contacts in their word until an event. `last`: the event that ended the previous word. `starting`: contacts that
+    /// begin to slide. `changed`: those whose letters follow from the next order of the motion.
     fn hold(
         &mut self,
         mut acceleration: [f64; 3],
@@ -383,7 +379,7 @@ impl<'a> ContactPhase<'a> {
         note: &mut Note<'_>,
     ) -> StretchEnd {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
-        // Rows that leave no motion leave no velocity either: what there is of it is rounding.
+        // If the rows leave no motion, the velocity is rounding error.
         let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
         let body = &mut self.body;
         if rests {
@@ -391,14 +387,14 @@ impl<'a> ContactPhase<'a> {
             for (p, mode) in body.points.iter_mut().zip(&mut self.word) {
                 p.u = 0.0;
                 if *mode != Mode::Separate && p.friction == 0.0 {
-                    *mode = Mode::Fixed; // the same forces
+                    *mode = Mode::Fixed; // forces do not change
                 }
             }
         } else {
             body.hold(&self.word);
         }
         self.turned = [body.spin.theta; 2];
-        // Where a slide has come to a pole of the forces.
+        // At a singularity of the forces in a slide.
         let jams = |body: &mut BodyState, word: &[Mode]| match body.jams(word) {
             Some(i) => StretchEnd::Stop(i, word[i]),
             None => outcome(Outcome::Inconsistent),
@@ -418,7 +414,7 @@ impl<'a> ContactPhase<'a> {
                 return outcome(Outcome::TimeLimit);
             }
             let (fresh, last) = (std::mem::take(&mut fresh), last.take());
-            // What is known of the start of the stretch and is rounding in the series.
+            // Sets coefficients at the start of the stretch that are known exactly.
             let begins = |mut step: Step| {
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
@@ -436,7 +432,7 @@ impl<'a> ContactPhase<'a> {
                         if !step.breaks_loose(i) {
                             return None;
                         }
-                        // From a vertex it slides up one piece, and with it leaves the other.
+                        // From a vertex the contact slides up one piece and leaves the other.
                         if let Some(j) = body.twin(i).filter(|&j| body.points[j].h == 0.0)
                             && self.word[j] == Mode::Separate
                         {
@@ -465,7 +461,7 @@ impl<'a> ContactPhase<'a> {
             let before = side.take();
             let on = found.filter(|(step, ..)| before.is_none_or(|side| side == step.side));
             let Some((step, t, mut end)) = on else {
-                // At a pole, or past it by a rounding; from the start no way to it is known.
+                // The singularity is reached, or passed by a rounding error. At the start of a stretch no slide leads to it.
                 return match before {
                     Some(_) => jams(body, &self.word),
                     None => outcome(Outcome::Inconsistent),
@@ -478,13 +474,13 @@ impl<'a> ContactPhase<'a> {
             }
             let [ax, ay, _] = acceleration;
             let way = t * (body.center.v.norm() + t * libm::hypot(ax, ay));
-            // Beyond all bounds nothing ever happens, either.
+            // A body that is farther away than any bound has no further event either.
             if t == f64::INFINITY
                 || way > DEPARTED
                 || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY
             {
                 self.acceleration = Some(acceleration);
-                // Linearised, what flies while nothing ever happens flies away.
+                // In frozen geometry, a body with contacts in flight and no further event flies away.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
                 return outcome(if closed || body.frozen.is_none() {
                     Outcome::Sliding
@@ -534,8 +530,9 @@ impl<'a> ContactPhase<'a> {
 }
 
 impl BodyState {
-    /// Whether a contact that this acceleration (m/s²) takes off the ground turns round so little below it, by u²/(2ḧ), that its gap
-    /// does not tell, which has followed from the speeds of the body for a time (s): then it passes over the ground.
+    /// Whether a contact passes over the ground, with its gap raised, although the gap has reached zero: this acceleration (m/s²)
+    /// turns it round at a depth u²/(2ḧ) below the rounding error of the gap, which has followed from the speeds of the body for a
+    /// time (s).
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];

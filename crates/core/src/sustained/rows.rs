@@ -10,39 +10,39 @@ use crate::tolerance::{
     CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND, UNEVEN_GAP,
 };
 
-/// Corrections of a velocity or of a place, at most: loads are up to 1e100 times what moves, and each gains sixteen digits.
+/// Most corrections of a velocity or position: loads are up to 1e100 times what moves, each correction gains sixteen digits.
 pub(super) const AGREES: usize = 8;
 
-/// A force, and the row that it makes vanish.
+/// A force, and the row that it keeps at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unknown {
     pub(super) contact: usize,
     pub(super) tangential: bool,
 }
 
-/// A row that vanishes, per unit mass, in coordinates (x, y, ρθ).
+/// A row that stays zero, per unit mass, in coordinates (x, y, ρθ).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     pub(super) unknown: Unknown,
     pub(super) whole: Vector3<f64>,
-    /// Unit vector along what the rows before it leave over.
+    /// Unit vector along the part of this row that is orthogonal to the rows before it.
     pub(super) direction: Vector3<f64>,
 }
 
-/// A value of a row, and a bound of its rounding.
+/// A value of a row, and a bound of its rounding error.
 type Known = (f64, f64);
 
-/// Makes the values of rows those of one velocity, or of one displacement. The best known ones whose rows are independent stay as
-/// they are, and the others follow from them, with their roundings. Rows that are `None` are left out, and so
-/// are those that are nearly the same as one that stays (two contacts one above the other): the difference of their values is of
-/// second order in the rotation, and known better than the values.
+/// Makes the values of rows consistent with one velocity or displacement. The most accurate values of independent rows stay; the
+/// others follow from them, with their rounding errors. Rows that are `None` are left out. A row that nearly equals one that stays
+/// (two contacts one above the other) keeps its value too: the difference of the two is of second order in the rotation and more
+/// accurate than a value that follows.
 fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     let mut order: PerContact<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
     order.sort_by(|&i, &j| {
         let [(one, known), (other, less)] = [values[i], values[j]];
         known.total_cmp(&less).then(one.abs().total_cmp(&other.abs()))
     });
-    // Orthonormal directions, and bounds of what roundings add along each.
+    // Orthonormal directions, and bounds of the rounding errors along each.
     let mut basis: SmallVec<[(Vector3<f64>, f64); 3]> = SmallVec::new();
     let left_over = |row: &Vector3<f64>, basis: &[(Vector3<f64>, f64)]| {
         let mut left = *row;
@@ -87,7 +87,7 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
 }
 
 impl BodyState {
-    /// The rows that vanish: normal ones of closed contacts, tangential ones of fixed ones.
+    /// The rows that stay zero: normal ones of closed contacts, tangential ones of fixed contacts.
     pub(super) fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
         let rho = self.rho2.sqrt();
         let mut rows: SmallVec<[Row; 4]> = SmallVec::new();
@@ -110,12 +110,12 @@ impl BodyState {
         rows
     }
 
-    /// Those of them that determine the motion, the longest first, each by the part that the ones before it leave over.
+    /// Independent rows that determine the motion, the longest first, each with the part that is orthogonal to those before it.
     pub(super) fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
         self.independent_but(None, modes)
     }
 
-    /// The same without one of them.
+    /// The same without one of the rows.
     pub(super) fn independent_but(
         &self,
         without: Option<Unknown>,
@@ -125,7 +125,7 @@ impl BodyState {
         rows.retain(|row| Some(row.unknown) != without);
         let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
         while chosen.len() < 3 {
-            // The last of the longest; a row that is chosen leaves a vector of zero.
+            // The last of the longest. A row that is chosen becomes a zero vector.
             let (mut at, mut longest) = (0, 0.0);
             for (k, row) in rows.iter().enumerate() {
                 let length = row.direction.norm_squared();
@@ -146,9 +146,9 @@ impl BodyState {
         chosen
     }
 
-    /// Of independent rows those of the two contacts farthest apart on parallel ground, or nearly so. Off it the body does not move,
-    /// and turns only as it moves along it, (b_i − b_j) ω = −(n_i − n_j)·v: by so little that anything but this difference is
-    /// rounding.
+    /// The two contacts of independent rows farthest apart on (nearly) parallel ground. The body does not move off this ground, and
+    /// turns only as it moves along it: (b_i − b_j) ω = −(n_i − n_j)·v, so little that only the difference of the rows gives it
+    /// accurately.
     pub(super) fn parallel(&self, rows: &[Row]) -> Option<[usize; 2]> {
         let (points, rho) = (&self.points, self.rho2.sqrt());
         let normal = |row: &&Row| !row.unknown.tangential;
@@ -167,20 +167,20 @@ impl BodyState {
         found.1
     }
 
-    /// Whether nothing at all turns a body on two such contacts.
+    /// Whether the ground of two such contacts is exactly parallel: the body does not turn.
     pub(super) fn is_level(&self, [i, j]: [usize; 2]) -> bool {
         self.points[i].normal == self.points[j].normal
     }
 
-    /// −(n_i − n_j)·x/(b_i − b_j): how far it turns as it moves by x, or how fast.
+    /// −(n_i − n_j)·x/(b_i − b_j): the rotation for a displacement x, or the spin for a velocity x.
     pub(super) fn turned_by(&self, [i, j]: [usize; 2], x: Vector2<f64>) -> f64 {
         let (one, two) = (&self.points[i], &self.points[j]);
         0.0 - (one.normal - two.normal).dot(&x) / (one.b - two.b)
     }
 
-    /// Whether the gap of contact `i` follows from those of these others: their normal rows span its own.
+    /// Whether the gap of contact `i` follows from the gaps of these others: their normal rows span its own.
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
-        // A sliding contact has its normal row alone.
+        // A sliding contact has only its normal row.
         let closed = |on: bool| if on { Mode::Right } else { Mode::Separate };
         let mut modes: PerContact<Mode> = others.iter().map(|&on| closed(on)).collect();
         let rank = self.independent(&modes).len();
@@ -188,9 +188,8 @@ impl BodyState {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
-    /// The part of the velocity, (v, ω), that the rates of these contacts are made of. The rest, orthogonal to it in the metric of
-    /// the mass, none of them sees, and no force along their normals changes it. All of it, to the last bit, where that is the
-    /// smaller part.
+    /// The part of the velocity (v, ω) that determines the rates of these contacts. The rest is orthogonal to it in the metric of
+    /// the mass; no force along these normals changes it. If the rest is smaller, this is the whole velocity, to the last bit.
     pub(crate) fn seen(&self, contacts: &[bool]) -> [f64; 3] {
         let rho = self.rho2.sqrt();
         let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
@@ -204,19 +203,19 @@ impl BodyState {
         [seen.x, seen.y, seen.z / rho]
     }
 
-    /// Whether these contacts, closed, leave the body a single motion.
+    /// Whether these contacts, closed, leave the body one degree of freedom.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
         self.independent(&closed.iter().map(mode).collect::<PerContact<_>>()).len() == 2
     }
 
-    /// Whether the rows that vanish leave no motion at all.
+    /// Whether the rows that stay zero leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
         self.independent(modes).len() == 3
     }
 
-    /// Takes from the velocity what moves the rows that vanish, as a plastic impact on them would: orthogonally in the
-    /// metric of the mass, so that it can only lose energy.
+    /// Removes the part of the velocity that violates the rows, as a plastic impact on them would. The projection is orthogonal
+    /// in the metric of the mass, so that it cannot add energy.
     pub(super) fn project(&mut self, modes: &[Mode]) {
         let rho = self.rho2.sqrt();
         let v = self.center.v;
@@ -227,7 +226,7 @@ impl BodyState {
             for row in &rows {
                 velocity -= row.direction * row.direction.dot(&velocity);
             }
-            // What is taken away has roundings itself, where it is most of all.
+            // The part removed has a rounding error too, which matters if it is nearly the whole velocity.
             if velocity.amax() >= CORRECTED_VELOCITY * before {
                 break;
             }
@@ -238,8 +237,8 @@ impl BodyState {
         }
     }
 
-    /// Back from a geometry that was frozen for a moment: the body moves with what is closed, and the gaps of the others
-    /// with the body.
+    /// Returns from a frozen geometry: the velocity is made consistent with the closed contacts, and the rates of the others
+    /// follow from it.
     pub(crate) fn unfreeze(&mut self) {
         let closed =
             |p: &ContactState| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
@@ -251,7 +250,7 @@ impl BodyState {
         }
     }
 
-    /// The velocity of a body with these contacts closed: what it has left along their normals is rounding.
+    /// Corrects the velocity of a body with these contacts closed: its rates along their normals are rounding error.
     pub(crate) fn close(&mut self, closed: &[bool]) {
         if self.has_rows() {
             let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
@@ -259,15 +258,15 @@ impl BodyState {
         }
     }
 
-    /// Stops these contacts: one plastic impact brings their gap rates to zero by impulses along their normals. The rates of all
-    /// other contacts change with the velocity of the body. Were they left as they are, the rates of three contacts on one
-    /// straight floor would contradict each other after it, as if the floor moved: the body would never come to rest.
-    /// Returns the change of (v, ω).
+    /// Stops these contacts: one plastic impact brings their gap rates to zero by impulses along their normals. The rates of
+    /// all other contacts change with the velocity of the body. Without this change, the rates of three contacts on one
+    /// straight floor would contradict each other, as if the floor moved, and the body would never come to rest. Returns the
+    /// change of (v, ω).
     pub(crate) fn arrest(&mut self, stopped: &[bool]) -> Vector3<f64> {
         let rho = self.rho2.sqrt();
         let mode = |stops: &bool| if *stops { Mode::Right } else { Mode::Separate };
         let modes: PerContact<Mode> = stopped.iter().map(mode).collect();
-        // Row by row: each direction is orthogonal to the rows before it.
+        // Each direction is orthogonal to the rows before it.
         let mut change = Vector3::<f64>::zeros();
         for row in &self.independent(&modes) {
             let rate = self.points[row.unknown.contact].u + row.whole.dot(&change);
@@ -287,7 +286,7 @@ impl BodyState {
         Vector3::new(push.x, push.y, turn)
     }
 
-    /// Takes all of its velocity from a body that has none but roundings.
+    /// Sets the velocity of a body to zero where it is rounding error.
     pub(crate) fn stand(&mut self) {
         self.center.v.fill(0.0);
         self.spin.omega = 0.0;
@@ -296,11 +295,11 @@ impl BodyState {
         }
     }
 
-    /// Makes the gap rates those of one rigid velocity, and the gaps those of one rigid displacement where they are so within the
-    /// rounding of a place, `size` the size of the body in m. Each is kept by itself, so that a small one keeps its digits beside a
-    /// large one; where rows depend on each other (three contacts on one straight floor, any four), what roundings of a larger
-    /// motion have left would contradict the small motion that comes after it, as if the floor moved or were uneven, and the
-    /// body would rattle for ever. The best known that are independent stay, and the others follow from them.
+    /// Makes the gap rates consistent with one rigid velocity, and gaps with one rigid displacement if they differ by the rounding
+    /// error of a position only. `size`: of the body, in m. Each gap is stored separately, so that a small one keeps its digits
+    /// beside a large one. Where rows are dependent (three contacts on one straight floor, any four), rounding errors of a larger
+    /// motion would contradict the small motion that follows, as if the floor moved or were uneven, and the body would rattle for
+    /// ever. The most accurate independent values stay, and the others follow from them.
     pub(crate) fn reconcile(&mut self, size: f64) {
         if self.points.len() < 3 {
             return;
@@ -326,9 +325,9 @@ impl BodyState {
         }
     }
 
-    /// The velocity of a body whose contacts begin to be held in these modes. What it has left along the normals of those
-    /// that are closed is rounding: the rates of the others, which are kept beside it, know nothing of that. Sliding too
-    /// slow to count is taken from a body that holds on, and the rates of the contacts in the air follow.
+    /// Corrects the velocity of a body whose contacts begin to be held in these modes. Its rates along the normals of closed
+    /// contacts are rounding error, which the separately stored rates of the others do not have. A sliding speed that counts as
+    /// zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
     pub(crate) fn hold(&mut self, modes: &[Mode]) {
         if !self.has_rows() {
             return;
@@ -353,7 +352,7 @@ impl BodyState {
             if *mode == Mode::Separate {
                 p.u += p.normal.dot(&change) + p.b * turn;
                 if p.h == 0.0 {
-                    p.u = p.u.max(0.0); // it is leaving: sliding that counts as none brings no other contact back
+                    p.u = p.u.max(0.0); // it separates: removing a slow sliding must not close it
                 }
             }
         }

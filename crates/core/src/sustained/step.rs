@@ -1,4 +1,4 @@
-//! The motion in a mode as Taylor series, and the first event on it.
+//! The motion in a contact-mode word as Taylor series, and its first event.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use smallvec::SmallVec;
@@ -13,15 +13,14 @@ use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
 use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
 
-/// One contact during a step.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     pub(super) mode: Mode,
-    /// Fixed by something.
+    /// Fixed by friction or in a vertex.
     stuck: bool,
     /// The other of two fixed points that hold a contact in a vertex.
     pub(super) partner: Option<usize>,
-    /// Off, but at the place of the other point of its contact, which is fixed.
+    /// Separate, but at the position of the other point of its contact, which is fixed.
     pinned: bool,
     pub(super) friction: f64,
     pub(super) b: Series,
@@ -35,7 +34,7 @@ pub(super) struct Track {
     pub(super) tangential: Series,
 }
 
-/// The motion as Taylor series in the time since the start of a step, with `unit` as unit of time.
+/// The motion as Taylor series in the time since the start of a step, with `unit` as the unit of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     theta: Series,
@@ -44,59 +43,56 @@ pub(crate) struct Step {
     r: [Series; 2],
     pub(super) v: [Series; 2],
     pub(super) tracks: Vec<Track>,
-    /// Determinant of the friction matrix; positive at the start.
+    /// Determinant of the friction matrix, made positive at the start.
     determinant: Series,
-    /// Its sign before, where it may vanish.
+    /// Sign of the determinant before this change; zero where it cannot vanish.
     pub(crate) side: f64,
-    /// A power of two, in s: coefficients stay in range on any scale of time, and scaling is exact.
+    /// A power of two, in s. Coefficients then stay in range on any time scale, and scaling is exact.
     unit: f64,
-    /// Time for which the series serve to the last digit, in units.
+    /// Time up to which the series are accurate to the last digit, in units.
     reach: f64,
-    /// Number of coefficients.
     pub(super) order: usize,
 }
 
-/// Numbers of coefficients to be tried, and the time, in units, up to which each is expected to serve: most steps are short,
-/// and few coefficients reach to their end. The last one goes on step by step.
+/// Numbers of coefficients to try, and the time, in units, up to which each is expected to be accurate: most steps are short and
+/// need few. A longer motion takes several steps with the last number.
 pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f64::INFINITY)];
 
-/// Factor of the unit of time where coefficients are beyond all numbers; its inverse, up to which, in units, a turn is followed:
-/// what it does later may have fallen below all numbers. And units that are not made shorter, or longer: accelerations in
-/// them are to have squares.
+/// Factor of the unit of time when coefficients overflow. Its inverse: time, in units, up to which a rotation is followed, because
+/// coefficients that matter later may have underflowed. Limits of the units, so that squares of accelerations stay in range.
 const SHORTER: f64 = 1.0 / LATE;
 const LATE: f64 = 4_294_967_296.0;
 const SHORTEST: f64 = 1e-100;
 const LONGEST: f64 = 1e50;
-/// Exponent of the longest unit of time at all, which has a square.
+/// Binary exponent of the longest unit of time at the start; its square stays in range.
 const SQUARED: i32 = 500;
 
-/// Coefficients of a motion in a frozen geometry, where forces are constant; two more, which are zero, say that there are none.
+/// Number of coefficients in frozen geometry, where forces are constant: three, and two zeros, so that the reach is infinite.
 const FROZEN: usize = 5;
 
-/// How a step ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum StepEnd {
-    /// Nothing happened: go on with another step.
+    /// No event: another step follows.
     Reach,
     /// This contact lands.
     Landing(usize),
-    /// This contact, which came under its terrain from beside, rises out of it.
+    /// This contact, which came under its terrain from the side, rises out of it.
     Surface(usize),
-    /// The force of this contact has come down to zero: it lifts off.
+    /// The normal force of this contact has decreased to zero: it lifts off.
     LiftOff(usize),
-    /// The sliding speed of this contact has come down to zero.
+    /// The sliding speed of this contact has decreased to zero.
     Stop(usize),
-    /// The force of this fixed contact has reached the edge of its cone: it begins to slide this way.
+    /// The force of this fixed contact has reached the edge of its cone: it begins to slide in this direction.
     Slip(usize, Mode),
-    /// The friction matrix becomes singular: forces grow beyond all bounds (dynamic jam).
+    /// The friction matrix becomes singular: forces grow without bounds (dynamic jam).
     Jam,
-    /// This contact comes to an end of the piece of terrain under it: the one on the left (0) or on the right (1).
+    /// This contact comes to an end of the piece of terrain under it: the left (0) or the right (1) one.
     Leave(usize, usize),
 }
 
 impl BodyState {
-    /// The power of two nearest below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g)
-    /// where that is shorter; if it has a square.
+    /// The largest power of two below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g) if shorter; its
+    /// square stays in range.
     fn unit_of_time(&self) -> f64 {
         let arm = self.points.iter().map(|p| libm::hypot(p.b, p.c)).fold(0.0, f64::max);
         let size = arm + self.rho2.sqrt();
@@ -104,7 +100,7 @@ impl BodyState {
         if rate > 0.0 { libm::ldexp(1.0, SQUARED.min(-libm::ilogb(rate))) } else { 1.0 }
     }
 
-    /// About when a contact lands or stops sliding, in units of time, were this acceleration constant.
+    /// Estimated time until a contact lands or stops sliding, in units, at this acceleration.
     pub(crate) fn soon(&self, modes: &[Mode], [ax, ay, turn]: [f64; 3]) -> f64 {
         let a = Vector2::new(ax, ay);
         let event = |(i, mode): (usize, &Mode)| {
@@ -126,14 +122,13 @@ impl BodyState {
 }
 
 impl Step {
-    /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the forces do not
-    /// follow from it: the friction matrix is singular. `order`: the number of coefficients, at most [`ORDER`]; where the
-    /// geometry is frozen there are no more than three.
+    /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
+    /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
     pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
-            // Forces that cannot keep their own rows: those of rows that follow from these may.
+            // If these forces cannot keep their own rows at zero, those of dependent rows may.
             rows.iter().find_map(|row| {
                 let others = state.independent_but(Some(row.unknown), modes);
                 let same = others.len() == rows.len();
@@ -142,7 +137,6 @@ impl Step {
         })
     }
 
-    /// With these rows and their forces.
     fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
@@ -153,8 +147,8 @@ impl Step {
         Some(step)
     }
 
-    /// The same step in a longer unit of time, for what happens so late that coefficients of a slow turn which matter by
-    /// then may have fallen below all numbers; `None` where they do not.
+    /// The same step in a longer unit of time, for late events: coefficients of a slow rotation that matter by then may have
+    /// underflowed. `None` if it is not needed.
     pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
         let rows = || state.independent(modes);
@@ -163,7 +157,7 @@ impl Step {
         step.flatten().filter(Self::is_finite)
     }
 
-    /// Whether its last coefficients are numbers: near a jam they grow like powers of the inverse of the time to it.
+    /// Whether its last coefficients are finite: near a jam they grow like powers of the inverse of the time to it.
     fn is_finite(&self) -> bool {
         let last = |series: &Series| series[self.order - 1].is_finite();
         let forces = |track: &Track| last(&track.normal) && last(&track.tangential);
@@ -206,7 +200,7 @@ impl Step {
         let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
         let mut square = ZERO; // ω², as far as it curves the paths of the contact points
 
-        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m vanishes.
+        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero.
         let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
@@ -253,7 +247,7 @@ impl Step {
                     (true, true) => matrix[i][j][0],
                     _ => f64::from(u8::from(i == j)),
                 });
-                // Lengths before anything cancels: a single contact that jams has nothing else to be compared with.
+                // Lengths of the columns before cancellation: a single contact that jams has no other scale.
                 let size: f64 = (0..n)
                     .map(|l| {
                         let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
@@ -347,7 +341,7 @@ impl Step {
             let turns = all.any(|series| series[1..].iter().any(|c| *c != 0.0));
             if turns && state.frozen.is_none() { reach.min(LATE) } else { reach }
         };
-        // Without sliding friction it is that of Gram's matrix of independent rows: positive for good.
+        // Without sliding friction it is the determinant of the Gram matrix of independent rows, which stays positive.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
         let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };
         let side = if jams { determinant[0].signum() } else { 0.0 };
@@ -357,15 +351,14 @@ impl Step {
         Some(Self { theta, omega, r, v, tracks, determinant, side, unit, reach, order })
     }
 
-    /// A contact that has just lifted off: at this instant its gap, its rate and its acceleration are zero, and what they
-    /// are here is rounding.
+    /// Contact `i` has just lifted off: its gap, rate and acceleration are zero, up to rounding error.
     pub(crate) fn lifts_off(&mut self, i: usize) {
         let track = &mut self.tracks[i];
         track.h[..3].fill(0.0);
         track.u[..2].fill(0.0);
     }
 
-    /// A contact that begins to slide from rest: what it slides the other way is rounding.
+    /// Contact `i` begins to slide from rest: a speed in the opposite direction is rounding error.
     pub(crate) fn starts(&mut self, i: usize) {
         let track = &mut self.tracks[i];
         if track.slip[0] * track.mode.direction() < 0.0 {
@@ -373,8 +366,8 @@ impl Step {
         }
     }
 
-    /// A contact that has just broken loose: its sliding speed and acceleration are zero yet. Returns whether it then
-    /// slides the way its friction says; where it jams it does not.
+    /// Contact `i` has just broken loose: its sliding speed and acceleration are zero. Returns whether it then slides in the
+    /// direction of its mode; where it jams it does not.
     pub(crate) fn breaks_loose(&mut self, i: usize) -> bool {
         let track = &mut self.tracks[i];
         track.slip[..2].fill(0.0);
@@ -382,7 +375,8 @@ impl Step {
         first.is_none_or(|c| c * track.mode.direction() > 0.0)
     }
 
-    /// Way of a point to the right since the start. A sliding one moves along its terrain, a fixed one not at all.
+    /// Displacement of a point to the right since the start. A sliding point moves along its terrain; a fixed one does not
+    /// move.
     fn way(&self, i: usize, state: &BodyState) -> Series {
         let (track, p) = (&self.tracks[i], &state.points[i]);
         let mut way = ZERO;
@@ -407,7 +401,7 @@ impl Step {
         way
     }
 
-    /// Distances of a point to the ends of the terrain under it.
+    /// Distances of a point from the left and right ends of the terrain under it.
     fn sides(&self, i: usize, state: &BodyState) -> [Series; 2] {
         let way = self.way(i, state);
         let [left, right] = state.points[i].place.sides;
@@ -416,17 +410,17 @@ impl Step {
         sides
     }
 
-    /// How far the force on a contact that is held in a vertex lies from the two edges of the hull of its friction cones, and what
-    /// happens on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
+    /// Margins of the force on a contact that is held in a vertex to the two edges of the hull of its friction cones, and the event
+    /// on each edge. With l, r the pieces on the left and on the right of the vertex, the edges are
     ///
     /// ```text
     /// e_l = n_l + μ_l t_l: the contact slides up the left piece,    e_r = n_r − μ_r t_r: up the right piece
     /// ```
     ///
-    /// and the force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull is half a turn or more, the two pieces could hold
-    /// any force, wedged, and the contact could slide up a piece as well. It slides: it is held while one of both conditions holds,
-    /// which is as long as F lies in one of the cones or between the normals. Both points of the contact have these edges; the first
-    /// point reports them.
+    /// The force F is inside while e_l × F ≥ 0 and F × e_r ≥ 0. Where the hull spans half a turn or more, the pieces could hold any
+    /// force by wedging, but the contact could slide up a piece as well. It then slides: it is held while one of the conditions
+    /// holds, with F in one of the cones or between the normals. Both points of the contact have these edges; the first one reports
+    /// them.
     pub(super) fn vertex_edges(
         &self,
         state: &BodyState,
@@ -459,7 +453,7 @@ impl Step {
         let rounding = HULL_EDGE * (force[0] + force[1]) * (e_l.norm() + e_r.norm());
         let [left, right] = [0, 1].map(|side| inside[side][0]);
         if left.min(right) > rounding {
-            // The first to become negative has no consequence, and after it only the other counts.
+            // The first one to become negative has no consequence; then only the other one decides.
             inside.into_iter().map(|series| (series, StepEnd::Reach)).collect()
         } else {
             let side = usize::from(right > left);
@@ -467,7 +461,7 @@ impl Step {
         }
     }
 
-    /// The first event within the step, and when, in s. `limit`: no event later than this matters.
+    /// The first event within the step, and its time in s. `limit`: later events are not needed.
     pub(crate) fn first_event(&self, state: &BodyState, limit: f64) -> (f64, StepEnd) {
         let end = self.reach.min(limit / self.unit);
         let mut first = (end, StepEnd::Reach);
@@ -485,7 +479,7 @@ impl Step {
                 series
             };
             let mut falls = |series: &Series, event: StepEnd| {
-                // The step before may have ended on the event: then it is due, unless what is below zero is rounding.
+                // If the previous step ended on the event, it occurs now, unless the negative value is rounding error.
                 let mut series = *series;
                 let trend = series[1..].iter().find(|c| **c != 0.0).map_or(0.0, |c| *c);
                 if series[0] <= 0.0 && trend < 0.0 {
@@ -506,7 +500,7 @@ impl Step {
                 }
             };
             let place = &state.points[i].place;
-            // Off one piece of a vertex and sliding up the other: over once that is more than rounding.
+            // Off one piece of a vertex and sliding up the other: it leaves once the distance exceeds its rounding error.
             let closed = |j: usize| self.tracks[j].mode != Mode::Separate;
             let slides = track.mode == Mode::Separate && state.twin(i).is_some_and(closed);
             let slack = if slides { TOUCH * state.points[i].arm().norm() } else { 0.0 };
@@ -552,7 +546,7 @@ impl Step {
         slope / (self.unit * self.unit)
     }
 
-    /// Time for which the series serve to the last digit, in s.
+    /// Time up to which the series are accurate to the last digit, in s.
     pub(crate) fn reach(&self) -> f64 {
         self.reach * self.unit
     }
@@ -569,7 +563,7 @@ impl Step {
         let order = self.order;
         let value = |series: &Series| series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c);
         let rate = |series: &Series| value(series) / self.unit;
-        // Without its first term: to all its digits, however little it is.
+        // Without its first term, so that a small change keeps all its digits.
         let change =
             |series: &Series| series[1..order].iter().rev().fold(0.0, |sum, c| sum * t + c) * t;
         let mut after = state.clone();
@@ -599,8 +593,8 @@ impl Step {
         if state.has_rows() {
             let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
             after.project(&modes);
-            // Points that are held stay where they are, n·r + c and t·r + b: what they have moved is rounding, and is
-            // taken back along the shortest way.
+            // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
+            // shortest way.
             let turned = change(&self.theta);
             let lever = |contact: usize, tangential: bool| {
                 let (p, track) = (&after.points[contact], &self.tracks[contact]);
@@ -621,7 +615,7 @@ impl Step {
                     let lever = lever(contact, tangential);
                     let mut off = axis.dot(&moved) + lever;
                     if let (Some(place), None) = (p.held, state.frozen) {
-                        // Step by step roundings add up: beyond a few the place itself is the measure.
+                        // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                         let r = state.center.r + moved;
                         let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
                         let drift = axis.dot(&r) + arm - place[at];
@@ -635,7 +629,7 @@ impl Step {
                     back -= row.direction * (off / row.whole.dot(&row.direction));
                 }
                 moved += back.xy();
-                // Beside a load that is 1e16 times all that moves, the way back has roundings itself.
+                // Beside a load that is 1e16 times all that moves, the correction has rounding errors itself.
                 if back.xy().norm_squared() <= state.rho2 {
                     break;
                 }
@@ -694,8 +688,8 @@ mod tests {
         }
     }
 
-    /// Over one foot until the other lands: without friction ½ω²(b² + ρ²) + g y is constant with y = −c the height of
-    /// the centre of mass, about a fixed foot ½ω²(b² + c² + ρ²) + g y.
+    /// Motion on one contact until the other lands. Without friction, ½ω²(b² + ρ²) + g y is constant, with y = −c the height of
+    /// the centre of mass; about a fixed contact, ½ω²(b² + c² + ρ²) + g y is.
     #[test]
     fn energy_of_a_held_contact_is_kept() {
         for (mode, friction) in [(Mode::Right, 0.0), (Mode::Fixed, 1.0)] {

@@ -1,8 +1,7 @@
 //! Collisions of the full model: finite rotation, impacts at the current configuration.
 //!
-//! The state is kept in gap coordinates (h, u) with b_i, c_i of the rotated arms; positions of the body
-//! follow from the impulses. Where what remains of an accumulation is so short that the geometry cannot
-//! change any more, the frozen model sums it.
+//! The state is kept in gap coordinates (h, u) with b_i, c_i of the rotated arms. Positions of the body follow from the
+//! impulses. When the rest of an accumulation is too short for the geometry to change, the frozen model sums it.
 
 mod plain;
 
@@ -30,7 +29,7 @@ pub(crate) struct PairBody {
     pub(crate) n12: f64,
     /// g
     pub(crate) gravity: f64,
-    /// 1 − e of the more elastic contact
+    /// 1 − e of the contact with the larger restitution
     least_loss: f64,
 }
 
@@ -46,8 +45,7 @@ pub(crate) struct FullState {
     pub(crate) c: [f64; 2],
 }
 
-/// Collisions between two computations of b, c from θ itself: in between they are turned step by step and
-/// collect a rounding each.
+/// Collisions between two computations of b, c from θ. In between they are turned step by step, with a rounding error each.
 const REFRESH: usize = 32;
 
 impl FullState {
@@ -58,7 +56,7 @@ impl FullState {
         Self { body, gaps, center, spin, b, c }
     }
 
-    /// Arms that were turned step by step, anew.
+    /// Recomputes the arms from θ after many small turns.
     pub(crate) fn refresh(&mut self) {
         for i in 0..2 {
             (self.b[i], self.c[i]) =
@@ -92,7 +90,7 @@ impl FullState {
         self.b[i] * self.b[i] + self.body.rho2
     }
 
-    /// ρ²/(b_i² + ρ²): translational impulse per unit mass and own-rate jump.
+    /// ρ²/(b_i² + ρ²): translational impulse per unit mass, divided by the own-rate jump.
     pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
         self.body.rho2 / self.own(i)
     }
@@ -109,8 +107,8 @@ impl FullState {
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
     }
 
-    /// Whether a flight to the next landing loses the position of the body: of one that lies flat and does not turn, or has one
-    /// contact, there is nothing but the rotation to lose.
+    /// Whether a flight to the next touchdown is too long for the position to stay resolved. With one contact, or if the body lies
+    /// flat and does not turn, only its angle counts.
     #[inline]
     fn is_lost(&self, contact: usize, dt: f64) -> bool {
         let (u, omega) = (self.gaps.u[contact], self.spin.omega);
@@ -125,7 +123,7 @@ impl FullState {
         is_lost(omega * dt, way, square(0).max(square(1)).max(self.body.rho2))
     }
 
-    /// Moves on by a flight.
+    /// Moves the state by a flight.
     #[inline]
     pub(crate) fn fly(&mut self, dt: f64, turn: &Turn) {
         for i in 0..2 {
@@ -150,19 +148,18 @@ impl FullState {
         }
     }
 
-    /// First-order effect of the rotation during a tail of duration `t` that began at `start` and was summed
-    /// there: an impulse P at time τ acts on the arm b − c ωτ, so that
-    /// Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ P).
+    /// First-order effect of the rotation during a tail of duration `t` that began at `start` and was summed in the geometry
+    /// there: an impulse P at time τ acts on the arm b − c ωτ, so that Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ P).
     ///
-    /// Speeds shrink more slowly than times on the way to a 2-Zeno: this matters where the times do not.
+    /// Towards a 2-Zeno point speeds shrink more slowly than times: the effect matters for speeds where it does not for times.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
         let fast: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
         self.spin.omega -= omega * fast / self.body.rho2;
     }
 
-    /// Gives the body the velocity that its gap rates say of these contacts: after a tail that was summed in the geometry of its
-    /// start, whose arms have turned a little since, or after so many impacts that their jumps cancel.
+    /// Computes the velocity from the gap rates of closed contacts: after a tail summed in the geometry of its start, where the
+    /// arms have turned a little since, or after so many impacts that their jumps cancel.
     pub(crate) fn follow(&mut self, closed: [bool; 2]) {
         if closed == [true, true] {
             self.forget_rounding();
@@ -183,8 +180,8 @@ impl FullState {
         }
     }
 
-    /// Two gaps over parallel ground that change at the same rate leave no rotation at all: what the impulses
-    /// say of it is rounding.
+    /// Sets the spin to zero if two gaps over parallel ground change at the same rate: the spin that follows from the impulses is
+    /// rounding error.
     pub(crate) fn forget_rounding(&mut self) {
         let [one, two] = self.body.contacts;
         let same = self.gaps.u[0] == self.gaps.u[1];
@@ -207,7 +204,7 @@ impl FullState {
         jump
     }
 
-    /// Writes down an impact that has just happened.
+    /// Records an impact that has just been applied.
     fn write_down(&self, contact: usize, before: [f64; 2], jump: f64, log: &mut Log) {
         log.collisions.push(Collision {
             elapsed: log.clock,
@@ -220,15 +217,14 @@ impl FullState {
         log.bodies.push((self.center, self.spin));
     }
 
-    /// Which contact lands next: the contact, its touchdown, and whether both land at once. `active`: the
-    /// contact just hit.
+    /// The contact that lands next, its touchdown, and whether both land at once. `active`: the contact just hit.
     fn next_landing(&self, active: Option<usize>) -> Option<(usize, Touchdown, bool)> {
         let arcs = [self.arc(0), self.arc(1)];
         if let Some(a) = active
             && arcs[a].is_concave()
             && let Some(landing) = arcs[1 - a].find_touchdown()
         {
-            // A concave arc from the ground is above it until it lands: its sign decides.
+            // A concave arc that starts on the ground is above it until it lands: the sign of the gap decides.
             let height = arcs[a].gap_turned(landing.dt, &landing.turn);
             if height > 0.0 {
                 return Some((1 - a, landing, false));
@@ -251,7 +247,7 @@ impl FullState {
         }
     }
 
-    /// How the flights after an impact at `a` end here, if they do: whether the tail may be summed with frozen geometry.
+    /// The reason to end the loop after an impact at `a`, if any: a tail to sum with frozen geometry, or a contact that stops.
     fn accumulates(
         &self,
         a: usize,
@@ -291,13 +287,13 @@ impl FullState {
         if near.freezes && self.can_freeze(gravity, log) {
             return Some(LoopExit::Freeze);
         }
-        // Drawn off the ground or not, a contact that the impact stops is not in flight: its mode is to be found.
+        // A contact with zero rate after its impact is not in flight, whatever its acceleration: its mode has to be found.
         (self.gaps.u[a] == 0.0).then_some(LoopExit::Tie)
     }
 
-    /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less
-    /// than their rounding: [`FullState::turn_tail`] knows its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), only roughly, for ω does
-    /// not change uniformly. On parallel ground the contacts at rest leave no speed that it could change.
+    /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less than
+    /// their rounding error. [`FullState::turn_tail`] only approximates its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), because ω does
+    /// not change uniformly. On parallel ground, contacts at rest leave no speed that could change.
     fn is_turn_lost(&self, t: f64, jump: [f64; 2]) -> bool {
         let per_own = [0, 1].map(|i| jump[i].abs() / self.own(i));
         let omega =
@@ -308,7 +304,7 @@ impl FullState {
         self.body.n12.abs() >= 1.0 || rho * change <= f64::EPSILON * speed
     }
 
-    /// Whether the bounce tail at `a` may be summed with frozen geometry.
+    /// The bounce tail at `a`, if it may be summed with frozen geometry.
     #[cold]
     fn bounces(&self, a: usize, gravity: [f64; 2], log: &Log) -> Option<LoopExit> {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
@@ -331,7 +327,7 @@ impl FullState {
             gaps.h[a] = 0.0;
             (end > miss || miss == 0.0) && frozen.bounce_tail(a, &gaps).is_some()
         } else {
-            // Flung upwards, b moves on a convex arc: out of reach of everything that can act on it.
+            // Accelerated upwards, b moves on a convex arc: its gap has to exceed all changes of it that are possible.
             let kicks = 2.0 * psi_a.abs() * u_a * t / (1.0 - e);
             h_b >= miss + u_b.abs() * t + gravity[b].abs() * t * t + kicks
         };
@@ -339,7 +335,7 @@ impl FullState {
             .then_some(LoopExit::Bounce { contact: a, duration: t })
     }
 
-    /// Whether both contacts, bouncing in step until they rest after `t`, go on landing together while the body turns.
+    /// Whether both contacts, which bounce in step until they rest after `t`, keep landing together while the body turns.
     pub(crate) fn keeps_step(&self, t: f64, log: &Log) -> bool {
         let [one, two] = FrozenModel::new(&self.frozen()).settle(&self.gaps, t).jump;
         let drift = self.drift(t, one.abs(), two.abs());
@@ -347,7 +343,7 @@ impl FullState {
         drift.is_little() && late(0).max(late(1)) <= TAIL * (log.clock.hi + t)
     }
 
-    /// Whether both contacts come to rest so soon that the geometry cannot change any more until then.
+    /// Whether both contacts come to rest so soon that the geometry cannot change until then.
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         let (Gaps { h, u }, loss) = (self.gaps, self.body.least_loss);
@@ -379,8 +375,8 @@ impl FullState {
         drift.is_little() && t * geometry <= TAIL * now
     }
 
-    /// Bounds on how far g_i + c_iω² and ψ change within `t` while own-rate jumps of these sizes act at
-    /// the two contacts (order: any).
+    /// Bounds of the changes of g_i + c_iω² and ψ within `t` while own-rate jumps of these sizes act at the two contacts, in
+    /// any order.
     fn drift(&self, t: f64, jump_a: f64, jump_b: f64) -> Drift {
         let (b, c, rho2) = (self.b, self.c, self.body.rho2);
         let lever = [0, 1].map(|i| b[i].abs() / self.own(i));
@@ -406,7 +402,7 @@ impl FullState {
     }
 }
 
-/// Collisions one after the other, under way.
+/// The loop over collisions in progress.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FullCollisions {
     constants: FullConstants<f64>,
@@ -415,14 +411,14 @@ pub(crate) struct FullCollisions {
     left: UntilCheck,
 }
 
-/// Collisions by which it pays to go into a register.
+/// Least number of collisions for which a vector lane is used.
 const WORTH: usize = 4;
-/// Collisions before which it is not worth while where each takes all energy: most motions that can be summed are by then. The
-/// less one takes, the longer they last.
+/// A lane is used after this number of collisions times 1 − e: by then most motions that can be summed have been. The smaller the
+/// loss of an impact, the longer a motion lasts.
 const YOUNG: f64 = 16.0;
 
 impl FullCollisions {
-    /// Puts the body into a lane, where plain collisions are next, if they may be and it is worth while.
+    /// Puts the body into a lane if plain collisions may be next and it is worth its cost.
     pub(crate) fn enter(&self, state: &FullState, log: &Log, pool: &mut Pool, run: usize) -> bool {
         let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
         let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
@@ -432,7 +428,7 @@ impl FullCollisions {
         suits
     }
 
-    /// Comes back from a lane: whether plain collisions may still be next, or the end.
+    /// Restores the state from a lane and tests for an end. Result: as of [`Self::end_after`].
     pub(crate) fn leave(
         &mut self,
         stopped: &Stopped,
@@ -447,7 +443,7 @@ impl FullCollisions {
         self.end_after(stopped.a, dt, state, log)
     }
 
-    /// Tests for an end after a collision at `a`: `None`: plain collisions may be next, else an end or none.
+    /// Tests for an end after a collision at `a`. `None`: plain collisions may be next; `Some(None)`: another event.
     fn end_after(
         &mut self,
         a: usize,
@@ -460,7 +456,7 @@ impl FullCollisions {
         (halt.is_some() || self.active.is_none()).then_some(halt)
     }
 
-    /// Plain collisions up to one at contact 1: from there on they come in turn. Anything else stops the loop.
+    /// A plain collision at contact 1, if contact 2 was hit last: those in turn start after it. Result: as of [`Self::end_after`].
     pub(crate) fn come_to_first(
         &mut self,
         state: &mut FullState,
@@ -491,7 +487,7 @@ impl FullCollisions {
         self.left.fresh -= 1;
     }
 
-    /// After the loop: what is left of the time.
+    /// Ends the loop, with a flight up to the time limit if that is next.
     pub(crate) fn end(self, halt: LoopExit, state: &mut FullState, log: &mut Log) -> LoopExit {
         if halt == LoopExit::TimeLimit || halt == LoopExit::Never && log.end.is_finite() {
             let left = log.left().max(0.0);
@@ -502,7 +498,6 @@ impl FullCollisions {
         halt
     }
 
-    /// The next collision, whatever it is.
     pub(crate) fn next(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         if self.left.granted == 0 {
             self.left.granted = log.chunk();
@@ -544,10 +539,9 @@ impl FullCollisions {
         state.accumulates(contact, landing.dt, &self.constants, log)
     }
 
-    /// Plain collisions in turn, as long as nothing else happens.
+    /// Up to `most` pairs of plain collisions in turn. Result: as of [`Self::end_after`].
     ///
-    /// Written out for both contacts, so that none is looked up.
-    /// `None`: after `most` pairs of them nothing else has.
+    /// Both contacts are written out, without indices.
     pub(crate) fn alternate(
         &mut self,
         most: usize,
@@ -571,7 +565,7 @@ impl FullCollisions {
         None
     }
 
-    /// A plain collision; `A` was hit last. Anything else stops the loop, and may be the end of it.
+    /// The next collision, if it is plain. `A`: the contact hit last. Result: as of [`Self::end_after`].
     #[inline(always)]
     fn plain_collision<const A: usize>(
         &mut self,
@@ -617,15 +611,15 @@ struct Drift {
 }
 
 impl Drift {
-    /// Whether the body turns so little that velocities of frozen geometry, right to the first order, are right to the last
-    /// digit. A time below all rounding does not say so of a body that spins as fast.
+    /// Whether the body turns so little that velocities of frozen geometry, correct to first order, are correct to the last digit.
+    /// A short time is not enough if the body spins fast.
     fn is_little(&self) -> bool {
         self.angle * self.angle <= f64::EPSILON
     }
 }
 
 impl PairBody {
-    /// The pair of contacts of a posture; a single contact gets an absent partner.
+    /// The pair of contacts of a posture. A single contact is paired with an absent one.
     pub(crate) fn new(geometry: &[ContactGeometry], rho2: f64, gravity: f64) -> Self {
         let contacts = [geometry[0], geometry.get(1).copied().unwrap_or(ContactGeometry::ABSENT)];
         let n: [Vector2<f64>; 2] = contacts.map(|k| k.normal);

@@ -1,5 +1,5 @@
-//! The plain collision of a body that turns slowly: the contact hit last is in the air, the other one lands. It is what most
-//! collisions are, and it is the same arithmetic whether the numbers are those of one body or of the lanes of a register.
+//! The plain collision of a body that turns slowly: the contact hit last is in the air, and the other one lands. Most
+//! collisions are plain. The arithmetic is the same for one body and for the lanes of a vector register.
 
 use fearless_simd::Simd;
 
@@ -14,7 +14,7 @@ use crate::math::turn::Angle;
 use crate::math::turn::Turn;
 use crate::tolerance::{TAIL_TOO_LONG, TRY_TAIL};
 
-/// What does not change at one contact.
+/// Constants of one contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Side<T> {
     gravity: T,
@@ -22,11 +22,11 @@ pub(crate) struct Side<T> {
     normal: [T; 2],
     /// b and c at θ = 0.
     arm: [T; 2],
-    /// (g/|d|)²: an arc is concave for ever where ω⁴ is below.
+    /// (g/|d|)²: an arc is concave for all time if ω⁴ is below this.
     slow: T,
 }
 
-/// What does not change in a run.
+/// Constants of a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FullConstants<T> {
     sides: [Side<T>; 2],
@@ -37,7 +37,7 @@ pub(crate) struct FullConstants<T> {
     least_loss: T,
     /// The time limit, or the largest double.
     end: T,
-    /// The longest flight of which nothing is lost, in s.
+    /// The longest flight from the ground in which the position stays resolved, in s.
     longest: T,
 }
 
@@ -56,11 +56,11 @@ pub(crate) struct FullLoopState<T> {
     lo: T,
 }
 
-/// A collision, if it is of the plain kind.
+/// A candidate for a plain collision.
 pub(crate) struct FullPlainCollision<T: Real> {
     pub(crate) after: FullLoopState<T>,
     pub(crate) plain: T::Mask,
-    /// Whether what follows may be summed or frozen, or the contact just hit stays closed.
+    /// Whether the motion after it may be summed or frozen, or the contact just hit stays closed.
     pub(crate) may_end: T::Mask,
     /// Rates before the impact, and its own-rate jump.
     pub(crate) before: [T; 2],
@@ -69,15 +69,15 @@ pub(crate) struct FullPlainCollision<T: Real> {
     pub(crate) dt: T,
 }
 
-/// Which ends of an accumulation are possible, after an impact at contact a: bouncing at a, clattering, and both contacts
-/// at rest so soon that the geometry may be frozen. Each is tested without a root or a division.
+/// The ends of an accumulation that are possible after an impact at contact a: bouncing at a, clattering, and rest of both
+/// contacts so soon that the geometry may be frozen. Each test needs no root and no division.
 pub(crate) struct Near<T: Real> {
     pub(crate) bounce: T::Mask,
     pub(crate) clatter: T::Mask,
     pub(crate) freezes: T::Mask,
 }
 
-/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below the share [`TAIL_TOO_LONG`] of the time elapsed: freezing is
+/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below [`TAIL_TOO_LONG`] times the time elapsed: freezing is
 /// considered. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
 pub(crate) fn may_freeze<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
@@ -106,7 +106,7 @@ impl<T: Angle> FullLoopState<T> {
         constants.sides[i].gravity + self.c[i] * self.omega * self.omega
     }
 
-    /// Which ends to test for after an impact at `A` that ended a flight of `tau`.
+    /// The ends to test for after an impact at `A` that ended a flight of `tau`.
     #[inline(always)]
     pub(crate) fn near<const A: usize>(&self, constants: &FullConstants<T>, tau: T) -> Near<T> {
         let b = 1 - A;
@@ -132,17 +132,17 @@ impl<T: Angle> FullLoopState<T> {
         Near { bounce, clatter, freezes }
     }
 
-    /// The arms by the rotation itself, and whether it is small enough.
+    /// The arms computed from θ, and whether θ is small enough for that.
     #[inline(always)]
     pub(crate) fn arms(&self, constants: &FullConstants<T>) -> ([[T; 2]; 2], T::Mask) {
         let turn = Turn::small(self.theta);
         let small = self.theta.abs().at_most(self.theta.like(Turn::<T>::SMALL));
-        // No closure: what is called from a vector loop and not part of it has no vectors of its own.
+        // No closure: a function that is not inlined into the vector loop is compiled without vector instructions.
         let [one, two] = &constants.sides;
         ([turn.turned(one.arm), turn.turned(two.arm)], small)
     }
 
-    /// The next collision, at the contact that was not hit last. `A`: that was.
+    /// The next collision. `A`: the contact hit last; the other one lands.
     #[inline(always)]
     pub(crate) fn plain_collision<const A: usize>(
         &self,
@@ -156,7 +156,7 @@ impl<T: Angle> FullLoopState<T> {
         let (landing, found) = arc_b.concave_touchdown();
         let (dt, turn) = (landing.dt, &landing.turn);
 
-        // A concave arc from the ground is above it until it lands: its sign decides.
+        // A concave arc that starts on the ground is above it until it lands: the sign of the gap decides.
         let height = arc_a.gap_turned(dt, turn);
         let rates = [arc_a.rate_turned(dt, turn), arc_b.rate_turned(dt, turn)];
         let plain = slow
@@ -245,31 +245,30 @@ impl<T: Angle> FullConstants<T> {
     }
 }
 
-/// Bodies side by side, each in the middle of plain collisions or stopped.
+/// Bodies in vector lanes. Each is in the middle of plain collisions or has stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<20>,
-    /// The bodies where some have stopped, as [`LaneState::numbers`], at each of the [`STAGES`]; those that go on are at the last.
+    /// The states, as [`LaneState::numbers`], at each of the [`STAGES`] where bodies have stopped; active ones are at the last.
     stages: [Columns<18>; STAGES],
     /// Durations of the last flights.
     dt: [Columns<1>; STAGES],
-    /// A bit for each body that has stopped there.
+    /// A bit for each body stopped there.
     stopped: [u64; STAGES],
-    /// A bit for each body that goes on, after an impact at contact 1.
+    /// A bit for each active body; its last impact was at contact 1.
     on: u64,
 }
 
-/// In a pair of collisions: before that at contact 2, where it is not a plain one; after it, where an end is possible; and the same of
-/// the collision at contact 1.
+/// Where a body may stop in a pair of collisions: before that at contact 2 if it is not plain, after it if an end is possible, and
+/// the same at contact 1.
 const STAGES: usize = 4;
 
-/// Where a body has stopped.
 pub(crate) struct Stopped {
     pub(crate) fast: FullLoopState<f64>,
     /// The contact hit last.
     pub(crate) a: usize,
     pub(crate) left: UntilCheck,
-    /// Where an end is possible: the duration of the flight before.
+    /// If an end is possible: the duration of the last flight.
     pub(crate) may_end: Option<f64>,
 }
 
@@ -280,11 +279,11 @@ pub(crate) struct UntilCheck {
     pub(crate) fresh: usize,
 }
 
-/// Bodies in the lanes of registers.
+/// Bodies in the lanes of vector registers.
 struct Vector<S: Simd> {
     constants: FullConstants<Lanes<S>>,
     lane: LaneState<Lanes<S>>,
-    /// Lanes that go on, a bit for each; the numbers in the others mean nothing.
+    /// A bit for each active lane; the numbers in the others are meaningless.
     on: u64,
 }
 
@@ -299,7 +298,7 @@ impl<S: Simd> Vector<S> {
         }
     }
 
-    /// Computes arms that are due, but in lanes that have turned too far for it.
+    /// Recomputes the arms that are due, except in lanes where θ is too large for it.
     #[cold]
     #[inline(always)]
     fn refresh(&mut self) {
@@ -313,8 +312,8 @@ impl<S: Simd> Vector<S> {
         *fresh = Lanes::choose(due, fresh.like(REFRESH as f64), *fresh);
     }
 
-    /// A collision after one at `A`; lanes for which it is not a plain one stop before it, lanes in which an end is possible
-    /// behind it.
+    /// A collision after an impact at `A`. Lanes whose next collision is not plain stop before it; lanes in which an end is
+    /// possible stop after it.
     #[inline(always)]
     fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
         let zero = self.lane.fresh.like(0.0);
@@ -332,7 +331,7 @@ impl<S: Simd> Vector<S> {
 }
 
 impl Pool {
-    /// Takes a body in whose loop plain collisions are next, after an impact at contact 1.
+    /// Adds a body after an impact at contact 1.
     pub(crate) fn put(
         &mut self,
         run: usize,
@@ -347,7 +346,6 @@ impl Pool {
         self.on |= 1 << run;
     }
 
-    /// Gives a body back that has stopped.
     pub(crate) fn take(&mut self, run: usize) -> Stopped {
         let is_in = |stage: usize| self.stopped[stage] >> run & 1 == 1;
         let stage = (0..STAGES).find(|&stage| is_in(stage)).unwrap_or(STAGES - 1);
@@ -362,12 +360,11 @@ impl Pool {
         }
     }
 
-    /// The bodies that go on, a bit for each.
     pub(crate) fn on(&self) -> u64 {
         self.on
     }
 
-    /// Plain collisions, until one of the bodies has come to something else.
+    /// Simulates plain collisions until one of the bodies stops.
     #[inline(always)]
     pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
         let all = self.on;
@@ -429,7 +426,7 @@ impl FullLoopState<f64> {
         }
     }
 
-    /// Puts the state back; returns the clock.
+    /// Returns the clock.
     pub(crate) fn put(&self, state: &mut FullState) -> Clock {
         (state.gaps.h, state.gaps.u) = (self.h, self.u);
         (state.b, state.c) = (self.b, self.c);
