@@ -32,13 +32,13 @@ pub(crate) struct PyOrbit {
     pub(crate) asked: Asked,
 }
 
-/// The call of a method of a model that an answer is pickled as.
+/// The pickled form of a result: a call of a method of a model.
 pub(crate) struct Asked {
     pub(crate) model: LocalModel,
     pub(crate) method: &'static str,
     pub(crate) gaps: [f64; 2],
     pub(crate) rates: [f64; 2],
-    /// The numbers of impacts.
+    /// The arguments that are numbers of impacts.
     pub(crate) counts: Vec<usize>,
 }
 
