@@ -578,7 +578,7 @@ def flaws(posture, run):
         found.append("outcome")
     if run.outcome in ("inconsistent", "ambiguous") and not found:
         expected = {"inconsistent": "none", "ambiguous": "ambiguous"}[run.outcome]
-        # The run could not decide: far away, with its q rounded, the body would not touch the ground any more.
+        # The contacts are those of the run: at its rounded q, far away, the body would not touch the ground any more.
         if sf.contact_modes(run.undecided).status != expected:
             found.append("contact modes disagree")
     return found
@@ -608,7 +608,7 @@ def test_no_run_gains_energy_or_enters_the_terrain():
     assert set(flawed) <= FLAWED
 
 
-# --- more than one answer, or none --------------------------------------------------------------------------------
+# --- several modes, or none ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("friction", [1.2, 1.4, 1.6, 2.0])

@@ -101,7 +101,8 @@ def flaws(size, options, run):
 
 
 def outcome(seed):
-    """Outcome of a scene, its number of events, and the result with more of them: contacts, outcome, limit, and the rest."""
+    """Number of contacts, outcome and event limit of a scene; where this limit ends it, also whether a time limit is reached
+    instead."""
     size, posture, q, qdot, options = draw(np.random.default_rng([2026, seed]))
     for limit in EVENTS:
         run = sf.simulate(posture, q, qdot, **options, event_limit=limit)

@@ -111,7 +111,7 @@ def test_a_middle_leg_too_short_to_touch_changes_nothing():
     feet = [sf.Contact(point=(x, 0), friction=0.3) for x in (-0.5, 0.5)]
     idle = sf.Contact(point=(0, 0.4), slope=0.0, friction=0.3)
     two = body([], contacts=feet, restitution=0.2, center_of_mass=(0, 0.5))
-    # Its terrain is at its nominal position: start with the body raised above it, and it lands first.
+    # Its ground is the line through its nominal position.
     three = body([], contacts=[*feet, idle], restitution=0.2, center_of_mass=(0, 0.5))
     start = ((0, 0.02, 0.01), (0.1, 0, 0))
     one, other = (sf.simulate(p, *start, stop="zeno") for p in (two, three))

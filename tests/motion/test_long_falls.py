@@ -81,7 +81,7 @@ def first_dip(posture, q, qdot):
         def lowest_of_turn(k, x=x, y=y, reach=reach):
             angle = k * 2 * mp.pi - mp.pi / 2 - mp.atan2(y, x)
             t = (angle - q[2]) / omega
-            for _ in range(30):  # ḣ = 0: sin of what is missing is (gt − v)/(ω|d|)
+            for _ in range(30):  # ḣ = 0: the sine of the remaining angle is (gt − v)/(ω|d|)
                 lead = mp.asin((g * t - qdot[1]) / (omega * reach))
                 t = (angle + lead - q[2]) / omega
             return t
@@ -132,7 +132,7 @@ def test_a_fall_too_long_for_the_place_of_the_body_is_refused():
 
 
 def test_a_body_that_has_turned_1e10_rad_wins_no_energy():
-    """Energy is not gained, although the rounding error of the rotation is larger than that of the arms."""
+    """Its arms are not computed from its rotation, whose rounding error is larger than theirs: energy never increases."""
     contacts = [Contact((-5.2314, 0.0)), Contact((0.4471, 0.0))]
     body = Posture(1.0, 0.4083, (-0.4998, 0.5569), contacts, 0.9921875, 9.81)
     q, qdot = (0.0, 8590770207.0, 0.0), (0.0, 0.0, 0.2627)

@@ -497,7 +497,7 @@ def test_special_starts():
     assert math.isnan(empty.sigma)
 
 
-# ---- bounds, and what is refused -----------------------------------------------------------------
+# ---- bounds, and refused arguments -----------------------------------------------------------------
 
 
 def test_bounds_and_restitutions_invert_each_other():

@@ -1,4 +1,4 @@
-"""Every motion obeys Newton's and Coulomb's laws. The checks use only the body, its ground and `run.at`, and nothing of how a
+"""Every motion obeys Newton's and Coulomb's laws. The checks use only the body, its ground and `run.at`, and no details of how a
 motion is computed.
 
 Accelerations are differences of `run.at`. A force, or an impulse, is possible if it is a sum, with nonnegative weights, of

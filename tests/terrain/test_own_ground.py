@@ -133,7 +133,7 @@ def test_a_segment_says_what_ground_is_meant():
     run = sf.simulate(body, (0, 0, 0), (0, 0, 0), stop="time", time_limit=1.2)
     assert heights(body, places(body, run.q))[1, 0] < -0.1
     assert said(run) == []
-    # Two steps with ends; the body slides off both.
+    # Two steps with segments of their true lengths; the body slides off both.
     steps = [
         sf.Contact((0, 0), segment=(-9, 0.4)),
         sf.Contact((1, 0.5), segment=(-0.6, 9)),

@@ -141,7 +141,7 @@ def test_past_the_end_of_a_segment_there_is_nothing():
     assert (run.outcome, run.time) == ("escape", 2.0)
     assert story(run) == [("R", "start"), ("S", "left-segment")]
     assert run.gaps[0] == math.inf
-    # Near its end: the bounce before the end meets the segment, the one after it does not.
+    # The first bounce lands on the segment, the next one beyond its end.
     run = sf.simulate(posture, (0, 5, 0), (1.5, 0, 0), time_limit=4.0)
     assert [float(t) for t in run.impacts["time"]] == [1.0]
     assert run.outcome == "time-limit"

@@ -106,7 +106,7 @@ impl PyLocalModel {
     /// The first n impacts up to scale, as an Orbit. There are fewer if one contact bounces alone from some impact on.
     ///
     /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. If the state is right after an impact (one gap is zero and its rate is
-    /// positive), it is row 0. From any other state the motion goes on to its first impact, which is row 0. An orbit of any length
+    /// positive), it is row 0. Any other state is advanced to its first impact, which is row 0. An orbit of any length
     /// neither underflows nor overflows, because only the logarithm of its size is stored.
     ///
     /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity must be positive at
