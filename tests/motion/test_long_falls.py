@@ -81,7 +81,7 @@ def first_dip(posture, q, qdot):
         def lowest_of_turn(k, x=x, y=y, reach=reach):
             angle = k * 2 * mp.pi - mp.pi / 2 - mp.atan2(y, x)
             t = (angle - q[2]) / omega
-            for _ in range(30):  # ḣ = 0: the sine of the remaining angle is (gt − v)/(ω|d|)
+            for _ in range(30):  # ḣ = 0: sine of the lead (gt − v)/(ω|d|)
                 lead = mp.asin((g * t - qdot[1]) / (omega * reach))
                 t = (angle + lead - q[2]) / omega
             return t

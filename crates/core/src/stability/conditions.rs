@@ -82,6 +82,10 @@ impl Conditions {
 
 /// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0. They have the same bits as
 /// those of [`stability`](super::stability), and take a hundredth of the time where `stability` needs the corner map.
+///
+/// # Errors
+///
+/// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
 pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
     let psi = on_two_feet(posture)?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
