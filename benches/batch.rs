@@ -1,9 +1,9 @@
-//! Many runs at once, on one thread: time of a collision in lanes beside the single run.
+//! Many runs at once, on one thread: time of a collision in lanes, compared with a single run.
 //!
-//! `batch/{local,full}/collision/{1,2,4,8}`: the number says how many runs a register holds at most: 1 none, 2 that of any
-//! x86-64, 4 AVX2, 8 AVX-512; what the machine does not have is not used. The clock covers whole runs of long clatter, divided
-//! by their collisions. `batch/{local,full}/rest`: different rods to rest, divided by their number. Yardsticks in
-//! `collision.rs`.
+//! `batch/{local,full}/collision/{1,2,4,8}`: the number is the largest number of runs per register: 1 without lanes, 2
+//! on any x86-64, 4 with AVX2, 8 with AVX-512; registers that the machine does not have are not used. The time covers
+//! whole runs of long clattering, divided by their collisions. `batch/{local,full}/rest`: different rods until rest,
+//! divided by their number. Reference times are in `collision.rs`.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -30,7 +30,7 @@ fn many(postures: &[Posture], states: &[State], options: &Options, lanes: usize)
 fn collisions(c: &mut Criterion) {
     let mut group = c.benchmark_group("batch");
     group.measurement_time(Duration::from_secs(4)).sample_size(20);
-    // The full model up to where its geometry is frozen for the last moments: those are the local model's.
+    // The full model runs up to the last moments, in which its geometry is frozen: those collisions are in the local model.
     for (model, name, restitution, runs, end) in
         [(Model::Local, "local", 0.999, 64, None), (Model::Full, "full", 0.99, 512, Some(0.9))]
     {

@@ -1,8 +1,8 @@
-//! Instruction counts with caps, under valgrind: what a collision and a choice of contact modes may cost at the most.
+//! Instruction counts with caps, under valgrind: the largest allowed cost of a collision and of a choice of contact modes.
 //!
-//! `cargo bench -p standfast-benches --bench caps` (gungraun with its runner of the same version, and valgrind) counts the
-//! instructions of each function and fails where one exceeds its cap in `caps/limits.rs`. Counts include the call around the
-//! loop, so that the caps of collisions are for as many as there are, each within its share.
+//! `cargo bench -p standfast-benches --bench caps` (gungraun with its runner of the same version, and valgrind) counts
+//! the instructions of each function and fails if one exceeds its cap in `caps/limits.rs`. Counts include the call
+//! around the loop, so the caps of collisions are for many of them.
 
 #[path = "caps/limits.rs"]
 mod limits;
@@ -17,12 +17,13 @@ use standfast::simulate::simulate_local;
 use standfast::{Model, Options, Posture, State, Stop, Trajectory, simulate};
 use standfast_benches::self_similar;
 
-/// To the same collision, by time: a run that ends by `event_limit` says so in words, which cost as much as ten collisions.
+/// Ends the run by time instead of at the same collision by `event_limit`, because that outcome has a warning, which
+/// costs as much as ten collisions.
 fn until(time: f64, options: Options) -> Options {
     Options { time_limit: Some(time), event_limit: usize::MAX, ..options }
 }
 
-/// A self-similar orbit: contacts alternate, and nothing can be summed until the digits end.
+/// A self-similar orbit: contacts alternate, and no sum applies until the precision is exhausted.
 fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
     let (model, gaps, rates) = self_similar(0.999, 0.99963);
     let options = Options {
@@ -36,7 +37,7 @@ fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
     (model, gaps, rates, until(run.time(), options))
 }
 
-/// A rod that clatters many times before its geometry may be frozen.
+/// A rod with many collisions before its geometry may be frozen.
 fn rod(record: bool) -> (Posture, State, Options) {
     let rod = Posture::rod(0.5, 0.1, 0.99, 0.0, 9.81).unwrap_or_else(|e| panic!("{e}"));
     let options = Options {
@@ -51,7 +52,7 @@ fn rod(record: bool) -> (Posture, State, Options) {
     (rod, start, until(run.time(), options))
 }
 
-/// Two feet of a body that leans, at rest.
+/// A leaning body at rest on two feet.
 fn stance() -> ContactProblem {
     let arms = vec![[-1.0, -0.8], [1.2, -0.8]];
     ContactProblem::new(ProblemFields {
@@ -99,7 +100,7 @@ fn full((rod, start, options): (Posture, State, Options)) -> Trajectory {
 #[library_benchmark(config = capped(limits::PAIR_MODES))]
 #[bench::at_rest(stance())]
 fn pair_modes(stance: ContactProblem) -> (Option<PairModes>, ContactProblem) {
-    (black_box(&stance).pair_modes(), stance) // nothing is dropped inside
+    (black_box(&stance).pair_modes(), stance) // returned, so that dropping it is not counted
 }
 
 library_benchmark_group!(name = caps, benchmarks = [local, local_recorded, full, pair_modes]);

@@ -1,8 +1,8 @@
-//! One collision, in the units of what it must cost at the least.
+//! Time of one collision, relative to a lower bound.
 //!
-//! The clock covers a whole run to its Zeno point; divided by the number of its collisions it gives the
-//! time of one. The yardsticks run in the same process: a chain of dependent square roots and divisions for
-//! the local model, a chain of sincos (libm crate) and square root for the full one. Only ratios count.
+//! The time covers a whole run to its Zeno point, divided by the number of its collisions. The reference computations
+//! run in the same process: a chain of dependent square roots and divisions for the local model, a chain of sincos
+//! (libm crate) and square root for the full one. Only ratios matter.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use standfast::simulate::simulate_local;
 use standfast::{Options, Posture, State, Stop, simulate};
 use standfast_benches::self_similar;
 
-/// Links of a yardstick's chain.
+/// Length of a reference chain.
 const LINKS: u64 = 1000;
 
 fn options(record: bool) -> Options {
@@ -63,8 +63,8 @@ fn collisions(c: &mut Criterion) {
     group.finish();
 }
 
-/// A rod that clatters hundreds of times, and when the 300th collision comes: until then all are of the full
-/// model, later ones have their geometry frozen.
+/// A rod with hundreds of collisions, and the time of the 300th collision. Until then all are in the full model; later
+/// ones have frozen geometry.
 fn falling_rod() -> (Posture, State, f64) {
     let rod = Posture::rod(0.5, 0.1, 0.9, 0.0, 9.81).unwrap_or_else(|e| panic!("{e}"));
     let start = State::at_rest([0.0, 0.011, 0.001]);

@@ -1,4 +1,4 @@
-//! What the programs of the chart share: the scenes, times, and the line of JSON for a point.
+//! Common parts of the programs of the work-precision chart: scenes, timing, and the line of JSON for a point.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -6,12 +6,12 @@ use std::time::Instant;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-/// In m/s², of all scenes.
+/// Gravity in all scenes, in m/s².
 pub const GRAVITY: f64 = 9.81;
-/// Seconds that are measured at once, at least: the clock itself takes some 30 ns.
+/// Least duration of a measurement, in s: reading the clock takes about 30 ns.
 const ROUND: f64 = 1e-5;
 
-/// The scenes of the file named first on the command line.
+/// The scenes of the file that is the first argument on the command line.
 #[must_use]
 pub fn scenes() -> Vec<(String, Value)> {
     let path = std::env::args().nth(1).unwrap_or_else(|| panic!("a file of scenes is needed"));
@@ -23,12 +23,12 @@ pub fn scenes() -> Vec<(String, Value)> {
     scenes.iter().map(|(name, scene)| (name.clone(), scene.clone())).collect()
 }
 
-/// A value of that file.
+/// A value of the scene file.
 pub fn read<T: DeserializeOwned>(value: &Value) -> T {
     serde_json::from_value(value.clone()).unwrap_or_else(|e| panic!("{value}: {e}"))
 }
 
-/// The median time of several runs, in s, and what one of them finds.
+/// The median time of several runs, in s, and the result of one of them.
 pub fn timed<T>(run: impl Fn() -> T) -> (f64, T) {
     let mut seconds = Vec::new();
     let mut count = 1;
@@ -52,7 +52,7 @@ pub fn timed<T>(run: impl Fn() -> T) -> (f64, T) {
     }
 }
 
-/// Prints a point.
+/// Prints a point of the chart.
 pub fn report(tool: &str, scene: &str, task: &str, setting: &str, seconds: f64, found: &Value) {
     let mut line = json!({
         "tool": tool, "scene": scene, "task": task, "setting": setting, "seconds": seconds,

@@ -1,7 +1,7 @@
-//! Instructions of a run: `model = auto` beside `full` and `local`, on random scenes, counted by callgrind.
+//! Instructions of a run: `model = auto` compared with `full` and `local`, on random scenes, counted by callgrind.
 //!
-//! `cargo run --release -p standfast-benches --bin instructions [-- SCENES]` starts itself under valgrind,
-//! reads the counts of every single run, and prints their ratios.
+//! `cargo run --release -p standfast-benches --bin instructions [-- SCENES]` starts itself under valgrind, reads the
+//! counts of every single run, and prints their ratios.
 
 use std::hint::black_box;
 use std::process::Command;
@@ -10,9 +10,9 @@ use standfast::{
     Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory, simulate,
 };
 
-/// Scenes unless asked otherwise.
+/// Default number of scenes.
 const SCENES: usize = 600;
-/// Instructions of a full run that is more than calls and allocations.
+/// Instructions of a full run above which calls and allocations do not dominate.
 const LONG: f64 = 5e4;
 /// The models of each scene, in the order in which they are run.
 const MODELS: [Model; 3] = [Model::Auto, Model::Full, Model::Local];
@@ -42,8 +42,8 @@ impl Random {
     }
 }
 
-/// One to three contacts on level or sloping ground, thrown from a small height: gaps over five decades,
-/// speeds that fit them, tolerances from 1e-2 to 1e-12.
+/// One to three contacts on level or sloping ground, thrown from a small height: gaps over five decades, speeds of the
+/// same scale, tolerances from 1e-2 to 1e-12.
 fn scene(number: usize) -> (Posture, State, Options) {
     let mut random = Random(number as u64 * 1_000_003);
     let r = &mut random;
@@ -99,7 +99,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
         };
         let state = State::new(q, qdot);
         let gaps = posture.gaps(&state.q);
-        // Scenes of both models: above the ground in either, and brought to an end by the full one.
+        // Only scenes that both models can run: above the ground in either, and finished by the full one.
         if gaps.iter().any(|gap| *gap < 0.0) {
             continue;
         }
@@ -115,7 +115,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
     }
 }
 
-/// The name of [`counted_run`] as callgrind knows it.
+/// The name of [`counted_run`] in callgrind.
 const COUNTED: &str = "instructions::counted_run";
 
 /// The function whose instructions are counted.
@@ -131,7 +131,7 @@ fn runs(scenes: usize) {
         let (posture, state, options) = scene(number);
         for model in MODELS {
             let options = Options { model, ..options };
-            // Once without counting: what the allocator asks of the system is then settled.
+            // One run without counting, so that the allocator makes no more system calls.
             drop(black_box(simulate(&posture, &state, &options)));
             let run = counted_run(&posture, &state, &options);
             let (chosen, reason) = (run.model(), run.model_reason());

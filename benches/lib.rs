@@ -1,11 +1,11 @@
-//! The benchmarks are the files beside this one; see each for what its clock covers.
+//! The benchmarks are the files in this folder; each states what it measures.
 
 pub mod harness;
 
 use standfast::body::LocalModel;
 
-/// The self-similar orbit below the bound of clattering convergence, with factor `c` a hit: contacts
-/// alternate, gravity stays as strong as it is, and nothing can be summed until the digits end.
+/// The self-similar orbit below the bound of clattering convergence, with factor `c` per impact: contacts alternate,
+/// gravity does not become negligible, and no sum applies until the precision is exhausted.
 #[must_use]
 pub fn self_similar(e: f64, c: f64) -> (LocalModel, [f64; 2], [f64; 2]) {
     // c³ + Kc² + (1 − K − e)c − e = 0, K = 1 + (1+e)ψ; start at u_a = 1, g = 1.

@@ -1,11 +1,11 @@
-//! Contact modes: closed forms, enumeration and Clarabel's programmes on the same problems.
+//! Contact modes: closed forms, enumeration and Clarabel's programs on the same problems.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use standfast::modes::{ContactProblem, Method, ProblemFields, Status, contact_modes};
 
-/// Contacts at rest on the arc of a valley, under a load that leans.
+/// Contacts at rest on the arc of a valley, under an inclined load.
 fn valley(n: usize) -> ContactProblem {
     let angle = |i: usize| if n == 1 { 0.0 } else { i as f64 / (n - 1) as f64 * 1.6 - 0.8 };
     ContactProblem::new(ProblemFields {

@@ -1,8 +1,9 @@
 //! Whole runs, from the posture to the outcome.
 //!
-//! The clock covers the call and the end of its trajectory. Rival routes share a parent: `run/rod/rest/{local,full,auto}`.
-//! Rods inside the bound of clattering convergence come to rest at once; between the bounds and below them ever more of the
-//! accumulation is simulated. `tail` sets the closed form of a bounce tail beside the plain sum of its bounces.
+//! The time includes dropping the trajectory. Alternatives share a parent: `run/rod/rest/{local,full,auto}`. Rods
+//! inside the bound of clattering convergence come to rest by a closed sum; between the bounds and below them a growing
+//! part of the accumulation is simulated. `tail` compares the closed form of a bounce tail with the plain sum of its
+//! bounces.
 
 use std::hint::black_box;
 
@@ -91,7 +92,7 @@ fn tails(c: &mut Criterion) {
     group.finish();
 }
 
-/// The same runs up to their Zeno points, plain and with proved bounds of all times.
+/// The same runs up to their Zeno points, without and with proved bounds of all times.
 fn enclosures(c: &mut Criterion) {
     let mut group = c.benchmark_group("certify");
     for (name, gyration_radius, restitution) in

@@ -1,8 +1,8 @@
-"""The bits of every answer on 11 000 seeded scenes, to compare one state of the program with another.
+"""The bits of all results on 11 000 seeded scenes, to compare two states of the program.
 
-`python tests/bits.py` computes them and names the blocks of scenes that differ from those of `data/bits.txt`;
-`--write` replaces the file. Texts of warnings are left out: they may be reworded. Inputs are multiples of powers of two, made
-without functions that differ between platforms.
+`python tests/bits.py` computes them and names the blocks of scenes that differ from those of `data/bits.txt`; `--write`
+replaces the file. Texts of warnings are not compared, so they may be reworded. Inputs are multiples of powers of two,
+computed without functions that differ between platforms.
 """
 
 import argparse
@@ -18,7 +18,7 @@ import numpy as np
 import standfast as sf
 
 FILE = Path(__file__).parent / "data" / "bits.txt"
-#: Scenes behind one line of the file.
+#: Number of scenes per line of the file.
 BLOCK = 20
 EVENTS = 3000
 MODELS = ["auto", "local", "full"]
@@ -28,7 +28,7 @@ ORDERS = ["first-contact-first", "last-contact-first"]
 
 
 class Draw:
-    """Dyadic numbers and choices of one scene."""
+    """Random dyadic numbers and choices for one scene."""
 
     def __init__(self, family: int, k: int):
         self.rng = np.random.default_rng([20, family, k])
@@ -93,7 +93,7 @@ def posture(draw: Draw, count: int, ground: str) -> sf.Posture:
 
 
 def state(draw: Draw, body: sf.Posture) -> tuple[np.ndarray, np.ndarray]:
-    """At rest, kicked or thrown, not in the ground."""
+    """A start at rest, with a small velocity, or thrown; never in the ground."""
     how = draw.of(["rest", "kick", "throw", "throw"])
     if how == "rest":
         return np.zeros(3), np.zeros(3)
@@ -174,7 +174,7 @@ def one_run(k: int) -> Iterator[object]:
 
 
 def one_pair(k: int) -> Iterator[object]:
-    """Two feet without friction in impacts: summed tails, certified runs, and the local model by itself."""
+    """Two feet without friction in impacts: summed tails, certified runs, and the local model alone."""
     draw = Draw(1, k)
     body = posture(draw, 2, GROUNDS[k % 2])
     if draw.chance(0.5):
@@ -268,7 +268,7 @@ def block(family: str, numbers: range) -> str:
 
 
 def lines() -> Iterator[str]:
-    """One for each block, in order: family, first scene, digest."""
+    """One line per block, in order: family, first scene, digest."""
     with ProcessPoolExecutor() as pool:
         for family, (_, count) in FAMILIES.items():
             blocks = [range(k, min(k + BLOCK, count)) for k in range(0, count, BLOCK)]

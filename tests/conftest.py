@@ -1,4 +1,4 @@
-"""Shared by all tests."""
+"""Settings of all tests."""
 
 import os
 import signal
@@ -8,5 +8,5 @@ import pytest
 os.environ["MPLBACKEND"] = "Agg"
 pytest.register_assert_rewrite("checks")
 
-# Tests interrupt runs that would not end by themselves; a process started in the background ignores that.
+# Tests interrupt runs that would not end. A process started in the background ignores the signal by default.
 signal.signal(signal.SIGINT, signal.default_int_handler)

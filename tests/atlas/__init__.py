@@ -1,1 +1,1 @@
-"""Scenes at which methods fail, and what is right."""
+"""Scenes at which common methods fail, and the correct results."""

@@ -55,13 +55,13 @@ def slow_to_rest(scene):
     answer=rest,
 )
 def clattering(scene):
-    """Flight by flight of the finite rotation, with 40 digits, until the flights are below 1e-25 s."""
+    """Flights with finite rotation, one by one, with 40 digits, until they are below 1e-25 s."""
     body = scene.posture
     half, rho = exact(body.contacts[1].point[0]), exact(body.gyration_radius)
     gravity, e = exact(body.gravity), exact(body.restitution)
 
     def flight(state, side, touches):
-        """Time to the landing of the end on this side."""
+        """Time until the end on this side lands."""
         y, v, theta, omega = state
 
         def gap(s):
@@ -95,7 +95,7 @@ BENCHES = Path(__file__).parents[2] / "benches" / "work_precision" / "scenes.jso
 
 
 def rest_of_bench(name):
-    """Rest of a scene of the benches, as its file tells it."""
+    """Time of rest of a scene of the benchmarks, from its file."""
     known = json.loads(BENCHES.read_text(encoding="utf-8"))["scenes"][name]
     return {"outcome": "rest", "elapsed": mpf(known["rest"]["time"])}
 
@@ -141,7 +141,7 @@ def one_end_after_the_other(scene):
 
 
 def local_gaps(scene, number=float):
-    """Of a level rod, to first order in its angle."""
+    """Gaps of a level rod, to first order in its angle."""
     y, theta = number(float(scene.q[1])), number(float(scene.q[2]))
     half = number(scene.posture.contacts[1].point[0])
     return y - half * theta, y + half * theta
@@ -169,7 +169,7 @@ def apart(scene):
 
 
 def shape_after_first_impact(scene):
-    """(v, y) after the lower end of a rod that falls from rest has hit the ground, and the speed that it keeps."""
+    """(v, y) after the lower end of a rod that falls from rest has hit the ground, and its speed after the impact."""
     low, high = sorted(local_gaps(scene))
     u = math.sqrt(2 * scene.posture.gravity * low)
     e, psi = scene.posture.restitution, float(rod(scene))
@@ -191,7 +191,7 @@ def still_matters(scene):
 
 
 def near_bound(scene):
-    """Bound [10] at the ψ that the body has, and the time of rest impact by impact."""
+    """The bound (10) at the ψ of the body, and the time of rest impact by impact."""
     psi, e = rod(scene), exact(scene.posture.restitution)
     bound = (mp.cbrt(e) + mp.cbrt(e) ** 2) / (1 + e)
     found = oracle.orbit(local_inputs(scene))
@@ -213,7 +213,7 @@ def margin_told(scene):
 
 
 def within_rounding_of_psi(scene):
-    """ψ is rounded, and its distance to the bound is as wrong as that."""
+    """ψ is rounded: its distance to the bound has the same absolute error."""
     margin = near_bound(scene)["margin of [10]"]
     return {"margin of [10]": float(2 * 2.0**-53 / margin)}
 
@@ -241,7 +241,7 @@ for name, title in (
 
 
 def local_inputs(scene):
-    """What the oracle is told of a level rod: geometry frozen, all of it exact."""
+    """Inputs of the oracle for a level rod: geometry frozen, all of them exact."""
     body = scene.posture
     half, rho = exact(body.contacts[1].point[0]), exact(body.gyration_radius)
     y, theta, v, omega = (exact(x) for x in (*scene.q[1:], *scene.qdot[1:]))
@@ -264,7 +264,7 @@ def neglected(scene):
 
 
 def rounded_start(scene):
-    """The start is that of the self-similar orbit to a rounding."""
+    """The start is that of the self-similar orbit up to rounding."""
     body, state = scene.posture, [mpf(x) for x in told_shape(scene)]
     actual = time_left(
         state, exact(body.gravity), rod(scene), exact(body.restitution), mpf(10) ** -30
@@ -273,7 +273,7 @@ def rounded_start(scene):
 
 
 def told_shape(scene):
-    """(v, y) of a scene that begins after an impact of end 1 with 1 m/s."""
+    """(v, y) of a scene that starts after an impact of end 1 with 1 m/s."""
     (_, h), half = local_gaps(scene), scene.posture.contacts[1].point[0]
     return float(scene.qdot[1] + half * scene.qdot[2]), float(h)
 
@@ -321,7 +321,8 @@ def forgotten(scene):
     )
 
 
-#: Impacts over which the chaos is averaged, and before; digits that Λ₁ ≈ 0.2 per impact leaves.
+#: Number of impacts in the averages of the chaotic motion, and number before them. Λ₁ ≈ 0.2 per impact limits the digits that
+#: remain.
 AVERAGED, BEFORE = 2000, 200
 
 
@@ -347,8 +348,8 @@ def chaotic_rest(scene, psi):
 
 
 def sensitive(scene):
-    """Of the averages: four standard errors, which fall like 1/√n from those that the package states; of the time of rest what
-    a rounding of ψ does to it."""
+    """Allowed errors. For the averages: four standard errors, scaled as 1/√n from those that the package states. For the time
+    of rest: the effect of a rounding of ψ."""
     found = scene.posture.local().exponents((0, 0.5), (1, -0.3))
     more = 4 * math.sqrt(found.hits / AVERAGED + 1)
     psi = rod(scene)
@@ -421,8 +422,8 @@ def no_flight(scene):
     within=integrated("elapsed"),
 )
 def falls_on(scene):
-    """The lower end lands and stays: y = L sin φ, ½(ρ² + L²cos²φ) φ'² + gL sin φ is constant until φ = 0. There e = 0 and ψ > 0
-    leave no speed."""
+    """The lower end lands and remains closed: y = L sin φ, ½(ρ² + L²cos²φ) φ'² + gL sin φ is constant until φ = 0. There e =
+    0 and ψ > 0 stop the motion."""
     body = scene.posture
     half, rho2 = exact(body.contacts[1].point[0]), exact(body.gyration_radius) ** 2
     gravity, phi = exact(body.gravity), exact(scene.q[2])

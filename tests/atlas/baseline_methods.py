@@ -1,6 +1,6 @@
-"""The usual ways to compute a body that bounces: what textbooks, quick scripts and engines with a fixed step do.
+"""The usual ways to compute a body that bounces: those of textbooks, short scripts and engines with a fixed step.
 
-Each is written as well as its idea allows; where it fails, it is the idea that does.
+Each is implemented as well as its idea allows; its failures are those of the idea.
 """
 
 import math
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def bounces_on_an_absolute_clock(t, u, gravity, restitution):
-    """Adds flight after flight to the time of day: the bounces until it stops moving, and that time."""
+    """Adds every flight to an absolute clock: number of bounces until the clock stops, and that time."""
     count = 0
     while True:
         later = t + 2 * u / gravity
@@ -19,7 +19,7 @@ def bounces_on_an_absolute_clock(t, u, gravity, restitution):
 
 
 def bounces_until_slow(t, u, gravity, restitution, slow=1e-10):
-    """Counts bounces until the speed is below a tolerance that seemed small: how many, and the time then."""
+    """Number of bounces until the speed is below a fixed small tolerance, and that time."""
     count = 0
     while u > slow:
         t, u, count = t + 2 * u / gravity, restitution * u, count + 1
@@ -27,7 +27,7 @@ def bounces_until_slow(t, u, gravity, restitution, slow=1e-10):
 
 
 def textbook_root(h, u, gravity):
-    """The later zero of h + ut − ½gt², as in every textbook."""
+    """The later root of h + ut − ½gt², by the textbook formula."""
     return (u + math.sqrt(u * u + 2 * gravity * h)) / gravity
 
 
@@ -45,8 +45,8 @@ def scan_and_bisect(gap, end, step):
 
 
 def semi_implicit_euler(h, u, gravity, restitution, step, end):
-    """u −= g dt; h += u dt; a gap below zero is set to zero, a rate turned round. The last rate, and the largest in the
-    last tenth of the time."""
+    """u −= g dt; h += u dt; a gap below zero is set to zero, and the rate is reversed. The last rate, and the largest one in
+    the last tenth of the time."""
     late, steps = 0.0, round(end / step)
     for k in range(steps):
         u -= gravity * step
@@ -59,8 +59,8 @@ def semi_implicit_euler(h, u, gravity, restitution, step, end):
 
 
 def moreau_jean(gaps, rates, gravity, psi, restitution, step, end):
-    """Two contacts: θ = 1/2 in the gaps, impulses once a step where a gap is closed, u⁺ + e u⁻ ≥ 0 ⊥ p ≥ 0. The last
-    time at which a rate was above ten times what gravity gives in a step."""
+    """Two contacts: θ = 1/2 in the gaps, impulses once per step at closed gaps, u⁺ + e u⁻ ≥ 0 ⊥ p ≥ 0. The last time at which
+    a rate was above ten times the change by gravity in a step."""
     h, u, moved = list(gaps), list(rates), 0.0
     for k in range(round(end / step)):
         before = list(u)
@@ -94,13 +94,13 @@ def _complementary(closed, need, psi):
     return (0.0, 0.0)
 
 
-#: Impacts after which a loop of restarts is stopped.
+#: Number of impacts after which a loop of restarts is stopped.
 MOST = 1000
 
 
 def restart_loop(h, u, gravity, restitution, limit):
-    """`scipy.integrate.solve_ivp` with a terminal event, started again after each impact with h = 0: impacts found
-    and when the last one was, and the lowest height of the motion after it."""
+    """`scipy.integrate.solve_ivp` with a terminal event, restarted after each impact with h = 0: number of impacts, time of
+    the last one, and the lowest height of the motion after it."""
     from scipy.integrate import solve_ivp
 
     def floor(_t, y):
@@ -125,8 +125,8 @@ def restart_loop(h, u, gravity, restitution, limit):
 
 
 def corner_hits(psi, restitution, rates, slow):
-    """Impacts in turn of two contacts that both touch, until no contact approaches or all speeds are below `slow`: how many,
-    the rates, and whether it stopped because they were slow."""
+    """Alternate impacts of two contacts that both touch, until no contact approaches or all speeds are below `slow`: their
+    number, the rates, and whether the loop stopped at slow speeds."""
     u, hits = list(rates), 0
     while True:
         approaching = [i for i in range(2) if u[i] < 0]
@@ -142,7 +142,8 @@ def corner_hits(psi, restitution, rates, slow):
 
 
 def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
-    """Impact after impact of two contacts with frozen geometry, time added up: how many until time stands still, and when."""
+    """Impacts of two contacts with frozen geometry, with summed times: their number until the time does not change, and that
+    time."""
     h, u, t = list(gaps), list(rates), 0.0
     for hits in range(most):
         flights = [
@@ -165,7 +166,7 @@ def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
 
 
 def friction_by_sign(v, friction, gravity, step, steps, pull=0.0):
-    """v −= (pull + μ g sign(v)) dt: the speed at the end, how often it has changed sign, and the way."""
+    """v −= (pull + μ g sign(v)) dt: the final speed, the number of its changes of sign, and the distance."""
     turns, x = 0, 0.0
     for _ in range(steps):
         before = v
@@ -174,12 +175,12 @@ def friction_by_sign(v, friction, gravity, step, steps, pull=0.0):
     return v, turns, x
 
 
-#: Steps after which a loop is stopped.
+#: Number of steps after which a loop is stopped.
 STEPS = 1_000_000
 
 
 def steps_until_slow(v, pull, step, slow):
-    """A block that is pulled along, step by step until it is slower than a tolerance: its speed, and the steps."""
+    """A block that is pulled, in steps until it is slower than a tolerance: its speed, and the number of steps."""
     steps = 0
     while abs(v) > slow and steps < STEPS:
         v, steps = v + pull * step, steps + 1
@@ -187,7 +188,7 @@ def steps_until_slow(v, pull, step, slow):
 
 
 def on_a_line(v, gravity, step, end):
-    """Slides along the line y = 0, whatever ground there is: x and height at the end."""
+    """Slides along the line y = 0, without regard to the terrain: final x and height."""
     x = h = u = 0.0
     for _ in range(round(end / step)):
         u -= gravity * step
@@ -198,14 +199,14 @@ def on_a_line(v, gravity, step, end):
 
 
 def static_force(b, rho, gravity):
-    """Normal force per unit mass that keeps a contact of arm b from accelerating, velocities left out."""
+    """Normal force per unit mass for zero acceleration of a contact of arm b, with velocities neglected."""
     return gravity / (1 + b * b / rho**2)
 
 
 def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
-    """Impacts of a level rod with both ends alike, without end. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²), a the
-    end that was hit: speeds are told in those of the last impact. Of each impact: (v, y), the factor by which u_a changes, and
-    the time since the last impact, over the u_a before."""
+    """Endless impacts of a level rod with equal ends. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²), a the end
+    that was hit: speeds are in units of the last one. For each impact: (v, y), the factor of u_a, and the time since the last
+    impact, over the u_a before."""
     v, y = state
     kept = (1 + restitution) * psi
     while True:
@@ -224,7 +225,8 @@ def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
 def impacts_until_gravity_is_negligible(
     state, gravity, psi, restitution, share, most=1_000_000
 ):
-    """How many until ε = 2gh/u² has fallen to this share of its first value, and its share then; stopped after `most`."""
+    """Number of impacts until ε = 2gh/u² has decreased to this part of its first value, and its part then; stopped after
+    `most`."""
     first, count = None, 0
     for (v, y), _, _ in impacts_up_to_scale(state, gravity, psi, restitution):
         now = 2 * gravity * y / (v * v)
@@ -235,13 +237,13 @@ def impacts_until_gravity_is_negligible(
 
 
 def sum_without_gravity(state, psi, restitution):
-    """Time of the infinitely many alternate impacts to come over the speed of the last, as if there were no gravity."""
+    """Time of the infinitely many later alternate impacts over the speed of the last one, without gravity."""
     (v, y), p = state, (1 + restitution) * psi
     return y / (-v - 2 / (p + math.sqrt(p * p - 4 * restitution)))
 
 
 def impacts_until_apart(state, gravity, psi, restitution, move, apart, most=10_000):
-    """Two states that differ by this share, followed side by side until they differ by another: after how many impacts."""
+    """Number of impacts after which two states with relative difference `move` have the relative difference `apart`."""
     v, y = state
     pair = [
         impacts_up_to_scale(start, gravity, psi, restitution)
@@ -254,8 +256,8 @@ def impacts_until_apart(state, gravity, psi, restitution, move, apart, most=10_0
 
 
 def gauss_seidel(contacts, free, rho2, order, sweeps):
-    """Forces (tangential, normal) per unit mass of contacts (normal row, tangential row, friction, sliding, bias of both), one contact
-    after the other in this order, sweep by sweep; and the largest change of a force in the last sweep."""
+    """Forces (tangential, normal) per unit mass of contacts (normal row, tangential row, friction, sliding, bias of both)
+    after Gauss–Seidel sweeps in this order, and the largest change of a force in the last sweep."""
     inverse = np.array([1.0, 1.0, 1.0 / rho2])
     motion, forces, change = np.array(free, float), np.zeros((len(contacts), 2)), 0.0
     for _ in range(sweeps):
@@ -280,8 +282,8 @@ def gauss_seidel(contacts, free, rho2, order, sweeps):
 
 
 def newton_with_friction(v, w, friction, restitution):
-    """Routh's process of one contact, v = (tangential, normal), w = (tt, nt, nn) per unit mass, ended where v_n = −e v_n⁻:
-    the velocity then."""
+    """Routh's process at one contact, v = (tangential, normal), w = (tt, nt, nn) per unit mass, until v_n = −e v_n⁻: the
+    final velocity."""
     (v_t, v_n), (tt, nt, nn), target = v, w, -restitution * v[1]
     way = math.copysign(1.0, v_t)
     stops = v_t / (way * friction * tt - nt) if v_t else 0.0
@@ -297,13 +299,13 @@ def newton_with_friction(v, w, friction, restitution):
 
 
 def moreau_impact(v, restitution, tangential):
-    """Velocity (tangential, normal) after an impact that friction does not limit: each part is turned round."""
+    """Velocity (tangential, normal) after an impact without limit of friction: both components are reversed."""
     return -tangential * v[0], -restitution * v[1]
 
 
 def sliding_rod(theta, omega, arm, rho2, friction, way, gravity, step, most):
-    """A body that slides on one contact, in fixed steps, by the force that keeps the contact from accelerating: after how many steps
-    that force is negative, and the forces per unit mass before and then."""
+    """A body that slides on one contact, in fixed steps, with the force for zero normal acceleration: number of steps until
+    this force is negative, and the forces per unit mass before and then."""
     force = math.nan
     for k in range(most):
         c, s = math.cos(theta), math.sin(theta)
@@ -318,7 +320,7 @@ def sliding_rod(theta, omega, arm, rho2, friction, way, gravity, step, most):
 
 
 def friction_smoothed(v, friction, gravity, slow, step, steps):
-    """v −= μ g tanh(v/slow) dt: the largest speed on the way."""
+    """v −= μ g tanh(v/slow) dt: the largest speed."""
     largest = abs(v)
     for _ in range(steps):
         v -= friction * gravity * math.tanh(v / slow) * step
@@ -327,8 +329,8 @@ def friction_smoothed(v, friction, gravity, slow, step, steps):
 
 
 def on_the_ground(ground, v, gravity, step, end):
-    """Slides along y = ground(x) and is put back onto it after each step if it is within a step's fall: its height above
-    the ground at the end."""
+    """Slides along y = ground(x). After each step it is put back on the ground if it is within 2 v dt above. Its final height
+    above the ground."""
     x, y, fall = 0.0, ground(0.0), 0.0
     for _ in range(round(end / step)):
         fall -= gravity * step
@@ -339,8 +341,8 @@ def on_the_ground(ground, v, gravity, step, end):
 
 
 def in_a_valley(s, pull, kept, step, end):
-    """A foot on two slopes, s the way up either of them, semi-implicit: at each passage it keeps a share of its speed. Its largest speed in
-    the last tenth of the time."""
+    """A foot on two slopes, s the distance along either of them, semi-implicit; each passage of the vertex multiplies its
+    speed by `kept`. Its largest speed in the last tenth of the time."""
     v, late, steps = 0.0, 0.0, round(end / step)
     for k in range(steps):
         v -= math.copysign(pull, s) * step
@@ -358,7 +360,7 @@ def speed_by_energy(mass, gravity, height):
 
 
 def landing_by_solve_ivp(gap, end):
-    """The first event h = 0 that `scipy.integrate.solve_ivp` finds while it integrates the fall; None if it finds none."""
+    """The first event h = 0 that `scipy.integrate.solve_ivp` finds in the integration of the fall; None if it finds none."""
     from scipy.integrate import solve_ivp
 
     def floor(t, _y):
@@ -372,7 +374,7 @@ def landing_by_solve_ivp(gap, end):
 
 
 def sequential_impulses(psi, rates, sweeps):
-    """Two contacts without restitution that both touch, hit one after the other for some sweeps: their rates."""
+    """Two closed contacts without restitution, with impulses one after the other for some sweeps: their rates."""
     u = list(rates)
     for _ in range(sweeps):
         for i in range(2):
@@ -384,8 +386,8 @@ def sequential_impulses(psi, rates, sweeps):
 
 @np.errstate(all="ignore")
 def steps_along_a_wedge(slide, contact, end, step, most):
-    """Classical Runge–Kutta steps by the forces at two contacts, from rest: when this contact has moved as far as `end` along its
-    ground, quadratic in time within the last step; None if it does not."""
+    """Classical Runge–Kutta steps with the forces at two contacts, from rest: time at which this contact has moved by `end`
+    along its ground, by quadratic interpolation within the last step; None if it does not."""
 
     def rate(y):
         return np.concatenate([y[3:], slide.acceleration_by_forces(y[2], y[5])])

@@ -1,8 +1,9 @@
-"""What difficulty does to the answers: `python -m atlas.difficulty` in `tests` draws docs/difficulty.png.
+"""Effect of difficulty on the results: `python -m atlas.difficulty` in `tests` draws docs/difficulty.png.
 
-Families of scenes with a parameter that goes to its limit. Of each: error of the time found, what a rounding of the scene's
-numbers makes of it (the ratio of the two is the backward error, in roundings), the impacts simulated one by one, the same of a usual method, and from where on the package refuses, or
-says that it has not proved what it tells."""
+The scenes form families with a parameter that tends to a limit. For each family the figure has the error of the computed
+time, the change of the exact time due to a rounding of the scene's numbers (the ratio of the two is the backward error, in
+roundings), the number of impacts simulated one by one, both also for a usual method, and the parameter from which on the
+package refuses, or states that its result is not proved."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -24,9 +25,9 @@ PICTURE = Path(__file__).parents[2] / "docs" / "difficulty.png"
 GRAVITY, HALF = 9.81, 0.5
 ROUNDING = mpf(2) ** -53
 matplotlib.use("Agg")
-#: Errors are drawn between these: what is exact, and what is no answer at all.
+#: Errors are drawn between these limits: exact, and no result.
 LEAST, MOST = 1e-18, 1.0
-#: Impacts after which a usual method is stopped.
+#: Number of impacts after which a usual method is stopped.
 PATIENCE = 1_000_000
 
 
@@ -35,9 +36,9 @@ class Point:
     """One scene of a family; None: no answer."""
 
     x: float
-    #: Relative, of the time that the family asks for.
+    #: Relative error of the time that the family computes.
     error: float | None
-    #: Sum of the changes of the truth when each of the scene's numbers moves by a rounding.
+    #: Sum of the changes of the exact result when each of the scene's numbers changes by a rounding.
     limit: float
     impacts: int | None
     proved: bool = True
@@ -49,19 +50,20 @@ class Point:
 class Family:
     title: str
     x: str
-    #: What the usual method is.
+    #: Name of the usual method.
     method: str
     points: Callable[[], Iterator[Point]]
-    #: Whether x grows with difficulty; otherwise it falls.
+    #: Whether x increases with difficulty; otherwise it decreases.
     grows: bool = False
-    #: Whether x is drawn logarithmically.
+    #: Whether the axis of x is logarithmic.
     logarithmic: bool = True
-    #: What is said where an answer is not proved or not given.
+    #: Label where a result is not proved or not given.
     cannot: str = "not proved"
 
 
 def conditioned(truth, **numbers):
-    """A truth, and how far roundings of its numbers move it. They move towards zero, where all of them stay in their ranges."""
+    """An exact result, and its change by roundings of its numbers. They are rounded towards zero, so that all of them stay in
+    their ranges."""
     given = {name: mpf(value) for name, value in numbers.items()}
     right = truth(**given)
     moved = (truth(**given | {name: x * (1 - ROUNDING)}) for name, x in given.items())
@@ -77,7 +79,7 @@ def ball(e, gravity=GRAVITY):
 
 
 def rod(psi, e, gravity=GRAVITY):
-    """A level rod whose ends have this coupling, and its radius of gyration."""
+    """A level rod with this coupling of its ends, and its radius of gyration."""
     rho = HALF * math.sqrt((1 - psi) / (1 + psi))
     body = sf.Posture.rod(
         half_length=HALF,
@@ -155,7 +157,7 @@ def clattering():
 
 
 def left_corner(psi, e, gravity):
-    """Time of the next landing after end 2 has hit with 1 m/s while end 1 touches, in closed form: n impacts, speeds that go as
+    """Time of the next landing after end 2 has hit with 1 m/s while end 1 touches, in closed form: n impacts, with speeds
     e^(k/2) sin(kf)/sin f."""
     angle = mp.acos((1 + e) * psi / (2 * mp.sqrt(e)))
     n = mp.ceil(mp.pi / angle) - 1
@@ -175,7 +177,7 @@ def corners():
         if not landings.size:
             yield Point(margin, None, math.nan, None)
             continue
-        # ψ itself is rounded on the way from ρ: that is what the limit has.
+        # The limit includes the rounding of ψ as computed from ρ.
         right, limit = conditioned(
             left_corner, psi=coupling(mpf(rho)), e=e, gravity=GRAVITY
         )
@@ -189,8 +191,8 @@ def corners():
 
 
 def touchdown(y, arm, omega, gravity):
-    """First landing of a foot that starts below a centre of mass at rest, `y` above the ground, and goes round it: in the first turn
-    whose lowest point is below the ground. These points fall from turn to turn."""
+    """First landing of a foot that starts below a centre of mass at rest, `y` above the ground, and rotates about it. It
+    lands in the first revolution whose lowest point is below the ground. These points fall from revolution to revolution."""
 
     def at(t):
         return y - gravity * t * t / 2 + arm * (1 - mp.cos(omega * t))
@@ -297,9 +299,9 @@ def chaotic():
 
 
 def slid(slope, rho, height, one, two, end, gravity):
-    """When a body that slides down from rest on a slope and on level ground comes to the end of the slope."""
+    """Time at which a body that slides down from rest on a slope and on level ground reaches the end of the slope."""
     slide = Wedge((slope, mpf(0)), ((one, -height), (two, -height)), rho, gravity)
-    # Far away by then: the way is close to linear in θ.
+    # At that distance the displacement is nearly linear in θ.
     first = slide.downhill() * end * slope
     theta = mp.findroot(
         lambda theta: (abs(slide.way(theta, 0)) - end) / end,
@@ -431,14 +433,14 @@ def draw(family, points, above, below):
 
 
 def ticks(values):
-    """Four powers of ten or so, their exponents multiples of a round number."""
+    """About four powers of ten, with exponents that are multiples of a round number."""
     low, high = (round(math.log10(f(values))) for f in (min, max))
     step = next(s for s in (1, 2, 3, 5, 10, 20, 50, 100) if high - low <= 5 * s)
     return [10.0**k for k in range(-(-low // step) * step, high + 1, step)]
 
 
 def silent(points):
-    """From where to where there are no answers."""
+    """Range without results."""
     found = []
     for before, p in zip([None, *points], points, strict=False):
         if p.error is None:

@@ -1,5 +1,5 @@
-"""The atlas: scenes at which methods fail. Each entry holds what a usual method makes of its scene, by code; what is true of it,
-from a source that is not standfast; and what standfast answers."""
+"""The atlas: scenes at which methods fail. Each entry has, for its scene, the result of a usual method, computed by code; the
+exact result, from a source other than standfast; and the result of standfast."""
 
 from . import (
     accumulations,

@@ -14,30 +14,30 @@ from . import baseline_methods
 
 SCENES = Path(__file__).parent / "scenes"
 DIGITS = 40
-#: Digits that decimal numbers have more than those of mpmath.
+#: Additional digits of decimal numbers, compared with mpmath.
 MORE = 5
-#: Some roundings of the scene's numbers, and of what is made of them.
+#: Some rounding errors of the scene's numbers and of intermediate results.
 WITHIN = 4e-15
 
 
 @dataclass(eq=False)
 class Entry:
-    """One scene. Its truth, the failure and the answer are computed once, with the digits of the truths."""
+    """One scene. Its exact result, the failure and the answer are computed once, with the digits of the exact results."""
 
     name: str
     title: str
     #: The difficulty, in a sentence.
     breaks: str
-    #: The method that fails; what it found, and whether that is wrong.
+    #: The method that fails; its result, and whether that is wrong.
     method: str
     fails: Callable[[sf.Scene], tuple[str, bool]]
-    #: How the truth is known, and the truth: name → number (within `within`) or anything that is equal.
+    #: The source of the exact result, and the result: name → number (within `within`) or any other value (equal).
     source: str
     truth: Callable[[sf.Scene], dict]
     answer: Callable[[sf.Scene], dict]
-    #: Relative error allowed to numbers where it is not `WITHIN`, by their names; absolute where the truth is zero.
+    #: Allowed relative errors of numbers, by name, if not `WITHIN`; absolute where the exact result is zero.
     within: Callable[[sf.Scene], dict[str, float]] | None = None
-    #: A module that the method needs and that may be missing.
+    #: A module that the method needs and that may not be installed.
     needs: str | None = None
 
     @property
@@ -61,14 +61,14 @@ class Entry:
 
     @cached_property
     def allowed(self):
-        """Error allowed to each number."""
+        """Allowed error of each number."""
         with mp.workdps(DIGITS):
             other = self.within(self.scene) if self.within else {}
         return dict.fromkeys(self.errors, WITHIN) | other
 
     @cached_property
     def errors(self):
-        """Of the numbers: relative, or absolute beside a truth of zero."""
+        """Errors of the numbers: relative, or absolute where the exact result is zero."""
         with mp.workdps(DIGITS):
             return {
                 name: abs(mpf(float(self.answered[name])) - value) / (abs(value) or 1)
@@ -85,7 +85,7 @@ class Family(list[Entry]):
         self.title = title
 
     def entry(self, **fields):
-        """Adds the entry whose truth is the decorated function."""
+        """Adds the entry whose exact result is the decorated function."""
 
         def add(truth):
             self.append(Entry(truth=truth, **fields))
@@ -149,7 +149,7 @@ def rod(scene):
 
 
 def integrated(*names):
-    """Of a run that is integrated numerically: the error that it was asked to keep."""
+    """For a run that is integrated numerically: its tolerance."""
     return lambda scene: dict.fromkeys(names, scene.options["tolerance"])
 
 
@@ -163,17 +163,18 @@ def first_zeno(scene):
 
 
 def decimals():
-    """The decimal context that goes with the digits of mpmath."""
+    """The decimal context for the digits of mpmath."""
     return localcontext(prec=mp.dps + MORE)
 
 
 def decimal(value):
-    """A number of mpmath with all its digits and some more: decimal numbers are the faster ones in long sums."""
+    """A number of mpmath with all its digits and some more. Decimal numbers are faster in long sums."""
     return Decimal(mp.nstr(mpf(value), mp.dps + MORE))
 
 
 def time_left(state, gravity, psi, e, least):
-    """Of all impacts of a level rod to come, over the speed of the last one: impact by impact until they are this small."""
+    """Remaining time of all later impacts of a level rod, over the speed of the last one: impact by impact until they are
+    this small."""
     with decimals():
         v, y, gravity, psi, e = map(decimal, (*state, gravity, psi, e))
         impacts = baseline_methods.impacts_up_to_scale(
@@ -195,7 +196,7 @@ def dropped_rod(low, high, gravity, psi, e, least):
 
 
 def bisect(f, low, high):
-    """Where f goes from + to −, to all digits."""
+    """Root of f from + to −, to all digits."""
     assert f(low) > 0 > f(high)
     for _ in range(mp.prec + 10):
         middle = (low + high) / 2

@@ -127,7 +127,7 @@ def difference(scene):
 
 
 def first_turn(scene):
-    """Angular velocity that the first impact leaves."""
+    """Angular velocity after the first impact."""
     body = scene.posture
     half, rho2 = exact(body.contacts[1].point[0]), exact(body.gyration_radius) ** 2
     theta, gravity = exact(scene.q[2]), exact(body.gravity)

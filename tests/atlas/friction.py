@@ -1,4 +1,4 @@
-"""Sliding, and the end of it."""
+"""Sliding and its end."""
 
 import math
 from decimal import Decimal
@@ -15,7 +15,7 @@ entry = FAMILY.entry
 
 
 def stopped_by_friction(scene, way):
-    """A block on level ground, in closed form: when it rests, and under this name how far it has come."""
+    """A block on level ground, in closed form: its time of rest, and its distance under this name."""
     v, pull = (
         exact(scene.qdot[0]),
         exact(scene.posture.contacts[0].friction) * exact(scene.posture.gravity),
@@ -176,7 +176,7 @@ def _(scene):
 
 
 def jamming(scene):
-    """Arm of the one contact, ρ², μ, way of the slide, gravity; level ground."""
+    """Arm of the contact, ρ², μ, sliding direction, gravity; level ground."""
     body = scene.posture
     contact = body.contacts[0]
     arm = [
@@ -201,8 +201,9 @@ def through_the_jam(scene):
 
 
 def stretching(scene):
-    """Of a slide in a time s with dt = Q ds: Q and the sliding speed, the way it goes, of a state; the height of the contact above the
-    centre of mass; the rates of (θ, ω, t, v_x); and that at the start. All of it in decimal numbers."""
+    """For a slide in stretched time s, dt = Q ds, as functions of the state: Q, the sliding velocity along its direction and
+    the height of the contact above the centre of mass; the rates of (θ, ω, t, v_x); and the state at the start. All in
+    decimal numbers."""
     arm, *numbers = jamming(scene)
     dx, dy, rho2, friction, way, gravity = (decimal(x) for x in (*arm, *numbers))
 
@@ -251,7 +252,7 @@ def jam(scene):
             assert gravity + height * y[1] ** 2 > 0
             if left < Decimal(10) ** -13:
                 break
-        # Q falls exponentially: what is left of time and turn are Q over its rate, to second order in Q.
+        # Q decreases exponentially: the remaining time and rotation are Q over its rate, to second order in Q.
         rate = (now(before)[0] / left).ln() / step
         time, theta = y[2] + left / rate, y[0] + y[1] * left / rate
     return {"outcome": "inconsistent", "time": mpf(time), "theta": mpf(theta)}
@@ -291,5 +292,5 @@ def _(scene):
             else:
                 step /= 4
     theta, omega, time, _ = map(mpf, y)
-    # From there on it slides back: the other way the force is finite.
+    # Then it slides back: in that direction the force is finite.
     return {"cause": "stop", "mode": "R", "time": time, "theta": theta, "omega": omega}

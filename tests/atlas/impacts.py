@@ -1,4 +1,4 @@
-"""Impacts at one instant."""
+"""Impacts at the same instant."""
 
 import numpy as np
 from mpmath import mp, mpf
@@ -145,7 +145,7 @@ def struck(scene):
 
 
 def work(v, w, p):
-    """Of impulses (tangential, normal) on a contact: v·p + p·Wp/2."""
+    """Work of impulses (tangential, normal) on a contact: v·p + p·Wp/2."""
     (tt, nt, nn), (p_t, p_n) = w, p
     return (
         v[0] * p_t + v[1] * p_n + (tt * p_t**2 + 2 * nt * p_t * p_n + nn * p_n**2) / 2
@@ -153,7 +153,7 @@ def work(v, w, p):
 
 
 def gained(v, w, after):
-    """Kinetic energy that this change of the contact's velocity adds: the impulse that it takes does work v̄·p."""
+    """Kinetic energy added by this change of the contact's velocity: the work v̄·p of its impulse."""
     tt, nt, nn = (float(x) for x in w)
     jump = np.array([after[k] - float(v[k]) for k in (0, 1)])
     p = np.linalg.solve([[tt, nt], [nt, nn]], jump)
@@ -199,7 +199,7 @@ def _(scene):
     mu, e = exact(scene.posture.contacts[0].friction), exact(scene.posture.restitution)
     assert v[0] < 0
     assert abs(nt) <= mu * tt
-    # Slides to the left: P_t = μ P_n until v_t = 0; then P_t = −(nt/tt) P_n + const, v_n' = nn − nt²/tt.
+    # It slides to the left with P_t = μ P_n until v_t = 0; then P_t = −(nt/tt) P_n + const, v_n' = nn − nt²/tt.
     stop = -v[0] / (nt + mu * tt)
     normal = v[1] + (nn + mu * nt) * stop
     assert normal < 0
@@ -240,7 +240,7 @@ def _(scene):
     return {"energy gained": work(v, w, p)}
 
 
-#: Sweeps over the contacts that an engine spends on a step.
+#: Number of sweeps over the contacts per step of an engine.
 SWEEPS = 10
 
 
@@ -270,7 +270,8 @@ def left_after_the_corner(scene, psi):
 
 
 def rounded_coupling(scene):
-    """The rates turn by arccos(ψ/bound) an impact, and the cosine is flat there: what four roundings of ψ = (b² − ρ²)/(b² + ρ²) make."""
+    """Error caused by four roundings of ψ = (b² − ρ²)/(b² + ρ²). The rates rotate by arccos(ψ/bound) per impact, where the
+    derivative of the arccosine is large."""
     psi = rod(scene)
     one, other = (
         left_after_the_corner(scene, x) for x in (psi, psi * (1 + mpf(2) ** -51))

@@ -1,4 +1,4 @@
-"""What contacts may do next."""
+"""Contact modes."""
 
 import math
 from fractions import Fraction
@@ -59,7 +59,7 @@ def _(scene):
 
 
 def painleve(scene):
-    """Of a rod that slides on one end: a_n per force, and a_n without force."""
+    """For a rod that slides on one end: a_n per force, and a_n without force."""
     body = scene.posture
     (x, y), (cx, cy) = body.contacts[0].point, body.center_of_mass
     b, c = x - cx, y - cy
@@ -136,8 +136,8 @@ def _(scene):
 
 
 def fraction_of(scene):
-    """The contact problem of a scene at q = 0 in fractions: the tangent of half a slope to a millionth, or exactly if it is one of a
-    triangle with short whole sides."""
+    """The contact problem of a scene at q = 0 in fractions. The tangent of half a slope is rounded to a millionth, or exact
+    if the slope is that of a triangle with short integer sides."""
     body, (vx, vy, omega) = scene.posture, map(Fraction, map(float, scene.qdot))
     arms = tuple(
         tuple(
@@ -169,7 +169,7 @@ def fraction_of(scene):
 
 
 def swept(scene, order, sweeps):
-    """Forces by sweeps over the contacts in this order, and the last change of them."""
+    """Forces after sweeps over the contacts in this order, and their last change."""
     problem = fraction_of(scene)
     contacts = [
         (
@@ -196,7 +196,7 @@ def diverges(scene):
 
 
 def chosen(scene):
-    """What sweeps in either order come to."""
+    """The closed contacts after sweeps in either order."""
     found = []
     for order in ((0, 1), (1, 0)):
         forces, change = swept(scene, order, 2000)

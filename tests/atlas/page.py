@@ -1,4 +1,4 @@
-"""The page of the atlas, and the files of its truths: `python -m atlas.page` in `tests` writes both."""
+"""The page of the atlas, and the files of its exact results: `python -m atlas.page` in `tests` writes both."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "atlas.md"
 
 
 def written(truth):
-    """A truth as its file has it."""
+    """An exact result in the format of its file."""
     plain = {
         name: mp.nstr(value, 25) if isinstance(value, mpf) else value
         for name, value in truth.items()
@@ -29,7 +29,7 @@ def told(value):
 
 
 def limit(entry, name):
-    """The error that is allowed, if it is more than a few roundings."""
+    """The allowed error, if it is more than a few rounding errors."""
     allowed = entry.allowed[name]
     return f" (allowed: {allowed:.1g})" if allowed > WITHIN else ""
 

@@ -9,7 +9,7 @@ PEERS = Path(__file__).parents[2] / "benches" / "work_precision" / "peers"
 
 
 def told(scene):
-    """A scene as those files have it: arms from the centre of mass, one floor through (0, 0)."""
+    """A scene in the format of those files: arms from the centre of mass, one floor through (0, 0)."""
     body = scene.posture
     (x, y), (first, *_) = body.center_of_mass, body.contacts
     return {
@@ -29,7 +29,7 @@ def told(scene):
 
 
 def simulate(engine, scene, step, end, name="", task="rest"):
-    """Displacement (x, y, θ) at the end, and since when all speeds have been below 1e-6 m/s; None if they are not."""
+    """Final displacement (x, y, θ), and the time from which on all speeds are below 1e-6 m/s; None if there is none."""
     sys.path.insert(0, str(PEERS))
     try:
         peer = importlib.import_module(engine)
@@ -43,7 +43,7 @@ def simulate(engine, scene, step, end, name="", task="rest"):
 
 
 def box2d_ball(h, restitution, gravity, step, end):
-    """Box2D in metres: a ball dropped from h, the height it has at most after its first impact."""
+    """Box2D in metres: a ball dropped from h, and its largest height after the first impact."""
     import Box2D
 
     world = Box2D.b2World(gravity=(0, -gravity))
@@ -63,7 +63,7 @@ def box2d_ball(h, restitution, gravity, step, end):
 
 
 def mujoco_block(slope, friction, gravity, end):
-    """MuJoCo with its defaults: a box at rest on a slope, its way along it at the end."""
+    """MuJoCo with its defaults: a box at rest on a slope, and its final displacement along it."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(

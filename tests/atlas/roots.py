@@ -1,4 +1,4 @@
-"""Instants at which a gap is zero."""
+"""Times at which a gap is zero."""
 
 import numpy as np
 from mpmath import mp, mpf
@@ -61,7 +61,7 @@ def _(scene):
 
 
 def spun(scene):
-    """Gap of the one contact of a spinning body, at any time, in doubles."""
+    """Gap of the only contact of a spinning body, as a function of time, in doubles."""
     (x, y), gravity = scene.posture.contacts[0].point, scene.posture.gravity
     dx, dy = x - scene.posture.center_of_mass[0], y - scene.posture.center_of_mass[1]
     height, v, omega = scene.q[1], scene.qdot[1], scene.qdot[2]
@@ -131,7 +131,7 @@ def taken_for_touching(scene):
 
 
 def lows(scene):
-    """Gap of the foot with 40 digits, and its first two lowest points, where the rate goes from − to +."""
+    """Gap of the foot with 40 digits, and the times of its first two lowest points, where the rate changes from − to +."""
     gap, turn = spun(scene), mp.pi / mpf(float(scene.qdot[2]))
 
     def at(t):
@@ -145,13 +145,13 @@ def lows(scene):
 
 
 def deepest(scene):
-    """Of the lowest points the gap that is nearest to zero."""
+    """The gap that is nearest to zero among the lowest points."""
     at, points = lows(scene)
     return min((at(t) for t in points), key=abs)
 
 
 def grazing(scene):
-    """The first change of sign on a grid of a twentieth of a radian that has the lowest points in it, by bisection."""
+    """The first change of sign on a grid of a twentieth of a radian that includes the lowest points, refined by bisection."""
     at, points = lows(scene)
     step = 1 / (20 * exact(scene.qdot[2]))
     grid = sorted([*points, *(k * step for k in range(1, 500))])
@@ -160,7 +160,7 @@ def grazing(scene):
 
 
 def flat_root(scene):
-    """A gap is rounded to 2⁻⁵³ of the height of the start, and the time of its zero by as much over its rate."""
+    """A gap is rounded to 2⁻⁵³ of the initial height; the error of the time of its root is that over its rate."""
     at, _ = lows(scene)
     t = grazing(scene)["first impact"]
     moved = 2 * mpf(2) ** -53 * exact(scene.q[1]) / abs(mp.diff(at, t))

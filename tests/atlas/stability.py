@@ -1,4 +1,4 @@
-"""Postures that look safe."""
+"""Postures that seem stable."""
 
 import standfast as sf
 from mpmath import mp, mpf
@@ -40,7 +40,7 @@ class Corners:
         return [a * b for a, b in zip(self.inverse, row, strict=True)]
 
     def start(self, kept, slip):
-        """Velocity at which the other contact lands with 1 m/s while the kept one slides."""
+        """Velocity with which the other contact lands with 1 m/s while the kept one slides."""
         rows = [self.normal[kept], self.normal[1 - kept], self.tangent[kept]]
         return list(mp.lu_solve(mp.matrix(rows), mp.matrix([0, -1, slip])))
 
@@ -51,7 +51,7 @@ class Corners:
         return [a - kick * b for a, b in zip(v, push, strict=True)]
 
     def bounce(self, landing, v):
-        """Impacts, one by one, until a contact has lost all speed but 1e-35 of the first: that contact, the gap of the other, v."""
+        """Impacts, one by one, until the speed of a contact is 1e-35 of the first: that contact, the gap of the other, v."""
         h, first = [mpf(0), mpf(0)], -dot(self.normal[landing], v)
         g = [n[1] * self.g for n in self.normal]
         v = self.struck(landing, v)
@@ -74,7 +74,7 @@ class Corners:
             v = self.struck(i, v)
 
     def slide(self, kept, h, v):
-        """Until the other contact lands."""
+        """Slides until the other contact lands."""
         normal, tangent, other = (
             self.normal[kept],
             self.tangent[kept],
@@ -100,9 +100,9 @@ def dot(a, b):
 
 
 GROWTH = "ln of the growth of speeds in a cycle"
-#: Difference of angles, in rad, at which the package takes a cycle for closed.
+#: Difference of angles, in rad, at which a cycle counts as closed in the package.
 COME_BACK = 1e-9
-#: Corners after which those to come repeat themselves to the digits asked for.
+#: Number of corners after which later ones repeat to the required digits.
 CORNERS = 130
 
 

@@ -1,4 +1,4 @@
-"""Fixed steps, and integrators that start again."""
+"""Fixed steps, and integrators with restarts."""
 
 from . import baseline_methods, peers
 from .entry import Family, ball_numbers, ball_rest, rest

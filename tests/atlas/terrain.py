@@ -39,7 +39,7 @@ def _(scene):
 
 
 def piece(scene, k):
-    """Way along x and rise of the k-th piece of terrain."""
+    """Length along x and rise of the k-th piece of terrain."""
     (x0, y0), (x1, y1) = scene.posture.terrain[k : k + 2]
     return x1 - x0, y1 - y0
 
@@ -148,7 +148,7 @@ def nearly_parallel(scene):
 
 
 def cut_off(_scene):
-    """A foot is called at rest in the valley below 1e-14 of its largest speed (docs/theory.md)."""
+    """A foot counts as at rest in the valley below 1e-14 of its largest speed (docs/theory.md)."""
     return {"elapsed": 2e-14}
 
 

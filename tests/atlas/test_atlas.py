@@ -1,5 +1,5 @@
-"""The atlas of scenes at which methods fail: each method fails as its entry says, the truth is what the entry's file says, and
-standfast answers it."""
+"""The atlas of scenes at which methods fail: each method fails as its entry states, the exact result agrees with the entry's
+file, and standfast computes it."""
 
 import json
 import re
@@ -16,7 +16,7 @@ ENTRIES = pytest.mark.parametrize("entry", ATLAS, ids=lambda entry: entry.name)
 
 @pytest.fixture(autouse=True)
 def digits():
-    """Digits of the truths."""
+    """Digits of the exact results."""
     with mp.workdps(DIGITS):
         yield
 
@@ -62,7 +62,7 @@ def test_the_page_has_the_section(entry):
     "family", difficulty.FAMILIES, ids=lambda family: family.points.__name__
 )
 def test_errors_stay_below_the_conditioning_limit(family):
-    """Roundings of the package's own may do a few times what those of the scene's numbers do."""
+    """Rounding errors within the package may be a few times those of the scene's numbers."""
     points = [point for point in family.points() if point.error is not None]
     assert len(points) > 5
     for point in points:

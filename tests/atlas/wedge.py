@@ -1,4 +1,5 @@
-"""A body without friction on two straight pieces of ground: a motion of one degree of freedom, in closed form up to a quadrature."""
+"""A body without friction on two straight pieces of ground: a motion with one degree of freedom, in closed form up to a
+quadrature."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,9 +10,9 @@ from mpmath import mp, mpf
 
 @dataclass
 class Wedge:
-    """From rest at θ = 0, where both contacts touch."""
+    """The motion from rest at θ = 0, where both contacts touch."""
 
-    #: Of each contact: the slope of its ground, and its arm from the centre of mass.
+    #: For each contact: the slope of its ground, and its arm from the centre of mass.
     slopes: tuple
     arms: tuple
     rho: mpf
@@ -22,7 +23,7 @@ class Wedge:
         return [(-mp.sin(slope), mp.cos(slope)) for slope in self.slopes]
 
     def place(self, theta):
-        """Centre of mass, n·(r + R(θ)d − d) = 0 at both contacts, and its derivative by θ."""
+        """Position of the centre of mass by n·(r + R(θ)d − d) = 0 at both contacts, and its derivative with respect to θ."""
         (a, b), (c, d) = self.normals
         cos, sin = mp.cos(theta), mp.sin(theta)
         sides, rates = [], []
@@ -38,7 +39,7 @@ class Wedge:
         return solve(*sides), solve(*rates)
 
     def downhill(self):
-        """Sign of the rotation in which it slides."""
+        """Sign of the rotation while it slides down."""
         return -1 if self.place(mpf("-1e-3"))[0][1] < 0 else 1
 
     def spin(self, theta):
@@ -47,7 +48,7 @@ class Wedge:
         return mp.sqrt(-2 * self.gravity * y / (dx * dx + dy * dy + self.rho**2))
 
     def time(self, theta):
-        """When it has turned so far. θ s² takes the root at rest out of the integrand."""
+        """Time of this rotation. θ s² removes the singularity of the integrand at rest."""
         theta = abs(theta) * self.downhill()
         return mp.quad(
             lambda s: 2 * abs(theta) * s / self.spin(theta * s * s),
@@ -56,7 +57,7 @@ class Wedge:
         )
 
     def way(self, theta, contact):
-        """How far this contact has moved along its ground."""
+        """Displacement of this contact along its ground."""
         (x, y), _ = self.place(theta)
         cos, sin = mp.cos(theta), mp.sin(theta)
         p, q = self.arms[contact]
@@ -66,7 +67,7 @@ class Wedge:
         )
 
     def acceleration_by_forces(self, theta=0.0, omega=0.0):
-        """Acceleration (ẍ, ÿ, θ̈) in doubles, by the forces that keep both contacts on their ground."""
+        """Acceleration (ẍ, ÿ, θ̈) in doubles, from the forces that keep both contacts on their ground."""
         cos, sin, rows, bends = np.cos(theta), np.sin(theta), [], []
         for slope, (x, y) in zip(self.slopes, self.arms, strict=True):
             n = np.array([-np.sin(float(slope)), np.cos(float(slope))])

@@ -1,7 +1,7 @@
 """Contact modes of random problems against brute force over all words, in exact arithmetic.
 
-STANDFAST_MODES_CASES sets the number of problems of each class (60). The seed does not depend on it: a
-larger campaign contains the smaller one. ``pytest -s`` shows what the classes hold.
+STANDFAST_MODES_CASES sets the number of problems of each class (60). The seed does not depend on it: a larger campaign
+contains the smaller one. ``pytest -s`` prints the properties of the classes.
 """
 
 import math
@@ -22,9 +22,9 @@ PAIRS = 2000
 SEED = 2008
 #: The TIE of the solver (crates/core/src/modes/answer.rs), which Python does not expose.
 TIE = 1e-10
-#: Shares of problems without a word and with several that make a class what it is called.
+#: Parts of problems without a word and with several words that justify the name of a class.
 SHARES = {"slender, sliding": (0.1, 0.1), "two at rest, high friction": (0, 0.05)}
-#: Rounding of forces allowed for, relative to the load: about 10⁴ roundings of a double.
+#: Allowed rounding error of forces, relative to the load: about 10⁴ roundings of a double.
 ROUNDING = 1e-12
 
 
@@ -36,16 +36,16 @@ def keywords(problem: Problem) -> dict[str, object]:
 
 @dataclass
 class Row:
-    """What was found in a class."""
+    """Results of a class."""
 
     name: str
     counts: Counter[int] = field(default_factory=Counter)  # 2: two or more
-    #: Consistent by one side only, among all words of both methods: with the warning, and without.
+    #: Words consistent by one method only, among all words of both methods: with the warning, and without.
     warned: int = 0
     wrong: list[object] = field(default_factory=list)
 
     def compare(self, problem: Problem) -> set[str]:
-        """Puts the problem to both sides; the consistent words."""
+        """Solves the problem by both methods; the consistent words."""
         words = brute_force(problem)
         self.counts[min(len(words), 2)] += 1
         given = sf.ContactProblem(**keywords(problem))
@@ -65,7 +65,7 @@ class Row:
 
 
 def is_tie(mode: sf.ContactMode) -> bool:
-    """Whether a margin is a tie, and the warning is given."""
+    """Whether a margin is a tie and the warning is given."""
     nearest = min((abs(margin) for _, _, margin in mode.margins), default=math.inf)
     return mode.near_degenerate and nearest <= TIE
 
@@ -106,14 +106,14 @@ def test_words_close_to_an_edge_differ_by_ties_only(table, name):
         edge = EDGES[name](draw, k)
         sizes[edge.problem.size] += 1
         words = row.compare(edge.problem)
-        # The edge is where it is said to be: the word holds on one side of it.
+        # The edge is at the stated place: the word holds on one side of it.
         assert (edge.word in words) == (edge.distance > 0), edge
         distances.append(edge.distance)
     assert not row.wrong, row.wrong[0]
-    assert row.warned  # ties there were
+    assert row.warned  # the class has ties
     assert len(sizes) == (1 if "FF" in name else 3)
     powers = np.log10(np.abs(distances))
-    # Two powers more, for what load and friction are divided by.
+    # Two more powers, for the factors that load and friction are divided by.
     assert NEAREST - 2 < powers.min() < NEAREST + 1
     assert FARTHEST - 1 < powers.max() < FARTHEST + 2
     assert np.histogram(powers, 7, (NEAREST, FARTHEST))[0].min() >= 0.02 * CASES
@@ -121,12 +121,12 @@ def test_words_close_to_an_edge_differ_by_ties_only(table, name):
 
 
 def test_two_resting_contacts_offer_ten_words():
-    """Those that some acceleration of a rigid body has; where one contact pivots, none slides."""
+    """The words that some acceleration of a rigid body allows. If one contact is fixed, the other cannot slide."""
     draw, seen = Draw(f"{SEED} ten words"), Counter()
     alone = {"SS", "SF", "SR", "SL", "FS", "RS", "LS", "FF"}
     for k in range(PAIRS):
         problem = pair_at_rest(0, 3)(draw, k)
-        # Both closed: the body turns about the point where the normals meet, one way or the other.
+        # Both closed: the body rotates about the intersection of the normals, one way or the other.
         first, second = (np.array(problem.normal_row(i), float) for i in (0, 1))
         line = np.cross(first, second)
         slips = [np.array(problem.tangential_row(i), float) @ line for i in (0, 1)]
@@ -155,7 +155,7 @@ def test_forces_of_two_fixed_contacts():
             assert mode.consistent == (family is not None), problem
             if family is None:
                 continue
-            span = math.dist(*problem.arms)  # τ of the family is the force over it
+            span = math.dist(*problem.arms)  # τ is the force over this
             load = float(problem.mass * unit(problem))
             tau = Fraction(0)
             for found, end, sign in zip(
@@ -166,7 +166,7 @@ def test_forces_of_two_fixed_contacts():
                     assert found == sign * math.inf
                     continue
                 tau = max(tau, end) if sign < 0 else min(tau, end)
-                # A quotient: what it is divided by may be small, and makes it large.
+                # A quotient whose denominator may be small, so its rounding error is large.
                 worst = load * (1 + (float(end) * span / load) ** 2)
                 assert abs(found - float(end) * span) <= ROUNDING * worst, problem
             worst = load * (1 + (float(tau) * span / load) ** 2)

@@ -1,4 +1,4 @@
-"""Contact modes against exact rational arithmetic: the set of consistent words is the same."""
+"""Contact modes against exact rational arithmetic: both give the same set of consistent words."""
 
 import pytest
 import standfast as sf

@@ -1,4 +1,4 @@
-"""The oracle of contact modes itself: closed forms, symmetries, and a proof for each of its verdicts."""
+"""Tests of the oracle of contact modes: closed forms, symmetries, and a proof of each of its verdicts."""
 
 import random
 from collections import Counter
@@ -36,11 +36,11 @@ def test_stated_answers(case):
     assert case.words == case.stated
 
 
-# Each verdict is proved.
+# Proof of each verdict.
 
 
 def conditions(problem: Problem, word: str):
-    """Equations, weak and strict inequalities on (q̈, f_t1, f_n1, …, 1), as the definitions have them."""
+    """Equations, weak and strict inequalities on (q̈, f_t1, f_n1, …, 1), by the definitions."""
     width = 3 + 2 * problem.size + 1
     inertia = (problem.mass, problem.mass, problem.mass * problem.rho2)
 
@@ -118,9 +118,9 @@ def is_refuted(problem: Problem, word: str) -> bool:
 
 @pytest.mark.parametrize("kind", ["stated", *CLASSES])
 def test_each_verdict_is_proved(kind):
-    """A motion that satisfies the definitions, or multipliers that contradict them; never both.
+    """For each word either a motion that satisfies the definitions, or multipliers that contradict them; never both.
 
-    Of the larger problems, with up to 64 or 256 words each, some words are drawn.
+    For larger problems, with up to 64 or 256 words each, a random selection of words.
     """
     rng = random.Random(kind)
     for case in (case for case in all_cases() if case.kind == kind):
@@ -190,7 +190,7 @@ def test_one_contact_in_closed_form():
 
 
 def test_a_body_on_two_legs():
-    """Symmetric, at rest on a floor: FF whatever the friction. Pulled at a: sliding if a > μ g."""
+    """A symmetric body at rest on a floor: FF for any friction. With horizontal load a: sliding if a > μ g."""
     legs, flat = [(-ONE, -ONE), (ONE, -ONE)], [modes_problems.FLAT] * 2
     for mu in (ZERO, Fraction(1, 4)):
         for pull in (ZERO, Fraction(1, 8), Fraction(1, 4), Fraction(3, 8)):
@@ -199,7 +199,7 @@ def test_a_body_on_two_legs():
 
 
 def test_hyperstatic_floors():
-    """Four contacts in line share the load in a three-parameter family; one of them may be doubled."""
+    """Four contacts on one line carry the load in a three-parameter family; one of them may be listed twice."""
     for places in ((-2, -1, 1, 2), (-1, -1, 1, 1), (0, 0, 0, 0)):
         arms = [(Fraction(x), -ONE) for x in places]
         for sliding, word in ((0, "FFFF"), (1, "RRRR"), (-1, "LLLL")):
@@ -221,7 +221,7 @@ def test_no_contact_closed():
 
 
 def test_forces_of_two_fixed_contacts():
-    """Within the interval of the squeeze the forces hold the body; beyond its ends they slip."""
+    """Within the interval of the internal force the contacts hold the body; outside they slip."""
     seen, d = Counter(), draw("squeezed")
     wedges = [
         Case(f"wedge {k}", "squeezed", CLASSES["squeezed"](d, k))
@@ -258,7 +258,7 @@ def test_forces_of_two_fixed_contacts():
 
 
 def test_squeeze_between_two_walls():
-    """A body of weight 1 between walls, μ = 1/2: the squeeze is at least 1, hence τ ≥ 1/2, no bound."""
+    """A body of weight 1 between walls, μ = 1/2: the normal force is at least 1, hence τ ≥ 1/2, without upper bound."""
     walls = [(ZERO, -ONE), (ZERO, ONE)]  # normals to the right and to the left
     problem = build([(-ONE, ZERO), (ONE, ZERO)], walls, [Fraction(1, 2)] * 2, [0, 0])
     family = force_interval_FF(problem)
@@ -271,7 +271,7 @@ def test_squeeze_between_two_walls():
 
 
 def mirrored(problem: Problem) -> Problem:
-    """Seen in a mirror x → −x: tangential quantities change their sign."""
+    """The problem mirrored, x → −x: tangential quantities change their sign."""
     x, y, turn = problem.free_acceleration
     return replace(
         problem,
@@ -284,7 +284,7 @@ def mirrored(problem: Problem) -> Problem:
 
 
 def turned(problem: Problem) -> Problem:
-    """The world turned by the angle of (20, 21, 29)."""
+    """The problem rotated by the angle of (20, 21, 29)."""
     cos, sin = Fraction(20, 29), Fraction(21, 29)
 
     def turn(v: Pair) -> Pair:
@@ -300,7 +300,7 @@ def turned(problem: Problem) -> Problem:
 
 
 def rescaled(problem: Problem) -> Problem:
-    """Other units: lengths but not accelerations, which with the bias have a unit of their own; mass."""
+    """The problem in other units of length, of mass, and of acceleration and bias, which have a unit of their own."""
     size, pull = Fraction(7, 3), Fraction(5, 11)
     x, y, alpha = problem.free_acceleration
     return replace(
@@ -314,7 +314,7 @@ def rescaled(problem: Problem) -> Problem:
 
 
 def reordered(problem: Problem) -> Problem:
-    """The last contact first."""
+    """The problem with the last contact first."""
     return replace(
         problem,
         arms=problem.arms[::-1],
@@ -373,7 +373,7 @@ def test_without_any_load_a_body_at_rest_stays():
 
 # Another method: linear algebra in doubles.
 
-#: Below this a double decides nothing; problems that come so close are left out.
+#: Quantities below this are not decided in doubles; such problems are left out.
 DOUBT = 1e-7
 
 
@@ -388,7 +388,7 @@ def clearly_positive(x):
 
 
 def words_in_doubles(problem: Problem) -> set[str]:
-    """Up to two contacts, word by word: solve for the forces, look at the signs."""
+    """Up to two contacts, word by word: solve for the forces and check the signs."""
     n = problem.size
     inertia = float(problem.mass) * np.array([1, 1, float(problem.rho2)])
     J = np.array(
@@ -410,7 +410,7 @@ def words_in_doubles(problem: Problem) -> set[str]:
 
 
 def holds_in_doubles(problem, word, W, a0):
-    columns, equal = [], []  # the forces as combinations; the accelerations that vanish
+    columns, equal = [], []  # force combinations; zero accelerations
     for i, letter in enumerate(word):
         mu, unit = float(problem.friction[i]), np.eye(len(a0))
         if letter == "F":
@@ -429,7 +429,7 @@ def holds_in_doubles(problem, word, W, a0):
     if word == ("F", "F"):
         if np.abs(A @ x - rhs).max() > DOUBT:
             return False
-        squeeze = np.linalg.svd(A)[2][3]  # the one direction that moves nothing
+        squeeze = np.linalg.svd(A)[2][3]  # the direction without motion
         return squeeze_in_doubles(problem, x, squeeze)
     if singular[-1] < DOUBT:
         raise Doubtful
@@ -492,7 +492,7 @@ def test_linear_algebra_in_doubles_agrees():
 def test_the_problems_are_many_different_and_always_the_same():
     assert len({case.name for case in all_cases()}) == len(all_cases()) >= 400
     by_name = {case.name: case.problem for case in all_cases()}
-    for case in all_cases(per_class=4):  # more cases continue the fewer
+    for case in all_cases(per_class=4):  # more cases extend the fewer
         assert by_name[case.name] == case.problem
     count = Counter(min(len(case.words), 2) for case in all_cases())
     assert count[0] > len(all_cases()) / 12, count
@@ -504,7 +504,7 @@ def test_the_problems_are_many_different_and_always_the_same():
 
 
 def test_problems_in_doubles_are_the_problems():
-    """Tangents are unit vectors; where nothing had to be rounded the doubles are the rationals."""
+    """Tangents are unit vectors. Where no number had to be rounded, the doubles equal the rationals."""
     exact = 0
     for case in all_cases():
         problem, keywords = case.problem, case.keywords
@@ -529,7 +529,7 @@ def test_problems_in_doubles_are_the_problems():
 
 
 def test_the_verdict_changes_at_the_painleve_threshold():
-    """The uniform rod, on either side of μ = 4/3 and at it, ever closer."""
+    """The uniform rod, at μ = 4/3 and on either side of it, at decreasing distances."""
     at = next(c.problem for c in all_cases() if c.name == "uniform rod at 4/3")
     for k in range(1, 30):
         step = Fraction(1, 10**k)

@@ -1,4 +1,4 @@
-"""The model that "auto" chooses keeps the tolerance, against the full model on random scenes."""
+"""The model that "auto" chooses satisfies the tolerance, compared with the full model on random scenes."""
 
 import math
 import os
@@ -9,7 +9,7 @@ import standfast as sf
 from bodies import draw_contacts, size
 
 G = 9.81
-#: Random scenes; `make long` asks for more.
+#: Number of random scenes; `make long` has more.
 SCENES = int(os.environ.get("STANDFAST_AUTO_SCENES", "600"))
 
 
@@ -41,7 +41,7 @@ def scene(rng):
     q = rng.uniform(-1, 1, 3) * (height, 0, tilt) + (0, 1.5 * height, 0)
     moves = math.sqrt(2 * G * height) * rng.choice([0.0, 1.0])
     if rng.random() < 0.1:
-        # Straight down: all contacts land at once, on whatever slopes.
+        # A vertical fall: all contacts land at once, on any slopes.
         q, moves = np.array([0.0, height, 0.0]), 0.0
     qdot = rng.uniform(-1, 1, 3) * moves
     options = {
@@ -56,7 +56,7 @@ def scene(rng):
 
 
 def errors(run, full, length):
-    """Of times, relative to the duration, and of q, relative to the size."""
+    """Errors of times, relative to the duration, and of q, relative to the size."""
     times = [run.elapsed - full.elapsed]
     if run.zeno_points:
         times.append(run.zeno_points[0].elapsed - full.zeno_points[0].elapsed)
@@ -95,14 +95,14 @@ def test_every_scene_keeps_its_tolerance():
     print(
         f"{tried} scenes, local in {served}; largest error {worst:.3f} of the tolerance"
     )
-    # The local model is taken often enough, and not only where nothing is at stake.
+    # The local model is chosen often enough, also in nontrivial scenes.
     assert served > SCENES / 20
     assert tight > SCENES / 100
 
 
 @pytest.mark.parametrize("stop", ["zeno", "rest"])
 def test_a_scene_is_served_down_to_its_error(stop):
-    """One scene, all tolerances: local above twice its error, full below it."""
+    """One scene with all tolerances: local above twice its error, full below it."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -144,7 +144,7 @@ def test_exact_at_any_height():
     assert (
         run.elapsed == sf.simulate(rough, (0, 5.0, 0), (0, 0, 0), model="full").elapsed
     )
-    # Thrown along the ground, friction turns it.
+    # Thrown along the ground, it is rotated by friction.
     assert sf.simulate(rough, (0, 5.0, 0), (1, 0, 0)).model == "full"
 
 
@@ -174,7 +174,8 @@ def test_a_limit_that_comes_first_is_kept():
 
 
 def test_a_body_that_rests_on_one_foot_is_not_local():
-    """Its centre of mass is right above foot 1: linearised, any rotation rests there; turned by 1e-9 rad it tips over."""
+    """Its centre of mass is right above foot 1: in the linearised model it rests at any rotation; rotated by 1e-9 rad it tips
+    over."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -190,8 +191,8 @@ def test_a_body_that_rests_on_one_foot_is_not_local():
 
 
 def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
-    """Its centre of mass is just inside of a foot, and beyond it once the body has turned by as little as the local model leaves
-    out: the full model decides."""
+    """Its centre of mass is just inside of a foot, and beyond it after a small rotation that the local model neglects: the
+    full model decides."""
     rng = np.random.default_rng(43)
     local = 0
     for _ in range(600):
@@ -221,7 +222,7 @@ def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
 
 
 def test_the_tolerance_of_an_early_zeno_point_is_that_of_the_whole_run():
-    """Landing takes milliseconds, the slide after it a second: times are promised to within tolerance × run.elapsed."""
+    """Landing takes milliseconds, the slide after it a second: the tolerance of times is tolerance × run.elapsed."""
     feet = [sf.Contact((x, 0.0), friction=0.15) for x in (-0.5, 0.5)]
     body = sf.Posture(1.0, 0.4, (0.05, 0.1), feet, 0.2)
     tolerance, q, qdot = 1e-4, (0, 1e-4, 5e-7), (2.0, 0, 0)
@@ -233,4 +234,4 @@ def test_the_tolerance_of_an_early_zeno_point_is_that_of_the_whole_run():
     error = abs(first.elapsed - true.elapsed)
     assert (
         first.time_error < error <= tolerance * auto.elapsed
-    )  # the error of the model is not in time_error
+    )  # time_error does not include the error of the model

@@ -1,5 +1,5 @@
-"""Enclosures of the local model against plain summation in 60 digits: impact after impact until flights are below 1e-45 of the
-time. STANDFAST_ENCLOSURES sets the number of random cases of each kind (100)."""
+"""Enclosures of the local model compared with plain summation in 60 digits: impact after impact until flights are below 1e-45
+of the time. STANDFAST_ENCLOSURES sets the number of random cases of each kind (100)."""
 
 import json
 import math
@@ -28,10 +28,10 @@ from oracle_inputs import (
 CASES = int(os.environ.get("STANDFAST_ENCLOSURES", "100"))
 SEED = 1972
 DIGITS = 60
-#: Flights, relative to the time elapsed, and speeds, relative to those of the start, after which nothing is left to sum: those
-#: that follow are shorter by a factor that stays away from one.
+#: Flights, relative to the time elapsed, and speeds, relative to those of the start, at which a sum ends: later ones are
+#: shorter by a factor bounded away from one.
 NOTHING = Decimal(10) ** -45
-#: Impacts after which a sum is given up.
+#: Number of impacts after which a sum is abandoned.
 MOST = 20_000
 
 
@@ -43,7 +43,7 @@ def digits():
 
 
 def summed(v):
-    """(times of the impacts, their contacts), by plain summation; None if it does not come to an end."""
+    """(times of the impacts, their contacts), by plain summation; None if it does not end."""
     g, psi, e, h, u = ([Decimal(x) for x in v[name]] for name in ("g", "psi", "e", "h", "u"))  # fmt: skip
     fall = (2 * max(a * b for a, b in zip(g, h, strict=True))).sqrt()
     t, times, contacts, fastest = Decimal(0), [], [], max(map(abs, u)) + fall
@@ -61,7 +61,7 @@ def summed(v):
         u[i], u[1 - i] = -e[i] * u[i], u[1 - i] - psi[i] * kick
         times.append(t)
         contacts.append(i + 1)
-        # Flights of no time at all, in a corner, end with their speeds.
+        # Flights of zero duration, in a corner, end by their speeds.
         if 0 < dt <= NOTHING * t or max(map(abs, u)) <= NOTHING * fastest:
             return times, contacts
     return None
@@ -75,7 +75,7 @@ def _touchdown(h, u, g):
 
 
 def case(v):
-    """As `summed` takes it."""
+    """A case as the argument of `summed`."""
     pair = lambda name: (v[f"{name}1"], v[f"{name}2"])  # noqa: E731
     return {name: pair(name) for name in ("g", "psi", "h", "u")} | {"e": (v["e"],) * 2}
 
@@ -91,7 +91,7 @@ def holds(low, high, time):
 
 
 def check(v):
-    """The enclosure of a case, every claim of which has been looked at: None where the sum has no end."""
+    """The enclosure of a case, after a check of all its statements; None if the sum has no end."""
     truth, enclosure = summed(v), enclosed(v)
     if truth is None:
         return None
@@ -115,7 +115,7 @@ def width(enclosure):
 
 
 def test_inside_the_bound_of_clattering(record_property):
-    """[Or & Rimon 2008, eq. 10] holds by 2 % or more: all Zeno points are enclosed, to a few roundings."""
+    """[Or & Rimon 2008, eq. 10] holds by 2 % or more: all Zeno points are enclosed, to a few rounding errors."""
     rng = np.random.default_rng(SEED)
     widths = []
     for _ in range(CASES):
@@ -131,7 +131,7 @@ def test_inside_the_bound_of_clattering(record_property):
 
 
 def draw_any(rng):
-    """Couplings of either sign, restitutions that differ, as likely outside the bound as inside."""
+    """Couplings of either sign, unequal restitutions, equally likely outside and inside the bound."""
     e = (draw_restitution(rng), draw_restitution(rng))
     psi, skew = rng.uniform(-1, 1), math.exp(rng.uniform(-1.5, 1.5))
     g, h, u, _ = draw_flight(rng)
@@ -139,7 +139,7 @@ def draw_any(rng):
 
 
 def test_anywhere(record_property):
-    """What is claimed is true, whatever the parameters; where nothing is certain any more, that is said."""
+    """All statements are true, for any parameters; a reason is given where nothing is certain any more."""
     rng = np.random.default_rng(SEED)
     found = [check(draw_any(rng)) for _ in range(CASES)]
     summable = [enclosure for enclosure in found if enclosure is not None]
@@ -169,7 +169,8 @@ def test_unequal_restitutions_clatter():
 
 
 def test_the_reference():
-    """All of its cases but one below the bound, which alternates for ever by no theorem, have a Zeno point that is enclosed."""
+    """All of its cases have an enclosed Zeno point, except one below the bound, for which no theorem proves endless
+    alternation."""
     path = Path(__file__).parents[1] / "data" / "reference_local.json"
     for known in json.loads(path.read_text(encoding="utf-8"))["cases"]:
         inputs = {name: float.fromhex(x["hex"]) for name, x in known["inputs"].items()}
@@ -245,7 +246,7 @@ def test_a_body_is_enclosed_like_its_local_model():
     start = run.gaps_at(0.0)
     other = of(rod.local(), *start)
     low, high = run.enclosure.zeno
-    # Parameters, gaps and rates of the other are rounded.
+    # Parameters, gaps and rates of the other one are rounded.
     assert abs(low - other.zeno[0]) <= 1e-14 * low
     assert low <= run.zeno_points[0].elapsed <= high
     assert pickle.loads(pickle.dumps(run)).enclosure == run.enclosure
@@ -253,7 +254,7 @@ def test_a_body_is_enclosed_like_its_local_model():
 
 
 def test_speeds_of_any_size_or_refused():
-    """The same motion at speeds times 2^−k: the same times, as long as products of three speeds are numbers."""
+    """The same motion at speeds times 2^−k has the same times, as long as products of three speeds are doubles."""
     local = model(gravity=(0.522868521775169, 0.19732141343207195), psi=(2.0093833863278636, 0.49457687972207576), restitution=0.8422745640016168)  # fmt: skip
     times = []
     for k in range(0, 400, 20):
@@ -273,7 +274,7 @@ def test_speeds_of_any_size_or_refused():
 
 
 def test_two_slopes_reached_at_once():
-    """A body that falls straight down lands on both at the same instant, whatever the roundings of its gaps."""
+    """A body that falls vertically lands on both at the same instant, with any rounding errors of its gaps."""
     contacts = [sf.Contact((-1.0, 0.0)), sf.Contact((1.0, 0.2), slope=1.5)]
     body = sf.Posture(1.0, 0.3, (0.0, 0.5), contacts, 0.2, 9.81)
     for model in ("local", "full"):
@@ -285,15 +286,15 @@ def test_two_slopes_reached_at_once():
 @pytest.mark.parametrize(
     ("gravity", "psi", "e", "gaps", "rates", "contacts", "time"),
     [
-        # At rest while the other flies, or leaves: no impact at all.
+        # One contact at rest while the other flies, or leaves: no impact.
         ((1, 1), (-0.5, -0.5), 0.1, (0, 1), (0, 0), (1,), 0.0),
         ((1, 1), (0.5, 0.5), 0.1, (0, 0), (0, 1), (1,), 0.0),
-        # One impact without rebound, and contact 1 rests.
+        # One impact without rebound, after which contact 1 rests.
         ((1, 1), (0.5, 0.5), 0.0, (0, 1), (-1, 0), (1,), 0.0),
         ((1, 1), (-0.5, -0.5), 0.0, (0.125, 1), (0, 0), (1,), 0.5),
-        # Contact 2 is kicked away by each bounce, and its gap falls to the end of them all the same.
+        # Each bounce lifts contact 2, but its gap decreases until the end of the bounces.
         ((226273.18493724658, 80.73842815310807), (-0.004177961679880355, -23.2427098131835), (0.2284888864105247, 3.609030856423116e-09), (7.695428375451866e-06, 4.409564607818612e-06), (2.079329730803277, -0.14651071998290763), (1,), None),
-        # Outside the cone a corner ends after an impact, and contact 2 bounces alone.
+        # Outside the cone a corner ends after one impact, and contact 2 bounces alone.
         ((1, 1), (0.9, 0.9), 0.1, (0, 0), (1, -0.1), (2,), 2 * 0.01 / 0.9),
     ],
 )  # fmt: skip
@@ -318,7 +319,7 @@ def test_times_below_the_normal_range(rate, time):
 
 @pytest.mark.parametrize(("draw", "least"), [(draw_full, 10), (draw_spinning, 4)])
 def test_collisions_of_the_full_model(draw, least, record_property):
-    """Each that is claimed is the oracle's, and its time lies within; Zeno points are not claimed."""
+    """Each enclosed collision is that of the oracle, and its time lies within; Zeno points are not enclosed."""
     rng = np.random.default_rng(SEED)
     cases, claimed, widths = max(1, CASES // 5), 0, []
     for _ in range(cases):
@@ -340,7 +341,7 @@ def test_collisions_of_the_full_model(draw, least, record_property):
 
 
 def test_a_foot_that_goes_round():
-    """One foot of a body that turns at 3 rad/s: the root of a gap with a cosine, in 60 digits."""
+    """One foot of a body that rotates at 3 rad/s: the root of a gap with a cosine, in 60 digits."""
     body = sf.Posture(1.0, 0.3, (0.0, 0.4), [sf.Contact((0.2, 0.0))], 0.5, 9.81)
     q, qdot = (0.0, 0.7, 0.3), (0.2, -0.1, 3.0)
     enclosure = sf.simulate(body, q, qdot, model="full", certify=True).enclosure
@@ -358,7 +359,7 @@ def test_a_foot_that_goes_round():
 
 
 def test_a_run_that_leaves_its_bounds_says_so():
-    """Where impacts amplify roundings, the doubles of a run leave what 106 bits prove."""
+    """Where impacts amplify rounding errors, the run in doubles leaves the bounds proved with 106 bits."""
     rng = np.random.default_rng(SEED)
     strayed = 0
     for _ in range(400):
@@ -377,7 +378,7 @@ def test_a_run_that_leaves_its_bounds_says_so():
 
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_a_start_that_touches_but_for_a_rounding(model):
-    """A foot that has been moved along its slope: the gap that the doubles leave counts, if it is not below the ground."""
+    """A foot displaced along its slope: its gap in doubles counts unless it is negative."""
     rng = np.random.default_rng(SEED)
     above = 0
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""Runs that never ended, and random scenes like them: each ends in a named way, or says why it does not."""
+"""Runs that formerly did not end, and random scenes like them: each ends with a named outcome or a reason why not."""
 
 import math
 import os
@@ -11,7 +11,7 @@ import pytest
 import standfast as sf
 from bodies import LAWS, lift
 
-#: Random scenes, and how many of them may end by a limit.
+#: Number of random scenes, and number of those that may end by a limit.
 SCENES = int(os.environ.get("STANDFAST_ENDLESS", "400"))
 ENDED_BY_A_LIMIT = 1e-4
 FILES = sorted((Path(__file__).parents[1] / "data" / "endless").glob("*.json"))
@@ -129,8 +129,8 @@ def test_an_event_limit_counts_collisions(law, contacts):
 
 
 def test_a_swing_that_returns_to_where_it_lifted_off_passes():
-    """Two feet slide until one of them stops and the body turns about it: the other one is at its lowest point there, and touches
-    it again after each turn, or not, by a rounding."""
+    """Two feet slide until one of them stops and the body rotates about it: the other one is then at its lowest point, and
+    rounding decides whether it touches again after each rotation."""
     run = sf.load(FILES[[path.stem[:2] for path in FILES].index("15")]).simulate()
     same = run.impacts["time"][1:] == run.impacts["time"][:-1]
     assert run.outcome == "rest"

@@ -1,8 +1,8 @@
-"""Energy never rises, between any two instants of a run, with any law of impact that promises it.
+"""Energy never increases between any two instants of a run, with any law of impact for which this is proved.
 
-A run's scale of energy is what it has at most to move with: its energy at the start, above that of the lowest place its
-centre of mass comes to, and no less than of a start that counts as touching. Kinetic and potential energy are rounded to
-1e-16 of it each, and every event adds a few roundings.
+The scale of the energy of a run is the largest energy available to the motion: the initial energy above that of the lowest
+position of the centre of mass, at least that of a start that counts as touching. Kinetic and potential energy are each
+rounded to 1e-16 of it, and every event adds a few rounding errors.
 """
 
 import math
@@ -13,19 +13,21 @@ import pytest
 import standfast as sf
 from bodies import draw_contacts, draw_order, lift
 
-#: Random runs for each law.
+#: Number of random runs for each law.
 RUNS = int(os.environ.get("STANDFAST_ENERGY_RUNS", "250"))
-#: Rise of the energy, relative to the scale of the run, that is rounding: a few hundred units in the last place.
+#: Increase of the energy, relative to the scale of the run, that counts as rounding error: a few hundred units in the last
+#: place.
 ROUNDING = 1e-13
 #: Height of a start that counts as touching: 1e-12 of a body of about a metre.
 TOUCH = 1e-12
-#: Most contacts for which a law promises it: Newton's and Chatterjee and Ruina's impacts lose energy one by one whatever
-#: else is touching; so do Routh's processes, but with them other contacts may be pressed on meanwhile.
+#: Largest number of contacts for which a law does not increase energy. Single impacts of Newton's and of Chatterjee and
+#: Ruina's laws lose energy with any other closed contacts; so do Routh's processes, but with them other contacts may be
+#: pressed during the impact.
 LAWS = {"newton": 4, "poisson": 1, "stronge": 1, "chatterjee-ruina": 4}
 
 
 def draw(rng, law):
-    """A body of about a metre over terrain of any slopes, and how it is thrown."""
+    """A body of about a metre above terrain of any slopes, and its start."""
     g = 9.81
     level = rng.random() < 0.3
     rise, steep = (0, 0) if level else (0.3, 0.7)
@@ -65,7 +67,7 @@ def draw(rng, law):
 
 
 def rise(run):
-    """Largest rise of the energy from any instant to a later one, relative to the scale of the run."""
+    """Largest increase of the energy from any instant to a later one, relative to the scale of the run."""
     posture = run.posture
     events = [t for phase in run.phases for t in (phase.start, phase.end)]
     struck = run.impacts["time"]
@@ -78,7 +80,7 @@ def rise(run):
     weight = posture.mass * posture.gravity
     scale = max(energy[0] - weight * heights.min(), weight * TOUCH)
     assert np.isfinite(energy).all()
-    # Two roundings of the number itself, at the height it is counted from.
+    # Two rounding errors of the number itself, which is relative to the origin of heights.
     rounded = 2 * np.finfo(float).eps * np.abs(energy).max()
     rises = energy - np.minimum.accumulate(energy) - rounded
     return float(rises.max() / scale)

@@ -1,4 +1,4 @@
-"""Motion on contacts with friction against closed forms and against the equations of motion to 26 digits."""
+"""Motion on contacts with friction, compared with closed forms and with the equations of motion to 26 digits."""
 
 import math
 from collections import Counter
@@ -48,7 +48,7 @@ def block(slope, friction, feet=FEET, height=HEIGHT):
 
 
 def normal_forces(slope, friction, way):
-    """Of a block that slides along ``way``: f_1 + f_2 = m g cos β, and no moment about the centre of mass."""
+    """Normal forces of a block that slides along ``way``: f_1 + f_2 = m g cos β, and no moment about the centre of mass."""
     (a, b), (mu, nu) = FEET, friction
     # a f_1 + b f_2 + H f_t = 0 with f_t = −way (μ f_1 + ν f_2)
     one, two = a - way * HEIGHT * mu, b - way * HEIGHT * nu
@@ -63,7 +63,7 @@ def normal_forces(slope, friction, way):
     [(0.0, (0.4, 0.3)), (0.3, (0.4, 0.5)), (-0.3, (0.2, 0.25)), (0.45, (0.6, 0.1))],
 )
 def test_a_block_slides_and_stays_or_goes_on(model, speed, slope, friction):
-    """Constant deceleration by forces from moments; then it stays, slides back, or never stops at all."""
+    """Constant deceleration by forces from moments; then it rests, slides back, or never stops."""
     body = block(slope, friction)
     velocity = (speed * math.cos(slope), speed * math.sin(slope), 0.0)
     way = 1 if speed > 0 else -1
@@ -78,7 +78,7 @@ def test_a_block_slides_and_stays_or_goes_on(model, speed, slope, friction):
     slowing = rub + way * G * mp.sin(slope)
     run = sf.simulate(body, (0, 0, 0), velocity, model=model)
     if slowing > 0:
-        # where the velocity given has a rounded part into the slope, a bounce of 1e-17 s comes first
+        # where the rounded initial velocity has a component into the slope, a bounce of 1e-17 s comes first
         phase = next(p for p in run.phases if p.mode != "SS")
         stop = abs(mpf(speed)) / slowing
         close(phase.end, stop)
@@ -106,7 +106,7 @@ def test_a_block_slides_and_stays_or_goes_on(model, speed, slope, friction):
 
 @pytest.mark.parametrize("slope", [0.0, 0.2])
 def test_a_sliding_block_tips_over_its_front_foot(slope):
-    """The rear foot is unloaded where friction of the front foot passes through the centre: μ H = b."""
+    """The rear foot is unloaded where the friction force of the front foot passes through the centre of mass: μ H = b."""
     threshold = FEET[1] / HEIGHT
     velocity = (math.cos(slope), math.sin(slope), 0.0)
     for factor, word in [(1 - 1e-9, "RR"), (1 + 1e-9, "SR")]:
@@ -154,7 +154,7 @@ def test_a_hanging_body_swings_like_a_physical_pendulum(omega):
     energy = run.energy(times)
     assert np.abs(energy - energy[0]).max() <= 1e-13 * energy[0]
     q, _ = run.at(times)
-    # Drift of the pivot is taken back beyond 2 eps of the distances, 2L and L; q itself is rounded.
+    # Drift of the pivot is corrected beyond 2 eps of the distances, 2L and L; q itself is rounded.
     eps = np.finfo(float).eps
     assert np.abs([body.gaps(x) for x in q]).max() <= 2 * eps * 3 * length + 4 * eps
 
@@ -190,7 +190,7 @@ def slider(slope, friction, point, centre, rho, slip, omega, other=None):
 
 
 def assert_state(run, t, y, rel=1e-12):
-    """State of a run at time t against the oracle's."""
+    """Compares the state of a run at time t with the oracle's."""
     q, qdot = run.at(t)
     lengths = max(1, *(abs(float(x)) for x in y[:3]))
     speeds = max(1, *(abs(float(v)) for v in y[3:]))
@@ -201,7 +201,7 @@ def assert_state(run, t, y, rel=1e-12):
 
 @pytest.mark.parametrize("scene", SLIDERS)
 def test_one_contact_slides_to_a_stop(scene):
-    """Newton and Euler's equations to 26 digits, up to where the point stands still, or loses its force."""
+    """Newton and Euler's equations to 26 digits, until the point stops or its force becomes zero."""
     posture, velocity = slider(*scene)
     run = sf.simulate(posture, (0, 0, 0), velocity, model="full", time_limit=2.0)
     word = "R" if scene[5] > 0 else "L"
@@ -221,8 +221,8 @@ def test_one_contact_slides_to_a_stop(scene):
 
 @pytest.mark.parametrize("scene", SLIDERS)
 def test_the_square_of_the_spin_obeys_a_linear_equation(scene):
-    """With B = b + σμc: (ρ² + bB) dω²/dθ = 2B (g cos β + c ω²). From the height c of the point above the centre alone,
-    and its integrating factor: ω² = I (ω_0² + ∫ 2B g cos β/((ρ² + bB) I) dθ)."""
+    """With B = b + σμc: (ρ² + bB) dω²/dθ = 2B (g cos β + c ω²). Solved with only the height c of the point above the centre
+    and the integrating factor: ω² = I (ω_0² + ∫ 2B g cos β/((ρ² + bB) I) dθ)."""
     slope, mu, point, centre, rho, slip, omega = scene
     posture, velocity = slider(*scene)
     run = sf.simulate(posture, (0, 0, 0), velocity, model="full", time_limit=2.0)
@@ -262,11 +262,11 @@ def test_the_square_of_the_spin_obeys_a_linear_equation(scene):
 
 
 def test_a_sliding_foot_until_the_other_lands():
-    """A body falls forward on its sliding rear foot, which comes to a stop, until the front foot lands."""
+    """A body tips forward on its sliding rear foot, which comes to rest, until the front foot lands."""
     front = sf.Contact(point=(0.4, -0.15), slope=0.1, friction=0.2)
     scene = (0.0, 0.25, (-0.25, 0.0), (0.0, 0.5), 0.4, 2.0, 1.0)
     posture, velocity = slider(*scene, front)
-    # the front foot starts above the terrain: lift the body and turn it about the rear foot
+    # the front foot starts above the terrain: lift the body and rotate it about the rear foot
     theta = 0.25
     s, c = math.sin(theta), math.cos(theta)
     dx, dy = -0.25, -0.5
@@ -320,7 +320,7 @@ def sliding_phase(run):
 
 @pytest.mark.parametrize("omega", [2.0, 3.0, -4.0])
 def test_a_smooth_ladder_lifts_off(omega):
-    """φ̇² = φ̇_0² + 2κ(g/L)(1 − cos φ), κ = L²/(L² + ρ²): time by quadrature up to where a force vanishes."""
+    """φ̇² = φ̇_0² + 2κ(g/L)(1 − cos φ), κ = L²/(L² + ρ²): time by quadrature up to the angle at which a force becomes zero."""
     run = sf.simulate(
         ladder(0.0),
         (0, 0, 0),
@@ -335,7 +335,7 @@ def test_a_smooth_ladder_lifts_off(omega):
         return mpf(omega) ** 2 + 2 * kappa * pull * (1 - mp.cos(phi))
 
     def force(phi):
-        # radial and tangential part, onto the normal of the wall that is left
+        # projection of the radial and tangential components on the normal of the remaining wall
         radial = pull * mp.cos(phi) - square(phi)
         return radial * (mp.sin(phi) + mp.cos(phi)) - (1 - kappa) * pull * mp.sin(
             phi
@@ -417,7 +417,7 @@ def test_a_disc_with_backspin_rolls_in_the_end(speed, spin):
 
 
 def table(restitution, friction=1.0, half=0.375, height=0.3125, rho=0.5):
-    """A body on two level feet whose far foot jumps up when the other lands: ρ > half."""
+    """A body on two level feet whose far foot is lifted by an impact of the other: ρ > half."""
     return sf.Posture(
         mass=1.0,
         gyration_radius=rho,
@@ -429,8 +429,8 @@ def table(restitution, friction=1.0, half=0.375, height=0.3125, rho=0.5):
 
 
 def rocking(posture, y, count):
-    """Words, starts and states of the phases of a body that rocks from foot to foot, event by event; and the times of
-    the landings that begin a round."""
+    """Words, starts and states of the phases of a body that rocks from foot to foot, event by event; and the times of the
+    landings that begin a round."""
     body = Body(posture)
     t, phases, landings, held, word = Decimal(0), [], [], 0, "FS"
     while True:
@@ -464,17 +464,17 @@ def rocking(posture, y, count):
     [(0.0, 1.0, 0.625), (0.0, 0.7, -0.25), (0.2, 1.0, 0.5), (0.1, 0.8, 0.375)],
 )
 def test_rocking_ends_in_rest(restitution, friction, omega):
-    """About one foot, impact of the other, its bounces, slide, about that foot: ever smaller rounds whose end is the
-    Zeno point. Phases against the oracle; the end against the limit of the rounds."""
+    """Rotation about one foot, impact of the other, its bounces, slide, rotation about that foot: ever smaller rounds whose
+    limit is the Zeno point. The phases are compared with the oracle, the end with the limit of the rounds."""
     posture = table(restitution, friction)
-    # About one foot from upright, in numbers that leave no rounded rate at that foot.
+    # Rotation about one foot from upright, in numbers for which the rate at that foot is not rounded.
     side = 1 if omega > 0 else -1
     start = (0, 0, 0, -0.3125 * omega, 0.375 * abs(omega), omega)
     run = sf.simulate(posture, start[:3], start[3:], model="full")
     assert run.outcome == "rest"
     point = run.zeno_points[-1]
     assert (point.kind, point.method) == ("2-zeno", "nested")
-    # what is left of the velocity is along the floor, and rubbed away
+    # the remaining velocity is along the floor, and friction stops it
     rest = point.time + abs(point.qdot[0]) / (friction * G)
     close(run.time, mpf(float(rest)))
     got = [p for p in run.phases if p.end > p.start]
@@ -501,7 +501,7 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
                 close(q[i], y[i], 1e-13, scale=0.01)
                 close(qdot[i], y[3 + i], 1e-13, scale=abs(omega))
     lengths = [b - a for a, b in pairwise(starts)]
-    # every second one: left and right may differ in their pattern
+    # every second one, because left and right may have different patterns
     ratios = [b / a for a, b in zip(lengths, lengths[2:], strict=False)]
     changes = [abs(b - a) for a, b in pairwise(ratios)]
     assert 20 * changes[-1] < max(changes)
@@ -553,7 +553,7 @@ OUTCOMES = {
 
 
 def flaws(posture, run):
-    """What a run of the full model does that no motion can do."""
+    """Violations of the laws of motion in a run of the full model."""
     phases = run.phases if len(run.phases) < 80 else run.phases[:40] + run.phases[-40:]
     times = np.concatenate([np.linspace(p.start, p.end, 5) for p in phases])
     times = np.maximum.accumulate(times)
@@ -574,19 +574,19 @@ def flaws(posture, run):
         found.append("outcome")
     if run.outcome in ("inconsistent", "ambiguous") and not found:
         expected = {"inconsistent": "none", "ambiguous": "ambiguous"}[run.outcome]
-        # What the run could not decide: far away its q, rounded, would not touch the ground any more.
+        # The contacts are those of the run: at its rounded q, far away, the body would not touch the ground any more.
         if sf.contact_modes(run.undecided).status != expected:
             found.append("contact modes disagree")
     return found
 
 
-#: A body that tumbles down its slope in flights of hours: its gaps lose 1e-8 of the height it has fallen. And two that swing about
-#: one foot for hours, sticking and slipping: the gap of the other foot drifts by 1e-12 m a swing.
+#: A body that tumbles down its slope in flights of hours: its gaps have errors of 1e-8 of the height of its fall. And two
+#: that swing about one foot for hours, sticking and slipping: the gap of the other foot drifts by 1e-12 m per swing.
 FLAWED = {85, 164, 199}
 
 
 def test_no_run_gains_energy_or_enters_the_terrain():
-    """500 scenes; -s prints how they end."""
+    """500 scenes; -s prints their outcomes."""
     table, flawed, limited = {}, {}, []
     for seed in range(500):
         posture, q, qdot = random_scene(seed)
@@ -604,13 +604,13 @@ def test_no_run_gains_energy_or_enters_the_terrain():
     assert set(flawed) <= FLAWED
 
 
-# --- more than one answer, or none --------------------------------------------------------------------------------
+# --- several modes, or none ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("friction", [1.2, 1.4, 1.6, 2.0])
 def test_painleves_rod(friction):
-    """A uniform rod slides on its lower end: 1 + 3cos φ (cos φ − μ sin φ) < 0 is possible for μ > 4/3 only. A rod at
-    rest but for its slide has then no motion at all; a rod that turns fast enough has two."""
+    """A uniform rod slides on its lower end: 1 + 3cos φ (cos φ − μ sin φ) < 0 is possible only for μ > 4/3. A rod with no
+    motion except its slide then has no consistent mode; a rod that rotates fast enough has two."""
     seen = set()
     for k in range(1, 30):
         phi = math.pi / 2 * k / 30
@@ -626,8 +626,8 @@ def test_painleves_rod(friction):
         for omega in (0.0, 5.0):
             v = (-2.0 - omega * math.sin(phi), omega * math.cos(phi), omega)
             if rod.gap_rates((0, 0, 0), v)[0] != 0:
-                continue  # rounding: no sliding, but an impact or a flight
-            # the end leaves if nothing holds it: a_n = −g + ω² sin φ with c = −sin φ
+                continue  # by rounding an impact or a flight instead of sliding
+            # the end lifts off without force: a_n = −g + ω² sin φ with c = −sin φ
             lifts = omega**2 * math.sin(phi) > G
             expected = {
                 (True, False): "unique",  # slides
@@ -650,7 +650,7 @@ def test_painleves_rod(friction):
 
 
 def test_a_swing_that_slips_at_its_ends_loses_energy():
-    """Ever shorter slips; at 80 s one does not end, and friction drives the body to 1000 m/s."""
+    """Shorter and shorter slips; at 80 s one does not end, and friction accelerates the body to 1000 m/s."""
     body = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -664,7 +664,7 @@ def test_a_swing_that_slips_at_its_ends_loses_energy():
 
 
 def test_a_slide_goes_on_when_the_other_contact_lifts_off():
-    """Both slide to the right at 5 and 3 m/s, one lifts off: the other goes on to the right."""
+    """Both slide to the right at 5 and 3 m/s, one lifts off: the other continues to the right."""
     posture, q, qdot = random_scene(304)
     run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
     k = words(run).index("RR")
@@ -672,7 +672,7 @@ def test_a_slide_goes_on_when_the_other_contact_lifts_off():
 
 
 def test_a_contact_in_the_air_has_no_mode_but_s():
-    """From rest on both contacts the body swings about the second, which slips when the first is .7 m above."""
+    """From rest on both contacts the body swings about the second, which slips when the first is .7 m above the ground."""
     posture = sf.Posture(
         mass=1.7223667390837893,
         gyration_radius=0.70004355779108,
@@ -697,7 +697,7 @@ def test_a_contact_in_the_air_has_no_mode_but_s():
 
 
 def test_an_end_of_a_ladder_turns_back():
-    """At 45 degrees the upper end stands still while the ladder turns: energy is continuous."""
+    """At 45 degrees the upper end has zero velocity while the ladder rotates: energy is continuous."""
     posture = ladder(0.05)
     run = sf.simulate(posture, (0, 0, 0), (1.0, 0, 2.0), model="full", time_limit=0.4)
     t = sliding_phase(run).end
@@ -708,7 +708,7 @@ def test_an_end_of_a_ladder_turns_back():
 
 @pytest.mark.parametrize("seed", [49])
 def test_two_fixed_contacts_do_not_drift(seed):
-    """A body that cannot move does not slide for 190 000 s at 1e-9 m/s."""
+    """A body that cannot move does not slide at 1e-9 m/s for 190 000 s."""
     posture, q, qdot = random_scene(seed)
     run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
     assert run.outcome == "rest"
@@ -717,8 +717,8 @@ def test_two_fixed_contacts_do_not_drift(seed):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3])
 def test_rocking_on_a_slope_ends(restitution):
-    """The centre of mass is above the feet, but its projection along the normal is not between them: without friction
-    the body would tip."""
+    """The centre of mass is above the feet, but its projection along the normal is not between them: without friction the
+    body would tip over."""
     slope = 0.4
     t, n = frame(slope)
     posture = sf.Posture(
@@ -736,7 +736,7 @@ def test_rocking_on_a_slope_ends(restitution):
 
 
 def test_no_motion_beyond_the_pole_of_the_force():
-    """The normal force of a sliding point grows without bound as 1 + b(b + σμc)/ρ² falls to zero."""
+    """The normal force of a sliding point grows without bound as 1 + b(b + σμc)/ρ² decreases to zero."""
     posture = sf.Posture(
         mass=1.7100641222786925,
         gyration_radius=0.1150509336682351,
@@ -770,7 +770,7 @@ def test_no_motion_beyond_the_pole_of_the_force():
             (9.28e-6, 1.4437871542614737e-5, 1.823070786275864e-6),
             (0.0038975443889205483, 0.01041141620670623, 0.0010773409463390707),
         ),
-        # Two contacts slide in turn, against each other at first, the same way in the end.
+        # Two contacts slide in turn, first in opposite directions, finally in the same direction.
         (
             {
                 "gyration_radius": 0.2545149776432233,
@@ -787,7 +787,7 @@ def test_no_motion_beyond_the_pole_of_the_force():
     ],
 )
 def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
-    """The full model turns through all of it, by 1e-5 rad, and sums later: both have to come to rest together."""
+    """The full model rotates by 1e-5 rad during it, and sums later: both contacts must come to rest together."""
     contacts = [sf.Contact(point=(x, 0.0), friction=mu) for x, mu in feet]
     body = sf.Posture(mass=1.0, gravity=G, contacts=contacts, **fields)
     local, full = (sf.simulate(body, q, qdot, model=m) for m in ("local", "full"))
@@ -799,8 +799,8 @@ def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
 @pytest.mark.parametrize("slope", [1e-13, 1e-21, 1e-40])
 def test_a_body_slides_for_ages_on_ground_that_is_nearly_level(slope):
     """Two smooth feet, one of them on a slope: ½v² = ½v₀² + g·drop(θ), slope·x = −d sin θ, up to terms of order slope."""
-    speed = 1e-3  # to begin with: at rest so little slope is none
-    width, arm = 3.25, (-1.75, 0.5)  # of the centre of mass, from the foot on the level
+    speed = 1e-3  # at the start: at rest such a small slope has no effect
+    width, arm = 3.25, (-1.75, 0.5)  # of the centre of mass, from the level foot
     feet = [sf.Contact((-1.5, 0.0), slope=slope), sf.Contact((1.75, 0.0))]
     body = sf.Posture(1.0, 0.5, (0.0, 0.5), feet, 0.0, 9.81)
     run = sf.simulate(body, (0, 0, 0), (-speed, 0, 0), model="full", event_limit=200)
@@ -833,7 +833,7 @@ def test_a_foot_at_the_centre_of_mass_spins_on_while_it_slides():
 
 @pytest.mark.parametrize("slope", [2.5e-313, 1e-200, 1e-30])
 def test_a_slope_of_no_account_changes_nothing(slope):
-    """A body tips over onto ground that is all but level, and slides until friction has stopped it."""
+    """A body tips over onto almost level ground, and slides until friction has stopped it."""
 
     def tipped(slope):
         feet = [
@@ -852,7 +852,7 @@ def test_a_slope_of_no_account_changes_nothing(slope):
 
 
 def test_a_swing_of_which_half_is_done_is_not_without_end():
-    """Its other half leads to a landing of the other foot: with a time limit or without, the same."""
+    """Its other half ends with a landing of the other foot: the same with and without a time limit."""
     feet = [sf.Contact((-0.58, 0), friction=1), sf.Contact((-0.52, 0), friction=1)]
     body = sf.Posture(1.0, 0.95, (-0.97, 1.2), feet, 0.0, 9.81)
     start = (-0.49, 0.06, 0), (-1.6, 0, -1.88)
@@ -862,7 +862,7 @@ def test_a_swing_of_which_half_is_done_is_not_without_end():
     early = run.impacts["elapsed"] < 6
     assert run.impacts["elapsed"][early].tolist() == timed.impacts["elapsed"].tolist()
     assert (timed.impacts["elapsed"] > 3.4).any()
-    # One foot on a slope: it lifts off in the other half.
+    # One foot on a slope: it lifts off in the second half.
     foot = [sf.Contact((-0.958, 0.0), slope=-0.6178, friction=1.3277)]
     body = sf.Posture(1.0, 0.4991, (-0.7827, 1.6407), foot, 0.0, 9.81)
     run = sf.simulate(body, (0, 0, 0), (-0.8187, 0, -0.1851), model="full")
@@ -870,7 +870,8 @@ def test_a_swing_of_which_half_is_done_is_not_without_end():
 
 
 def test_a_swing_about_a_fixed_foot_is_no_flight():
-    """It begins in the last moments of a clattering, for which the geometry is frozen: there the other foot flies for ever."""
+    """It begins in the last moments of a clattering, for which the geometry is frozen: with it the other foot would fly for
+    ever."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.7,
@@ -891,7 +892,7 @@ def test_a_swing_about_a_fixed_foot_is_no_flight():
 
 
 def test_a_body_that_turns_while_it_slides_slides():
-    """Without friction, downhill on one foot, over and over: it leaves the ground of the other one, but not its own."""
+    """Without friction, downhill on one foot, with many revolutions: it leaves the ground of the other foot, but not its own."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.862439166683181,
@@ -911,8 +912,8 @@ def test_a_body_that_turns_while_it_slides_slides():
 @pytest.mark.parametrize("restitutions", [(0.0, 0.9), (0.9, 0.0), (0.3, 0.8)])
 @pytest.mark.parametrize("spin", [0.0, 1e-14, -1e-12, 1e-11])
 def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
-    """v (cos β, sin β) is along the slope but for roundings, and a spin that is hardly more lands its feet in turn, as slowly
-    as the rounding of v: x = v t + ½ g sin β t² downhill."""
+    """v (cos β, sin β) is along the slope except for rounding, and a spin that is hardly larger makes its feet land in turn,
+    at speeds like the rounding of v: x = v t + ½ g sin β t² downhill."""
     slope, speed = 0.24, -0.8
     way = np.array([math.cos(slope), math.sin(slope)])
     contacts = [
@@ -929,8 +930,8 @@ def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
 
 
 def test_a_run_goes_on_from_where_another_ended():
-    """While a rod slides on both ends, roundings of roundings are left of the rates of its gaps: 1e-85 m/s, and nothing that it
-    could land with. A gap of a rounding, 1e-18 m, takes 5e-10 s to fall through."""
+    """While a rod slides on both ends, the rates of its gaps are rounding errors of rounding errors: 1e-85 m/s, too slow for
+    a landing. A gap of a rounding error, 1e-18 m, takes 5e-10 s to fall through."""
     for k in range(60):
         rod = sf.Posture.rod(0.5, 0.1 + 0.005 * k, restitution=0.2, friction=0.1)
         whole = sf.simulate(rod, (0, 0.011, 0.003), (2, 0, 0))
@@ -942,8 +943,8 @@ def test_a_run_goes_on_from_where_another_ended():
 
 
 def test_a_foot_that_sticks_sticks_on():
-    """A body tips over its foot. The state on the way, rounded, has the foot 1e-21 m above the ground with 1e-18 m/s: it still
-    stands. In flight it would land a moment later with a slip, and jam."""
+    """A body tips over its foot. In its rounded intermediate state the foot is 1e-21 m above the ground with 1e-18 m/s: it
+    still counts as fixed. In flight it would land a moment later, sliding, and jam."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.12,
@@ -964,7 +965,7 @@ def test_a_foot_that_sticks_sticks_on():
 
 
 def test_a_motion_in_pieces_is_the_motion():
-    """Bodies on one or two feet, from rest: stopped at any time and given back, they go on in the mode they were in."""
+    """Bodies on one or two feet, from rest: stopped at any time and restarted, they continue in the same mode."""
     random = np.random.default_rng(31)
     cuts = Counter()
     for _ in range(60):

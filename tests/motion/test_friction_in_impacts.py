@@ -1,4 +1,4 @@
-"""Which laws of impact have friction, what a run says of one that has none, and what each law does with several contacts."""
+"""The laws of impact with friction, the warnings of runs with a law without it, and each law with several contacts."""
 
 import math
 
@@ -11,12 +11,12 @@ NO_FRICTION = "friction acts between impacts only"
 
 
 def said(run):
-    """The warnings that speak of friction in impacts."""
+    """The warnings about friction in impacts."""
     return [text for text in run.warnings if NO_FRICTION in text]
 
 
 def housner(**options):
-    """A block of 1 m by 3 m, its corners plastic, rocks from one to the other."""
+    """A block of 1 m by 3 m with plastic corners rocks from one to the other."""
     block = sf.Posture(
         mass=1.0,
         gyration_radius=math.sqrt((1 + 9) / 12),
@@ -24,7 +24,7 @@ def housner(**options):
         contacts=[sf.Contact((x, 0.0), friction=0.6) for x in (-0.5, 0.5)],
         restitution=0.0,
     )
-    # Upright, it turns about its left corner.
+    # Start: upright, rotating about its left corner.
     return sf.simulate(
         block, (0, 0, 0), (-0.45, 0.15, 0.3), time_limit=3.0, stop="time", **options
     )
@@ -32,7 +32,7 @@ def housner(**options):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_housners_block_is_told_that_newtons_law_has_no_friction(law):
-    """1 − (3/2) sin² α with tan α = 1/3 is left of ω, where the law has friction."""
+    """With friction in the law ω is multiplied by 1 − (3/2) sin² α, tan α = 1/3."""
     run = housner(impact=law)
     new = run.impacts[0]
     left = -new["rates_after"][1 - new["index"]] / new["rates_before"][new["index"]]
@@ -49,7 +49,7 @@ def test_housners_block_is_told_that_newtons_law_has_no_friction(law):
 @pytest.mark.parametrize("record", [True, False])
 @pytest.mark.parametrize("hit", [0, 1])
 def test_only_a_contact_that_is_hit_counts(model, feet, record, hit):
-    """One foot lands, and bounces, while the other stays in the air; friction at either."""
+    """One foot lands and bounces while the other stays in the air; friction at either of them."""
 
     def run(rough):
         contacts = [
@@ -78,7 +78,7 @@ def test_only_a_contact_that_is_hit_counts(model, feet, record, hit):
 
 
 def test_many_runs_know_it():
-    """Which of the contacts have been hit is known in the lanes of registers, too."""
+    """Lanes also record which of the contacts have been hit."""
     rng = np.random.default_rng(26)
     for rough in (0, 1):
         contacts = [
@@ -110,7 +110,7 @@ def test_a_run_that_ends_before_anything_is_hit_says_nothing():
 @pytest.mark.parametrize("count", [1, 2, 3, 8])
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_alone_is_asked_for(law, count):
-    """`simultaneous` is what the law can do, and the run says what that was."""
+    """`simultaneous` is the rule that the law allows, and the run states it."""
     xs = np.linspace(-0.5, 0.5, count) if count > 1 else [0.0]
     contacts = [sf.Contact((x, 0.0), friction=0.3) for x in xs]
     body = sf.Posture(1.0, 0.5, (0.0, 0.2), contacts, 0.4)

@@ -1,4 +1,4 @@
-"""Random scenes of every kind: each run ends within its limits, at a state that a body can have."""
+"""Random scenes of every kind: each run ends within its limits, in a possible state of a body."""
 
 import math
 import os
@@ -9,22 +9,22 @@ import numpy as np
 import standfast as sf
 from bodies import LAWS, draw_contacts, draw_order, lift
 
-#: Random scenes in all.
+#: Number of random scenes.
 SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "500"))
 #: Time limit, in units of √(size/g).
 TIME = 20
-#: Share of scenes whose impacts have no end in time: growing from the rounding of a state at rest that is unstable, or
-#: shrinking all too slowly.
+#: Part of the scenes whose impacts have no end in time: they grow from the rounding error of an unstable state of rest, or
+#: shrink too slowly.
 STUCK = 0.001
-#: Collisions of one instant are counted when they are over.
+#: Collisions of one instant are counted after the last of them.
 BURST = 10_000
-#: A run that does not end within the first number of events is run again with the second. `make long` takes the default of
+#: A run that does not end within the first number of events is repeated with the second. `make long` uses the default of
 #: `simulate` for it.
 EVENTS = (1_000, int(os.environ.get("STANDFAST_FUZZ_EVENTS", "100000")))
 
 
 def draw(rng):
-    """One to five contacts on a body of any size; at rest, touching, in flight or spinning."""
+    """One to five contacts on a body of any size; at rest, touching, in flight or rotating."""
     size = 10 ** rng.uniform(-3, 3)
     gravity = 9.81 * 10 ** rng.uniform(-1, 1)
     speed = math.sqrt(gravity * size)
@@ -75,7 +75,7 @@ def draw(rng):
 
 
 def flaws(size, options, run):
-    """What no run may do."""
+    """Violations that no run may have."""
     found = []
     state = np.concatenate([run.q, run.qdot, run.gaps, run.rates, [run.time]])
     if not np.isfinite(state).all():
@@ -87,7 +87,7 @@ def flaws(size, options, run):
         found.append("time")
     if run.outcome == "time-limit" and run.time != limit:
         found.append("ends before its time")
-    # A motion that goes on for ever has nothing left to happen; one at rest does not move.
+    # An endless motion has no further events; a body at rest does not move.
     if run.outcome == "rest" and (
         np.abs(run.qdot).max() != 0 or max(map(abs, run.rates))
     ):
@@ -96,7 +96,8 @@ def flaws(size, options, run):
 
 
 def outcome(seed):
-    """How a scene ends, with how many events, and whether more of them would do: contacts, outcome, limit, what remains."""
+    """Number of contacts, outcome and event limit of a scene; where this limit ends it, also whether a time limit is reached
+    instead."""
     size, posture, q, qdot, options = draw(np.random.default_rng([2026, seed]))
     for limit in EVENTS:
         run = sf.simulate(posture, q, qdot, **options, event_limit=limit)
@@ -114,8 +115,8 @@ def outcome(seed):
 
 
 def test_every_scene_ends():
-    """Nearly all do; -s prints how, and by how many events. Those that do not go on
-    without end and without a pattern: given a time limit, they reach it."""
+    """Nearly all end; -s prints the outcomes and the numbers of events. The others continue without end and without a
+    pattern: given a time limit, they reach it."""
     outcomes, events, endless, stuck = Counter(), Counter(), [], []
     with ProcessPoolExecutor() as workers:
         answers = workers.map(outcome, range(SCENES), chunksize=50)

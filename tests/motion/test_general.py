@@ -24,7 +24,7 @@ resting = with_defaults(
 
 
 def body(feet, **change):
-    """A body on level feet."""
+    """A body with feet on level ground."""
     contacts = [sf.Contact(point=(x, 0.0), friction=0.5) for x in feet]
     return resting(**({"contacts": contacts} | change))
 
@@ -32,8 +32,8 @@ def body(feet, **change):
 @pytest.mark.parametrize("model", ["full", "local"])
 @pytest.mark.parametrize(("rho", "e"), [(0.2, 0.1), (0.5 / math.sqrt(3), 0.5)])
 def test_followed_to_rounding_or_summed(model, rho, e):
-    """Chatterjee and Ruina's law without friction is Newton's: collisions followed to the rounding of their speeds
-    against the closed sums, through a Zeno point of Zeno points."""
+    """Chatterjee and Ruina's law without friction is Newton's: collisions simulated until their speeds are rounding errors,
+    compared with the closed sums, through a Zeno point of Zeno points."""
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=rho, restitution=e)
     start = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0), "model": model}
     summed = sf.simulate(rod, **start)
@@ -56,8 +56,8 @@ def test_a_ball_bounces(law):
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_spinning_ball_slips_and_then_rolls(law):
-    """m = 1, R = .1, Θ = ⅖mR², μ = .2, e = 0, dropped from a height of 1 with ω = 50 and 10. A disc is a body of the
-    local model: its contact stays under its centre."""
+    """m = 1, R = .1, Θ = ⅖mR², μ = .2, e = 0, dropped from a height of 1 with ω = 50 and 10. A disc is exact in the local
+    model: its contact stays under its centre."""
     radius, mu = 0.1, 0.2
     ball = body(
         [0.0],
@@ -109,11 +109,11 @@ def test_a_middle_leg_too_short_to_touch_changes_nothing():
     feet = [sf.Contact(point=(x, 0), friction=0.3) for x in (-0.5, 0.5)]
     idle = sf.Contact(point=(0, 0.4), slope=0.0, friction=0.3)
     two = body([], contacts=feet, restitution=0.2, center_of_mass=(0, 0.5))
-    # Its terrain is where it is in the nominal posture: raise the body above it, and it lands first.
+    # Its ground is the line through its nominal position.
     three = body([], contacts=[*feet, idle], restitution=0.2, center_of_mass=(0, 0.5))
     start = ((0, 0.02, 0.01), (0.1, 0, 0))
     one, other = (sf.simulate(p, *start, stop="zeno") for p in (two, three))
-    # Between two legs the third is never the lowest of a tilted body, until they all rest together.
+    # The third leg, between the two others, is never the lowest of a tilted body, until all rest together.
     assert other.impacts["contact"][0] == one.impacts["contact"][0]
     assert other.impacts["time"][0] == one.impacts["time"][0]
 
@@ -160,7 +160,7 @@ def test_energy_never_rises(law):
 
 
 def between_two_feet(*others, friction=0.5, restitution=0.3):
-    """A slim body on two feet of one level, and on others."""
+    """A slender body on two feet at one level, and on others."""
     feet = [sf.Contact(point=(x, 0), friction=friction) for x in (-0.8, 0.8)]
     return body(
         [],
@@ -173,7 +173,7 @@ def between_two_feet(*others, friction=0.5, restitution=0.3):
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
-    """Foot 1 rests, foot 2 lands at .8 m/s: ever slower impacts in turn in one instant, after which both rest."""
+    """Foot 1 rests, foot 2 lands at .8 m/s: slower and slower alternate impacts at one instant, after which both rest."""
     posture, turn = between_two_feet(), (0, -0.45, -0.5)
     assert posture.gap_rates((0, 0, 0), turn) == pytest.approx((0, -0.8), abs=1e-16)
     run = sf.simulate(
@@ -190,8 +190,8 @@ def test_impacts_in_turn_at_a_corner_come_to_an_end(law):
 
 @pytest.mark.parametrize("gravity", [G, 0.0])
 def test_a_slow_sequence_of_impacts_in_one_instant_is_summed(gravity):
-    """ψ = .9999: its impacts lose 1e-4 of their speed each; so many would be 4e5. What is left is the projection of the
-    velocity on sliding along both feet."""
+    """ψ = .9999: its impacts lose 1e-4 of their speed each, so there would be 4e5 of them. The final velocity is the
+    projection of the velocity on sliding along both feet."""
     feet = [sf.Contact(point=(x, 0), slope=0.0) for x in (-0.8, 0.8)]
     posture = body(
         [],
@@ -212,7 +212,7 @@ def test_a_slow_sequence_of_impacts_in_one_instant_is_summed(gravity):
 
 
 def test_three_smooth_contacts_come_to_rest():
-    """The same without friction by Newton's law, with a third contact beside."""
+    """The same without friction by Newton's law, with an additional third contact."""
     posture = between_two_feet(sf.Contact(point=(-0.4, 0), slope=0.2), friction=0.0)
     run = sf.simulate(
         posture,
@@ -227,7 +227,7 @@ def test_three_smooth_contacts_come_to_rest():
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_plastic_impact_leaves_no_rate(law):
-    """A rate of 1e-16 instead is a flight of 1e-17 s, or another impact, and a Zeno point of its own."""
+    """A rate of 1e-16 instead would be a flight of 1e-17 s, or another impact, and a separate Zeno point."""
     rng = np.random.default_rng(1)
     for _ in range(50):
         foot = sf.Contact(
@@ -242,7 +242,7 @@ def test_a_plastic_impact_leaves_no_rate(law):
 
 
 def test_a_run_without_a_phase_can_be_looked_into():
-    """Three feet of different friction slide: how the weight is shared, and with it the deceleration, is open."""
+    """Three feet of different friction slide: the distribution of the weight, and with it the deceleration, is undetermined."""
     feet = [
         sf.Contact(point=(x, 0.0), friction=mu)
         for x, mu in [(-1.0, 0.2), (0.1, 0.5), (1.0, 0.8)]
@@ -257,8 +257,8 @@ def test_a_run_without_a_phase_can_be_looked_into():
 
 @pytest.mark.parametrize("length", [1.0, 3.0, 0.1, 1 / 3, 1.7])
 def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
-    """The body pivots about foot 3; in the local model, whose feet all touch at θ = 0, the other two land together in
-    any unit of length, and so do any two while it pivots about the third, round after smaller round."""
+    """The body pivots about foot 3. In the local model, where all feet touch at θ = 0, the other two land together in any
+    unit of length, and so do any two while it pivots about the third, in smaller and smaller rounds."""
     feet = [
         sf.Contact(point=(x * length, y * length), friction=0.5)
         for x, y in [(-0.7, 0.05), (-0.1, -0.1), (0.8, 0.0)]
@@ -289,7 +289,7 @@ def test_two_feet_land_at_once_on_the_floor_of_the_third(length):
 
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_a_straight_drop_lands_on_all_slopes_at_once(model):
-    """Every gap is h cos β: whatever the slopes and the height, the feet land together at √(2h/g)."""
+    """Every gap is h cos β: for any slopes and height the feet land together at √(2h/g)."""
     feet = [sf.Contact((-1, 0), slope=-0.3), sf.Contact((1.2, 0.2), slope=0.2)]
     posture = body([], contacts=feet, center_of_mass=(0.3, 0.5), restitution=0.4)
     for k in range(1, 101):
@@ -312,7 +312,7 @@ def test_a_straight_drop_lands_on_all_slopes_at_once(model):
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_any_moment_is_the_end_of_a_shorter_run(model, count):
-    """Also where a body begins to turn about a foot from rest, or has stopped on its way for a moment."""
+    """Also where a body begins to rotate about a foot from rest, or has stopped for a moment."""
     random = np.random.default_rng(12)
     moved = 0
     for _ in range(25):
@@ -357,7 +357,7 @@ def test_a_body_begins_to_turn_about_its_foot():
 
 @pytest.mark.parametrize("never", [0, 1])
 def test_one_that_never_lands_lands_with_nobody(never):
-    """Without gravity into it a contact stays where it is until the other one lands, and is thrown off by that."""
+    """A contact without gravity into its terrain keeps its gap until the other one lands, whose impact throws it off."""
     gravity, gaps = [10.0, 10.0], [1.0, 1.0]
     gravity[never], gaps[never] = 0.0, 0.3
     local = sf.LocalModel(gravity, psi=(-0.5, -0.5), phi=(0, 0), restitution=0.5)
@@ -376,7 +376,8 @@ def test_one_that_never_lands_lands_with_nobody(never):
 
 @pytest.mark.parametrize("law", ["poisson", "stronge", "chatterjee-ruina"])
 def test_a_sum_of_rounds_leaves_both_feet_on_the_ground(law):
-    """Between two slopes the body turns a little in the rounds that are summed: it slides on from where it then is."""
+    """Between two slopes the body rotates a little in the rounds that are summed: it continues to slide from its position at
+    the end."""
     feet = [
         sf.Contact((-0.8, 0), slope=-0.84, friction=0.2),
         sf.Contact((0.6, 0), slope=0.87, friction=0.2),
@@ -400,7 +401,7 @@ def test_a_sum_of_rounds_leaves_both_feet_on_the_ground(law):
 
 
 def test_a_sum_of_rounds_can_be_looked_into():
-    """By impacts that are Moreau's, of a body whose geometry is frozen: what counts as no speed is what did in the run."""
+    """Moreau's impacts of a body with frozen geometry: speeds that count as zero in the run also do so in the evaluation."""
     feet = [sf.Contact((x, 0), friction=1) for x in (-0.4, 0.4)]
     posture = sf.Posture(1.0, 0.15, (-0.12, 0.5), feet, 0.0)
     run = sf.simulate(
@@ -426,7 +427,7 @@ def test_a_sum_of_rounds_can_be_looked_into():
     [(-1, -0.75, -0.5, 0.1), (0.1, -0.5, -0.75, -1), (-1, -0.5, 0.1, 0.5, 0.8, 1)],
 )
 def test_feet_in_a_row_bounce_together_to_the_end(feet, restitution):
-    """However slow: t = sqrt(2h/g) (1 + e)/(1 - e)."""
+    """At any speed: t = sqrt(2h/g) (1 + e)/(1 - e)."""
     contacts = [sf.Contact((x, 0)) for x in feet]
     for height in (0.1, 0.2, 1.0, 3.0):
         body = sf.Posture(1.0, 0.5, (0.05, 0.5), contacts, restitution, 9.81)
@@ -436,9 +437,9 @@ def test_feet_in_a_row_bounce_together_to_the_end(feet, restitution):
 
 
 def test_feet_in_one_line_land_together():
-    """A body that has come to rest on one of three feet in one line pivots about it until the other two land: at one instant,
-    whose rounding is that of the foot that has not been hit yet. By Newton's law for all of them at once the outer one alone is
-    hit, and 1e-14 m more of height change nothing."""
+    """A body that has come to rest on one of three feet on one line pivots about it until the other two land at one instant,
+    whose rounding error is that of the foot without impacts so far. With Newton's law for all of them at once only the outer
+    one has an impulse, and 1e-14 m more of height change nothing."""
     feet = [sf.Contact((x, 0.0)) for x in (-0.2, 0.3, 0.8)]
     posture = body(
         [],
@@ -465,8 +466,8 @@ def test_feet_in_one_line_land_together():
 @pytest.mark.parametrize("slide", [0.0, 1.0, 100.0])
 @pytest.mark.parametrize("slow", [1e-3, 5e-10, 1e-11])
 def test_impacts_of_one_instant_do_not_depend_on_the_slide(slide, slow):
-    """Four feet in one line, e = (0, 0, ½, ½), hit with (0, ½, 5/4, 2) times a slow rate: P_3 = 0, and without friction no
-    speed along the ground is of any matter. u⁺ + e u⁻ is (0, ¼, 0, 0)."""
+    """Four feet on one line, e = (0, 0, ½, ½), hit with (0, ½, 5/4, 2) times a slow rate: P_3 = 0, and without friction the
+    velocity along the ground has no effect. u⁺ + e u⁻ is (0, ¼, 0, 0)."""
     feet = [
         sf.Contact((x, 0), restitution=e)
         for x, e in zip((-1, -0.5, 0.25, 1), (0, 0, 0.5, 0.5), strict=True)

@@ -1,8 +1,8 @@
-"""A block that rocks from corner to corner [Housner 1963], its corners plastic: what each law of impact leaves of the
-rotation, and how long every swing takes.
+"""A block that rocks from corner to corner [Housner 1963], with plastic corners: the factor of the angular velocity for each
+law of impact, and the duration of every swing.
 
-The block has half-diagonal R and angle α between diagonal and side: half-width B = R sin α, centre of mass at
-H = R cos α above the floor, ρ² = R²/3. It turns about one corner with ω; the other lands when the block stands upright.
+The block has half-diagonal R and angle α between diagonal and side: half-width B = R sin α, centre of mass at H = R cos α
+above the floor, ρ² = R²/3. It rotates about one corner with ω; the other lands when the block is upright.
 """
 
 import math
@@ -26,7 +26,7 @@ def digits():
 
 
 class Block:
-    """A posture, and its numbers as the posture has them, without rounding."""
+    """A posture, and its numbers without further rounding."""
 
     def __init__(self, alpha, friction):
         self.posture = sf.Posture(
@@ -49,22 +49,22 @@ class Block:
         self.pull = mpf(G) * mp.sqrt(self.diagonal2) / (self.rho2 + self.diagonal2)
 
     def upright(self, omega):
-        """Start: upright, turning about corner 1; ω in few bits, so that no rounded rate is left there."""
+        """Start: upright, rotating about corner 1; ω has few bits, so that the rate there is not rounded."""
         width, height = float(self.width), float(self.height)
         return (0, 0, 0), (-height * omega, width * omega, omega)
 
     def kept_by_sticking(self):
-        """ω⁺/ω⁻ of an impact at the new corner alone, about which the angular momentum is kept."""
+        """ω⁺/ω⁻ of an impact at the new corner alone, about which the angular momentum is conserved."""
         return (self.rho2 + self.height**2 - self.width**2) / (
             self.rho2 + self.diagonal2
         )
 
     def kept_by_slipping(self):
-        """The same of a vertical impulse p: ω⁺ = ω + B p/(mρ²), v_y⁺ = −B ω + p/m, and v_y⁺ + B ω⁺ = 0 at the corner."""
+        """ω⁺/ω⁻ of a vertical impulse p: ω⁺ = ω + B p/(mρ²), v_y⁺ = −B ω + p/m, and v_y⁺ + B ω⁺ = 0 at the corner."""
         return (self.rho2 - self.width**2) / (self.rho2 + self.width**2)
 
     def apex(self, omega):
-        """Angle at which the block turns back: ½ω² = p² (cos(α − φ) − cos α)."""
+        """Angle at which the block reverses: ½ω² = p² (cos(α − φ) − cos α)."""
         cos = mp.cos(self.alpha) + omega**2 / (2 * self.pull)
         assert cos < 1, "the block topples"
         return self.alpha - mp.acos(cos)
@@ -86,7 +86,7 @@ close = partial(within, rel=1e-11)
 
 
 def kept(impact):
-    """ω⁺/ω⁻: before, the block turns about the old corner; after it, about the new one."""
+    """ω⁺/ω⁻: before the impact the block rotates about the old corner, after it about the new one."""
     new = impact["index"]
     return -impact["rates_after"][1 - new] / impact["rates_before"][new]
 
@@ -104,7 +104,7 @@ def run(block, omega, law, **options):
 
 @pytest.mark.parametrize("alpha", [0.1, 0.3, 0.5, 0.7, 0.9])
 def test_housners_ratio_of_a_uniform_block(alpha):
-    """Of the closed forms here: 1 − (3/2) sin² α if the new corner sticks, (1 − 3 sin² α)/(1 + 3 sin² α) if it slips."""
+    """Closed forms: 1 − (3/2) sin² α if the new corner sticks, (1 − 3 sin² α)/(1 + 3 sin² α) if it slips."""
     block, s = Block(alpha, 1.0), mp.sin(mpf(alpha))
     close(block.kept_by_sticking(), 1 - 3 * s**2 / 2, rel=1e-14)
     close(block.kept_by_slipping(), (1 - 3 * s**2) / (1 + 3 * s**2), rel=1e-14)
@@ -122,14 +122,14 @@ def test_housners_ratio_of_a_uniform_block(alpha):
     ],
 )
 def test_a_rough_block_rocks_with_housners_ratio(law, alpha, friction, omega):
-    """The impulse is within the cone of friction: the new corner sticks, the old one leaves, and the block turns about
-    the new one, a physical pendulum, until it is upright again."""
+    """The impulse is within the friction cone: the new corner sticks, the old one lifts off, and the block rotates about the
+    new one, as a physical pendulum, until it is upright again."""
     block = Block(alpha, friction)
     found = run(block, omega, law, model="full", time_limit=6.0)
     ratio, landings = block.kept_by_sticking(), 0
     now, spin = mpf(0), mpf(omega)
     phases = [p for p in found.phases if p.end > p.start]
-    # Poisson's and Stronge's corners are hit a second time at 1e-17 m/s.
+    # With Poisson's and Stronge's laws the corners have a second impact at 1e-17 m/s.
     hits = [i for i in found.impacts if i["rates_before"].min() < -1e-12]
     for impact, phase in zip(hits, phases, strict=False):
         if landings == 8 or impact["time"] > 5.9:
@@ -157,8 +157,8 @@ def test_a_rough_block_rocks_with_housners_ratio(law, alpha, friction, omega):
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(("alpha", "omega"), [(0.4, 0.5), (0.8, 0.75)])
 def test_when_the_rocking_ends(law, alpha, omega):
-    """Infinitely many swings, each with Housner's share of the spin: their times add up, and the block rests where it
-    stood."""
+    """Infinitely many swings, each with Housner's factor of the angular velocity: the sum of their durations is finite, and
+    the block rests at its initial place."""
     block = Block(alpha, 2.0)
     ratio = block.kept_by_sticking()
     total, spin = mpf(0), mpf(omega)
@@ -189,8 +189,8 @@ def test_rocking_of_the_local_model_is_a_geometric_series(law):
 @pytest.mark.parametrize(("alpha", "friction"), [(0.15, 0.3), (0.3, 0.4), (0.5, 0.5)])
 @pytest.mark.parametrize("model", ["full", "local"])
 def test_a_smooth_impact_takes_more_of_the_rotation(model, alpha, friction):
-    """Newton's law without friction: the impulse is vertical, the new corner slips away with the horizontal velocity that
-    is left, and friction stops it then."""
+    """Newton's law without friction: the impulse is vertical, the new corner slides with the remaining horizontal velocity,
+    and friction stops it later."""
     block, omega = Block(alpha, friction), 0.25
     found = run(block, omega, "newton", model=model, time_limit=3.0)
     ratio = block.kept_by_slipping()
@@ -212,8 +212,8 @@ def test_a_smooth_impact_takes_more_of_the_rotation(model, alpha, friction):
 
 @pytest.mark.parametrize("model", ["full", "local"])
 def test_a_wider_block_does_not_rock_without_friction(model):
-    """ρ < B: the vertical impulse would press the old corner into the floor. Both stop in one instant, and the block
-    slides with the horizontal velocity it has, friction passing between its corners: μH < B."""
+    """ρ < B: the vertical impulse would press the old corner into the floor. Both stop at one instant, and the block slides
+    with its horizontal velocity, with the resultant force between its corners: μH < B."""
     block, omega = Block(0.7, 0.7), 0.25
     assert block.kept_by_slipping() < 0 < block.kept_by_sticking()
     found = run(block, omega, "newton", model=model)
@@ -245,7 +245,7 @@ def test_a_flat_block_stops_when_its_other_corner_lands(law, model):
 
 @cache
 def time_to_rest(alpha, friction, omega):
-    """All swings; the small ones last T = 2ω/(p² sin α), a geometric series."""
+    """Sum of all swings; the small ones last T = 2ω/(p² sin α), a geometric series."""
     block = Block(alpha, friction)
     kept, time, spin = block.kept_by_sticking(), mpf(0), mpf(omega)
     with mp.workdps(40):
@@ -257,7 +257,7 @@ def time_to_rest(alpha, friction, omega):
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(("alpha", "omega"), [(0.3, 0.4), (0.7, 1.5)])
 def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
-    """Once swings are short enough to shrink in one ratio they are summed, as long as each still is above all rounding."""
+    """Swings short enough to shrink by a constant ratio are summed, as long as each is above rounding errors."""
     friction = 2.0
     block = Block(alpha, friction)
     found = run(block, omega, law, model="full", record=True)
@@ -267,7 +267,7 @@ def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
     exact = time_to_rest(alpha, friction, omega)
     close(found.time, exact, rel=4e-15)
     assert abs(found.time - float(exact)) <= 2 * rest.time_error
-    # The last swing that is followed is far from the end, and the state within the sum is found swing by swing.
+    # The last simulated swing is far from the end, and the state within the sum is computed swing by swing.
     summed = found.phases[-2]
     assert summed.end == rest.time
     last = summed.end - summed.start
@@ -284,8 +284,8 @@ def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.2])
 def test_rounds_of_two_engines_end_at_the_same_time(restitution):
-    """Rocking with frictionless impacts, a foot sliding between them: on a line of its own for each contact there are closed
-    sums of bounces, on shared terrain bounces are followed one by one."""
+    """Rocking with frictionless impacts, with a foot that slides between them: with a separate line for each contact the
+    bounces have closed sums, on shared terrain they are simulated one by one."""
     block = Block(0.3, 1.0)
     line, shared = [
         sf.Posture(
@@ -307,5 +307,5 @@ def test_rounds_of_two_engines_end_at_the_same_time(restitution):
     for found in (one, other):
         assert (found.outcome, found.zeno_points[-1].method) == ("rest", "nested")
     assert one.time == pytest.approx(other.time, rel=2e-14)
-    # Speeds of contacts on shared terrain are rounded with those of the whole body.
+    # Speeds of contacts on shared terrain have the rounding error of the velocity of the whole body.
     assert one.q == pytest.approx(other.q, abs=1e-13)

@@ -1,4 +1,4 @@
-"""Where no contact mode is consistent: an impact without collision, for the laws of impact that know one."""
+"""States without a consistent contact mode: an impact without collision, for the laws of impact that define one."""
 
 from decimal import Decimal, localcontext
 from fractions import Fraction
@@ -33,13 +33,13 @@ def test_other_laws_have_no_answer(law):
 
 @pytest.mark.parametrize("restitution", [Fraction(0), Fraction(1, 2)])
 def test_the_rod_of_painleve_jams(restitution):
-    """Exact: sliding stops at p = 1/4.4 with v_n = −0.8 p, then the end sticks, and v_n rises by 2.08 − 1.44²/2.92 a p."""
+    """Exact: sliding stops at p = 1/4.4 with v_n = −0.8 p, then the end sticks, and v_n grows by 2.08 − 1.44²/2.92 per p."""
     run = sf.simulate(
         painleve_rod(2, float(restitution)), (0, 0, 0), (-1, 0, 0), impact="poisson"
     )
     stop, rise = Fraction(10, 44), Fraction(208, 100) - Fraction(144**2, 29200)
     end = (stop + Fraction(8, 10) * stop / rise) * (1 + restitution)
-    # Sticking from v_t = 0 on: P_t grows by −w_nt/w_tt = 1.44/2.92 a p, while it slid by μ.
+    # Sticking from v_t = 0 on: P_t grows by −w_nt/w_tt = 1.44/2.92 per p; while sliding, by μ.
     along = 2 * stop + Fraction(144, 292) * (end - stop)
     first = run.impacts[0]
     assert (first["time"], first["contact"]) == (0.0, 1)
@@ -88,7 +88,7 @@ def test_jams_lose_energy_and_runs_go_on():
 
 @pytest.mark.parametrize("power", [20, 40, 60, 240])
 def test_a_jam_of_any_size(power):
-    """Lengths times a power of two, gravity with them: the same motion to the last bit, the velocity after the jam to the last but one."""
+    """Lengths and gravity times a power of two: the same bits of the motion; the velocity after the jam up to its last bit."""
 
     def slide(size):
         body = sf.Posture(
@@ -112,10 +112,11 @@ def test_a_jam_of_any_size(power):
 
 
 def slide_to_its_end(posture, q, qdot):
-    """The slide of the only foot, on level ground, from this state to where it stops: (time, θ, ω) there, in 60 digits.
+    """The slide of the only foot, on level ground, from this state until it stops: (time, θ, ω) there, in 60 digits.
 
-    With w = [[w_tt, w_nt], [w_nt, w_nn]] and the free acceleration (a_t, a_n) of the foot f_n = −a_n/d with d = w_nn − σμ w_nt. In a
-    time τ with dt = d dτ nothing grows where d comes to zero: that takes for ever, and it stops before.
+    With w = [[w_tt, w_nt], [w_nt, w_nn]] and the free acceleration (a_t, a_n) of the foot f_n = −a_n/d with d = w_nn − σμ
+    w_nt. In the stretched time τ with dt = d dτ nothing diverges at d = 0, which is reached at infinite τ; the foot stops
+    before.
     """
     (contact,) = posture.contacts
     mu, rho2 = Decimal(contact.friction), Decimal(posture.gyration_radius) ** 2
@@ -169,7 +170,8 @@ def slide_to_its_end(posture, q, qdot):
 
 
 def test_a_slide_to_a_singular_friction_matrix_stops_before_it():
-    """Within a time that no double tells from the singular instant, by an impulse: no foot jams, and none passes it."""
+    """The slide stops at a time that doubles cannot distinguish from the singular instant, by an impulse: no foot jams, and
+    none passes it."""
     random = np.random.default_rng(5)
     seen = 0
     for _ in range(1500):

@@ -15,7 +15,7 @@ CLATTERING = [
 
 
 def ball(restitution, gravity, radius=1.0):
-    """A ball on a flat floor, resting at q = 0: one contact below the centre of mass."""
+    """A ball on a flat floor, at rest at q = 0: one contact below the centre of mass."""
     return sf.Posture(
         mass=1.0,
         gyration_radius=math.sqrt(0.4) * radius,
@@ -27,14 +27,14 @@ def ball(restitution, gravity, radius=1.0):
 
 
 def zeno_point(run):
-    """The Zeno point a run ended at."""
+    """The Zeno point at which a run ended."""
     assert run.outcome == "zeno"
     assert len(run.zeno_points) == 1
     return run.zeno_points[0]
 
 
 def assert_ulps(value, exact, ulps):
-    """``value`` lies within ``ulps`` of ``exact``, itself given to more digits than a double has."""
+    """``value`` lies within ``ulps`` of ``exact``, which has more digits than a double."""
     exact = Fraction(exact)
     error = abs(Fraction(float(value)) - exact) / Fraction(math.ulp(float(exact)))
     assert error <= ulps, (
@@ -85,8 +85,8 @@ def test_a_ball_comes_to_rest_after_three_seconds_exactly(model):
 @pytest.mark.parametrize("model", ["local", "full"])
 @pytest.mark.parametrize("restitution", [0.1, 0.5, 0.7, 0.9, 0.999, 0.99999])
 def test_a_ball_dropped_from_one_metre(model, restitution):
-    """√(2h/g)(1 + e)/(1 − e), in closed form even at e = .99999, where naive code needs millions of
-    bounces. 4 ulp: one rounding each for the fall, the speed, 1 − e and the sum."""
+    """√(2h/g)(1 + e)/(1 − e), also at e = .99999, where a loop over the bounces needs millions of them. 4 ulp: one rounding
+    error each of the fall, the speed, 1 − e and the sum."""
     posture = ball(restitution, 9.81)
     run = sf.simulate(posture, q=(0, 1, 0), qdot=(0, 0, 0), model=model, stop="zeno")
     point = zeno_point(run)
@@ -108,7 +108,7 @@ def test_a_ball_of_ten_centimetres(model):
 @pytest.mark.parametrize("first", [1, 2])
 @pytest.mark.parametrize(("state", "e", "psi", "g", "time"), CLATTERING)
 def test_clattering_times_from_the_first_impact(first, state, e, psi, g, time):
-    """The local model starts as contact ``first`` lands; the numbering of the contacts is free."""
+    """The local model starts when contact ``first`` lands; the numbering of the contacts is arbitrary."""
     u_a, u_b, h_b = state
     turned = (lambda a, b: (a, b)) if first == 1 else (lambda a, b: (b, a))
     model = sf.LocalModel(
@@ -125,7 +125,7 @@ def test_clattering_times_from_the_first_impact(first, state, e, psi, g, time):
 
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_the_clock_does_not_stall_at_a_thousand_seconds(model):
-    """The motion takes the same time, to the bit, whenever it begins."""
+    """The duration of the motion has the same bits for any initial time."""
     rod = sf.Posture.rod(
         half_length=0.5, gyration_radius=0.2, restitution=0.1, gravity=9.81
     )
@@ -142,7 +142,8 @@ def test_the_clock_does_not_stall_at_a_thousand_seconds(model):
 
 @pytest.mark.parametrize("loss", [2**-53, 2**-52, 1e-14, 1e-8])
 def test_a_rod_that_bounces_for_ages_comes_to_rest_where_it_is(loss):
-    """Both ends land together for ever: a fall from 0.97 m lasts t(1 + e)/(1 − e), and the rod is on the ground then."""
+    """Both ends land together at every impact: a fall from 0.97 m takes t(1 + e)/(1 − e), and the rod is then at rest on the
+    ground."""
     feet = [sf.Contact((-2.0, 0.0)), sf.Contact((1.2282, 0.0))]
     body = sf.Posture(1.0, 0.34, (-1.4038, 0.1137), feet, 1.0 - loss, 9.81)
     run = sf.simulate(body, (0, 0.97, 0), (0, 0, 0), model="full")
@@ -154,7 +155,7 @@ def test_a_rod_that_bounces_for_ages_comes_to_rest_where_it_is(loss):
 
 @pytest.mark.parametrize("model", ["full", "local", "auto"])
 def test_a_rod_that_lands_flat_stays_flat(model):
-    """However slender: v = √(2gh) at t₁ = v/g, and bounces of both ends that last t₁ (1 + 2e/(1 − e)) in all."""
+    """For any slenderness: v = √(2gh) at t₁ = v/g, and bounces of both ends with a total duration of t₁ (1 + 2e/(1 − e))."""
     for k in range(1, 60):
         rod = sf.Posture.rod(
             half_length=1.0, gyration_radius=k / 60, restitution=0.1, gravity=10.0

@@ -1,4 +1,4 @@
-"""Falls from far above in a spin, against a search in 60 digits."""
+"""Falls of spinning bodies from great heights, compared with a search in 60 digits."""
 
 from itertools import pairwise
 
@@ -9,7 +9,7 @@ from standfast import Contact, Posture
 
 
 def landing(posture, q, qdot):
-    """The first touchdown of a tumbling body in 60 digits: all the time within reach of the ground is searched."""
+    """The first touchdown of a tumbling body in 60 digits, by a search of all the time within reach of the ground."""
     q, qdot = [mpf(x) for x in q], [mpf(x) for x in qdot]
     g = mpf(posture.gravity)
     arms = [
@@ -61,7 +61,7 @@ def test_a_long_fall_in_a_spin_lands_to_the_last_bit(height):
 
 
 def first_dip(posture, q, qdot):
-    """As `landing`, of a body that turns many times, by its lowest point in turn after turn; and the speed with which it lands."""
+    """As `landing`, for a body with many revolutions, by its lowest point in each revolution; and its landing speed."""
     q, qdot = [mpf(x) for x in q], [mpf(x) for x in qdot]
     g, omega = mpf(posture.gravity), qdot[2]
     turn = 2 * mp.pi / abs(omega)
@@ -81,12 +81,12 @@ def first_dip(posture, q, qdot):
         def lowest_of_turn(k, x=x, y=y, reach=reach):
             angle = k * 2 * mp.pi - mp.pi / 2 - mp.atan2(y, x)
             t = (angle - q[2]) / omega
-            for _ in range(30):  # ḣ = 0: sin of what is missing is (gt − v)/(ω|d|)
+            for _ in range(30):  # ḣ = 0: sine of the lead (gt − v)/(ω|d|)
                 lead = mp.asin((g * t - qdot[1]) / (omega * reach))
                 t = (angle + lead - q[2]) / omega
             return t
 
-        # Nothing lands before; from there on the contact points down once a turn.
+        # No earlier landing; from then on the contact points downwards once per revolution.
         begin = (qdot[1] + mp.sqrt(qdot[1] ** 2 + 2 * g * (q[1] - y - reach))) / g
         first = mp.floor((q[2] + omega * begin) / (2 * mp.pi))
         for k in range(-2, 1000):
@@ -115,7 +115,7 @@ def test_a_fall_of_many_turns_lands_in_the_right_one(omega):
                 body, (0.0, height, 0.3), (0.0, 0.4, omega)
             )
             off = float(mpf(float(hit["elapsed"])) - time)
-        # A rate that rounds like ω|d|, for as long as it falls.
+        # A rate with the rounding error of ω|d|, during the whole fall.
         rounding = 2**-52 * abs(omega) * float(time / speed)
         assert (int(hit["contact"]), abs(off) < 2 * rounding) == (contact, True), (
             height,
@@ -132,7 +132,7 @@ def test_a_fall_too_long_for_the_place_of_the_body_is_refused():
 
 
 def test_a_body_that_has_turned_1e10_rad_wins_no_energy():
-    """Its arms are not those of a rotation whose own rounding is more than theirs."""
+    """Its arms are not computed from its rotation, whose rounding error is larger than theirs: energy never increases."""
     contacts = [Contact((-5.2314, 0.0)), Contact((0.4471, 0.0))]
     body = Posture(1.0, 0.4083, (-0.4998, 0.5569), contacts, 0.9921875, 9.81)
     q, qdot = (0.0, 8590770207.0, 0.0), (0.0, 0.0, 0.2627)

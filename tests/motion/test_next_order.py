@@ -1,7 +1,7 @@
-"""Bodies at rest on contacts whose normals meet in one point: which mode they go on in only the next order says.
+"""Bodies at rest on contacts whose normals meet in one point: only the next order decides their mode.
 
-The referee asks for no accelerations. It integrates every mode that holds at most two rows for a moment, in 26 digits, and
-keeps those in which the laws of contact hold at the middle and at the end of it; a body that may stay at rest may do that, too.
+The reference method needs no accelerations. It integrates every mode with at most two rows for a short time, in 26 digits,
+and keeps those in which the laws of contact hold in the middle and at the end; rest is kept if it is possible.
 """
 
 import math
@@ -15,14 +15,14 @@ import standfast as sf
 from friction_oracle import Body, integrate, precise
 from standfast import Contact, Posture
 
-#: How long the modes are integrated, in s: short beside √(size/g) = 0.3 s, long enough for gaps of 1e-10 m to open.
+#: Time of integration of the modes, in s: short compared with √(size/g) = 0.3 s, long enough for gaps of 1e-10 m to open.
 MOMENT = Decimal("0.01")
-#: Agreement of states after that moment, in m, rad and their rates: roundings of a step of the package.
+#: Allowed difference of states after that time, in m, rad and their rates: rounding errors of a step of the package.
 ROUNDING = 1e-14
 
 
 def lawful(body, word, y):
-    """Whether gaps are open, forces in their cones, and slips as the letters say."""
+    """Whether gaps are positive, forces in their cones, and sliding directions those of the letters."""
     forces = body.motion(word, y)[1]
     for i, letter in enumerate(word):
         tangential, normal = forces[i]
@@ -39,7 +39,7 @@ def lawful(body, word, y):
 
 
 def goes_on_in(posture):
-    """The words in which the body may go on from rest, and its states after a moment."""
+    """The words in which the body may move from rest, and its states after a short time."""
     rows = {"S": 0, "R": 1, "L": 1, "F": 2}
     found = {}
     with precise():
@@ -48,7 +48,7 @@ def goes_on_in(posture):
         word = "".join(letters)
         if not 1 <= sum(rows[letter] for letter in word) <= 2:
             continue
-        # Rows that are the same leave a pivot of zero.
+        # Equal rows give a pivot of zero.
         with precise(), suppress(DivisionByZero, InvalidOperation):
             half = MOMENT / 2
             middle = integrate(

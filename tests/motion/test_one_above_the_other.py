@@ -1,4 +1,4 @@
-"""Feet one above the other that land together: their gaps change alike, whatever each of them is made of."""
+"""Feet one above the other that land together: their gaps change equally, with any material of each."""
 
 from decimal import Decimal
 
@@ -40,7 +40,7 @@ def test_in_step_they_come_to_rest_under_a_load_that_leaves_no_time_to_turn(grav
         end = 2 * rise / (mpf(gravity) * (1 - mpf(e)))  # takes off at t = 0
         first = run.zeno_points[0]
         assert first.contacts == (1, 2)
-        # While they bounce it turns by less than 1e-20 rad.
+        # During the bounces it rotates by less than 1e-20 rad.
         assert float(abs(mpf(float(first.elapsed)) / end - 1)) < 4e-16
 
 
@@ -50,7 +50,7 @@ def test_in_step_they_come_to_rest_under_a_load_that_leaves_no_time_to_turn(grav
     "order", ["newton", "first-contact-first", "last-contact-first"]
 )
 def test_a_body_between_its_feet_comes_to_rest(restitution, height, order):
-    """Tilted by 1e-11 rad, two of the feet have rows that are nearly one."""
+    """Tilted by 1e-11 rad, two of the feet have almost equal rows."""
     feet = [Contact((0.0, 0.4)), Contact((0.0, 1.3)), Contact((0.5, 0.0))]
     body = Posture(1.0, 0.1, (0.1, 1.0), feet, restitution, 9.81)
     run = sf.simulate(body, (0, height, 0), (0, 0, 0), model="full", simultaneous=order)
@@ -59,7 +59,8 @@ def test_a_body_between_its_feet_comes_to_rest(restitution, height, order):
 
 
 def pivoted(posture, theta, time):
-    """Rotation after a time of a body that turns from rest about its upper foot: the equation of the pendulum, in 26 digits."""
+    """Rotation after a time of a body that rotates from rest about its upper foot: the equation of the pendulum, in 26
+    digits."""
     x, y = (
         Decimal(a) - Decimal(b)
         for a, b in zip(posture.contacts[1].point, posture.center_of_mass, strict=True)
@@ -78,7 +79,7 @@ def pivoted(posture, theta, time):
 
 @pytest.mark.parametrize("theta", [3e-11, 3e-9, 3e-7, 5e-6, 9e-5, 3e-3, 0.02])
 def test_a_foot_that_swings_past_the_other_does_not_land(theta):
-    """It comes down to the ground below the foot that is held, and turns round there."""
+    """It comes down to the ground below the foot that is held, and reverses there."""
     feet = [Contact((0.0, 0.4), friction=0.5), Contact((0.0, 1.3), friction=0.5)]
     body = Posture(1.0, 0.1, (0.1, 1.0), feet, 0.2, 9.81)
     y = 0.1 * np.sin(theta)
@@ -96,7 +97,8 @@ FEET = [(0.8, 0.5), (0.3, 0.0), (0.3, 0.6)]
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 2, 0), (2, 1, 0)])
 def test_forces_of_one_line_leave_the_motion_to_the_third(order):
-    """A slide to the left at v = 1 on three feet with mu = 1: two of the forces lie on one line, and all together brake by g."""
+    """A slide to the left at v = 1 on three feet with mu = 1: two of the forces lie on one line, and the deceleration of all
+    together is g."""
     feet = [Contact(FEET[i], friction=1.0) for i in order]
     body = Posture(1.0, 0.2, (0.0, 0.0), feet, 0.0, 10.0)
     run = sf.simulate(body, (0, 0, 0), (-1, 0, 0), model="full", time_limit=0.01)
@@ -107,7 +109,7 @@ def test_forces_of_one_line_leave_the_motion_to_the_third(order):
 @pytest.mark.parametrize("friction", [0.1, 1e2, 1e5, 1e6])
 @pytest.mark.parametrize("gyration_radius", [2e-4, 0.01, 0.3])
 def test_undetermined_forces_are_so_however_rough_a_foot(friction, gyration_radius):
-    """How much of the load is on the third foot nothing tells, and it alone brakes."""
+    """The load on the third foot is undetermined, and only this foot has friction."""
     feet = [
         Contact((0.26, 0)),
         Contact((-0.55, 0)),

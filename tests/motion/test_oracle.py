@@ -1,8 +1,8 @@
-"""Zeno times of random motions inside [Or & Rimon 2008, eq. 10], against arbitrary precision.
+"""Zeno times of random motions for which [Or & Rimon 2008, eq. 10] holds, compared with arbitrary precision.
 
-Errors are judged by the conditioning c: the largest change of the Zeno time, in s, when one input
-moves by one ulp. STANDFAST_ORACLE_CASES sets the number of local cases (400); a tenth as many are
-full. The seed does not depend on it: a larger campaign contains the smaller one.
+Errors are judged by the conditioning c: the largest change of the Zeno time, in s, when one input changes by one ulp.
+STANDFAST_ORACLE_CASES sets the number of local cases (400); a tenth as many are full. The seed does not depend on it: a
+larger campaign contains the smaller one.
 """
 
 import json
@@ -29,7 +29,7 @@ from oracle_inputs import (
 
 DATA = Path(__file__).parents[1] / "data"
 CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "400"))
-#: Runs of which the velocities are compared.
+#: Number of runs whose velocities are compared.
 SLOPES = max(1, CASES // 50)
 WORKERS = 2
 SEED = 2008
@@ -42,7 +42,7 @@ def reference_cases():
 
 
 def digits(value, reference, scale=None):
-    """Digits to which ``value`` agrees with the decimal ``reference``."""
+    """Number of digits to which ``value`` agrees with the decimal ``reference``."""
     value, reference = Fraction(value), Fraction(reference)
     if value == reference:
         return math.inf
@@ -67,7 +67,7 @@ def test_the_oracle_reproduces_the_reference(case):
             assert digits(mine.after[i], theirs["v_post"][i]) >= DIGITS
     assert len(found.collisions) >= len(collisions)
     for name, value in zeno["state"].items():
-        # An entry that ends at zero is as small as the digits carried make it.
+        # An entry that ends at zero has the size of the computation's rounding error.
         scale = None if float(value) else 1
         assert digits(found.zeno.state[name], value, scale) >= DIGITS, name
     total = oracle.sensitivity(inputs).total("time")
@@ -88,14 +88,14 @@ def test_the_double_precision_derivative_is_the_change_by_one_ulp():
                 moved = {name: ctx.number(value) + ctx.number(ulp)}
                 time = oracle.orbit({**inputs, **moved}).zeno.time
                 expected = float(abs(time - base))
-            # 1e-6 of the largest: what double precision leaves of a difference quotient.
+            # 1e-6 of the largest: the error of a difference quotient in double precision.
             assert changes[name] == pytest.approx(
                 expected, rel=1e-3, abs=1e-6 * max(changes.values())
             )
 
 
 def answers(cases):
-    """The oracle's answers, on two processes."""
+    """The results of the oracle, computed by two processes."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
         return list(pool.map(oracle.answer, cases, chunksize=8))
@@ -117,10 +117,10 @@ def table(title, rows):
 def campaign(
     cases, simulate, tolerance, record_property, title, unstable=0.01, grazes=False
 ):
-    """Run all cases, print the distribution of the errors, and judge.
+    """Runs all cases, prints the distribution of the errors, and checks it.
 
-    ``unstable``: share of the cases whose verdict one ulp may change. ``grazes``: whether contacts may pass so close that
-    roundings on the way are amplified and those of the inputs are not; then four times the error of the same motion
+    ``unstable``: part of the cases whose verdict may change by one ulp. ``grazes``: whether contacts may pass so close that
+    intermediate rounding errors are amplified but those of the inputs are not; then four times the error of the same motion
     computed by the oracle in doubles is allowed as well.
     """
     rows, failures, skipped = {"1-zeno": [], "2-zeno": []}, [], 0
@@ -158,7 +158,7 @@ def campaign(
 
 
 def error_of_doubles(inputs, truth):
-    """That of the Zeno time by the oracle's own motion in doubles."""
+    """Error of the Zeno time of the oracle's own motion in doubles."""
     zeno = oracle.orbit(inputs, ctx=oracle.DOUBLE).zeno
     return float(abs(Fraction(float(zeno.time)) - truth.time)) if zeno else 0.0
 
@@ -207,8 +207,8 @@ def test_full_zeno_times(draw, title, options, record_property):
 
 @pytest.mark.parametrize("omega", [0.0, 2.0, 3.3, 4.0, 5.0, 8.0, -5.0, -8.0, 40.0])
 def test_a_landing_while_the_gap_accelerates_upwards(omega):
-    """Arm (−1, −1), 1 mm above the floor, 5 m/s down: at ω² > 9.81 s⁻² the gap is convex from the
-    start, and the landing after .2 ms is easily taken for a dip that stays above the floor."""
+    """Arm (−1, −1), 1 mm above the floor, 5 m/s down: at ω² > 9.81 s⁻² the gap is convex from the start, and the landing
+    after .2 ms is easily mistaken for a minimum above the floor."""
     inputs = dict.fromkeys(oracle.FULL_INPUTS, 0.0)
     inputs |= {"e": 0.3, "g": 9.81, "rho": 0.5, "x_y": 1.0, "x1_x": -1.0, "x2_x": 1.0}
     inputs |= {"r_y": 0.001, "v_y": -5.0 + omega, "omega": omega}
@@ -230,8 +230,8 @@ def test_a_landing_while_the_gap_accelerates_upwards(omega):
 
 
 def test_one_contact_bounces_while_the_other_is_flung_upwards():
-    """Effective gravity is negative at contact 2 (−.73 m/s²): contact 1 bounces to rest all the same,
-    and goes on neither through the floor nor for ever."""
+    """Effective gravity is negative at contact 2 (−.73 m/s²): contact 1 bounces to rest nevertheless. It neither passes
+    through the floor nor bounces for ever."""
     inputs = {"e": 0.002, "g": 9.81, "rho": 0.062, "x_x": -0.243, "x_y": 0.449}
     inputs |= {"x1_x": -0.585, "x1_y": 0.0, "alpha1": 0.044}
     inputs |= {"x2_x": 0.875, "x2_y": -0.099, "alpha2": 0.062}
@@ -253,8 +253,8 @@ def test_one_contact_bounces_while_the_other_is_flung_upwards():
 
 
 def test_a_tail_whose_error_estimate_is_too_low():
-    """Here the estimate d(d/T1 + r|z − z*|/(z + z*)) is 8.8 times below the error of the sum T1: with a
-    threshold of 5e-17 t the truncation is 2 ulp of the time, with the one in use it is lost in rounding."""
+    """Here the estimate d(d/T1 + r|z − z*|/(z + z*)) is 8.8 times below the error of the sum T1: with a threshold of 5e-17 t
+    the truncation is 2 ulp of the time, with the current one it is below rounding."""
     inputs = {"e": 0.7399840575179153, "phi1": 0.0, "phi2": 0.0, "theta": 0.0}
     inputs |= {"g1": 10.320173491009857, "g2": 11.868450242698131, "omega": 0.0}
     inputs |= {"psi1": 0.22407566241546137, "psi2": 4.375963387324435}
@@ -270,8 +270,8 @@ def test_a_tail_whose_error_estimate_is_too_low():
 
 
 def test_velocities_at_a_zeno_point_on_slopes():
-    """Collision by collision until nothing is left of the rates, against the sum. What the body still does slides along
-    both slopes; the spin falls during the last collisions, and not uniformly."""
+    """Collision by collision until the rates are zero, compared with the sum. The remaining motion slides along both slopes;
+    the spin decreases during the last collisions, and not uniformly."""
     rng = np.random.default_rng(SEED)
     compared, worst = 0, 0.0
     while compared < SLOPES:

@@ -1,8 +1,8 @@
-"""How fast the local model becomes exact: gaps ∝ s² and rates ∝ s, times off by a share ∝ s² [docs/theory.md, two models].
+"""Order of the error of the local model: gaps ∝ s² and rates ∝ s, relative errors of times ∝ s² [docs/theory.md, two models].
 
-Both models start in the same state. The local one is invariant under this scaling: it is run once for each s all the
-same, and its times have to be s times as long to rounding. The error is that of the full model's answer, without a
-third party: the order of both would have to be wrong in the same way.
+Both models start in the same state. The local one is invariant under this scaling; it is still run for each s, and its times
+must be s times as long up to rounding. The error is the difference from the full model, without a third method: the order of
+both would have to be wrong in the same way.
 """
 
 import os
@@ -14,19 +14,19 @@ import standfast as sf
 from bodies import jacobian
 
 G = 9.81
-#: Postures for each way to run.
+#: Number of postures for each way to run.
 POSTURES = int(os.environ.get("STANDFAST_POSTURES", "80"))
 #: Powers of two: the local model is scaled without rounding.
 SCALES = 2.0 ** np.arange(-14.0, -4.0)
 #: More than two decades.
 OCTAVES = 7
-#: Smaller relative errors may be those of sums and accumulations, some of which are known to a few 1e-12 only.
+#: Smaller relative errors may be those of sums and accumulations, some of which have errors of a few 1e-12.
 ROUNDING = 2e-10
-#: Of the order in s.
+#: Allowed error of the order in s.
 ALLOWED = 0.02
-#: Shares of a run's time: phases shorter than this belong to accumulations, which are listed more or less far.
+#: Parts of a run's time: shorter phases belong to accumulations, of which more or fewer impacts are recorded.
 BRIEF = 1e-3
-#: Shares of the largest speed: slower impacts are not compared.
+#: Parts of the largest speed: slower impacts are not compared.
 SLOW = 1e-9
 
 
@@ -61,8 +61,8 @@ def posture_and_state(seed, friction):
 
 
 def course(run):
-    """What has to be the same in all runs: phases before the last Zeno point and after it, and the contacts hit up to
-    each Zeno point, as far as they are not summed."""
+    """The sequence that must be the same in all runs: phases before the last Zeno point and after it, and the contacts hit up
+    to each Zeno point, as far as they are not summed."""
     last = run.zeno_points[-1].time
     long = [p for p in run.phases if p.end - p.start > BRIEF * run.elapsed]
     before = [p.mode for p in long if p.end < last * (1 - BRIEF)]
@@ -80,7 +80,7 @@ def course(run):
 
 
 def alike(one, other):
-    """The same phases and impacts, as far as both list them."""
+    """Whether phases and impacts are the same, as far as both runs have them."""
     return one[:2] == other[:2] and all(
         a == b
         for hits, others in zip(one[2], other[2], strict=False)
@@ -113,8 +113,8 @@ def errors(
     rounding=ROUNDING,
     **options,
 ):
-    """Scales and relative errors of the local model's time, or why there are too few. Larger and larger scales, until
-    there are enough errors above rounding."""
+    """Scales and relative errors of the local model's time, or the reason why there are too few. The scales increase until
+    enough errors are above rounding."""
     found, first, unit = [], None, None
     for s in scales:
         start = q * s * s, qdot * s
@@ -145,7 +145,7 @@ def errors(
 
 
 def order(found, step):
-    """p of C sᵖ (1 + d s^step), by least squares in the logarithm: the next term is of the order p + step."""
+    """p of C sᵖ (1 + d s^step), by least squares in the logarithm: the next term has the order p + step."""
     s, error = found.T
     terms = np.transpose([np.ones_like(s), np.log(s), s**step])
     return np.linalg.lstsq(terms, np.log(error), rcond=None)[0][1]
@@ -174,7 +174,7 @@ def check(way, orders, skipped, expected):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_errors_of_times_are_of_second_order(way):
-    """-s prints how many postures were skipped, and the largest departure from 2."""
+    """-s prints the number of skipped postures, and the largest deviation from 2."""
     friction, options = WAYS[way]
     if "impact" in options:
         options = options | {"simultaneous": "first-contact-first"}
@@ -189,7 +189,7 @@ def test_errors_of_times_are_of_second_order(way):
 
 
 def test_nor_does_it_matter_what_is_the_same_at_the_start():
-    """Gaps and rates of the full model as the local one has them, instead of q and q̇."""
+    """The full model starts with the gaps and rates of the local one, instead of its q and q̇."""
     skipped, orders = Counter(), {}
     for seed in range(POSTURES):
         start = posture_and_state(seed, 0.0)
@@ -203,8 +203,8 @@ def test_nor_does_it_matter_what_is_the_same_at_the_start():
 
 @pytest.mark.parametrize("stop", ["zeno", "rest"])
 def test_errors_are_of_fourth_order_for_a_rod(stop):
-    """c_i = 0: gaps y ± L sin θ, no centrifugal acceleration at θ = 0, and ψ even in θ. Over one decade: of two, the
-    errors at one end would be too large, or those at the other end rounding."""
+    """c_i = 0: gaps y ± L sin θ, no centrifugal acceleration at θ = 0, and ψ even in θ. Over one decade: over two, the errors
+    at one end would be too large, or those at the other end rounding errors."""
     skipped, orders = Counter(), {}
     for seed in range(POSTURES):
         u = np.random.default_rng([5, seed]).uniform
@@ -231,8 +231,8 @@ def test_errors_are_of_fourth_order_for_a_rod(stop):
 
 
 def enlarged(posture, run, rows, left):
-    """When the last Zeno point comes by a run of its own from a flight that long before, enlarged by a power of two.
-    Of what is summed only the time counts as flight: in the middle of it a contact may rest."""
+    """Time of the last Zeno point by a separate run from a flight that long before it, enlarged by a power of two. Of summed
+    parts only the time counts as flight: in the middle of it a contact may rest."""
     inverse, end = np.linalg.pinv(rows), run.zeno_points[-1].time
     flights = [p for p in run.phases if p.mode == "SS" and p.end < end * (1 - 1e-12)]
     flight = [p for p in flights if p.start < end - left][-1]
@@ -246,7 +246,7 @@ def enlarged(posture, run, rows, left):
 
 
 def test_the_end_of_ever_smaller_rounds_is_as_exact_as_it_says():
-    """The local model knows no scale: parts of the end, enlarged, end at the same time, with much smaller errors."""
+    """The local model has no scale: parts of the end, enlarged, end at the same time, with much smaller errors."""
     wrong, compared = {}, 0
     for seed in range(POSTURES):
         posture, q, qdot = posture_and_state(seed, 0.9)

@@ -1,4 +1,4 @@
-"""Landings without rebound, told from the accumulations of infinitely many impacts."""
+"""Landings without rebound are distinguished from accumulations of infinitely many impacts."""
 
 import pytest
 import standfast as sf
@@ -6,7 +6,7 @@ from plastic_scenes import block, body, drop, rod
 
 
 def test_a_plastic_landing_is_told_from_what_accumulates():
-    """By both solvers, also where landings without rebound accumulate."""
+    """In both kinds of coordinates, also where landings without rebound accumulate."""
     for run in (drop(body([0.0])), drop(body([0.0]), impact="moreau")):
         (point,) = run.zeno_points
         assert (point.kind, point.method, point.plastic) == ("1-zeno", "bounce", True)
@@ -23,7 +23,7 @@ def test_a_plastic_landing_is_told_from_what_accumulates():
 
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_an_uncoupled_plastic_impact_is_one_impact(model):
-    """Each end of two masses on a rod stops by itself: an impact on the second leaves the first alone."""
+    """Two masses on a rod: each end stops separately, and an impact on the second does not change the first."""
     dumbbell = body([-0.5, 0.5], gyration_radius=0.5, height=0.0)
     assert dumbbell.psi == (0.0, 0.0)
     run = drop(dumbbell, 0.1, model=model)

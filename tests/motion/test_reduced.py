@@ -59,7 +59,7 @@ def fixed_point(e, psi, start):
 
 
 def determinant(e, psi, v, y):
-    """Of the derivative of (v, y) -> (v', y'), by central differences in 60 digits."""
+    """Determinant of the derivative of (v, y) -> (v', y'), by central differences in 60 digits."""
     h = mpf(10) ** -18
     columns = []
     for dv, dy in ((h, 0), (0, h)):
@@ -151,12 +151,12 @@ def test_chaos_is_no_rounding(e, psi, rate, n, tolerance):
             for p, q in zip(one, other, strict=True)
         ]
         assert [p[0] for p in one] == [q[0] for q in other]
-        # means over stretches, so that one close pass does not count
+        # means over parts of the orbit, so that one close passage does not matter
         ends = [sum(apart[k : k + 50]) / 50 for k in (50, n - 50)]
         assert float(ends[1] - ends[0]) / (n - 100) == pytest.approx(
             rate, abs=tolerance
         )
-    # and the orbit in doubles keeps to that in digits as long as it can
+    # and the orbit in doubles follows that in digits as long as it can
     orbit = model(e, psi).orbit((0, 0.3), (1, -0.7), 41)
     assert orbit.contacts[1:].tolist() == [p[0] for p in one[:40]]
     shapes = np.array([[float(x) for x in p[1:]] for p in one[:40]])
@@ -167,7 +167,7 @@ def test_chaos_is_no_rounding(e, psi, rate, n, tolerance):
 
 
 def test_the_self_similar_orbit_in_motion():
-    """Stable: 100 000 impacts stay on it. Unstable: a billionth of its gap leads away from it."""
+    """Stable: 100 000 impacts stay on it. Unstable: after a change of 1e-9 of its gap the orbit leaves it."""
     stayed = left = 0
     for e in (0.1, 0.3, 0.5, 0.7, 0.9):
         for part in (0.3, 0.6, 0.9, 0.99):
@@ -221,7 +221,7 @@ def test_the_exponents_of_the_chaotic_orbit():
     assert found.hits == 2_000_000
     assert found.lyapunov[0] == pytest.approx(0.1992, abs=0.003)
     assert found.sigma == pytest.approx(-0.03815, abs=2e-4)
-    # the errors it states are those between independent orbits
+    # the stated errors are the differences between independent orbits
     others = [
         local.exponents(gaps=(0, y), rates=(1, v), n=200_000)
         for v in (-1.0, -0.6, -0.2, 0.2)
@@ -254,7 +254,7 @@ def test_the_sum_of_the_exponents_on_random_orbits():
 
 
 def test_the_exponents_of_clattering_and_of_self_similarity():
-    """By hand: multipliers λ₋/λ₊ and e/λ₊³ of the shape; and those of a fixed point."""
+    """Closed forms: multipliers λ₋/λ₊ and e/λ₊³ of the shape; and those of a fixed point."""
     e, psi = 0.1, 0.9
     p = (1 + e) * psi
     plus = (p + math.sqrt(p * p - 4 * e)) / 2
@@ -291,7 +291,7 @@ def test_tangents_against_differences():
             continue
         right, left, up, down = (n[1][0] for n in near)
         numeric = np.stack([right - left, up - down], axis=1) / (2 * h)
-        # h² f‴/6 beside rounding 1e-16/h
+        # h² f‴/6 plus a rounding error of 1e-16/h
         np.testing.assert_allclose(
             tangents[0], numeric, atol=1e-6 * np.abs(numeric).max()
         )
@@ -359,7 +359,7 @@ def test_a_start_on_an_impact_is_the_first_row():
 
 
 def test_scale_is_without_meaning():
-    """To the bit for powers of two, however small or large."""
+    """The same bits for powers of two, small or large."""
     local = model(0.6, (0.4, 0.5), gravity=(1, 2))
     one = local.orbit(gaps=(0.3, 0.1), rates=(-0.7, 0.2), n=50)
     for power in (-240, -7, 9, 240):
@@ -378,7 +378,7 @@ def test_scale_is_without_meaning():
     ("e", "psi", "state"),
     [
         (0.9, 0.22, ((0, 0.3), (1, -1))),  # chaotic
-        (0.1, 0.9, ((0, 0.1), (0.1, -1.9))),  # clattering: gravity vanishes
+        (0.1, 0.9, ((0, 0.1), (0.1, -1.9))),  # clattering: gravity becomes negligible
         (0.5, 0.9, ((0, 0.3), (1, -1))),  # self-similar
         (1e-12, 0.9, ((0, 0.1), (0.1, -1.9))),  # sizes fall fast
         (0.999, 0.5, ((0, 0.1), (1, -1))),
@@ -402,7 +402,7 @@ def test_long_orbits_neither_underflow_nor_overflow(e, psi, state):
 
 
 def test_fates_are_those_of_the_motion():
-    """A certified fate always; an observed one where chaos has not yet taken all digits."""
+    """A certified fate is always that of the motion; an observed one while chaos leaves correct digits."""
     rng = np.random.default_rng(5)
     seen = dict.fromkeys(("1-zeno", "clattering", "self-similar"), 0)
     lost = 0
@@ -474,7 +474,7 @@ def test_many_fates_are_each_fate():
 
 
 def test_the_bounds_part_the_fates():
-    """Just beyond (10) orbits of the cone clatter; just below they do not."""
+    """Just above (10) orbits in the cone clatter; just below it they do not."""
     for e in (0.05, 0.2):
         bound = sf.clattering_bound(e)
         state = {"gaps": (0, 1e-3), "rates": (0.1, -1)}
@@ -497,7 +497,7 @@ def test_special_starts():
     assert math.isnan(empty.sigma)
 
 
-# ---- bounds, and what is refused -----------------------------------------------------------------
+# ---- bounds, and refused arguments -----------------------------------------------------------------
 
 
 def test_bounds_and_restitutions_invert_each_other():

@@ -1,7 +1,7 @@
-"""Reference trajectories to 25 digits, through the Python face.
+"""Reference trajectories to 25 digits, through the Python interface.
 
-Data: tests/data/reference_local.json and reference_full.json. A tolerance is 50 times the change that
-one ulp of every input makes, plus 4 ulp of the largest term that enters, as stated with each.
+Data: tests/data/reference_local.json and reference_full.json. A tolerance is 50 times the change by one ulp of every input,
+plus 4 ulp of the largest term involved, as stated for each.
 """
 
 import json
@@ -72,7 +72,7 @@ def judge_verdict_and_time(case, run):
 
 
 def judge_collisions(case, run, point):
-    """Order, times and rates of all collisions that were simulated and not summed."""
+    """Checks order, times and rates of all collisions that were simulated and not summed."""
     expected = case["expected"]["collisions"]
     count = min(point.first_summed, len(run.impacts), len(expected))
     if case["expected"]["zeno"]["method"] != "rest":
@@ -81,7 +81,7 @@ def judge_collisions(case, run, point):
     for k, (impact, collision) in enumerate(
         zip(run.impacts[:count], expected[:count], strict=True)
     ):
-        # Later collisions vary less; where s is not given the last one serves.
+        # Later collisions vary less; where s is not given, the last one is used.
         sensitivity = collision.get("s", sensitivity)
         assert impact["contact"] == collision["contact"], f"collision {k}"
         assert impact["index"] == collision["contact"] - 1, f"collision {k}"
@@ -103,11 +103,11 @@ def judge_collisions(case, run, point):
 
 
 def judge_state(case, found):
-    """The state at the Zeno point.
+    """Checks the state at the Zeno point.
 
-    Tolerance: 50 · (change by one ulp of every input, from the oracle) + 50 · (rounding of the
-    geometry, as a time) · rate + 4 ulp(scale). Rates: the largest speed and turning rate met, and
-    gravity for velocities. Scale: the largest term of the sum that the entry is.
+    Tolerance: 50 · (change by one ulp of every input, from the oracle) + 50 · (rounding of the geometry, as a time) · rate +
+    4 ulp(scale). Rates: the largest speed and angular velocity in the run, and gravity for velocities. Scale: the largest
+    term in the sum of the entry.
     """
     inputs, expected = inputs_of(case), case["expected"]["zeno"]
     sensitivity, floor = oracle.sensitivity(inputs), floor_of(case)
@@ -146,7 +146,7 @@ def judge_state(case, found):
 
 
 def judge_contact(point):
-    """The contacts that came to rest have gap and rate exactly zero."""
+    """Checks that the contacts that came to rest have gap and rate exactly zero."""
     for contact in point.contacts:
         assert point.gaps[contact - 1] == 0.0
         assert point.gap_rates[contact - 1] == 0.0
@@ -158,7 +158,7 @@ def test_every_reference_case_is_here():
     assert len(FULL) == 12
     assert len(ids) == 26
     for case in LOCAL + FULL:
-        # Each verdict stays under every change by one ulp, so each may be judged.
+        # Each verdict is the same after every change by one ulp, so each may be checked.
         assert case["conditioning"]["ulp_trials_with_other_verdict"] == 0
 
 

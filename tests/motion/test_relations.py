@@ -1,9 +1,8 @@
-"""Any motion, seen from outside, obeys Newton's laws and Coulomb's: what is checked here knows the body, its ground and
-`run.at`, and nothing of how a motion is found.
+"""Every motion obeys Newton's and Coulomb's laws. The checks use only the body, its ground and `run.at`, and no details of how a
+motion is computed.
 
-Accelerations are differences of `run.at`. A force, or an impulse, is possible if it is a sum, with weights that are not
-negative, of the edges of the friction cones of the contacts that touch: nonnegative least squares says how far it is from
-one.
+Accelerations are differences of `run.at`. A force, or an impulse, is possible if it is a sum, with nonnegative weights, of
+the edges of the friction cones of the touching contacts; its distance from such a sum is found by nonnegative least squares.
 """
 
 import math
@@ -15,16 +14,17 @@ import numpy as np
 import standfast as sf
 from scipy.optimize import nnls
 
-#: Random motions.
+#: Number of random motions.
 RUNS = int(os.environ.get("STANDFAST_RELATIONS_RUNS", "400"))
-#: Stretches of one mode looked at in a run, and shortest one that differences see anything of, in s.
+#: Number of parts of one mode that are checked in a run, and the shortest one that differences can resolve, in s.
 STRETCHES, SHORTEST = 12, 2e-3
-#: Step of the differences in √(ρ/g): their error, some step⁴ of fifth derivatives and 1e-16/step, is the least there.
+#: Step of the differences in √(ρ/g), at which their error, about step⁴ times fifth derivatives plus 1e-16/step, is least.
 STEP = 5e-5
-#: Allowed error of what is not a difference, relative to the sizes in it, and time at which two events are one, in s.
+#: Allowed error of quantities other than differences, relative to their terms, and time within which two events count as one,
+#: in s.
 ROUNDING = 1e-8
-#: Allowed error of differences, of bodies that turn by up to 100 rad/s, and of speeds before and after an impact, which
-#: are extrapolated.
+#: Allowed error of differences for bodies that rotate by up to 100 rad/s, and of extrapolated speeds before and after an
+#: impact.
 DIFFERENCE, JUMP = 1e-6, 1e-5
 
 
@@ -49,7 +49,7 @@ def draw(rng):
         x = size * np.linspace(-1, 1, rng.integers(2, 8))
         y = size * rng.uniform(-0.3, 0.3, len(x))
         low = points[:, 1] - np.interp(points[:, 0], x, y)
-        terrain = np.column_stack([x, y + low.min()])  # right below the body
+        terrain = np.column_stack([x, y + low.min()])  # directly below the body
     frictions = rng.choice([0.0, 0.2, 0.5, 1.0, rng.uniform(0, 2)], count)
     contacts = [
         sf.Contact(tuple(p), slope=b, friction=mu, segment=segment)
@@ -109,7 +109,7 @@ class Body:
         self.ground = [list(self.lines(i)) for i in range(len(posture.contacts))]
 
     def lines(self, i):
-        """Pieces of ground of contact i: a point of it, its tangent, and from where to where it goes along x."""
+        """Pieces of ground of contact i: a point, the tangent, and both ends along x."""
         posture, contact = self.posture, self.posture.contacts[i]
         if posture.terrain is not None:
             for start, end in pairwise(np.array(posture.terrain)):
@@ -121,13 +121,13 @@ class Body:
             yield point, tangent, point[0] + np.array(contact.segment) * tangent[0]
 
     def feet(self, q):
-        """Places of all contacts, (n, 2)."""
+        """Positions of all contacts, (n, 2)."""
         cos, sin = math.cos(q[2]), math.sin(q[2])
         turn = np.array([[cos, -sin], [sin, cos]])
         return self.center + np.array(q[:2]) + self.arms @ turn.T
 
     def over(self, i, foot, margin=0.0):
-        """(t, n, height above it along n) for each piece of ground that is above or below foot i."""
+        """(t, n, height along n) for each piece of ground above or below foot i."""
         for origin, tangent, (low, high) in self.ground[i]:
             normal = np.array([-tangent[1], tangent[0]])
             if low - margin <= foot[0] <= high + margin:
@@ -152,7 +152,7 @@ class Body:
                 yield from (n + k * t for k in directions)
 
     def miss(self, edges, wanted):
-        """How far (fx, fy, moment) per unit mass is from any sum of edges."""
+        """Distance of (fx, fy, moment) per unit mass from the sums of edges."""
         wanted = wanted * self.scale
         edges = [e * self.scale for e in edges]
         if not edges:
@@ -172,7 +172,7 @@ def slope_of(run, t, step):
 
 
 def flaws_between(body, run, mode, start, end, rng):
-    """What a stretch of one mode shows that no motion can."""
+    """Violations of the laws within a part of one mode."""
     posture = body.posture
     weight = np.array([0, posture.gravity, 0])
     sums = any(abs(z.time - end) < ROUNDING for z in run.zeno_points)
@@ -204,7 +204,7 @@ def flaws_between(body, run, mode, start, end, rng):
 
 
 def flaws_of_jump(body, run, t, step, options, impacts):
-    """What an impact shows that none can: the change of velocity is a sum of impulses in the cones."""
+    """Violations at an impact: the change of velocity must be a sum of impulses in the cones."""
     offsets = step * np.arange(1, 5)
     weights = np.array([4, -6, 4, -1])  # extrapolates cubics
     (q_before, before), (q_after, after) = (
@@ -222,7 +222,7 @@ def flaws_of_jump(body, run, t, step, options, impacts):
     if body.miss(edges, body.momentum(after - before)) > JUMP * speed:
         yield f"impact at {t}: no impulses explain it"
     frames = [list(body.frames(m["index"], q)) for m in impacts]
-    if law == "newton" and "simultaneous" not in options:  # all that arrive are hit
+    if law == "newton" and "simultaneous" not in options:  # all that land have impulses
         rates, after_it = impacts[0]["rates_before"], impacts[0]["rates_after"]
         slow = after_it + body.posture.restitution * rates < -JUMP * speed
         for i in np.nonzero(slow & (rates < 0) & (run.gaps_at(t)[0] == 0))[0]:
@@ -235,7 +235,7 @@ def flaws_of_jump(body, run, t, step, options, impacts):
 
 
 def flaws(posture, run, options, rng, seen):
-    """What a run shows that no motion can."""
+    """Violations of the laws in a run."""
     body = Body(posture)
     end = min(run.time, options["time_limit"])
     limits, phases, impacts = [z.time for z in run.zeno_points], run.phases, run.impacts
@@ -267,7 +267,7 @@ def flaws(posture, run, options, rng, seen):
 
 
 def test_motions_obey_the_laws_of_newton_and_coulomb():
-    """-s prints how often each mode, impact and outcome has been looked at."""
+    """-s prints the numbers of checks of each mode, impact and outcome."""
     seen, outcomes, flawed = Counter(), Counter(), {}
     for seed in range(RUNS):
         rng = np.random.default_rng(seed)
@@ -286,7 +286,7 @@ def test_motions_obey_the_laws_of_newton_and_coulomb():
 
 
 def test_within_a_phase_at_gives_the_end_of_a_run_of_that_length():
-    """Both move the body from the start of the phase in one step: all bits agree while that step suffices."""
+    """Both advance the body from the start of the phase in one step: all bits agree as long as one step is sufficient."""
     alike, close = 0, 0
     for seed in range(150):
         posture, q, qdot, options = draw(np.random.default_rng([7, seed]))

@@ -1,9 +1,10 @@
-"""Mirrored, rescaled, moved and renumbered worlds move alike, with friction, any law of impact and 1 to 4 contacts.
+"""Mirrored, rescaled, translated and renumbered scenes have the same motion, with friction, any law of impact and 1 to 4
+contacts.
 
-A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs
-are moved by a rounding or two, and not less than one rounding of the time, place and speed themselves. Where a sibling
-ends otherwise, or moves in other phases, the run is ill-conditioned: it is skipped and counted. Contacts that arrive
-together, or as good as, are not compared: rounding decides which is first.
+A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs are
+changed by a rounding or two, and at least one rounding of time, position and speed. If a sibling has another outcome or other
+phases, the run is ill-conditioned: it is skipped and counted. Contacts that land simultaneously, or almost so, are not
+compared: rounding decides which is first.
 """
 
 import math
@@ -19,18 +20,18 @@ from bodies import LAWS, lift, order_for, reach
 
 G = 9.81
 EPS = np.finfo(float).eps
-#: Random scenes for each symmetry.
+#: Number of random scenes for each symmetry.
 SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
-#: Runs with inputs a rounding away.
+#: Number of runs with inputs that differ by a rounding.
 SIBLINGS = 6
-#: What is shorter than this share of the run, or slower than this share of its speeds, is not told apart. More than one
-#: share, for what is as short or as slow as one of them.
+#: Parts of the duration and of the speeds of a run below which events are not distinguished. There is more than one, for
+#: events as short or slow as one of them.
 RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
 #: Allowed change, in conditioning limits.
 ALLOWED = 50
-#: Largest share of runs that may be ill-conditioned, or have no end.
+#: Largest part of runs that may be ill-conditioned or without an end.
 SKIPPED = 0.1
-#: How a run is called that has contacts arriving together.
+#: Label of a run with simultaneous landings.
 TIE = "same instant"
 
 
@@ -90,7 +91,7 @@ class Scene:
         return replace(self, **change)
 
     def sibling(self, rng):
-        """Inputs one to four units of 1e-16 away, points by as much of the size of the body."""
+        """Inputs that differ by one to four units of 1e-16, points by as much of the size of the body."""
 
         def move(x):
             x = np.asarray(x)
@@ -119,12 +120,12 @@ class Scene:
         )
 
 
-# --- worlds that move alike ---------------------------------------------------------------------------------------
+# --- scenes with the same motion -----------------------------------------------------------------------------------
 
 
 @dataclass
 class Image:
-    """A scene that moves like another, and how its results are read as the other's."""
+    """A scene with the same motion as another, and the conversion of its results."""
 
     scene: Scene
     length: float = 1.0
@@ -207,12 +208,12 @@ def renumbered(scene, rng):
     return Image(other, origin=tuple(int(i) for i in order))
 
 
-# --- what a run says ----------------------------------------------------------------------------------------------
+# --- results of a run ---------------------------------------------------------------------------------------------
 
 
 @dataclass
 class Course:
-    """What is compared of a run, in the units and the numbering of the original."""
+    """The data of a run that are compared, in the units and the numbering of the original."""
 
     outcome: str
     elapsed: float
@@ -221,7 +222,7 @@ class Course:
     phases: list  # word, start, end
     zeno: list  # time, contacts, q, qdot
     hits: list  # contact, time, speed; of impacts that are not too slow
-    #: From the last impact listed to the Zeno point that sums the rest.
+    #: From the last recorded impact to the Zeno point that sums the rest.
     sums: list
     top: float  # largest speed
     tied: bool
@@ -279,7 +280,7 @@ def course(image, size):
 
 
 def is_tied(run, hits, slow, size):
-    """Whether contacts arrive together, or so little apart that rounding decides which is first."""
+    """Whether contacts land simultaneously, or so nearly that rounding decides which is first."""
     if any(TIE in warning for warning in run.warnings):
         return True
     if not run.phases:
@@ -290,15 +291,16 @@ def is_tied(run, hits, slow, size):
 
 
 def changes(one, other, size):
-    """Largest differences of times, places and speeds of two runs, or None if they do not take the same course.
+    """Largest differences of times, positions and speeds of two runs, or None if their events differ.
 
-    How many terms of a sum are listed one by one, and where an accumulation is lost in rounding, is not part of it.
+    The number of terms of a sum that are recorded one by one, and the end of an accumulation in rounding errors, are not
+    compared.
     """
     return next(filter(None, (compared(one, other, size, x) for x in RESOLVED)), None)
 
 
 def compared(one, other, size, resolved):
-    """The same at one resolution."""
+    """The differences at one resolution."""
     brief, slow = resolved * one.elapsed, resolved * one.top
     same = 1e-11 * one.elapsed
     spans = np.reshape([*one.sums, *other.sums], (-1, 2))
@@ -306,7 +308,7 @@ def compared(one, other, size, resolved):
     begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
     def counting(entries, time):
-        """Those whose times are within none of the spans."""
+        """The entries whose times are outside all of the spans."""
         times = np.array([entry[time] for entry in entries])
         begun = np.searchsorted(begins, times, side="left")
         within = begun > np.searchsorted(ends, times, side="right")
@@ -344,7 +346,7 @@ NAMES = ("time", "place", "speed")
 
 @cache
 def case(seed):
-    """A scene, its course, and the conditioning limits of its times, places and speeds, or why it is skipped."""
+    """A scene, its course, and the conditioning limits of its times, positions and speeds, or the reason why it is skipped."""
     scene = random_scene(seed)
     base = course(Image(scene), scene.size)
     if base.tied:
@@ -423,7 +425,7 @@ IMAGES = [mirrored, in_decimal_units, in_binary_units, moved, renumbered]
 
 @pytest.mark.parametrize("image_of", IMAGES)
 def test_worlds_that_move_alike(image_of):
-    """-s prints how runs end, how many were skipped, and the largest changes in conditioning limits."""
+    """-s prints the outcomes, the number of skipped runs, and the largest changes in conditioning limits."""
     rng = np.random.default_rng(1)
     ends, skipped, most, wrong = Counter(), Counter(), Counter(), []
     for seed in range(SCENES):
@@ -454,7 +456,7 @@ def test_worlds_that_move_alike(image_of):
 
 
 def plain(x):
-    """Lists and numbers that can be compared."""
+    """Converts to lists and numbers that can be compared."""
     if isinstance(x, np.ndarray):
         return x.tolist()
     return [plain(y) for y in x] if isinstance(x, list | tuple) else x

@@ -1,4 +1,4 @@
-"""The scenes of the work-precision chart: what standfast makes of them is exact to rounding."""
+"""The scenes of the work-precision chart: the results of standfast are exact up to rounding."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ sys.path.insert(0, str(FOLDER / "peers"))
 import standfast_run  # noqa: E402
 
 SCENES = json.loads((FOLDER / "scenes.json").read_text())["scenes"]
-#: Relative: some roundings of states and times.
+#: Allowed relative error: some rounding errors of states and times.
 ROUNDINGS = 16 * np.finfo(float).eps
 
 

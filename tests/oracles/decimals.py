@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from mpmath import mp
 
-#: Digits carried beyond those of the context.
+#: Additional digits beyond those of the context.
 GUARD = 8
 
 
@@ -21,7 +21,7 @@ def quarter_turn(digits):
 
 @lru_cache
 def _unit(digits):
-    """Bits behind the point of a number in fixed point, and the number one."""
+    """Number of bits after the binary point of a fixed-point number, and the number one."""
     bits = (digits + GUARD) * 10 // 3
     return bits, 1 << bits, Decimal(1 << bits)
 

@@ -1,9 +1,9 @@
-"""Bodies on rubbing contacts in 26 digits: Newton and Euler's equations, step by extrapolated step.
+"""Bodies on contacts with friction in 26 digits: Newton and Euler's equations, integrated by extrapolated steps.
 
-An oracle for the tests. Accelerations and forces are solved for together in one linear system, with positions and
-velocities of the centre of mass as state: no reduced coordinates, no series, nothing shared with the package but
-the notation (docs/notation.md). Inputs are exact doubles. A state is the list (x, y, θ, ẋ, ẏ, ω) of decimal numbers.
-Everything is to be called inside of ``with precise():``.
+An oracle for the tests. Accelerations and forces are the solution of one linear system, with positions and velocities of the
+centre of mass as state. There are no reduced coordinates and no series; only the notation is that of the package
+(docs/notation.md). Inputs are exact doubles. A state is the list (x, y, θ, ẋ, ẏ, ω) of decimal numbers. All functions must be
+called inside of ``with precise():``.
 """
 
 import math
@@ -15,7 +15,7 @@ from decimals import cos_sin
 DIGITS = 26
 #: Numbers of substeps of the extrapolation.
 SUBSTEPS = (2, 4, 6, 8, 10, 12, 14, 16, 18)
-#: A bouncing this short, in s, is summed at once: its own square is below the accuracy asked for.
+#: Duration of bouncing, in s, below which it is summed at once: its square is below the required accuracy.
 BRIEF = Decimal("1e-13")
 ZERO, ONE = Decimal(0), Decimal(1)
 
@@ -46,7 +46,7 @@ def solve(matrix, right):
 
 
 def extrapolated(f, y, x, h):
-    """One step by extrapolation of the modified midpoint rule (Gragg, Bulirsch, Stoer), in any kind of numbers."""
+    """One step by extrapolation of the modified midpoint rule (Gragg, Bulirsch, Stoer), with any type of numbers."""
     table = []
     start = f(x, y)
     for n in SUBSTEPS:
@@ -76,7 +76,7 @@ def extrapolated(f, y, x, h):
 
 
 def integrate(f, y, x, end, step):
-    """From x to end in steps of about this size."""
+    """Integrates from x to end in steps of about this size."""
     count = max(1, math.ceil(abs(end - x) / step))
     h = (end - x) / count
     for k in range(count):
@@ -195,7 +195,7 @@ class Body:
         for _ in range(steps):
             after = extrapolated(flow, y, t, step)
             later = {name: f(after) for name, f in events.items()}
-            # What starts at zero is positive from the first step on, or never was an event.
+            # A function that starts at zero is positive after the first step, or is no event.
             crossed = [k for k in events if later[k] <= 0 and values[k] > 0]
             if crossed:
                 return min(
@@ -247,7 +247,7 @@ class Body:
         ]
 
     def bounce(self, i, y):
-        """Bounces on contact i to their end: duration and state. The other contact stays away."""
+        """Bounces on contact i until it rests: duration and state. The other contact stays above the ground."""
         total = ZERO
         while True:
             (nx, ny), (dx, dy) = self.n[i], self.arm(i, y)

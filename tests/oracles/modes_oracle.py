@@ -6,7 +6,7 @@ t and the normal n = t turned by +90°, hence the rows N = (n, d×n) and T = (t,
 
     q̈ = free + M⁻¹ Σ (Tᵀ f_t + Nᵀ f_n),   M = diag(m, m, m ρ²),   a_t = T q̈ + b_t,   a_n = N q̈ + b_n,
 
-and a word names what every contact does. ``sliding`` is the sign of v_t, None where the contact is apart:
+and a word has one letter per contact. ``sliding`` is the sign of v_t, None where the contact is separated:
 
 | letter | equations             | inequalities                            | allowed where sliding is |
 | ------ | --------------------- | --------------------------------------- | ------------------------ |
@@ -17,7 +17,7 @@ and a word names what every contact does. ``sliding`` is the sign of v_t, None w
 | F      | a_n = 0, a_t = 0      | −μ f_n ≤ f_t ≤ μ f_n                    | 0                        |
 
 A word is consistent if some motion satisfies all of its conditions; where the forces are not unique
-(two fixed contacts, a flat floor) one choice of them is enough. At the level of impulses the same
+(two fixed contacts, a flat floor) one solution is enough. At the level of impulses the same
 holds with the velocity before the impact as ``free_acceleration``, the velocity after it as q̈, and
 e times the normal rate before it as b_n.
 """
@@ -36,7 +36,7 @@ ALLOWED = {None: "S", 1: "SR", -1: "SL", 0: "SRLF"}
 
 @dataclass(frozen=True)
 class Problem:
-    """Coulomb contacts of one body; names and order of ``standfast.ContactProblem``, but for ρ²."""
+    """Coulomb contacts of one body; names and order as in ``standfast.ContactProblem``, except for ρ²."""
 
     mass: Fraction
     rho2: Fraction
@@ -78,8 +78,8 @@ class Problem:
     def motions(self) -> dict[str, "Motion"]:
         """All consistent words, each with one motion that has been substituted into its definition.
 
-        A word begun is given up as soon as no acceleration whatever satisfies its conditions on a_n and
-        a_t; whatever the forces, its continuations cannot be consistent either.
+        The beginning of a word is rejected as soon as no acceleration satisfies its conditions on a_n and a_t: then no
+        continuation can be consistent, with any forces.
         """
         prefixes = [""]
         for sliding in self.sliding:
@@ -92,7 +92,7 @@ class Problem:
         return _decided(self, prefixes)
 
     def words(self) -> Iterator[str]:
-        """All words the velocities allow, up to 4ⁿ."""
+        """All words that the velocities allow, up to 4ⁿ."""
         prefixes = [""]
         for sliding in self.sliding:
             prefixes = [p + letter for p in prefixes for letter in ALLOWED[sliding]]
@@ -101,14 +101,15 @@ class Problem:
 
 @dataclass(frozen=True)
 class Motion:
-    """A witness: the acceleration (velocity after, at the level of impulses) and forces (f_t, f_n)."""
+    """A motion that proves a word: the acceleration (at the level of impulses the velocity after the impact) and forces (f_t,
+    f_n)."""
 
     acceleration: Row
     forces: tuple[Pair, ...]
 
 
 def satisfies(problem: Problem, word: str, motion: Motion) -> bool:
-    """Whether the motion meets every condition of the word, by mere substitution."""
+    """Whether the motion satisfies every condition of the word, by substitution."""
     m, rho2 = problem.mass, problem.rho2
     wrench = [Fraction(0)] * 3
     for i, (f_t, f_n) in enumerate(motion.forces):
@@ -143,7 +144,7 @@ def _letter_holds(problem: Problem, i: int, letter: str, motion: Motion) -> bool
 
 
 def consistent_words(problem: Problem) -> set[str]:
-    """All consistent words. Every other word has been refuted, no tolerance being involved."""
+    """All consistent words. Every other word is refuted without a tolerance."""
     return set(consistent_motions(problem))
 
 
@@ -153,7 +154,7 @@ def consistent_motions(problem: Problem) -> dict[str, Motion]:
 
 
 def _decided(problem: Problem, words: Iterable[str]) -> dict[str, Motion]:
-    """Those of the words that are consistent, each with one motion that has been substituted into its definition."""
+    """The consistent ones of these words, each with one motion that has been substituted into its definition."""
     motions = {}
     for word in words:
         motion = problem.tables.motion(word)
@@ -164,7 +165,7 @@ def _decided(problem: Problem, words: Iterable[str]) -> dict[str, Motion]:
 
 
 def brute_force(problem: Problem) -> set[str]:
-    """All consistent words, each of the up to 4ⁿ that are allowed decided by itself."""
+    """All consistent words; each of the up to 4ⁿ allowed words is decided separately."""
     return set(_decided(problem, problem.words()))
 
 
@@ -174,12 +175,12 @@ def find_motion(problem: Problem, word: str) -> Motion | None:
 
 
 class _Tables:
-    """The conditions of a problem as integer rows, put together word by word.
+    """The conditions of a problem as integer rows, combined word by word.
 
-    Forces are sums of generators with weights λ ≥ 0: N + μT and N − μT. R has the second alone, L the
-    first, F both. Each of a_n and a_t is then a row: coefficients of the generators, next those of
-    four accelerations that positively span R³ (any acceleration is a sum of them with weights ≥ 0),
-    last the constant. A row is scaled by a positive number that clears its denominators.
+    Forces are sums of generators with weights λ ≥ 0: N + μT and N − μT. R has only the second, L only the first, F both. Each
+    of a_n and a_t is then a row: coefficients of the generators, then those of four accelerations that positively span R³
+    (any acceleration is a sum of them with weights ≥ 0), and last the constant. A row is scaled by a positive number that
+    removes its denominators.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -221,7 +222,7 @@ class _Tables:
                 rows.append([value // common for value in out])
 
     def generators(self, word: str) -> list[int]:
-        """Columns of the generators with which the closed contacts push."""
+        """Columns of the generators of the closed contacts."""
         columns = []
         for i, letter in enumerate(word):
             columns += {
@@ -237,9 +238,9 @@ class _Tables:
     ) -> tuple[list[list[int]], list[int]]:
         """The word's conditions as E x = f ≥ 0 on x = (λ, s, surpluses) ≥ 0.
 
-        The constants are multiplied by a further unknown s > 0, which leaves what is possible
-        unchanged and makes the conditions homogeneous. Hence "all of these are positive" can be had
-        as "all of these are at least 1": there is no margin to maximise.
+        The constants are multiplied by a further unknown s > 0. This does not change whether a solution exists, and makes the
+        conditions homogeneous. Hence "all of these are positive" becomes "all of these are at least 1", without a margin to
+        maximise.
         """
         equal, positive = [], []
         for i, letter in enumerate(word):
@@ -265,11 +266,11 @@ class _Tables:
         return E, [0] * len(equal) + [1] * count
 
     def is_possible(self, word: str) -> bool:
-        """Whether some acceleration, by whatever forces, fits the beginning of a word."""
+        """Whether some acceleration, with any forces, satisfies the conditions of the beginning of a word."""
         return nonnegative_solution(*self.system(word, self.spanning)) is not None
 
     def motion(self, word: str) -> Motion | None:
-        """Weights of the generators, turned into forces and the acceleration they cause."""
+        """Forces and acceleration from weights of the generators."""
         problem, columns = self.problem, self.generators(word)
         x = nonnegative_solution(*self.system(word, columns))
         if x is None:
@@ -294,8 +295,8 @@ def nonnegative_solution(
 ) -> list[Fraction] | None:
     """Some x ≥ 0 with E x = f (integers, f ≥ 0), or None if there is none.
 
-    The first phase of the simplex method, with Bland's rule against cycling. The tableau holds
-    integers over one common denominator, the last pivot (Edmonds): each division below is exact.
+    The first phase of the simplex method, with Bland's rule against cycling. The tableau has integers over one common
+    denominator, the last pivot (Edmonds): each division below is exact.
     """
     width = len(E[0])
     rows = [[*row, rhs] for row, rhs in zip(E, f, strict=True)]
@@ -338,10 +339,10 @@ def nonnegative_solution(
 
 @dataclass(frozen=True)
 class ForceFamily:
-    """Forces of two fixed contacts: unique but for the squeeze τ along the chord ℓ = d_2 − d_1.
+    """Forces of two fixed contacts: unique except for the internal force τ along the line ℓ = d_2 − d_1.
 
-    τ = (f_1 − f_2)·ℓ / (2 ℓ·ℓ), in N/m: contact 1 pushes with τℓ towards contact 2 and contact 2 with
-    −τℓ back. ``low`` and ``high`` bound it; None: unbounded on that side.
+    τ = (f_1 − f_2)·ℓ / (2 ℓ·ℓ), in N/m: the force on contact 1 includes τℓ, that on contact 2 −τℓ. ``low`` and ``high`` bound
+    τ; None: no bound on that side.
     """
 
     neutral: tuple[Pair, Pair]  # (f_t, f_n) at τ = 0
@@ -369,11 +370,11 @@ def force_interval_FF(problem: Problem) -> ForceFamily | None:
     (ax, ay), (bx, by) = problem.arms
     px, py = (m * (acceleration[k] - free[k]) for k in (0, 1))
     torque = m * rho2 * (acceleration[2] - free[2])
-    # p = f_1 + f_2 is halved; what torque remains is carried by opposite forces ± κ (ℓ_y, −ℓ_x).
+    # p = f_1 + f_2 is halved; the remaining torque is balanced by opposite forces ± κ (ℓ_y, −ℓ_x).
     lx, ly = bx - ax, by - ay
     rest = torque - ((ax + bx) * py - (ay + by) * px) / 2
     kappa = rest / (lx * lx + ly * ly)
-    # τ = 0 asks for (f_1 − f_2)·ℓ = 0: so it is, the difference being perpendicular to ℓ.
+    # τ = 0 requires (f_1 − f_2)·ℓ = 0, which holds because the difference is perpendicular to ℓ.
     first, second = problem.tangents
     neutral = (
         _on_axes(first, (px / 2 + kappa * ly, py / 2 - kappa * lx)),
@@ -404,16 +405,16 @@ def force_interval_FF(problem: Problem) -> ForceFamily | None:
 
 
 def _on_axes(tangent: Pair, force: Pair) -> Pair:
-    """(f_t, f_n) of a force in world axes; the tangent need not be quite a unit vector."""
+    """(f_t, f_n) of a force in world axes; the tangent need not be exactly a unit vector."""
     (tx, ty), (x, y) = tangent, force
     norm2 = tx * tx + ty * ty
     return (x * tx + y * ty) / norm2, (y * tx - x * ty) / norm2
 
 
 def _acceleration_FF(problem: Problem) -> Row | None:
-    """The acceleration that holds both contacts, or None if their biases forbid it.
+    """The acceleration that holds both contacts, or None if their biases exclude it.
 
-    In world axes contact i asks for a + α × d_i = −β_i; the difference of the two gives α twice.
+    In world axes contact i requires a + α × d_i = −β_i; the difference of the two gives α twice.
     """
     beta = []
     for (tx, ty), (b_t, b_n) in zip(problem.tangents, problem.bias, strict=True):
@@ -433,7 +434,7 @@ def _dot(a: Row, b: Row) -> Fraction:
 
 
 def integers(row: Sequence[Fraction]) -> list[int]:
-    """The row times the least positive number that clears its denominators."""
+    """The row times the least positive number that removes its denominators."""
     return _times(row, lcm(*(x.denominator for x in row)))
 
 

@@ -1,8 +1,8 @@
-"""Contact-mode problems with rational data, by class, for ``modes_oracle``; as a script: what they hold.
+"""Contact-mode problems with rational data, by class, for ``modes_oracle``; as a script it prints their properties.
 
-Generated from one seed: classes differ by what makes a solver err. Numbers are small dyadics wherever a
-class lives on exact ties. Tangents such as (4/5, 3/5) are not doubles: a ``delicate`` case is one in
-which rounding the data may break a tie and change the answer.
+All are generated from one seed. Classes differ by the difficulty for a solver. Numbers are short dyadic fractions in classes
+with exact ties. Tangents such as (4/5, 3/5) are not doubles: a case is ``delicate`` if rounding the data may break a tie and
+change the answer.
 """
 
 import functools
@@ -19,11 +19,11 @@ from typing import TypedDict
 from modes_oracle import Pair, Problem, Row, consistent_words
 
 SEED = 2008
-#: Cases drawn of every random class.
+#: Number of cases of every random class.
 PER_CLASS = 30
-#: Relative size of the moves that look for ties: far above rounding, far below the numbers' spacing.
+#: Relative size of the changes that test for ties: far above rounding errors, far below the spacing of the numbers.
 MOVE = Fraction(1, 2**40)
-#: Random directions of such moves; each is tried forwards and backwards.
+#: Number of random directions of such changes; each is applied with both signs.
 DIRECTIONS = 2
 
 FLAT = (Fraction(1), Fraction(0))
@@ -34,7 +34,7 @@ WEIGHTLESS = (Fraction(0), Fraction(0), Fraction(0))
 
 @dataclass(frozen=True)
 class Case:
-    """A problem, where it comes from, and what is expected if that is known from elsewhere."""
+    """A problem, its source, and the expected answer if it is known from elsewhere."""
 
     name: str
     kind: str
@@ -48,7 +48,7 @@ class Case:
 
     @cached_property
     def doubtful(self) -> frozenset[str]:
-        """Words whose verdict changes when every number moves by 2⁻⁴⁰ of itself: ties of some kind."""
+        """Words whose verdict changes when every number changes by 2⁻⁴⁰ of itself: ties."""
         changed: set[str] = set()
         for k in range(DIRECTIONS):
             for move in (MOVE, -MOVE):
@@ -58,7 +58,7 @@ class Case:
 
     @cached_property
     def delicate(self) -> bool:
-        """Whether the data are not doubles and hold a tie that rounding may break."""
+        """Whether the data are not doubles and have a tie that rounding may break."""
         return not is_representable(self.problem) and bool(self.doubtful)
 
     @property
@@ -96,7 +96,7 @@ def exact_root(square: Fraction) -> Fraction | None:
 
 
 def is_representable(problem: Problem) -> bool:
-    """Whether all numbers, the gyration radius included, are doubles as they stand."""
+    """Whether all numbers, including the gyration radius, are doubles without rounding."""
     radius = exact_root(problem.rho2)
     pairs = (*problem.arms, *problem.tangents, *problem.bias, problem.free_acceleration)
     numbers = (problem.mass, *problem.friction, *(x for pair in pairs for x in pair))
@@ -106,7 +106,7 @@ def is_representable(problem: Problem) -> bool:
 
 
 def moved(problem: Problem, rng: random.Random, move: Fraction) -> Problem:
-    """The problem with every number other than 0 moved by up to ``move`` of itself, tangents turned."""
+    """The problem with every nonzero number changed by up to ``move`` of itself, and tangents rotated."""
 
     def near(x: Fraction) -> Fraction:
         return x * (1 + move * Fraction(rng.randint(-64, 64), 64))
@@ -175,7 +175,7 @@ def pair(x: str, y: str) -> Pair:
 
 
 def stated_cases() -> list[Case]:
-    """Examples whose answers are known on paper."""
+    """Examples with answers computed by hand."""
     gravity, flat = DOWN, [FLAT]
     cases = []
 
@@ -246,14 +246,14 @@ def stated_cases() -> list[Case]:
 
 
 class Body(TypedDict):
-    """What a body is, but for its contacts."""
+    """A body without its contacts."""
 
     mass: Fraction
     rho2: Fraction
 
 
 def mixed_speeds(rng: random.Random, n: int) -> list[int | None]:
-    """Any mixture of slip, rest and separation of n contacts, at least one of them closed."""
+    """Any mixture of sliding, resting and separated contacts, n in number, at least one of them closed."""
     while True:
         found = [rng.choice((0, 0, 1, 1, -1, -1, None)) for _ in range(n)]
         if any(x is not None for x in found):
@@ -272,11 +272,11 @@ class Draw:
         return unit * self.rng.randint(round(low / unit), round(high / unit))
 
     def nonzero(self, low: float, high: float, step: str = "1/8") -> Fraction:
-        """The same, but for 0."""
+        """A nonzero multiple of ``step`` between ``low`` and ``high``."""
         return next(x for x in iter(lambda: self.grid(low, high, step), None) if x)
 
     def tangent(self, steepest: int = 1) -> Pair:
-        """Flat, or a Pythagorean slope of either sign; the 45° line is crossed if ``steepest`` > 1."""
+        """A flat or a Pythagorean slope of either sign; steeper than 45° if ``steepest`` > 1."""
         if self.rng.random() < 0.25:
             return FLAT
         a, b, c = self.rng.choice(TRIPLES)
@@ -301,13 +301,13 @@ class Draw:
         return {"mass": Fraction(self.rng.choice((1, 1, 2, 3))), "rho2": radius**2}
 
     def load(self) -> Row:
-        """Gravity, with a wrench on top of it half the time."""
+        """Gravity, in half of the cases with an additional wrench."""
         if self.rng.random() < 0.5:
             return DOWN
         return self.grid(-1, 1), self.grid(-2, 0.5), self.grid(-2, 2)
 
     def contacts(self, n: int) -> tuple[list[Pair], list[Pair]]:
-        """n places, all different, and their tangents."""
+        """n different places, and their tangents."""
         arms: list[Pair] = []
         while len(arms) < n:
             arm = self.arm()
@@ -316,12 +316,12 @@ class Draw:
         return arms, [self.tangent() for _ in range(n)]
 
     def speeds(self, n: int) -> list[int | None]:
-        """Any mixture of slip, rest and separation, at least one contact closed."""
+        """Any mixture of sliding, resting and separated contacts, at least one of them closed."""
         return mixed_speeds(self.rng, n)
 
 
 def at_rest(friction: tuple[str, ...]) -> Callable[[Draw, int], Problem]:
-    """Resting bodies with friction out of a list."""
+    """Bodies at rest with friction from a list."""
 
     def make(draw: Draw, k: int) -> Problem:
         n = 1 + k % 4
@@ -333,7 +333,7 @@ def at_rest(friction: tuple[str, ...]) -> Callable[[Draw, int], Problem]:
 
 
 def mixed_sliding(draw: Draw, k: int) -> Problem:
-    """Contacts that slide, rest or are apart in any mixture, possible for a rigid body or not."""
+    """Sliding, resting and separated contacts in any mixture, whether a rigid body can move so or not."""
     n = 1 + k % 4
     arms, tangents = draw.contacts(n)
     mu = [draw.grid(0, 2) for _ in range(n)]
@@ -344,7 +344,7 @@ def mixed_sliding(draw: Draw, k: int) -> Problem:
 
 
 def rigid_sliding(draw: Draw, k: int) -> Problem:
-    """Two contacts whose slips are those of one rigid motion; in line, they slide both."""
+    """Two contacts whose sliding velocities are those of one rigid motion; on one line both slide."""
     while True:
         arms, tangents = draw.contacts(2)
         mu = [draw.grid(0, 2) for _ in range(2)]
@@ -377,7 +377,7 @@ def rigid_sliding(draw: Draw, k: int) -> Problem:
 
 
 def slender(draw: Draw, k: int) -> Problem:
-    """Small ρ, long arms, much friction, sliding into the arm: Painlevé's ground."""
+    """Small ρ, long arms, high friction, sliding towards the arm: near Painlevé's paradox."""
     n = 1 + k % 3
     arms: list[Pair] = []
     while len(arms) < n:
@@ -395,7 +395,7 @@ def slender(draw: Draw, k: int) -> Problem:
 
 
 def slender_at_rest(draw: Draw, k: int) -> Problem:
-    """Two or three long legs, much friction, no motion: several modes at once."""
+    """Two or three long legs, high friction, no motion: several consistent modes."""
     n = 2 + k % 2
     arms: list[Pair] = []
     while len(arms) < n:
@@ -410,7 +410,7 @@ def slender_at_rest(draw: Draw, k: int) -> Problem:
 
 
 def flat_floor(draw: Draw, k: int) -> Problem:
-    """Three or four contacts in line on one floor: at rest, all sliding one way, or mixed."""
+    """Three or four contacts on one flat floor: at rest, all sliding one way, or mixed."""
     n = 3 + k % 2
     tangent = FLAT if k % 5 < 3 else draw.tangent()
     height = draw.grid(-2, -0.25)
@@ -435,7 +435,7 @@ def flat_floor(draw: Draw, k: int) -> Problem:
 
 
 def coincident(draw: Draw, k: int) -> Problem:
-    """Two contacts at one place, on one slope or in a groove; a third one elsewhere at times."""
+    """Two contacts at one place, on one slope or in a groove; sometimes a third one elsewhere."""
     arms, tangents = draw.contacts(2 + k % 2)
     arms[1] = arms[0]
     if draw.rng.random() < 0.5:
@@ -461,7 +461,7 @@ def parallel(draw: Draw, k: int) -> Problem:
 
 
 def separated(draw: Draw, k: int) -> Problem:
-    """One contact at least is apart; in some cases all are."""
+    """At least one contact is separated; in some cases all are."""
     n = 1 + k % 4
     arms, tangents = draw.contacts(n)
     mu = [draw.grid(0, 2) for _ in range(n)]
@@ -471,7 +471,7 @@ def separated(draw: Draw, k: int) -> Problem:
 
 
 def squeezed(draw: Draw, k: int) -> Problem:
-    """Walls and ceilings too: normals in all directions, forces that can wedge."""
+    """Walls and ceilings too: normals in all directions, possibly wedging."""
     n = 2 + k % 2
     arms = [draw.arm(below=False) for _ in range(n)]
     tangents = [draw.any_tangent() for _ in range(n)]
@@ -483,7 +483,7 @@ def squeezed(draw: Draw, k: int) -> Problem:
 
 
 def impulse(newton: bool) -> Callable[[Draw, int], Problem]:
-    """Impacts: velocities for accelerations; the bias of Newton's law is (0, e v_n)."""
+    """Impacts: velocities instead of accelerations; the bias of Newton's law is (0, e v_n)."""
 
     def make(draw: Draw, k: int) -> Problem:
         n = 1 + k % 3
@@ -510,7 +510,7 @@ def impulse(newton: bool) -> Callable[[Draw, int], Problem]:
 
 
 def no_gravity(draw: Draw, k: int) -> Problem:
-    """No load at all but spin: at rest every force can be zero."""
+    """No load except spin: at rest all forces can be zero."""
     n = 1 + k % 3
     arms, tangents = draw.contacts(n)
     mu = [draw.grid(0, 2) for _ in range(n)]
@@ -524,7 +524,7 @@ def no_gravity(draw: Draw, k: int) -> Problem:
 
 
 def no_normal_force(draw: Draw, k: int) -> Problem:
-    """A contact whose normal acceleration is 0 without any force: it is closed, its force 0."""
+    """A contact whose normal acceleration is 0 without forces: it is closed with force 0."""
     n = 1 + k % 2
     arms, _ = draw.contacts(n)
     mu = [draw.grid(0, 2) for _ in range(n)]
@@ -532,7 +532,7 @@ def no_normal_force(draw: Draw, k: int) -> Problem:
     pull = draw.grid(-1, 1)
     sliding: list[int | None] = [draw.rng.choice((0, 1, -1)) for _ in range(n)]
     body = draw.body()
-    if k % 3 == 0:  # gravity outweighed by the spin: −1 − c θ̇² = 0
+    if k % 3 == 0:  # gravity balanced by the spin: −1 − c θ̇² = 0
         return build(
             [(b, Fraction(-1)), *arms[1:]],
             [FLAT] * n,
@@ -544,14 +544,14 @@ def no_normal_force(draw: Draw, k: int) -> Problem:
         )
     if k % 3 == 1:  # a load along the floor
         free = (pull, Fraction(0), Fraction(0))
-    else:  # a fall and a turn that leave the contact where it is
+    else:  # a fall and a rotation without motion of the contact
         turn = draw.nonzero(-1, 1)
         free = (pull, -b * turn, turn)
     return build(arms, [FLAT] * n, mu, sliding, free=free, **body)
 
 
 def squeezed_impulse(draw: Draw, k: int) -> Problem:
-    """Newton's law with walls and ceilings: restitution and friction may have no answer together."""
+    """Newton's law with walls and ceilings: restitution and friction may have no common solution."""
     problem = impulse(newton=True)(draw, 1 + k % 2)
     tangents = tuple(draw.any_tangent() for _ in problem.tangents)
     turned = replace(problem, tangents=tangents)
@@ -574,7 +574,7 @@ def _rate(row: Row, velocity: Row) -> Fraction:
 def sought(
     wanted: Callable[[int], bool], *makers: Callable[[Draw, int], Problem]
 ) -> Callable[[Draw, int], Problem]:
-    """Problems of other classes in turn, drawn until the number of their words is as wanted."""
+    """Problems of other classes in turn, drawn until their number of words is the required one."""
 
     def make(draw: Draw, k: int) -> Problem:
         while True:
@@ -587,7 +587,7 @@ def sought(
 
 
 def axis_painleve(draw: Draw, k: int) -> Problem:
-    """A sliding contact exactly at Painlevé's threshold, all numbers doubles: P = 0.
+    """A sliding contact exactly at Painlevé's threshold P = 0, with all numbers doubles.
 
     With ρ = 1/2 and b = 1/2: 1 + 4b(b + σμc) = 0 for c = −1/μ if σ = 1; mirrored for σ = −1.
     """
@@ -657,7 +657,7 @@ CLASSES: dict[str, Callable[[Draw, int], Problem]] = {
 def all_cases(seed: int = SEED, per_class: int = PER_CLASS) -> list[Case]:
     """The stated cases, then ``per_class`` of every class; the same for the same seed.
 
-    Each class has a stream of its own: more cases continue the fewer.
+    Each class has its own stream: a larger number of cases extends the smaller one.
     """
     cases = stated_cases()
     for kind, make in CLASSES.items():
@@ -667,7 +667,7 @@ def all_cases(seed: int = SEED, per_class: int = PER_CLASS) -> list[Case]:
 
 
 def main() -> None:
-    """Print how many words the problems of every class have, and what solving them costs."""
+    """Prints the numbers of words of the problems of every class, and the time to solve them."""
     cases = all_cases()
     seconds: dict[int, list[float]] = {}
     for case in cases:

@@ -1,7 +1,7 @@
-"""Contact-mode problems of continuous data, by class, and problems placed close to an edge of a word.
+"""Contact-mode problems with continuous data, by class, and problems close to an edge of a word.
 
-All numbers are doubles, carried as fractions: what is solved in doubles and what is solved exactly are
-the same problem. Tangents are of length one up to rounding, as they are wherever an angle was given.
+All numbers are doubles, stored as fractions: the problems solved in doubles and exactly are the same. Tangents are of length
+one up to rounding, as they are if computed from an angle.
 """
 
 import math
@@ -21,10 +21,9 @@ from modes_oracle import (
 )
 from modes_problems import mixed_speeds
 
-#: Powers of ten between which distances from an edge are drawn, relative to the load or to the friction.
+#: Range of the powers of ten of the distances from an edge, relative to the load or to the friction.
 NEAREST, FARTHEST = -12, -5
-#: How far a number may be moved to reach an edge, loads being of order one; what load remains is no less
-#: than its reciprocal.
+#: Largest change of a number to reach an edge, for loads of order one; the remaining load is at least its reciprocal.
 LARGEST = 8
 FLAT = (Fraction(1), Fraction(0))
 ZERO = Fraction(0)
@@ -46,7 +45,7 @@ class Draw:
         return Fraction(self.rng.uniform(low, high))
 
     def distance(self) -> Fraction:
-        """How close to an edge: every power of ten is as likely as the others."""
+        """A distance from an edge: all powers of ten are equally likely."""
         return Fraction(10 ** self.rng.uniform(NEAREST, FARTHEST))
 
     def sign(self) -> int:
@@ -66,7 +65,7 @@ class Draw:
         )
 
     def short_tangent(self, steepest: float) -> Pair:
-        """The same as ``tangent`` in multiples of 2⁻³⁰, of length one to 10⁻¹²."""
+        """As ``tangent``, in multiples of 2⁻³⁰, of length one to 10⁻¹²."""
         one = 2**30
         while True:
             x = round(one * math.cos(self.rng.uniform(0, min(steepest, math.pi / 2))))
@@ -84,18 +83,18 @@ class Draw:
         )
 
     def load(self) -> Row:
-        """Gravity; in three cases of four with any wrench on top of it."""
+        """Gravity; in three cases of four with an additional wrench."""
         if self.rng.random() < 0.25:
             return ZERO, Fraction(-1), ZERO
         return self.number(-1, 1), self.number(-2, 0.5), self.number(-2, 2)
 
     def speeds(self, n: int) -> tuple[int | None, ...]:
-        """Any mixture of slip, rest and separation, at least one contact closed."""
+        """Any mixture of sliding, resting and separated contacts, at least one closed."""
         return tuple(mixed_speeds(self.rng, n))
 
 
 def spun(problem: Problem, spin2: Fraction) -> Problem:
-    """The bias of a body turning with θ̇² = ``spin2``: (−b, −c) θ̇², b = t·d and c = n·d, rounded."""
+    """The bias of a body rotating with θ̇² = ``spin2``: (−b, −c) θ̇², b = t·d and c = n·d, rounded."""
     bias = tuple(
         (
             rounded(-(tx * dx + ty * dy) * spin2),
@@ -107,7 +106,7 @@ def spun(problem: Problem, spin2: Fraction) -> Problem:
 
 
 def body(draw: Draw, arms: tuple[Pair, ...], **fields: object) -> Problem:
-    """Contacts on slopes up to 45° of a body at rest, but for ``fields``."""
+    """Contacts on slopes up to 45° of a body at rest, unless ``fields`` are given."""
     n = len(arms)
     radius = fields.pop("radius", None) or draw.number(0.25, 2)
     resting = Problem(
@@ -134,7 +133,7 @@ def pair_at_rest(low: float, high: float) -> Callable[[Draw, int], Problem]:
 
 
 def at_rest(draw: Draw, k: int) -> Problem:
-    """One to four contacts at rest, in every other problem with walls and ceilings too."""
+    """One to four contacts at rest, in every other problem also on walls and ceilings."""
     n = 1 + k % 4
     problem = body(draw, draw.legs(n))
     if k // 4 % 2:
@@ -145,14 +144,14 @@ def at_rest(draw: Draw, k: int) -> Problem:
 
 
 def mixed_sliding(draw: Draw, k: int) -> Problem:
-    """One to four contacts that slide, rest or are apart in any mixture, while the body turns."""
+    """One to four sliding, resting or separated contacts in any mixture, while the body rotates."""
     n = 1 + k % 4
     problem = body(draw, draw.legs(n), sliding=draw.speeds(n))
     return spun(problem, draw.number(0, 2))
 
 
 def slender(draw: Draw, k: int) -> Problem:
-    """Long legs, a small ρ, much friction, most contacts sliding into their legs: Painlevé's ground."""
+    """Long legs, small ρ, high friction, most contacts sliding towards their legs: near Painlevé's paradox."""
     n = 1 + k % 4
     arms = tuple((draw.number(-2, 2), draw.number(-3, -1)) for _ in range(n))
     problem = body(
@@ -186,10 +185,10 @@ def flat_floor(draw: Draw, k: int) -> Problem:
 
 
 def impulse(draw: Draw, k: int) -> Problem:
-    """An impact on one to four contacts, inelastic or Newton's, in every other problem between walls.
+    """An impact on one to four contacts, inelastic or with Newton's law, in every other problem between walls.
 
-    Newton's law has bias e·rate, of which doubles of few bits leave nothing to round: −e times the
-    velocity then takes all contacts with it, however many there are.
+    Newton's law has bias e·rate, which is exact for doubles of few bits: −e times the velocity is then a solution for any
+    number of contacts.
     """
     n = 1 + k % 4
     while True:
@@ -212,7 +211,7 @@ def impulse(draw: Draw, k: int) -> Problem:
     )
 
 
-#: Classes in which no number is close to an edge but by chance.
+#: Classes in which numbers are close to an edge only by chance.
 CLASSES: dict[str, Callable[[Draw, int], Problem]] = {
     "two at rest, low friction": pair_at_rest(0, 0.4),
     "two at rest, high friction": pair_at_rest(0.5, 3),
@@ -229,17 +228,17 @@ CLASSES: dict[str, Callable[[Draw, int], Problem]] = {
 
 @dataclass(frozen=True)
 class Edge:
-    """A problem in which a condition of a word is met or missed by little."""
+    """A problem in which a condition of a word is nearly violated or nearly satisfied."""
 
     problem: Problem
     word: str
-    #: What the condition has to spare, relative to the load (FF: what friction has, relative to itself);
-    #: negative where it fails.
+    #: Margin of the condition, relative to the load (FF: margin of the friction, relative to itself); negative where it
+    #: fails.
     distance: float
 
 
 def solved(problem: Problem, word: str) -> Motion | None:
-    """The motion of the word's equations whatever its inequalities; None if it is not unique."""
+    """The motion by the word's equations, without its inequalities; None if it is not unique."""
     m, rho2 = problem.mass, problem.rho2
     rows: list[tuple[Row, Fraction]] = []
     pushes: list[tuple[int, Fraction, Fraction]] = []  # contact, f_t and f_n of a unit
@@ -294,7 +293,7 @@ def linear_solution(rows: list[list[Fraction]]) -> list[Fraction] | None:
 
 
 def spare(problem: Problem, word: str, kind: str, i: int, side: int) -> Fraction | None:
-    """What the condition of contact ``i`` has to spare: a force over the mass, or an acceleration."""
+    """Margin of the condition of contact ``i``: a force over the mass, or an acceleration."""
     motion = solved(problem, word)
     if motion is None:
         return None
@@ -318,7 +317,7 @@ def unit(problem: Problem) -> Fraction:
 
 
 def moves(problem: Problem, kind: str, i: int) -> list[Callable[[Fraction], Problem]]:
-    """The ways to a problem with one number moved: μ_i, the load, or the bias where there is one."""
+    """The possible changes of a problem in one number: μ_i, the load, or the bias if there is one."""
     found: list[Callable[[Fraction], Problem]] = []
     if kind == "cone":
 
@@ -359,7 +358,7 @@ LETTERS = {"cone": "F", "lift-off": "FRL", "onset": "RL", "separation": "S"}
 
 
 def near(kind: str) -> Callable[[Draw, int], Edge]:
-    """One to three contacts; one condition of one word met or missed by little, all others met.
+    """One to three contacts; one condition of one word is nearly violated or nearly satisfied, all others are satisfied.
 
     | kind       | condition       |
     | ---------- | --------------- |
@@ -414,7 +413,7 @@ def placed(
     side: int,
     aim: Fraction,
 ) -> Edge | None:
-    """The problem moved until the condition has ``aim`` to spare: it is affine in what is moved."""
+    """The problem changed until the condition has the margin ``aim``: the margin is affine in the changed number."""
     here, there = (spare(move(Fraction(by)), word, kind, i, side) for by in (0, 1))
     if here is None or there is None or here == there:
         return None
@@ -429,10 +428,10 @@ def placed(
 
 
 def near_squeeze(draw: Draw, k: int) -> Edge:
-    """Two fixed contacts whose internal force has hardly an interval, or just none: friction scaled.
+    """Two fixed contacts whose internal force has a short interval, or just none, by a factor on friction.
 
-    Either the interval closes, or the contacts begin to wedge and it comes in from infinity: then the
-    forces are as large as the distance is small.
+    Either the interval vanishes, or the contacts begin to wedge and it starts at infinity: then the forces are as large as
+    the distance is small.
     """
     while True:
         problem = body(draw, draw.legs(2), friction=(draw.number(0.2, 2),) * 2)
@@ -458,7 +457,7 @@ def near_squeeze(draw: Draw, k: int) -> Edge:
 
 
 def near_floor(draw: Draw, k: int) -> Edge:
-    """Two to four contacts on a level floor, about to slide all together or to tip over the outer one."""
+    """Two to four contacts on a level floor, about to slide together or to tip over the outer one."""
     n = 2 + k % 3
     while True:
         problem = replace(
@@ -471,7 +470,7 @@ def near_floor(draw: Draw, k: int) -> Edge:
         if push <= 0:
             continue
         aim = draw.sign() * draw.distance()
-        # Held, the floor pushes by (−x, −y) at the place that balances the torque.
+        # If the body is held, the force of the floor is (−x, −y) at the point that balances the torque.
         torque = -turn * problem.rho2
         place = (torque + height * x) / push
         feet = sorted(foot for foot, _ in problem.arms)

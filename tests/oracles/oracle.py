@@ -1,6 +1,6 @@
 """Frictionless two-contact motion in arbitrary precision, up to its Zeno point.
 
-An oracle for the tests: event by event, in decimal numbers, with no step taken in double precision.
+An oracle for the tests: event by event, in decimal numbers, without any step in double precision.
 Inputs are exact doubles. Two models share one loop (notation: docs/notation.md):
 
 * local: geometry frozen at the nominal posture, inputs ``e g1 g2 psi1 psi2 phi1 phi2`` and the state
@@ -8,7 +8,7 @@ Inputs are exact doubles. Two models share one loop (notation: docs/notation.md)
 * full: finite rotation, inputs ``e g rho``, centre of mass ``x_x x_y``, points ``x1_x x1_y x2_x x2_y``,
   slopes ``alpha1 alpha2``, configuration ``r_x r_y theta`` and velocity ``v_x v_y omega``.
 
-After every impact the rest of the motion is predicted from the geometry of that moment; ``orbit``
+After every impact the remaining time is predicted from the geometry at that time; ``orbit``
 stops when further impacts no longer change the predicted Zeno time.
 """
 
@@ -44,17 +44,17 @@ FULL_INPUTS = (
 LOCAL_STATE = ("h1", "h2", "theta", "u1", "u2", "omega")
 FULL_STATE = ("r_x", "r_y", "v_x", "v_y", *LOCAL_STATE)
 
-LOCAL_DIGITS = 40  # relative accuracy asked of the Zeno time
+LOCAL_DIGITS = 40  # relative accuracy of the Zeno time
 FULL_DIGITS = 36
-GUARD_DIGITS = 40  # carried beyond them
+GUARD_DIGITS = 40  # additional digits in the computation
 COLLISION_LIMIT = 200_000
 
-#: Gap below zero, relative to the size of the body, that still counts as touching.
+#: Gap below zero, relative to the size of the body, that counts as touching.
 TOUCH = 1e-12
-#: A frozen one-contact tail is believed only if the other gap ends above this share of its terms.
+#: A frozen one-contact tail is accepted only if the other gap ends above this part of its terms.
 FROZEN_MARGIN = 1e-6
-#: What all later corrections of the Zeno time may add to the largest of the last three: they shrink
-#: at least by e^(1/3) a time, so their sum stays below 100 of them up to e = .97.
+#: Sum of all later corrections of the Zeno time, in units of the largest of the last three. They shrink by at least e^(1/3)
+#: each, so their sum is below 100 of them up to e = .97.
 CORRECTION_SUM = 100
 
 
@@ -84,7 +84,7 @@ class Zeno:
 
 @dataclass
 class Orbit:
-    """All impacts simulated one by one, and the Zeno point they lead to."""
+    """All impacts simulated one by one, and the Zeno point at their end."""
 
     zeno: Zeno
     collisions: list = field(default_factory=list)
@@ -92,7 +92,7 @@ class Orbit:
 
 @contextmanager
 def arithmetic(digits):
-    """Operations with this many digits, for use inside of the ``with`` statement only."""
+    """Operations with this number of digits, for use inside of the ``with`` statement only."""
     with localcontext(prec=digits):
         yield SimpleNamespace(
             number=Decimal,
@@ -132,12 +132,12 @@ DOUBLE = SimpleNamespace(
 
 
 def bounce_time(motion, a, margin=0):
-    """Duration of the bouncing at ``a`` alone, or None if the other contact lands on the way.
+    """Duration of the bouncing at ``a`` alone, or None if the other contact lands before its end.
 
-    T = 2 u_a/(g_a (1 − e)). After bounce j the gap of b is a quadratic in x = e^j; b is pushed down
-    by every bounce if ψ_a ≥ 0, so that its gap is concave and only its end x = 0 matters. If ψ_a < 0
-    it is concave between bounces only, and every x = e^j is looked at [docs/notation.md]. Where the
-    other contact is accelerated away (fast spin), the gap must outweigh every fall there could be.
+    T = 2 u_a/(g_a (1 − e)). After bounce j the gap of b is a quadratic in x = e^j. If ψ_a ≥ 0, every bounce pushes b down, so
+    its gap is concave and only its end x = 0 matters. If ψ_a < 0, it is concave only between bounces, and every x = e^j is
+    tested [docs/notation.md]. Where the other contact is accelerated away (fast spin), the gap must be larger than every
+    possible fall.
     """
     e, b = motion.e, 1 - a
     psi, g_a, g_b = motion.psi(a), motion.gravity(a), motion.gravity(b)
@@ -172,10 +172,10 @@ def bounce_time(motion, a, margin=0):
 
 
 def clatter_time(motion, a):
-    """Remaining time of the alternation that follows an impact at ``a``, without gravity, in s.
+    """Remaining time of the alternation after an impact at ``a``, without gravity, in s.
 
-    An upper bound of the time with gravity, and equal to it in the limit. None outside the cone
-    ψ_i > 0, P ≥ 2√e, √(ψ_a/ψ_b) u_a ≤ λ₊ |u_b|, u_b < 0. λ² − P λ + e = 0.
+    An upper bound of the time with gravity, and equal to it in the limit. None outside the cone ψ_i > 0, P ≥ 2√e, √(ψ_a/ψ_b)
+    u_a ≤ λ₊ |u_b|, u_b < 0. λ² − P λ + e = 0.
     """
     e, b = motion.e, 1 - a
     psi_a, psi_b, u_a, u_b = motion.psi(a), motion.psi(b), motion.u[a], motion.u[b]
@@ -278,7 +278,7 @@ class LocalMotion:
         return dict(zip(LOCAL_STATE, (*h, theta, *u, omega), strict=True))
 
     def settle_both(self, T):
-        """State when both contacts have settled after the time ``T``.
+        """State when both contacts have come to rest after the time ``T``.
 
         No impact changes θ + a·h, a_1 = (φ_1 + ψ_1 φ_2)/(1 − ψ_1 ψ_2): it falls freely.
         """
@@ -297,7 +297,7 @@ class LocalMotion:
 
 
 class FullMotion:
-    """Finite rotation, in gap coordinates: no gap is ever a difference of positions after the start.
+    """Finite rotation, in gap coordinates: after the start no gap is a difference of positions.
 
     ``b[i]``, ``c[i]`` are ∂h_i/∂θ and its companion, db/dθ = −c, dc/dθ = b. Masses divided by m.
     """
@@ -347,7 +347,7 @@ class FullMotion:
         return self._g[i] + self.c[i] * self.omega**2
 
     def gap(self, i, dt):
-        """Gap, its rate and −(its acceleration) after the flight ``dt``, free of cancellation."""
+        """Gap, its rate and −(its acceleration) after the flight ``dt``, without cancellation."""
         w, g, b, c = self.omega, self._g[i], self.b[i], self.c[i]
         cos, sin, one_less_cos, sin_less_x = self.ctx.turn(w * dt)
         return (
@@ -433,8 +433,8 @@ class FullMotion:
         return self._state(T, jump, shift, h, u)
 
     def settle_both(self, T):
-        """State when both contacts have settled after the short time ``T``: the free flight, moved
-        back to h = 0 and u = 0 along M⁻¹N_iᵀ, that is orthogonally in the mass metric."""
+        """State when both contacts have come to rest after the short time ``T``: the free flight, moved back to h = 0 and u =
+        0 along M⁻¹N_iᵀ, that is, orthogonally in the mass metric."""
         fall = [self.h[i] + self.u[i] * T - self.gravity(i) * T**2 / 2 for i in (0, 1)]
         speed = [self.u[i] - self.gravity(i) * T for i in (0, 1)]
         zero = self.ctx.number(0)
@@ -442,7 +442,7 @@ class FullMotion:
         return self._state(T, jump, shift, [zero, zero], [zero, zero])
 
     def _cancel(self, w):
-        """The combination of pushes at both contacts that changes the rates by −w."""
+        """The combination of impulses at both contacts that changes the rates by −w."""
         psi1, psi2 = self.psi(0), self.psi(1)
         det = 1 - psi1 * psi2
         first = self.push(0, -(w[0] + psi2 * w[1]) / det)
@@ -459,7 +459,7 @@ class FullMotion:
 
 
 def parabola_root(sqrt, h, u, g):
-    """Positive root of h + u t − g t²/2 for h ≥ 0, g > 0, in the form that does not cancel."""
+    """Positive root of h + u t − g t²/2 for h ≥ 0, g > 0, in the form without cancellation."""
     s = sqrt(u * u + 2 * g * h)
     if u >= 0:
         return (u + s) / g
@@ -469,7 +469,7 @@ def parabola_root(sqrt, h, u, g):
 def orbit(inputs, digits=None, ctx=None, at_least=0):
     """Simulate the collisions until the Zeno time is known to ``digits`` digits.
 
-    ``at_least`` asks for more collisions, for a comparison one by one.
+    ``at_least``: least number of collisions, for a comparison one by one.
     """
     full = "rho" in inputs
     digits = digits or (FULL_DIGITS if full else LOCAL_DIGITS)
@@ -514,7 +514,7 @@ def _rest(motion, at_rest):
 
 
 def collide(motion, collisions):
-    """Fly to the next landing and strike; ties go to the lowest contact. Return its index."""
+    """Advance to the next landing and apply its impact; of simultaneous ones the lowest contact is first. Return its index."""
     ctx = motion.ctx
     guess = [
         parabola_root(ctx.sqrt, motion.h[i], motion.u[i], abs(motion.gravity(i)))
@@ -565,7 +565,7 @@ def _correction(ends, exact_tails):
 
 
 def _window(collisions):
-    """Durations of the last two stretches of 16 collisions."""
+    """Durations of the last two groups of 16 collisions."""
     if len(collisions) < 33:
         return None
     now, mid, old = collisions[-1].time, collisions[-17].time, collisions[-33].time
@@ -573,7 +573,7 @@ def _window(collisions):
 
 
 def _exhausted(collisions, tolerance):
-    """Whether an accumulation without a closed form has nothing left that could be seen."""
+    """Whether the rest of an accumulation without a closed form is below the required accuracy."""
     window = _window(collisions)
     if window is None:
         return False
@@ -584,7 +584,7 @@ def _exhausted(collisions, tolerance):
 
 
 def _geometric_tail(collisions):
-    """Time still to come if stretches go on shrinking as they do, doubled."""
+    """Remaining time if the durations of the groups keep their ratio, doubled."""
     new, old = _window(collisions)
     return 2 * new * new / (old - new) if new else new
 
@@ -606,7 +606,7 @@ def _arrive(motion, a, found, error):
     )
 
 
-#: Relative size of the moves whose effect is divided back to one ulp.
+#: Relative size of the changes of inputs whose effect is scaled to one ulp.
 MOVE = 2.0**-28
 DOUBLE_DIGITS = 17
 
@@ -619,20 +619,19 @@ class Sensitivity:
     verdict_stable: bool
 
     def largest(self, output):
-        """Largest change of ``output`` when one input moves."""
+        """Largest change of ``output`` when one input changes."""
         return max(self.changes[output].values())
 
     def total(self, output):
-        """Largest change of ``output`` when every input moves."""
+        """Largest change of ``output`` when every input changes."""
         return math.fsum(self.changes[output].values())
 
 
 def sensitivity(inputs, solved=None):
-    """How the Zeno time and the state there change as each input moves by one ulp.
+    """Changes of the Zeno time and of the state there when each input changes by one ulp.
 
-    Every input in turn is moved to either side: by 2⁻²⁸ of itself in double precision, and where
-    the two sides disagree, by one ulp in high precision. An input that is 0 does not move.
-    ``solved``: the orbit of the inputs, if it is known.
+    Every input in turn is changed with both signs: by 2⁻²⁸ of itself in double precision, and where the two signs disagree,
+    by one ulp in high precision. An input that is 0 is not changed. ``solved``: the orbit of the inputs, if it is known.
     """
     outputs = ("time", *(FULL_STATE if "rho" in inputs else LOCAL_STATE))
     changes = {name: {} for name in outputs}
@@ -666,7 +665,7 @@ def _outcome(solved):
 
 
 def _smooth(base, sides):
-    """Whether the verdict stays and the Zeno time moves alike to both sides, to 5 %."""
+    """Whether the verdict is the same and the changes of the Zeno time agree for both signs, to 5 %."""
     if any(side[0] != base[0] for side in sides):
         return False
     up, down = (side[1]["time"] - base[1]["time"] for side in sides)
@@ -675,13 +674,13 @@ def _smooth(base, sides):
 
 
 def conditioning(inputs):
-    """Largest change of the Zeno time, in s, when one input moves by one ulp."""
+    """Largest change of the Zeno time, in s, when one input changes by one ulp."""
     return sensitivity(inputs).largest("time")
 
 
 @dataclass
 class Answer:
-    """What a test needs of a case: the verdict, the time exactly, its conditioning in s."""
+    """Data of a case for a test: the verdict, the time exactly, its conditioning in s."""
 
     kind: str
     contact: int | None
@@ -692,7 +691,7 @@ class Answer:
 
 
 def answer(inputs):
-    """Solve and condition one case."""
+    """Solves one case and computes its conditioning."""
     result = orbit(inputs)
     change = sensitivity(inputs, result)
     return Answer(

@@ -1,4 +1,5 @@
-"""Inputs of the oracle, as named in ``oracle.LOCAL_INPUTS`` and ``FULL_INPUTS``: random ones, and the same through the package."""
+"""Inputs of the oracle, as named in ``oracle.LOCAL_INPUTS`` and ``FULL_INPUTS``: random ones, and the same run by the
+package."""
 
 import math
 
@@ -29,14 +30,14 @@ def draw_flight(rng):
 
 
 def draw_local(rng):
-    """Asymmetric couplings and gravities inside [10]; heights from 1 µm to 1 m."""
+    """Asymmetric couplings and gravities for which [10] holds; heights from 1 µm to 1 m."""
     e = draw_restitution(rng)
     bound = least_coupling(e)
     psi = bound + (1 - bound) * rng.uniform(0.02, 0.98)
     skew = math.exp(rng.uniform(-1.5, 1.5))
     g, h, u, speed = draw_flight(rng)
     if rng.random() < 0.2:
-        # One contact has just been hit.
+        # The start is right after an impact at one contact.
         i = rng.integers(2)
         h[i], u[i] = 0.0, abs(u[i])
     values = (e, *g, psi * skew, psi / skew, *rng.uniform(-2, 2, size=2))
@@ -81,8 +82,8 @@ def draw_full(rng):
 
 
 def draw_spinning(rng):
-    """Any body and terrain, turning at up to tens of rad/s: gaps that accelerate upwards, several
-    turns between landings, [10] not asked for."""
+    """Any body and terrain, rotating at up to tens of rad/s: gaps that accelerate upwards, several revolutions between
+    landings, without the condition [10]."""
     while True:
         v = draw_full(rng)
         v["rho"], v["e"] = (

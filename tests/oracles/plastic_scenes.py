@@ -1,4 +1,4 @@
-"""Bodies over level ground, let go."""
+"""Bodies released above level ground."""
 
 import math
 
@@ -28,7 +28,7 @@ def local(rates=(0.1, -1.9), restitution=0.1):
 
 
 def drop(posture, tilt=0.0, height=0.1, qdot=(0, 0, 0), **options):
-    """Let go above the ground, turned by `tilt`."""
+    """Released above the ground, rotated by `tilt`."""
     return sf.simulate(posture, (0, height, tilt), qdot, **options)
 
 

@@ -1,4 +1,4 @@
-"""Many runs at once: the ends of single runs, to the last bit, as arrays."""
+"""Many runs at once: the ends of single runs, with the same bits, as arrays."""
 
 import math
 
@@ -17,7 +17,7 @@ def starts(count):
 
 
 def rods(count):
-    """Clattering briefly and long, with friction and without."""
+    """Rods with short and long clattering, with and without friction."""
     return [
         sf.Posture.rod(
             half_length=0.5,

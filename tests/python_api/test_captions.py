@@ -1,4 +1,4 @@
-"""What pictures, `repr` and the report say of a run is true of it."""
+"""Pictures, `repr` and the report describe a run correctly."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from standfast.cli import story
 from standfast.table import is_infinite
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-#: From level ground to a wall that leans on the body by this, rad.
+#: Angle between the steepest slope and the vertical, rad.
 LEAN = 1e-9
 
 
@@ -27,7 +27,7 @@ def _close():
 
 
 def ladder(q=(0, 0, 0), friction=0.5, **options):
-    """A ladder 3 m high on a floor and against a wall, which is a contact's slope of all but -pi/2."""
+    """A ladder 3 m high on a floor and against a wall; the slope of the wall is close to -pi/2."""
     feet = [
         sf.Contact((1.0, 0.0), friction=friction),
         sf.Contact((0.0, 3.0), slope=LEAN - math.pi / 2, friction=friction),
@@ -36,7 +36,8 @@ def ladder(q=(0, 0, 0), friction=0.5, **options):
     return sf.simulate(posture, q, (0, 0, 0), **options)
 
 
-#: A run; its headline, where t is its time; the title of the report's list; in its repr; whether impacts accumulate in time.
+#: A run; its headline, with t for its time; the title of the list in the report; its repr; whether impacts accumulate in
+#: finite time.
 RUNS = {
     "one contact, plastic": (
         lambda: drop(body([0.0])),
@@ -192,14 +193,14 @@ def test_a_run_is_called_what_it_is(name):
     assert shown in repr(run)
     told = story(run, name)
     assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in told
-    # Nothing is said of infinitely many impacts where there are none, and no Zeno point named.
+    # Without infinitely many impacts no text mentions them or a Zeno point.
     infinite = any(is_infinite(p) for p in run.zeno_points)
     labels = " ".join(text.get_text() for text in axes[0].get_legend().get_texts())
     for text in (labels, repr(run), told.replace("no Zeno point", "")):
         assert ("Zeno point" in text) == infinite, text
     assert ("nfinitely many" in told) == infinite
     for text in (told, repr(run), *map(repr, run.zeno_points), labels, headline):
-        # One of a thing is no plural, and several are no singular.
+        # Singular for one item, plural for several.
         assert not re.search(r"(?<![\d.])1 (impacts|collisions|landings|points)", text)
         assert not re.search(r"\bcontacts \d+ (?!and|to)|contact \d+ and", text), text
 
@@ -229,7 +230,7 @@ def test_what_is_proved_of_a_plastic_landing():
 
 
 def test_a_run_that_takes_no_time_is_drawn():
-    """At rest, and sliding without end from the start on."""
+    """Runs at rest, and sliding without end, from the start."""
     for speed, outcome in ((0.0, "rest"), (1.0, "sliding")):
         smooth = sf.simulate(rod(0.1), (0, 0, 0), (speed, 0, 0))
         assert (smooth.outcome, smooth.elapsed) == (outcome, 0.0)
@@ -254,7 +255,7 @@ def test_the_legend_is_inside_the_figure(number, restitution):
         box = axes.get_legend().get_window_extent()
         assert figure.bbox.x0 <= box.x0
         assert box.x1 <= figure.bbox.x1
-        # No legend hangs down into the next panel.
+        # No legend reaches into the next panel.
         assert axes.get_window_extent().y0 <= box.y0
         assert box.y1 <= figure.bbox.y1
     looks = {
@@ -267,7 +268,7 @@ def test_the_legend_is_inside_the_figure(number, restitution):
 
 
 def spans(axes):
-    """Extents of the view, and of the body drawn last in it, both (2,), m."""
+    """Extents of the view and of the last body drawn in it, both (2,), m."""
     view = np.abs([np.diff(axes.get_xlim()), np.diff(axes.get_ylim())]).ravel()
     markers = [
         line.get_xydata()[0] for line in axes.lines if line.get_marker() in "o^sD+"
@@ -276,7 +277,7 @@ def spans(axes):
 
 
 def surfaces(axes):
-    """The lines of the ground, each (2, 2), m."""
+    """The lines of the ground, (2, 2), m."""
     return [x.get_xydata() for x in axes.lines if x.get_color() == plot.SURFACE]
 
 
@@ -299,7 +300,7 @@ def test_a_ladder_fills_its_panel(run):
     wall, floor = sorted(surfaces(axes), key=lambda line: np.ptp(line[:, 0]))
     low, high = axes.get_ylim()
     assert np.ptp(wall[:, 0]) < 1e-6
-    # The floor goes from the wall to the edge of the view, and the wall from the floor upwards.
+    # The floor extends from the wall to the edge of the view, and the wall upwards from the floor.
     assert abs(wall[:, 0]).max() < 1e-6
     assert sorted(wall[:, 1]) == pytest.approx([0.0, high], abs=1e-6)
     assert sorted(floor[:, 0]) == pytest.approx([0.0, axes.get_xlim()[1]], abs=1e-6)
@@ -308,7 +309,7 @@ def test_a_ladder_fills_its_panel(run):
 
 
 def test_a_body_on_a_steep_slope_fills_its_panel():
-    """In front of one slope of all but a right angle, without gravity: it stays where it is."""
+    """In front of a slope of almost a right angle, without gravity: the body stays at its place."""
     slope = math.pi / 2 - LEAN
     foot = sf.Contact((0.0, 0.0), slope=slope, friction=1.0)
     posture = sf.Posture(1.0, 0.3, (-0.5, 0.0), [foot], 0.5, 0.0)
@@ -380,8 +381,8 @@ def test_ground_of_any_direction_is_cut_at_the_view(direction, expected):
     [
         (((-1, 0), (1, 0)), (-0.5, 0.5), (0.0, -math.tan(0.5))),  # a V
         (((-1, 0), (1, 0)), (0.5, -0.5), (0.0, math.tan(0.5))),  # a roof
-        (((0, 0), (1, 0.25)), (0.0, 0.0), None),  # a step: each ends halfway
-        (((0, 0), (1, 0.25)), (0.0, -0.01), None),  # these lines meet far away
+        (((0, 0), (1, 0.25)), (0.0, 0.0), None),  # a step: both lines end halfway
+        (((0, 0), (1, 0.25)), (0.0, -0.01), None),  # lines that meet far away
     ],
 )
 def test_lines_of_ground_end_where_they_meet(points, slopes, between):
@@ -397,7 +398,7 @@ def test_lines_of_ground_end_where_they_meet(points, slopes, between):
 
 
 def test_the_body_is_drawn_with_its_arms_and_its_hull():
-    """Of a square whose corners are given crosswise, with a contact inside."""
+    """For a square whose corners are listed crosswise, with one contact inside."""
     corners = [(0, 0), (1, 1), (1, 0), (0, 1), (0.4, 0.5)]
     feet = [sf.Contact(p, friction=0.5) for p in corners]
     posture = sf.Posture(1.0, 0.4, (0.5, 0.6), feet, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The command line: what it prints, what it writes, and how it refuses."""
+"""The command line: its output, its files and its error messages."""
 
 import json
 import math
@@ -42,7 +42,7 @@ record = false
 
 
 def refusal(capsys, *arguments, code=2):
-    """The one line on stderr with which these arguments are refused."""
+    """The one line on stderr for arguments that are refused."""
     assert main([str(argument) for argument in arguments]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -53,7 +53,7 @@ def refusal(capsys, *arguments, code=2):
 
 
 def scene(tmp_path, *, old="", new=""):
-    """The clattering rod with one text replaced, as a file."""
+    """The scene file of the clattering rod with one text replaced."""
     text = ROD.read_text(encoding="utf-8")
     assert old in text
     path = tmp_path / "scene.toml"
@@ -333,7 +333,7 @@ def test_interrupt(tmp_path, capsys):
     path = tmp_path / "endless.toml"
     path.write_text(ENDLESS, encoding="utf-8")
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
-    # A signal raised in a thread is handled by the main one, in the middle of the run.
+    # A signal raised in a thread is handled by the main one, during the run.
     timer.start()
     message = refusal(capsys, "run", path, code=130)
     timer.join()
@@ -341,7 +341,7 @@ def test_interrupt(tmp_path, capsys):
 
 
 def command(*arguments, **options):
-    """The installed command, in a process of its own."""
+    """The installed command, in a separate process."""
     program = Path(sys.executable).with_name("standfast")
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.run(
@@ -357,7 +357,7 @@ def test_a_pipe_without_a_reader_is_interrupted(tmp_path, option):
     with subprocess.Popen(
         program, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as running:
-        # The story has been told: what is left is to write.
+        # The messages are printed; only the file is left to write.
         while not running.stdout.readline().startswith(b"  gap rates"):
             pass
         running.send_signal(signal.SIGINT)

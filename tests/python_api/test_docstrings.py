@@ -1,4 +1,4 @@
-"""Every example in a docstring or in the README runs and prints what it says."""
+"""Every example in a docstring or in the README runs and prints the stated output."""
 
 import doctest
 import inspect
@@ -21,7 +21,7 @@ OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
 def core_docstrings():
-    """Docstrings of the compiled module, which the doctest finder does not see by itself."""
+    """Docstrings of the compiled module, which the doctest finder does not find."""
     for name, thing in vars(standfast._core).items():
         if name.startswith("__") or not inspect.getdoc(thing):
             continue
@@ -37,7 +37,7 @@ CORE = dict(sorted(core_docstrings()))
 
 
 def run_text(text, name):
-    """Run the examples of a text; return how many there were."""
+    """Run the examples of a text; return their number."""
     test = doctest.DocTestParser().get_doctest(text, {}, name, name, 0)
     result = doctest.DocTestRunner(optionflags=OPTIONS).run(test)
     assert result.failed == 0, name
@@ -117,7 +117,7 @@ def test_the_first_lines_say_what_ground_a_contact_has():
 
 
 def test_readme_commands(capsys, monkeypatch, tmp_path):
-    """What the README shows after `$ standfast …` is what the command prints."""
+    """The README shows after `$ standfast …` the output of the command."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
     shown = [block for block in blocks("console") if block.startswith("$ standfast ")]

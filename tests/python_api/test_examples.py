@@ -1,4 +1,4 @@
-"""Every example runs and shows the mechanics it is meant to show."""
+"""Every example runs and shows the intended mechanics."""
 
 import math
 import subprocess
@@ -29,12 +29,12 @@ def test_no_scene_gains_energy_or_enters_the_terrain(name):
     t, q, qdot = run.sample(2000)
     gaps, rates = run.gaps_at(t)
     assert gaps.min() >= 0.0
-    # The gaps carried along are those of the body: a missed impact would tell them apart. After 1400 rad
-    # θ is rounded to 2e-13 rad, which 100 rad/s make 2e-11 m/s, and some seconds 1e-10 m.
+    # The gaps of the run must agree with those of the body; they would not after a missed impact. After 1400 rad θ is rounded
+    # to 2e-13 rad, which gives 2e-11 m/s at 100 rad/s, and 1e-10 m after some seconds.
     np.testing.assert_allclose(run.posture.gaps(q), gaps, rtol=0, atol=1e-10)
     np.testing.assert_allclose(run.posture.gap_rates(q, qdot), rates, rtol=0, atol=1e-8)
     energy = run.energy(t)
-    # Rounding of the energy's largest term at the start.
+    # Rounding error of the largest term of the energy at the start.
     scale = abs(energy).max()
     assert np.diff(energy).max() <= 1e-12 * scale
 
@@ -57,14 +57,14 @@ def test_bouncing_ball():
     assert (zeno.kind, zeno.contact, zeno.certified) == ("1-zeno", 1, True)
     end = math.sqrt(2 / 9.81) * 1.7 / 0.3
     assert abs(zeno.time - end) <= 4 * math.ulp(end)
-    # Between the impacts k and k + 1, e^k of the first speed is left.
+    # Between the impacts k and k + 1 the speed is e^k times the first one.
     first = math.sqrt(2 / 9.81)
     speed = 9.81 * first
     time = first
     for k in range(1, 20):
         time += 2 * 0.7**k * speed / 9.81
         gaps, _ = run.gaps_at(time - 0.7**k * speed / 9.81)
-        # The top of each arc, e^2k of the first height; the time has a few roundings.
+        # The top of each arc is e^2k times the first height; the time has a few rounding errors.
         assert float(np.ravel(gaps)[0]) == pytest.approx(0.49**k, rel=1e-10)
 
 
@@ -73,8 +73,8 @@ def test_rocking_block():
     assert run.outcome == "rest"
     assert run.time < 10.0
     np.testing.assert_allclose(run.q, 0.0, atol=1e-12)
-    # It starts on its left corner, and turns about it until the right one lands: by the energy,
-    # ½(ρ² + ¼) ω² = g r_y, and the right corner comes down with 1 m · ω.
+    # The block starts on its left corner and rotates about it until the right one lands. By the energy, ½(ρ² + ¼) ω² = g r_y,
+    # and the right corner lands with 1 m · ω.
     start = run.zeno_points[0]
     assert (start.method, start.contact, start.time) == ("rest", 1, 0.0)
     first = run.impacts[0]
@@ -90,7 +90,7 @@ def test_v_terrain():
     assert (zeno.kind, zeno.method, zeno.certified) == ("2-zeno", "clatter", True)
     np.testing.assert_array_equal(zeno.gaps, 0.0)
     np.testing.assert_array_equal(zeno.gap_rates, 0.0)
-    # The velocity there: what is left of the fall along the only motion that keeps both contacts.
+    # The velocity there: the velocity of the fall, projected on the only motion that keeps both contacts.
     impact = run.impacts[-1]
     _, velocity = run.at(impact["time"])
     left = zeno.elapsed - impact["elapsed"]
@@ -107,14 +107,14 @@ def test_v_terrain():
 
 def test_stairs():
     run = run_of("stairs.toml")
-    # Down from the landing onto the floor, on one of its sides: a quarter turn is a multiple of π/2.
+    # The box falls from the upper level of the stairs to the floor and rests on one of its sides: θ is a multiple of π/2.
     assert run.outcome == "rest"
     assert run.q[1] == pytest.approx(-1.2, abs=1e-12)
     turns = run.q[2] / (0.5 * math.pi)
     assert turns == pytest.approx(round(turns), abs=1e-12)
     sides = run.posture.center_of_mass[0] + run.q[0] + np.array([-0.25, 0.25])
     assert sides.min() > 1.601
-    # The first corner over the edge: from −0.75 m at 3 m/s, braked by μg.
+    # The first corner beyond the edge: from −0.75 m at 3 m/s, decelerated by μg.
     first = run.phases[1]
     assert (first.cause, first.contact, first.mode) == ("left-segment", 2, "RSSS")
     pull = 0.3 * 9.81
@@ -124,7 +124,7 @@ def test_stairs():
 def test_fast_spin():
     run = run_of("fast_spin.toml")
     first = run.impacts[0]["time"]
-    # The first touchdown: before it no end is in the floor, however closely one looks.
+    # The first touchdown: before it no end is below the floor.
     t = np.linspace(0.0, first, 1_000_001)[:-1]
     end = 0.5 * np.sin(300.0 * t)
     height = 2.0 - 0.5 * 9.81 * t**2
@@ -132,7 +132,7 @@ def test_fast_spin():
     assert 2.0 - 0.5 * 9.81 * first**2 == pytest.approx(
         abs(0.5 * math.sin(300.0 * first)), abs=1e-12
     )
-    # Nothing but impacts slows it: the first one takes (1−e²)w²/(2D) of the energy.
+    # Only impacts reduce its energy: the first one takes (1−e²)w²/(2D).
     w = run.impacts[0]["rates_before"].min()
     b = 0.5 * math.cos(300.0 * first)
     lost = (1 - 0.1**2) * w**2 / (2 * (1 + b**2 / 0.2**2))

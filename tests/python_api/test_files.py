@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and what is there already is respected."""
+"""Files are written complete or not at all, and existing files keep their attributes."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""Sweeps: every point as the functions of one posture say it, on any number of threads, processes and chunks."""
+"""Sweeps: every point has the results of the functions of one posture, with any number of threads, processes and chunks."""
 
 import importlib.util
 import math
@@ -38,7 +38,7 @@ FIELDS = [
     "delicate",
     "amplification",
 ]
-#: Those that are answered without the corner map.
+#: The quantities that do not need the corner map.
 CHEAP = [
     name
     for name in FIELDS
@@ -72,7 +72,7 @@ def with_center(posture, x, y):
     )
 
 
-# Every point is what the function of one posture says.
+# Every point has the result of the function of one posture.
 
 
 def test_every_field_of_a_verdict_to_the_bit():
@@ -96,7 +96,7 @@ def test_every_field_of_a_verdict_to_the_bit():
 
 
 def random_posture(random):
-    """Stances of all kinds, with ties among them: equal contacts, no friction, no gravity."""
+    """Random postures of all kinds, with ties: equal contacts, no friction, no gravity."""
     pick = random.choice
     contacts = [
         sf.Contact(
@@ -118,7 +118,7 @@ def random_posture(random):
 
 
 def test_the_cheap_way_is_the_whole_verdict_to_the_bit():
-    """The answers without allocation and without the corner map, over random stances and their ties."""
+    """The results without allocation and without the corner map have the same bits, on random postures and ties."""
     random = np.random.default_rng(7)
     for _ in range(300):
         posture = random_posture(random)
@@ -151,7 +151,7 @@ def test_the_cheap_way_is_the_whole_verdict_to_the_bit():
     ],
 )
 def test_every_path_sets_its_number(path, value, changed):
-    """A posture with the number put in by hand has the same verdict, and another one than before."""
+    """A posture with the number set by hand has the same verdict as the sweep, and a different one from before."""
     fields = {
         "mass": VEE.mass,
         "gyration_radius": VEE.gyration_radius,
@@ -203,7 +203,7 @@ def test_fate_and_zeno_time_are_those_of_simulate():
         point = grid.sel(restitution=e)
         assert point["fate"].item() == run.outcome
         assert point["zeno_time"].item() == run.zeno_points[0].time
-    # Thrown up for a moment: there is no Zeno point within the time.
+    # Thrown upwards: there is no Zeno point within the time limit.
     short = sf.sweep(
         rod,
         {"restitution": [0.1]},
@@ -312,7 +312,7 @@ def test_a_question_is_picklable():
 
 
 class Failing(Executor):
-    """Answers some calls, then fails; counts what it was asked."""
+    """A function that succeeds for some calls, then fails; it counts its calls."""
 
     def __init__(self, answers):
         self.answers, self.asked = answers, []
@@ -345,7 +345,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path):
 
 
 def test_what_is_under_way_when_one_fails_is_kept(tmp_path):
-    """The first chunk fails at once, the second one has begun: it is waited for and kept."""
+    """The first chunk fails at once while the second one is running: the second one is finished and kept."""
     begun, failed = threading.Event(), threading.Event()
 
     class Two(ThreadPoolExecutor):
@@ -381,7 +381,7 @@ def test_a_broken_chunk_is_computed_again(tmp_path):
 
 
 def test_what_is_no_chunk_is_computed_again(tmp_path):
-    """Arrays of other kinds, of lengths that would fill the memory, and what keeps its reader waiting."""
+    """Files that are not chunks: arrays of other kinds, of lengths beyond the memory, and pipes."""
     ask = {"quantity": "coupling", "chunk": 100, "cache": tmp_path}
     whole = sf.sweep(VEE, PLACES, **ask)
     (folder,) = tmp_path.iterdir()
@@ -418,7 +418,7 @@ def test_another_question_is_another_folder(tmp_path):
 
 
 def test_ctrl_c_ends_a_sweep(tmp_path):
-    """A run that would take hours is interrupted; what was finished before is kept."""
+    """A run that would take hours is interrupted; chunks finished before are kept."""
     code = """
 import sys
 import standfast as sf
@@ -582,7 +582,7 @@ def test_a_map_is_drawn(quantity, tmp_path):
     assert axes.get_ylabel() == "centre of mass y / m"
     line = draw(sf.sweep(VEE, {"restitution": [0.1, 0.2, 0.3]}, quantity), path)
     (mesh,) = line.axes[0].collections or [None]
-    if mesh is not None:  # an area that can be seen
+    if mesh is not None:  # an area of visible size
         low, high = mesh.get_coordinates()[[0, -1], 0, 1]
         assert high > low
     if quantity == "stability":
@@ -685,7 +685,7 @@ def test_three_parameters_are_no_picture(tmp_path, capsys):
 
 
 def crossings(grid, name):
-    """Heights at which a flag changes over x = 0: the middles of their steps."""
+    """Heights at which a flag changes at x = 0: the middles of the steps."""
     line = grid[name].sel({"center_of_mass.x": 0.0})
     y = line["center_of_mass.y"].values
     at = np.flatnonzero(np.diff(line.values))
@@ -712,11 +712,12 @@ def test_third_figure(rho, clattering, strong):
     )
     both = grid["kinematic_strong"] & grid["clattering"]
     np.testing.assert_array_equal(grid["theorem_3"], both)
-    # As the paper says: under the terrain in (a), above it in (b).
+    # As stated in the paper: below the terrain in (a), above it in (b).
     ground = 8 / 15 * abs(x)
     above = (both & (grid["center_of_mass.y"] > ground)).any().item()
     assert above == (rho == 0.4)
-    # What Theorem 3 says stays; the sharper tests decide about half of the rest in (b), and nearly all of it in (a).
+    # The verdicts of Theorem 3 remain; the sharper tests decide about half of the other postures in (b), and nearly all in
+    # (a).
     assert (grid["stability"] == "stable").where(both, True).all()
     before, after = FIGURE.silent(grid)
     assert before == pytest.approx({0.8: 0.950, 0.4: 0.662}[rho], abs=0.01)
@@ -734,7 +735,7 @@ def test_the_figure_is_drawn(tmp_path, capsys):
 
 
 def test_second_figure(tmp_path):
-    """Impacts clatter to a common Zeno point just where (10) says that they do."""
+    """Impacts clatter to a common Zeno point exactly where (10) predicts it."""
     figure = example("second_figure")
     e, psi, found = figure.fates(60)
     above = psi > figure.clattering(e)[:, None]
@@ -762,7 +763,7 @@ def test_second_figure(tmp_path):
 
 
 def test_shape_chaos(tmp_path):
-    """The orbit known to be chaotic, and one that repeats; chaos only where impacts keep most of their speed."""
+    """The known chaotic orbit and a periodic one; chaos occurs only where impacts keep most of their speed."""
     figure = example("shape_chaos")
     assert figure.largest_exponent(0.9, 0.22) == pytest.approx(0.199, abs=0.01)
     e, psi = 0.7, 0.7

@@ -1,4 +1,4 @@
-"""Wrong inputs, and what is said of each: as a user reads it, whole, for a person to review."""
+"""Error messages for wrong inputs, in full, for review."""
 
 import math
 import os
@@ -43,7 +43,7 @@ BODY = "[body]\nmass = 1.0\ngyration_radius = 0.2\ncenter_of_mass = [0.0, 0.0]"
 BOTH = "[[contact]]\npoint = [-0.5, 0.0]\n[[contact]]"
 BOM = "\ufeff"
 
-#: A text replaced in TOML, by what, and the message behind the name of the file.
+#: A text in the TOML file, its replacement, and the message after the file name.
 IN_TOML = [
     # Numbers out of range.
     ("mass = 1.0", "mass = 0.0", "line 4, column 8: body.mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
@@ -65,7 +65,7 @@ IN_TOML = [
     (BODY, "body = [1.0, 0.2, [0.0, 0.0]]", "line 3, column 8, body: invalid type: array, expected a table"),
     ("[run]", "[[run]]", "line 14, column 1, run: invalid type: array, expected a table"),
     (BOTH, "[contact]", "line 7, column 1, contact: invalid type: table, expected an array of tables, each under [[contact]] in TOML"),
-    # Fields that are missing, unknown or there twice.
+    # Missing, unknown and duplicate fields.
     ("mass = 1.0\n", "", "line 3, column 1, body: missing field `mass`"),
     ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`"),
     ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
@@ -116,7 +116,7 @@ OPTIONS = (
     "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit,"
     " neighbourhood, tolerance, record, certify"
 )
-#: A body that is all but a point mass.
+#: A body that is almost a point mass.
 NEEDLE = sf.Posture.rod(half_length=0.5, gyration_radius=1e-9, restitution=0.1)
 
 
@@ -130,7 +130,7 @@ body = with_defaults(
 )
 
 
-#: What is asked for in Python, the error, and its message.
+#: A call in Python, the error, and its message.
 IN_PYTHON = [
     # Bodies.
     (lambda: body(mass=0), ValueError, "mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
@@ -162,7 +162,7 @@ IN_PYTHON = [
     (lambda: RUNS[1], IndexError, "index = 1 cannot be used: there are 1 runs, from 0"),
     (lambda: RUNS[True], TypeError, "index = True cannot be used: an integer is needed"),
     (lambda: sf.simulate_many(ROD, np.broadcast_to(0.0, (10**12, 3)), (0, 0, 0)), MemoryError, "1000000000000 runs take 512 bytes each"),
-    # Questions about postures.
+    # Functions of postures.
     (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture is needed"),
     (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
     (lambda: sf.stability(NEEDLE), ValueError, "distance of contacts.1.point from center_of_mass over gyration_radius = 499999999.99999994 is outside its range: length over gyration_radius at most 1e4: forces of longer ones have few digits left"),
@@ -196,7 +196,7 @@ def test_a_wrong_argument(tmp_path, monkeypatch, ask, kind, message):
     assert str(error.value) == message
 
 
-#: Arguments of the command, and what it says behind its name. There is `rod.toml` and a folder `folder.json`.
+#: Arguments of the command, and the message after its name. `rod.toml` and a folder `folder.json` exist.
 ON_THE_LINE = [
     ("walk", 'Unknown command "walk". Available commands: run, modes, stability, map, schema.'),
     ("run", 'Command "run" parameter --scene requires an argument.'),

@@ -1,4 +1,4 @@
-"""The options of a run have one list of defaults, that of the core: signatures and stubs say the same."""
+"""The options of a run have the same defaults in the core, in signatures and in stubs."""
 
 import ast
 import inspect
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import standfast as sf
 
-# Functions that take options: which ones they leave out, and the defaults of their own.
+# Functions that take options: the options that they leave out, and their own defaults.
 OWN_OF_A_BODY = {"model", "impact", "neighbourhood", "tolerance"}
 CALLS = {
     "simulate": (set(), {}),
@@ -27,7 +27,7 @@ def expected(name):
 
 
 def keywords(name):
-    """Keyword-only parameters of the function at run time, but for the number of threads."""
+    """Keyword-only parameters of the function at run time, except the number of threads."""
     function = sf
     for part in name.split("."):
         function = getattr(function, part)
@@ -40,7 +40,7 @@ def keywords(name):
 
 
 def stub_keywords(name):
-    """The same in the type stubs."""
+    """Keyword-only parameters of the function in the type stubs."""
     body = ast.parse(
         (Path(sf.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
     ).body

@@ -1,4 +1,4 @@
-"""Pictures of runs, judged by what is drawn."""
+"""Pictures of runs, checked by the objects drawn."""
 
 import math
 from itertools import combinations
@@ -26,7 +26,7 @@ def rod():
 
 
 def curves(axes):
-    """The lines of the contacts: neither markers nor vertical lines."""
+    """The lines of the contacts, without markers and vertical lines."""
     return [line for line in axes.lines if line.get_linestyle() not in ("None", ":")]
 
 
@@ -107,7 +107,7 @@ def test_approach_is_logarithmic_and_runs_to_the_right():
 
 
 def test_impacts_are_evenly_spaced_in_the_end():
-    """Without gravity the time left shrinks by e/λ₊² from impact to impact."""
+    """Without gravity the remaining time shrinks by e/λ₊² from impact to impact."""
     run = rod()
     e, psi = 0.1, run.posture.psi[0]
     product = (1 + e) * psi
@@ -159,7 +159,7 @@ def test_a_run_without_record_cannot_be_drawn():
 
 
 def texts(figure):
-    """Every text that is drawn: ticks outside the view are not."""
+    """Every visible text: ticks outside the view are not."""
     hidden = set()
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         low, high = sorted(axis.get_view_interval())

@@ -1,4 +1,4 @@
-"""Zero has no sign in results: not in arrays, not in JSON, not in what is printed."""
+"""Zero has no sign in results: not in arrays, not in JSON, not in printed texts."""
 
 import dataclasses
 import math
@@ -11,12 +11,12 @@ from bodies import order_for
 
 SCENES = int(os.environ.get("STANDFAST_ZERO_SCENES", "120"))
 
-# A zero with a sign that is a number by itself, not the beginning of -0.5 or the end of 1e-0.
+# A signed zero that is a complete number, not the beginning of -0.5 or the end of 1e-0.
 SIGNED = re.compile(r"(?<![\w.])-0(\.0*)?(?![\w.])")
 
 
 def signed_zeros(found, where):
-    """The places of the zeros with a sign, in numbers, arrays, texts, containers and the package's own objects."""
+    """The places of signed zeros in numbers, arrays, texts, containers and objects of the package."""
     if isinstance(found, str):
         return [f"{where}: {found}"] if SIGNED.search(found) else []
     if isinstance(found, float | np.floating):
@@ -77,7 +77,7 @@ class Dice:
 
 
 def results(dice, posture, q, qdot):
-    """Everything there is to ask of a motion, and of a posture."""
+    """All results of a motion and of a posture."""
     law = dice.pick(
         "newton", "newton", "poisson", "moreau", "stronge", "chatterjee-ruina"
     )

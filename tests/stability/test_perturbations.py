@@ -1,4 +1,4 @@
-"""Postures kicked a little: those that are stable come to rest where they stood, one that is not does not."""
+"""Small kicks of postures: stable ones come to rest at their place, an unstable one does not."""
 
 import math
 from itertools import pairwise
@@ -31,7 +31,7 @@ def test_stable_postures_come_to_rest_where_they_stood(name):
 
 
 def landings(run):
-    """(contact that lands, r, φ) with −u = r cos φ of the contact that lands, v_t = r sin φ of the one that slides."""
+    """(contact that lands, r, φ) with −u = r cos φ of the landing contact, v_t = r sin φ of the sliding one."""
     found = []
     for phase in run.phases:
         if phase.mode not in ("LS", "SL"):
@@ -46,8 +46,8 @@ def landings(run):
 
 
 def test_a_posture_that_is_strong_and_yet_unstable():
-    """At e = .26 corners settle on a cycle of two that grows by .744834 in ln r: contact 2 lands at φ = −1.05991 and
-    contact 1 after it with r 1.391633 larger in the logarithm, then at φ = −1.28054 and −.646799. At e = .05 it rests."""
+    """At e = .26 corners converge to a cycle of two that grows by .744834 in ln r: contact 2 lands at φ = −1.05991; contact 1
+    lands next with ln r larger by 1.391633, at φ = −1.28054, with a growth of −.646799. At e = .05 it comes to rest."""
     start = ((0, 3e-9, 0), (1e-7, 0, 2e-7))
     assert sf.contact_modes(odd(0.26)).consistent == ["FF"]
     run = sf.simulate(odd(0.26), *start, model="local", event_limit=1500)

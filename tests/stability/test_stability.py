@@ -1,4 +1,4 @@
-"""Stability of postures: known numbers, a linear programme as second method, and the simulator."""
+"""Stability of postures: known numbers, a linear program as second method, and the simulator."""
 
 import collections
 import json
@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 STANCES = int(os.environ.get("STANDFAST_STANCES", "500"))
 POSTURES = int(os.environ.get("STANDFAST_STABILITY_POSTURES", "25"))
-#: Stable postures that are kicked, and how often each.
+#: Number of stable postures with kicks, and number of kicks of each.
 KICKED = int(os.environ.get("STANDFAST_KICKED_POSTURES", "20"))
 KICKS = 50 if KICKED < 100 else 200
 
@@ -89,7 +89,7 @@ def test_region_against_a_linear_programme():
 @pytest.mark.parametrize("friction", [0.1, 0.3, 0.8, 2.0])
 @pytest.mark.parametrize("slope", [0.1, 0.5, 1.2])
 def test_region_of_a_v(slope, friction):
-    """|X| ≤ W if β ≤ α, W sin 2α/sin 2β above, everything from β + α > π/2 on."""
+    """|X| ≤ W if β ≤ α, W sin 2α/sin 2β above, all X from β + α > π/2 on."""
     alpha, width = math.atan(friction), 1.3
     expected = (
         math.inf
@@ -175,7 +175,7 @@ def test_friction_margin():
     for _ in range(STANCES // 5):
         posture = random_stance(random)
         margin = sf.friction_margin(posture)
-        # The programme has tolerances of its own.
+        # The linear program has its own tolerances.
         for share, inside in ((1 - 1e-4, False), (1 + 1e-4, True)):
             factor = share * (1 - margin)
             if not 0 < factor < 1e6:
@@ -188,7 +188,7 @@ def test_friction_margin():
             holds = region is not None and region[0] - 1e-9 <= 0 <= region[1] + 1e-9
             assert holds or not inside
             if not inside:
-                # Where the cones just touch nothing, a region opens at once.
+                # The region may be empty with less friction, or end near the centre of mass.
                 assert not holds or region[0] > -1e-4 or region[1] < 1e-4
         kinds[margin == 1, margin >= 0, math.isfinite(margin)] += 1
     print(dict(kinds))
@@ -196,7 +196,7 @@ def test_friction_margin():
 
 
 def test_friction_margin_of_a_v():
-    """|X| = W sin 2α/sin 2β at the edge: the friction that is needed is known."""
+    """|X| = W sin 2α/sin 2β at the edge: the required friction is known."""
     slope, friction, width = 0.6, 0.5, 1.0
     for x in (0.2, 0.7, 0.95):
         needed = math.tan(0.5 * math.asin(x / width * math.sin(2 * slope)))
@@ -286,13 +286,13 @@ def test_verdicts_in_the_order_of_their_arguments():
     assert sf.stability(vee(0.5, 0.1, (0.9, 0.0))).by == "not-equilibrium"
     rod = sf.Posture.rod(0.5, 0.2, 0.1, friction=0.5)
     assert sf.stability(rod).by == "theorem-3"
-    # Below (10) and above Goyal's bound, 0.618 > ψ > 0.575 at e = .1.
+    # Between Goyal's bound and (10), 0.575 < ψ < 0.618 at e = .1.
     square = 0.25 * (1 - 0.6) / (1 + 0.6)
     between = sf.Posture.rod(0.5, math.sqrt(square), 0.1, friction=0.5)
     verdict = sf.stability(between)
     assert verdict.coupling == pytest.approx(0.6)
     assert (verdict.clattering, verdict.chatter, verdict.by) == (False, True, "goyal")
-    # The body leans beyond its right foot when it may slip: a mode leads away.
+    # The body leans beyond its right foot when that foot can slip: it moves away in a mode.
     tall = stance(
         [sf.Contact((-1, 0), friction=5.0), sf.Contact((1, 2.0), slope=1.4)],
         (-0.9, 3.0),
@@ -303,7 +303,7 @@ def test_verdicts_in_the_order_of_their_arguments():
 
 
 def test_what_nothing_slows_down_does_not_come_back():
-    """Level ground without friction, and a world without gravity: conditions hold by a tie, kicks lead away for ever."""
+    """Level ground without friction, and no gravity: conditions hold by a tie, and the body moves away for ever after kicks."""
     smooth = stance([sf.Contact((-1, 0)), sf.Contact((1, 0))], (0.0, 0.2))
     rough = [sf.Contact((x, 0), friction=0.5) for x in (-1, 1)]
     weightless = stance(rough, (0.0, 0.2), gravity=0.0)
@@ -342,7 +342,7 @@ def test_a_foot_at_an_end_of_its_terrain_is_refused(terrain):
 
 
 def test_a_contact_that_stays_while_the_other_slides():
-    """The normal of contact 2 passes through contact 1: words with a fixed contact are motions, and nothing is proved."""
+    """The normal of contact 2 passes through contact 1: words with a fixed contact are motions, and no verdict is proved."""
     feet = [
         sf.Contact((-1, 0), slope=0.17, friction=0.1),
         sf.Contact((1, 1.5), slope=-math.atan(4 / 3), friction=1.2),
@@ -354,7 +354,7 @@ def test_a_contact_that_stays_while_the_other_slides():
 
 
 def test_several_modes_of_a_slide_are_not_stable():
-    """Theorem 3 holds at rest; but while both contacts slide to the left, words with one of them are consistent, too."""
+    """Theorem 3 holds at rest, but while both contacts slide to the left, words with one of them are consistent, too."""
     feet = [
         sf.Contact(
             (-1, 0),
@@ -387,7 +387,7 @@ def test_delicate_in_any_unit(length):
 
 
 def test_friction_margin_straight_over_a_contact():
-    """On one contact the load is vertical: tan |slope| is needed."""
+    """On one contact the load is vertical: friction tan |slope| is required."""
     random = np.random.default_rng(8)
     for _ in range(200):
         x, y, slope, friction = random.uniform((-2, -2, -1, 0.1), (2, 2, 1, 2))
@@ -430,7 +430,8 @@ def two_feet(rise, slopes, frictions, restitutions=(None, None)):
 
 
 def test_corner_map_against_the_simulator():
-    """Random kinematic-strong postures: kicks contradict no verdict, and most of what Theorem 3 leaves open is decided."""
+    """Random kinematic-strong postures: no verdict is contradicted by kicks, and most postures that Theorem 3 does not decide
+    are decided."""
     random = np.random.default_rng(2)
     verdicts = collections.Counter()
     found = 0
@@ -496,7 +497,8 @@ def speeds(posture, run):
 
 
 def random_kick(posture, random, kind, scale=1e-3):
-    """q, q̇ and the size of a kick: any velocity; one that keeps a contact; one that slides both; any, from above the ground."""
+    """q, q̇ and the size of a kick: any velocity; one that keeps a contact closed; one that slides both; any, from above the
+    ground."""
     metric = np.array([1.0, 1.0, posture.gyration_radius**2])
     normals, _, both = rows_of(posture)
     q, qdot = np.zeros(3), random.normal(0, scale, 3) / np.sqrt(metric)
@@ -544,7 +546,7 @@ def test_no_kick_exceeds_the_amplification():
             run = sf.simulate(posture, q, qdot, model="local", neighbourhood=math.inf)
             assert run.outcome == "rest", (posture, q, qdot)
             largest = max(largest, speeds(posture, run) / size)
-        # The roundings of a run are below 1e-9 of its largest speed.
+        # The rounding errors of a run are below 1e-9 of its largest speed.
         assert largest <= verdict.amplification * (1 + 1e-9), posture
         shares.append(largest / verdict.amplification)
     print(f"{KICKED} postures x {KICKS} kicks: {dict(found)}")
@@ -552,7 +554,7 @@ def test_no_kick_exceeds_the_amplification():
         quartiles = np.quantile(values, (0, 0.25, 0.5, 0.75, 1))
         print(f"{text}, quartiles: {', '.join(f'{x:.3g}' for x in quartiles)}")
     print(f"bounds above 100: {np.mean(np.array(bounds) > 100):.1%}")
-    # Postures differ, and the bound is not idle: some kicks come near it.
+    # Postures differ, and the bound is not too large: some kicks come near it.
     assert max(shares) > 0.3
     assert min(bounds) < 5 < max(bounds)
 
@@ -587,7 +589,7 @@ def test_the_amplification_knows_no_units(unit):
 
 
 def test_trials_are_evidence():
-    """Kicks of the posture that is stable at one restitution and not at another; the same for the same seed."""
+    """Kicks of the posture that is stable at one restitution and unstable at another; the same for the same seed."""
     stays, leaves = (sf.stability(odd(e), trials=60, seed=4) for e in (0.05, 0.26))
     assert stays.trials == {"seed": 4, "kicks": 60, "rest": 60, "others": {}}
     assert leaves.trials["rest"] + sum(leaves.trials["others"].values()) == 60
@@ -604,7 +606,7 @@ def test_trials_are_evidence():
         sf.stability(odd(0.26), seed=-1)
 
 
-# The face
+# The Python interface
 
 
 def test_a_verdict_is_data(tmp_path):
@@ -633,8 +635,9 @@ def rows_of(posture):
 
 
 def next_corner(posture, lands, phi):
-    """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to
-    rest or slide first. φ = atan(ξ/y), y the landing speed and ξ the slip of the other contact over that of `both`."""
+    """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to rest
+    or slide before it. φ = atan(ξ/y), y the landing speed and ξ the sliding velocity of the other contact over that of
+    `both`."""
     normals, tangents, both = rows_of(posture)
     holds = 1 - lands
     slip = math.sin(phi) * (tangents[holds] @ both)
@@ -665,7 +668,7 @@ def next_corner(posture, lands, phi):
 
 
 def test_a_certificate_holds_in_the_simulator():
-    """V(cell) ≥ ln G + V(next) from corner to corner of simulated motions; and the cycle of an unstable posture is one."""
+    """V(cell) ≥ ln G + V(next) from corner to corner of simulated motions; and the cycle of an unstable posture repeats."""
     posture = odd(0.05)
     evidence = sf.stability(posture).evidence
     limits, potential = evidence["limits"], np.array(evidence["potential"])
@@ -695,7 +698,7 @@ def test_a_certificate_holds_in_the_simulator():
     for corner, following in zip(
         cycle := sf.stability(posture).evidence, cycle[::-1], strict=True
     ):
-        # Here φ is of the sliding speed itself.
+        # Here φ is that of the sliding velocity itself.
         alpha = {k: tangents[2 - k] @ both for k in (1, 2)}
         angle = lambda c: math.atan(math.tan(c["phi"]) / alpha[c["contact"]])  # noqa: E731, B023
         found = next_corner(posture, corner["contact"] - 1, angle(corner))

@@ -1,4 +1,5 @@
-"""The rooms of the core: what a module uses stands above it in `lib.rs`, and a type has its methods in the room where it is."""
+"""The rooms of the core: a module uses only modules above it in `lib.rs`, and a type has its methods in the room where it is
+defined."""
 
 import re
 from pathlib import Path
@@ -9,7 +10,7 @@ Sources = dict[str, str]
 
 
 def sources() -> Sources:
-    """The text of each file without comments and unit tests, by its path."""
+    """The text of each file, by path, without comments and unit tests."""
     texts = {}
     for path in CORE.rglob("*.rs"):
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
@@ -27,7 +28,7 @@ def rooms(texts: Sources) -> list[str]:
 
 
 def upward_imports(texts: Sources) -> list[str]:
-    """Uses of a room that `lib.rs` names later, or of what `lib.rs` hands out."""
+    """Uses of a room that `lib.rs` declares later, or of names that `lib.rs` exports."""
     order = rooms(texts)
     found = []
     for file, text in texts.items():
@@ -38,7 +39,7 @@ def upward_imports(texts: Sources) -> list[str]:
         for group in re.findall(r"\bcrate::\{([^;]*)\};", text):
             used += re.findall(r"(?:^|,)\s*(\w+)", group)
         found += [f"{file} uses {name}" for name in used if name not in known]
-        # `super` stays within the room.
+        # `super` refers to the same room.
         depth = file.removesuffix("/mod.rs").count("/") + bool(
             re.search(r"\bmod \w+ \{", text)
         )
@@ -98,7 +99,7 @@ def test_methods_elsewhere_are_found():
     assert more == [*methods_away_from_their_type(texts), "flight.rs: impl Posture"]
 
 
-# Ranges of input, numbers with proofs of their own, units, and parameters that only change the cost of a search.
+# Ranges of input, numbers justified where they are defined, units, and parameters that only change the cost of a search.
 NOT_TOLERANCES = {
     "collisions/log.rs": {"1e-3"},
     "enclosure/full.rs": {"1e-35"},

@@ -1,5 +1,5 @@
-"""The ground that contacts have without a terrain: a straight line each, of its own slope through its own point. A run says where
-that cannot be meant."""
+"""The ground of contacts without a terrain: for each a straight line of its own slope through its own point. A run warns
+where this is not plausible."""
 
 import math
 import os
@@ -11,19 +11,19 @@ import pytest
 import standfast as sf
 from bodies import size, with_defaults
 
-#: Random postures for each shape of ground.
+#: Number of random postures for each shape of ground.
 POSTURES = int(os.environ.get("STANDFAST_OWN_GROUND", "200"))
 G = 9.81
 GROUND = "without terrain= each contact meets only"
 
 
 def said(run):
-    """The warnings that speak of the ground."""
+    """The warnings about the ground."""
     return [text for text in run.warnings if GROUND in text]
 
 
 def places(posture, q, model="full"):
-    """Where the contacts are at configurations q : (..., 3); (..., n, 2)."""
+    """Positions of the contacts at configurations q : (..., 3); (..., n, 2)."""
     q = np.asarray(q, dtype=float)[..., None, :]
     points = np.array([contact.point for contact in posture.contacts])
     arms = points - posture.center_of_mass
@@ -47,7 +47,7 @@ def heights(posture, at):
     return np.einsum("...ijk,jk->...ij", at[..., :, None, :] - points, normals)
 
 
-#: A box given by its four corners: the two upper ones have their ground at the height of the lid.
+#: A box with a contact at each of its four corners: the ground of the two upper ones is at the height of the lid.
 box = with_defaults(
     sf.Posture,
     mass=1.0,
@@ -90,7 +90,7 @@ def test_with_a_terrain_the_box_lands_on_the_floor():
 
 
 def ladder(**foot):
-    """Its foot on the floor, its top at a wall on the right."""
+    """A ladder with its foot on the floor and its top at a wall on the right."""
     return sf.Posture(
         mass=1.0,
         gyration_radius=0.6,
@@ -110,7 +110,7 @@ def test_a_ladder_that_falls_through_the_floor_says_so(model, time_limit):
     run = sf.simulate(
         body, (0, 0, 0), (0, 0, 0), model=model, stop="time", time_limit=time_limit
     )
-    # Its top comes below the floor, where it may swing up again.
+    # Its top falls below the floor, and may swing up again there.
     q, _ = run.at(np.linspace(0, time_limit, 100))
     assert heights(body, places(body, q, model))[:, 1, 0].min() < -0.1
     [text] = said(run)
@@ -128,12 +128,12 @@ def test_a_ladder_that_has_not_come_to_the_floor_says_nothing():
 
 
 def test_a_segment_says_what_ground_is_meant():
-    """The line of a segment that ends beside the ladder is none that its top could fall through."""
+    """With a segment that ends beside the ladder, the top cannot fall through a line."""
     body = ladder(segment=(-10.0, 0.5))
     run = sf.simulate(body, (0, 0, 0), (0, 0, 0), stop="time", time_limit=1.2)
     assert heights(body, places(body, run.q))[1, 0] < -0.1
     assert said(run) == []
-    # Two steps, each as long as it is, and the body slides off both.
+    # Two steps with segments of their true lengths; the body slides off both.
     steps = [
         sf.Contact((0, 0), segment=(-9, 0.4)),
         sf.Contact((1, 0.5), segment=(-0.6, 9)),
@@ -145,7 +145,7 @@ def test_a_segment_says_what_ground_is_meant():
 
 
 def test_the_same_floor_typed_with_few_digits_is_one():
-    """An incline: the second point is 3e-5 off the line of the first."""
+    """An incline whose second point is 3e-5 off the line of the first."""
     feet = [
         sf.Contact((0, 0), slope=-0.3, friction=0.1),
         sf.Contact((1, -0.3093), slope=-0.3, friction=0.1),
@@ -157,7 +157,7 @@ def test_the_same_floor_typed_with_few_digits_is_one():
 
 
 def posture_on(shape, rng):
-    """Two feet, or three, on a V, a roof or stairs; the edges between their grounds are not nearer to them than .15."""
+    """Two or three feet on a V, a roof or stairs; the edges between their grounds are at least .15 from them."""
     scale = 10 ** rng.uniform(-2, 2)
     left, right = -rng.uniform(0.3, 1), rng.uniform(0.3, 1)
     if shape == "stairs":
@@ -191,7 +191,7 @@ def posture_on(shape, rng):
 
 
 def kicked(posture, kick, rng, time_limit):
-    """A run to the time limit with a model and a law by chance."""
+    """A run to the time limit with a random model and law."""
     return sf.simulate(
         posture,
         (0, 0, 0),
@@ -206,7 +206,8 @@ def kicked(posture, kick, rng, time_limit):
 
 @pytest.mark.parametrize("shape", ["V", "roof", "stairs"])
 def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
-    """As far as half of the way to the edge of its ground: it may fly, rock, slide and turn there."""
+    """Motions of up to half of the distance to the edge of the ground: flying, rocking, sliding and rotating there cause no
+    warning."""
     rng = np.random.default_rng([23, len(shape)])
     ends = Counter()
     while ends["near"] < POSTURES:
@@ -219,7 +220,7 @@ def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
         at = places(posture, run.at(t)[0], run.model)
         points = np.array([contact.point for contact in posture.contacts])
         way = np.linalg.norm(at - points, axis=-1).max()
-        # Others have tipped over, or slide down.
+        # The others have tipped over, or slide down.
         if way < 0.07 * length:
             ends["near"] += 1
             ends[run.outcome] += 1
@@ -229,7 +230,7 @@ def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
 
 
 def wrong(posture, q, model, gaps, by):
-    """Whether contacts are, by a factor of at least ``by``, where they cannot be meant to be: (i) below a line, (ii) far away."""
+    """Whether contacts are at implausible places, by a factor of at least ``by``: (i) below a line, (ii) far away."""
     points = np.array([contact.point for contact in posture.contacts])
     length, nominal = size(posture), heights(posture, points)
     at = places(posture, q, model)
@@ -243,7 +244,8 @@ def wrong(posture, q, model, gaps, by):
 
 @pytest.mark.parametrize("shape", ["V", "roof", "stairs"])
 def test_what_a_run_says_of_its_ground_is_so(shape):
-    """Kicked hard. What is said is true at its time; and what is wrong at the end, by an oracle of its own, has been said."""
+    """Strong kicks. Each warning is true at its time, and each implausible place at the end, found independently, has a
+    warning."""
     rng = np.random.default_rng([24, len(shape)])
     ends = Counter()
     for _ in range(POSTURES):
@@ -258,7 +260,7 @@ def test_what_a_run_says_of_its_ground_is_so(shape):
             time = float(re.search(r"t = (\S+) s", texts[0])[1])
             q, _ = run.at(time)
             gaps, _ = run.gaps_at(time)
-            # The time is rounded, gaps at it are those after an impact.
+            # The time is rounded, and the gaps at that time are those after an impact.
             gaps = np.where(gaps < 1e-9 * length, 0.0, gaps)
             below, far = wrong(posture, q, run.model, gaps, 0.999)
             assert below if "is below" in texts[0] else far, (texts, below, far)
@@ -271,7 +273,7 @@ def test_what_a_run_says_of_its_ground_is_so(shape):
 
 @pytest.mark.parametrize("model", ["full", "local", "auto"])
 def test_many_runs_know_what_one_says(model):
-    """In lanes and by itself; some warned, some not."""
+    """The same warnings in lanes and in single runs; some runs have them, some not."""
     rng = np.random.default_rng(25)
     ramps = [
         sf.Contact((-0.5, 0.1), slope=-0.2, friction=0.0),

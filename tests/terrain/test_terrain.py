@@ -1,4 +1,4 @@
-"""Terrain with ends: polylines and segments, against closed forms, a second method and the same ground unbroken."""
+"""Terrain with ends: polylines and segments, compared with closed forms, a second method and the same ground in one piece."""
 
 import itertools
 import math
@@ -14,9 +14,9 @@ from bodies import LAWS, draw_contacts, frame, order_for, valley
 from scipy.optimize import linprog
 
 G = 10.0
-#: Random scenes on polylines.
+#: Number of random scenes on polylines.
 SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "1000"))
-#: Share of them whose accumulations take more than 1e5 events.
+#: Part of them whose accumulations take more than 1e5 events.
 LONG = 0.006
 
 
@@ -38,8 +38,8 @@ def story(run):
 
 
 def in_a_valley(run, feet, left, right):
-    """Places along a valley with these slopes, and heights above it, of feet given from the centre of mass: at 200 times of a run, by
-    rotation alone."""
+    """Positions along a valley with these slopes, and heights above it, of feet given from the centre of mass, at 200 times
+    of a run, from the rotation alone."""
     q, _ = run.at(np.linspace(0, run.elapsed, 200))
     center = run.posture.center_of_mass
     cos, sin = np.cos(q[:, 2]), np.sin(q[:, 2])
@@ -53,7 +53,7 @@ def in_a_valley(run, feet, left, right):
 
 
 def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground():
-    """One of its feet goes to and fro over the vertex in the rounds of which infinitely many are summed."""
+    """One of its feet slides to and fro over the vertex in infinitely many rounds that are summed."""
     rng = random.Random(2)
     wedged = 0
     for _ in range(600):
@@ -85,7 +85,7 @@ def test_a_body_that_comes_to_rest_with_a_foot_in_a_vertex_stays_on_the_ground()
         assert gaps.min() > -1e-12, (left, right, feet, q, qdot)
         hit = run.impacts
         rates = hit["rates_before"][np.arange(len(hit)), hit["index"]]
-        assert (rates <= 0).all()  # zero: rests, and is hit together with another
+        assert (rates <= 0).all()  # zero: at rest, and hit together with another
         wedged += run.outcome == "rest" and abs(places[:, -1]).min() < 1e-9
     assert wedged > 10
 
@@ -102,7 +102,7 @@ def test_feet_that_come_to_vertices_at_once_collide_at_once():
             )  # fmt: skip
             assert "contacts 1, 2 collided at the same instant" in run.warnings[0]
             first = run.impacts[0]
-            # Down a slope of 45° for .25 m on both feet: a = g/√2.
+            # Sliding down a slope of 45° for .25 m on both feet: a = g/√2.
             assert first["elapsed"] == pytest.approx(0.5 / math.sqrt(2), rel=1e-15)
             ends[policy, order is feet] = run.q
     for one, other in (
@@ -118,7 +118,7 @@ def test_feet_that_come_to_vertices_at_once_collide_at_once():
 def test_off_a_table_onto_the_floor():
     posture = particle([(-5, 0), (0, 0), (1e-9, -2), (9, -2)], -1, 0, friction=0.5)
     run = sf.simulate(posture, (0, 0, 0), (4, 0, 0))
-    # Braked by 5 m/s² over 1 m: √(16 − 10); a fall of 2 m; then 6/(2·5) m on the floor.
+    # Decelerated by 5 m/s² over 1 m: √(16 − 10); a fall of 2 m; then 6/(2·5) m on the floor.
     fall = math.sqrt(2 * 2 / G)
     speed = math.sqrt(6)
     assert run.outcome == "rest"
@@ -142,7 +142,7 @@ def test_past_the_end_of_a_segment_there_is_nothing():
     assert (run.outcome, run.time) == ("escape", 2.0)
     assert story(run) == [("R", "start"), ("S", "left-segment")]
     assert run.gaps[0] == math.inf
-    # Over its end: the bounce before it is met, the one after it is not.
+    # The first bounce lands on the segment, the next one beyond its end.
     run = sf.simulate(posture, (0, 5, 0), (1.5, 0, 0), time_limit=4.0)
     assert [float(t) for t in run.impacts["time"]] == [1.0]
     assert run.outcome == "time-limit"
@@ -153,7 +153,7 @@ def test_past_the_end_of_a_segment_there_is_nothing():
 
 @pytest.mark.parametrize(("alpha", "beta"), [(0.4, 0.3), (0.9, 0.1), (0.6, 0.6)])
 def test_to_and_fro_in_a_valley(alpha, beta):
-    """Each passage of the vertex keeps cos(α + β) of the speed; up and down a side take 2v/(g sin) each."""
+    """Each passage of the vertex multiplies the speed by cos(α + β); up and down a side take 2v/(g sin) each."""
     down = 1.0
     terrain = [(-9, 9 * math.tan(alpha)), (0, 0), (9, 9 * math.tan(beta))]
     start = (-down * math.cos(alpha), down * math.sin(alpha))
@@ -173,7 +173,7 @@ def test_to_and_fro_in_a_valley(alpha, beta):
 
 
 def test_a_corner_of_a_body_rests_in_a_vertex():
-    """The other foot holds it up: the vertex carries forces from both of its sides, and the body stays."""
+    """The other foot supports it: the vertex carries forces of both of its sides, and the body stays."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -193,7 +193,7 @@ def test_a_corner_of_a_body_rests_in_a_vertex():
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_a_pendulum_in_a_vertex(friction, law):
     """A rod stands in a vertex and falls over. The sides hold its foot like a hinge, I θ̇²/2 + m g l cos θ constant, until
-    one of them would have to pull: the force leaves the cone of the vertex, and the foot goes up the other side."""
+    one of their forces would be negative: the force leaves the cone of the vertex, and the foot slides up the other side."""
     rho, length, tilt = 0.4, 0.8, 0.01
     posture = sf.Posture(
         mass=1.0,
@@ -234,7 +234,7 @@ def test_a_pendulum_in_a_vertex(friction, law):
 
 
 def test_a_foot_that_stops_without_gravity_is_in_no_vertex():
-    """Poisson's law stops it on a side of a valley. It slides on there, .27 m from the vertex."""
+    """Poisson's law stops it on a side of a valley. It continues to slide there, .27 m from the vertex."""
     posture = sf.Posture(
         1.0,
         0.1,
@@ -261,7 +261,7 @@ def test_a_foot_that_stops_without_gravity_is_in_no_vertex():
 
 
 def test_a_foot_far_off_does_not_rest_without_gravity():
-    """Feet 1 and 2, in turn, bring the body to slide along their side; foot 3 is then as still, .4 m over it."""
+    """Impacts at feet 1 and 2, in turn, make the body slide along their side; foot 3 is then equally slow, .4 m above it."""
     points = [(-0.22, 1.28), (-0.96, 1.38), (-0.22, 1.69)]
     posture = sf.Posture(
         1.0,
@@ -289,7 +289,7 @@ def test_a_foot_far_off_does_not_rest_without_gravity():
 
 
 def test_a_point_over_a_piece_again_is_not_there_at_once():
-    """What was out of reach has no gap; back over the terrain it falls from where it is."""
+    """A point beside the terrain has no gap. When it is above the terrain again, it falls from its current position."""
     posture = sf.Posture(
         1.0,
         0.3,
@@ -308,7 +308,7 @@ def test_a_point_over_a_piece_again_is_not_there_at_once():
 
 
 def bounces(terrain, position, velocity, restitution, count):
-    """The first bounces of a particle on a polyline: textbook quadratics, piece by piece, the earliest hit."""
+    """The first bounces of a particle on a polyline: roots of quadratics, piece by piece, the earliest one."""
     time, hits = 0.0, []
     (x, y), (vx, vy) = position, velocity
     last = None
@@ -336,7 +336,7 @@ def bounces(terrain, position, velocity, restitution, count):
 
 
 def test_bounces_of_a_particle_on_random_polylines():
-    """Against textbook roots, while these are good: a few bounces, then errors have grown."""
+    """Compared with textbook roots as long as these are accurate: a few bounces, then errors have grown."""
     random = np.random.default_rng(20)
     compared = 0
     for _ in range(150):
@@ -363,7 +363,8 @@ def test_bounces_of_a_particle_on_random_polylines():
 
 
 def test_a_floor_in_pieces_is_a_floor():
-    """Random bodies on one foot or two: to the same end as on the unbroken floor. (More feet on one line land together.)"""
+    """Random bodies on one or two feet have the same final state as on the floor in one piece. (More feet on one line land
+    together.)"""
     random = np.random.default_rng(7)
     rests = left = 0
     for case in range(150):
@@ -397,7 +398,7 @@ def test_a_floor_in_pieces_is_a_floor():
         }
         one, other = (sf.simulate(body, q, qdot, **options) for body in (whole, parts))
         if abs(one.q[2]) > 1.0:
-            continue  # upside down all its feet land at once: a tie that rounding breaks
+            continue  # upside down all its feet land at once: rounding breaks the tie
         assert one.outcome == other.outcome
         assert other.elapsed == pytest.approx(one.elapsed, rel=1e-9)
         assert other.q == pytest.approx(one.q, abs=1e-9)
@@ -498,7 +499,7 @@ def test_a_scene_with_terrain_survives_its_file(tmp_path):
     path.write_text(text, encoding="utf-8")
     scene = sf.load(path)
     run = scene.simulate()
-    # Up the slope at the speed that the inelastic impact with it leaves, braked by g sin.
+    # Up the slope at the speed after the inelastic impact with it, decelerated by g sin.
     up = math.cos(math.atan(0.5)) - 0.1 * G * math.sin(math.atan(0.5))
     assert run.qdot[:2] == pytest.approx(
         [up * math.cos(math.atan(0.5)), up * math.sin(math.atan(0.5))]
@@ -576,7 +577,7 @@ def hills(rng):
 
 
 def test_random_scenes_on_polylines_end():
-    """None goes on for ever to and fro over a vertex; -s prints how they end."""
+    """No run slides to and fro over a vertex for ever; -s prints the outcomes."""
     outcomes, long = Counter(), []
     for seed in itertools.count():
         rng = np.random.default_rng([77, seed])
@@ -610,7 +611,8 @@ def test_random_scenes_on_polylines_end():
 
 
 def test_a_foot_that_starts_on_a_convex_vertex_with_a_speed_of_rounding_leaves_it():
-    """The speeds of the body cancel in the foot to 1e-16 m/s, and each piece of terrain sends it to the other one."""
+    """The velocities of the body cancel in the foot to 1e-16 m/s, and on each piece of terrain it moves towards the other
+    one."""
     foot = (0.0, 0.27064503871920126)
     ridge = [(-0.6549354226966, 0.20285948495668776), foot]
     ridge += [(0.6922633590620269, 0.00859543729937201), (9.0, 4.0)]
@@ -631,8 +633,8 @@ def test_a_foot_that_starts_on_a_convex_vertex_with_a_speed_of_rounding_leaves_i
 
 
 def test_feet_at_one_point_bounce_into_a_vertex_as_one():
-    """Roundings part them in the end: one bounces off the piece on the right, the others off that on the left, and impacts
-    of 1e-15 m/s that no longer shrink have no sum."""
+    """Rounding errors separate them in the end: one bounces off the piece on the right, the others off that on the left, and
+    impacts of 1e-15 m/s that no longer shrink have no sum."""
     ends = []
     for count in (1, 2, 3):
         posture = sf.Posture(
@@ -662,8 +664,8 @@ def test_feet_at_one_point_bounce_into_a_vertex_as_one():
 
 
 def test_a_foot_that_spins_out_of_a_vertex_leaves_it():
-    """Plastic impacts on both pieces bring the foot to a stop in the vertex; the body turns at 5 rad/s, ω² times the height of
-    the foot above its centre of mass is more than g, and it is drawn out of the vertex at once."""
+    """Plastic impacts on both pieces stop the foot in the vertex. The body rotates at 5 rad/s, ω² times the height of the
+    foot above its centre of mass is more than g, and the foot leaves the vertex at once."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.7,
@@ -691,8 +693,8 @@ def test_a_foot_that_spins_out_of_a_vertex_leaves_it():
 
 
 def test_plastic_landings_on_a_floor_and_on_a_terrain_are_the_same():
-    """A body that turns fast may be drawn off the ground at once, or be held by friction, or both (Painlevé): one and two
-    contacts are followed by another loop than those on a polyline, and find the same."""
+    """A body that rotates fast may lift off at once, or be held by friction, or both (Painlevé). One and two contacts on
+    lines are computed in other coordinates than those on a polyline, with the same result."""
     rng = np.random.default_rng(4)
     outcomes = []
     for _ in range(400):
@@ -721,7 +723,7 @@ def test_plastic_landings_on_a_floor_and_on_a_terrain_are_the_same():
 
 
 def test_a_foot_over_a_vertex_is_over_one_piece():
-    """Come to a stop in the vertex, it takes off with 1e-15 m/s: on which side of the vertex, rounding tells each piece anew."""
+    """After a stop in the vertex it takes off with 1e-15 m/s. Rounding decides on which side of the vertex it is."""
     scenes = [
         (0.2, (-0.2, 1.4), [(-0.5, 0.3)], (-20, 12), (20, 16), (0.5, -0.1), (3, -6)),
         (
@@ -758,8 +760,8 @@ def test_a_foot_over_a_vertex_is_over_one_piece():
 
 
 def test_a_foot_in_flight_right_above_a_vertex():
-    """Level with the centre of mass of a body that turns, it has no horizontal speed there, and leaves to one side for good: it is at
-    x = d (1 − cos ωt), y = y₀ + vt − gt²/2 − d sin ωt."""
+    """Level with the centre of mass of a rotating body, it has no horizontal velocity there, and moves to one side
+    afterwards: it is at x = d (1 − cos ωt), y = y₀ + vt − gt²/2 − d sin ωt."""
     rng = random.Random(3)
     for _ in range(200):
         d, spin = (rng.uniform(0.1, 0.5) * rng.choice([-1, 1]) for _ in range(2))
@@ -793,7 +795,8 @@ def test_a_foot_in_flight_right_above_a_vertex():
 
 @pytest.mark.parametrize("ground", ["slopes", "valley"])
 def test_feet_at_one_point_move_as_one(ground):
-    """Entered once, twice or thrice, to the last bit: in flight, in impacts, slides and lift-offs, and in a vertex."""
+    """Contacts listed once, twice or three times have the same bits: in flight, in impacts, slides and lift-offs, and in a
+    vertex."""
     rng = random.Random(4)
     outcomes = Counter()
     for _ in range(60):
@@ -837,7 +840,7 @@ def test_feet_at_one_point_move_as_one(ground):
         for copies, run in zip((2, 3), runs[1:], strict=True):
             assert run.outcome == one.outcome
             if one.outcome == "event-limit":
-                continue  # a record holds so many rates
+                continue  # limit of the recorded rates
             assert (*run.q, *run.qdot, run.time) == (*one.q, *one.qdot, one.time)
             assert [p.mode for p in run.phases] == [
                 p.mode[0] * (copies - 1) + p.mode for p in one.phases
@@ -868,7 +871,7 @@ def both_ways(points, center, gyration, friction, restitution, terrain):
 
 
 def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_hold_it():
-    """A linear programme over the edges of all cones says where; and the mirror image does the same."""
+    """A linear program over the edges of all cones gives the positions; the mirror image behaves in the same way."""
     rng = random.Random(5)
     seen = Counter()
     for _ in range(300):
@@ -913,8 +916,8 @@ def test_a_body_with_a_foot_in_a_vertex_stands_where_forces_of_both_pieces_can_h
 
 
 def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
-    """A body falls over about a foot in a vertex, the other one lands, and its impact drives the first one into both pieces: the
-    mirror image does the same."""
+    """A body rotates about a foot in a vertex, the other foot lands, and its impact presses the first one into both pieces;
+    the mirror image behaves in the same way."""
     rng = random.Random(6)
     fell = 0
     for _ in range(200):
@@ -935,7 +938,7 @@ def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
         if len(landed) == 0 or run.phases[0].mode != "FS":
             continue
         fell += 1
-        # To the first few impacts: what comes later amplifies roundings.
+        # Only the first few impacts: later ones amplify rounding errors.
         end = min(run.time, other.time, landed[0] + 1e-3)
         for t in (landed[0] / 2, end):
             assert run.at(t)[0] == pytest.approx(other.at(t)[0] * (-1, 1, -1), abs=1e-9)

@@ -1,4 +1,4 @@
-"""Contacts in concave vertices of their terrain: held while the force lies in the hull of the friction cones of both pieces."""
+"""Contacts in concave vertices of their terrain: held while the force is in the hull of the friction cones of both pieces."""
 
 import itertools
 import math
@@ -12,9 +12,9 @@ from bodies import valley
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 
-#: Random starts in a vertex, and random runs in a valley.
+#: Number of random starts in a vertex, and of random runs in a valley.
 SCENES = int(os.environ.get("STANDFAST_VERTICES", "60"))
-#: Random scenes that a fixed-step method follows as well.
+#: Number of random scenes that a fixed-step method simulates as well.
 STEPPED = int(os.environ.get("STANDFAST_VERTICES_STEPPED", "4"))
 G = 9.81
 WIDE = 50.0
@@ -33,14 +33,14 @@ def turned(theta, arm):
     ("mu", "rho", "com", "omega", "left", "slope", "end"),
     [
         (1.0, 0.9, (0.887, -0.461), 3.55, 0.1, 0.12, 0.3),
-        # The cones span more than half a turn: wedged, it could stay as well.
+        # The cones span more than half a turn: wedged, it could also stay.
         (2.0, 0.6, (0.47, 0.24), 5.9, 0.05, 1.19, 0.15),
     ],
 )
 def test_a_contact_leaves_the_vertex_at_the_edge_of_one_cone(
     mu, rho, com, omega, left, slope, end
 ):
-    """A body swings about a contact in a vertex. By the balance of forces it breaks loose and slides up the right piece."""
+    """A body swings about a contact in a vertex. By the balance of forces it slips and slides up the right piece."""
     com = np.array(com)
     posture = sf.Posture(
         1.0,
@@ -70,7 +70,7 @@ def test_a_contact_leaves_the_vertex_at_the_edge_of_one_cone(
 
     def edge(
         _, y
-    ):  # how far the force is from the edge at which the contact slides up, to the right
+    ):  # margin of the force to the edge at which the contact slides up, to the right
         force = swing(*y)[1]
         return mu * (force @ n) + force @ t
 
@@ -138,8 +138,9 @@ def draw(rng, start):
 
 
 def unbalanced(posture, run, points=100):
-    """The largest part of the weight that no forces in the cones of what touches can balance, at 100 points of every phase with a fixed
-    contact, or of the longest part of it without an impact; accelerations are differences of velocities. And the number of phases."""
+    """The largest part of the weight that forces in the cones of the touching contacts cannot balance, at 100 points of every
+    phase with a fixed contact, or of its longest part without an impact; accelerations are differences of velocities. And the
+    number of phases."""
     com, rho = np.array(posture.center_of_mass), posture.gyration_radius
     pieces = [np.array(pair) for pair in itertools.pairwise(posture.terrain)]
     impacts = run.impacts["time"]
@@ -204,8 +205,8 @@ def test_forces_in_a_vertex_lie_in_the_hull_of_both_cones(start):
 
 
 def stepped(posture, q, qdot, time, dt):
-    """Moreau's time stepping, plastic: at each step impulses in the cones of all pieces that the contacts touch or go through, by
-    Gauss and Seidel's method. Every piece of the valley is a line: the valley is convex seen from above."""
+    """Moreau's time stepping, plastic: at each step impulses in the cones of all pieces that the contacts touch or penetrate,
+    by the method of Gauss and Seidel. Every piece of the valley is a line, because the valley is convex seen from above."""
     com, rho2 = np.array(posture.center_of_mass), posture.gyration_radius**2
     arms = [np.array(c.point) - com for c in posture.contacts]
     friction = posture.contacts[0].friction
@@ -254,7 +255,7 @@ def stepped(posture, q, qdot, time, dt):
 
 
 def test_a_fixed_step_method_converges_to_the_motion_in_a_vertex():
-    """One contact that starts in a vertex and is held there: with steps a quarter as long the steps are nearer, and near."""
+    """One contact that starts in a vertex and is held there: steps a quarter as long give a smaller, and small, error."""
     found, k, farther = 0, 0, 0
     while found < STEPPED:
         k += 1
@@ -277,7 +278,7 @@ def test_a_fixed_step_method_converges_to_the_motion_in_a_vertex():
 
 
 def test_a_contact_that_rises_out_of_a_plateau_lands_on_it():
-    """A point flies in from beside a plateau and below it, rises through its surface at t₁ and is back on it at t₂."""
+    """A point arrives from beside and below a plateau, rises through its surface at t₁ and lands on it at t₂."""
     table = sf.Posture(
         1.0, 0.1, (0, 0), [sf.Contact((0, 0), segment=(-1.0, 1.0))], 0.0, G
     )
@@ -298,7 +299,7 @@ def test_a_contact_that_rises_out_of_a_plateau_lands_on_it():
 
 
 def test_contacts_that_rise_out_of_a_plateau_while_others_hold_land_on_it():
-    """Random bodies near the ends of a plateau: no contact goes down through its surface, and some rise out of it."""
+    """Random bodies near the ends of a plateau: no contact passes down through its surface, and some rise out of it."""
     risen = 0
     for k in range(200):
         rng = np.random.default_rng([9, k])

@@ -1,4 +1,4 @@
-//! What does not allocate memory, counted by an allocator that counts.
+//! Functions that must not allocate memory, tested with a counting allocator.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -12,7 +12,7 @@ thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call goes on to the system's allocator as it came.
+// SAFETY: every call is passed on unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.with(|count| count.set(count.get() + 1));
@@ -50,7 +50,7 @@ fn modes_of_a_pair_allocate_nothing() {
         .unwrap();
         let closed = allocations(|| assert!(black_box(&problem).pair_modes().is_some()));
         assert_eq!(closed, 0);
-        // The counter counts.
+        // Check of the counter itself.
         assert!(allocations(|| drop(black_box(contact_modes(&problem, Method::Enumerate)))) > 0);
     }
 }

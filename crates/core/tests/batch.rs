@@ -1,4 +1,4 @@
-//! Many runs at once: the same bits as one by one, whatever the machine lends.
+//! Many runs at once give the same bits as single runs, with any number of threads and lanes.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,7 +9,7 @@ use standfast::{
     simulate_many,
 };
 
-/// Numbers in [0, 1): a Weyl sequence, good enough for scenes.
+/// Numbers in [0, 1): a Weyl sequence.
 struct Weyl(f64);
 
 impl Weyl {
@@ -23,7 +23,7 @@ impl Weyl {
     }
 }
 
-/// Scenes that clatter briefly, long, and without end.
+/// Scenes with short, long and endless clattering.
 fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
     let mut w = Weyl(0.1);
     (0..count)
@@ -132,7 +132,7 @@ fn runs_are_stopped_at_once() {
             let resources = Resources { threads, ..Resources::default() };
             let ends = simulate_many_until(&rod, &states, &options, resources, &cancel);
             assert_eq!(ends.unwrap(), None, "{model:?}");
-            // By one thread alone it is not asked again after it has said so.
+            // A single thread does not call `cancel` again after it has returned true.
             assert!(threads > 1 || asked.load(Ordering::Relaxed) == 3, "{model:?} {asked:?}");
         }
     }
@@ -140,7 +140,7 @@ fn runs_are_stopped_at_once() {
 
 #[test]
 fn nothing_depends_on_the_record() {
-    // Limits that cut the bounces of one contact, a share of the way to its rest.
+    // Limits that cut the bounces of one contact at a random part of the time until its rest.
     let mut weyl = Weyl(0.1);
     let mut share = || weyl.next();
     for case in 0..400 {

@@ -1,4 +1,4 @@
-//! Motions whose answer is known: closed forms, swept over their parameters, and plain summation.
+//! Motions with known results: closed forms over ranges of their parameters, and plain summation.
 
 use standfast::body::LocalModel;
 use standfast::options::Simultaneous;
@@ -9,7 +9,7 @@ use standfast::{
 
 const EPS: f64 = f64::EPSILON;
 
-/// |x − y| in roundings of y.
+/// |x − y| in units of the rounding of y.
 fn roundings(x: f64, y: f64) -> f64 {
     (x - y).abs() / (EPS * y.abs().max(f64::MIN_POSITIVE))
 }
@@ -42,7 +42,7 @@ fn ball(e: f64, g: f64) -> Posture {
 
 #[test]
 fn a_ball_comes_to_rest_at_the_sum_of_its_bounces() {
-    // Five roundings in the formula below, a few in the sum: 8 in all.
+    // Five rounding errors in the formula below and a few in the sum: 8 in all.
     for e in [0.0, 1e-12, 0.01, 0.3, 0.5, 0.7, 0.9, 0.99, 0.99999, 1.0 - 1e-9, 1.0 - 1e-13] {
         for k in (-150..=125).step_by(25) {
             for g in [1e-6, 0.37, 1.0, 9.81, 1e6] {
@@ -61,7 +61,7 @@ fn a_ball_comes_to_rest_at_the_sum_of_its_bounces() {
 
 #[test]
 fn a_ball_thrown_up_is_caught_at_a_time_inside_its_tail() {
-    // Bounce j lands at T(1 − eʲ) after the first landing: the height at any time is a parabola's.
+    // Bounce j lands at T(1 − eʲ) after the first landing, so the height at any time is that of a parabola.
     for e in [0.3, 0.7, 0.99, 0.99999] {
         let (g, h) = (2.0_f64, 1.0_f64);
         let (fall, speed) = ((2.0 * h / g).sqrt(), (2.0 * g * h).sqrt());
@@ -73,12 +73,12 @@ fn a_ball_thrown_up_is_caught_at_a_time_inside_its_tail() {
             let height = since * (e.powf(j + 1.0) * speed - 0.5 * g * since);
             for record in [true, false] {
                 if record && e > 0.999 {
-                    continue; // 70 000 bounces, all of them listed
+                    continue; // 70 000 bounces, all recorded
                 }
                 let options = Options { time_limit: Some(t), record, ..until(Stop::Time) };
                 let run = simulate(&ball(e, g), &State::at_rest([0.0, h, 0.0]), &options).unwrap();
                 assert_eq!((run.outcome(), run.time()), (Outcome::TimeLimit, t));
-                // The phase within a bounce is known to eps·t of the time: e^j ≈ 1 − share.
+                // The time within a bounce has an error of eps·t: e^j ≈ 1 − share.
                 let fair = 1e3 * EPS * speed * t;
                 assert!(
                     (run.gaps()[0] - height).abs() <= fair,
@@ -120,7 +120,7 @@ fn chatter_on_both_sides_of_goyals_bound() {
             );
             assert_eq!(above.rates(), [0.0, 0.0]);
 
-            // Thousands of impacts, speeds below any double: see the rod.
+            // Skipped: thousands of impacts with speeds below the smallest double; see the test of the rod.
             let f = (1.0 - share).acos();
             if e.ln() * 0.5 * (std::f64::consts::PI / f) < -650.0 {
                 continue;
@@ -143,7 +143,7 @@ fn chatter_on_both_sides_of_goyals_bound() {
             let last = if n % 2.0 == 1.0 { 1 } else { 0 };
             let leaving = e * e.powf(0.5 * (n - 1.0)) * (n * f).sin() / f.sin();
             let other = -e.powf(0.5 * n) * ((n + 1.0) * f).sin() / f.sin();
-            // acos near 1 amplifies roundings by 1/f², the phase nf by n, the sine near π by n again.
+            // acos near 1 amplifies rounding errors by 1/f², the phase nf by n, the sine near π by n again.
             let fair = 32.0 * EPS * n * n / (f * f);
             let largest = leaving.abs().max(other.abs());
             assert!(
@@ -160,8 +160,7 @@ fn chatter_on_both_sides_of_goyals_bound() {
     }
 }
 
-/// The rod: ψ = (L² − ρ²)/(L² + ρ²); the uniform one clatters within [10] for e < 9 − 4√5, and within
-/// Goyal's bound for e < 7 − 4√3.
+/// The rod: ψ = (L² − ρ²)/(L² + ρ²). The uniform rod satisfies (10) for e < 9 − 4√5, and Goyal's bound for e < 7 − 4√3.
 #[test]
 fn thresholds_of_the_uniform_rod() {
     let drop = |e: f64| {
@@ -182,11 +181,12 @@ fn thresholds_of_the_uniform_rod() {
     assert_ne!(drop(converging * 1.1), "clatter");
     assert_eq!(corner(goyal - 1e-9), (true, "chatter"));
     assert_ne!(corner(goyal * 1.1).1, "chatter");
-    // Just above: thousands of impacts, and speeds below any double. That too is a Zeno point.
+    // Just above Goyal's restitution: thousands of impacts, with speeds below the smallest double. This is a Zeno
+    // point, too.
     assert!(corner(goyal + 1e-6).0);
 }
 
-/// What a plain loop says: collisions of the local model one after the other, nothing summed in closed form.
+/// Result of a plain loop over the collisions of the local model, without closed sums.
 struct Plain {
     time: f64,
     gaps: [f64; 2],
@@ -195,11 +195,11 @@ struct Plain {
     hits: Vec<(usize, f64)>,
 }
 
-/// Until the speeds of the contacts hit have fallen to `rest` of the first one's, or `most` collisions.
+/// Runs until the speeds of the impacts have fallen to `rest` of the first one, or for `most` collisions.
 fn plain(m: &LocalModel, h: [f64; 2], u: [f64; 2], rest: f64, most: usize) -> Plain {
     let (g, psi, e) = (m.gravity(), m.psi(), m.restitution());
     let (mut h, mut u, mut hits, mut first) = (h, u, Vec::new(), 0.0);
-    // Flight times summed from the smallest up.
+    // Flight times, to be summed from the smallest up.
     let mut flights: Vec<f64> = Vec::new();
     let mut clock = 0.0;
     for _ in 0..most {
@@ -241,7 +241,7 @@ fn plain(m: &LocalModel, h: [f64; 2], u: [f64; 2], rest: f64, most: usize) -> Pl
     Plain { time, gaps: h, rates: u, hits }
 }
 
-/// Every first Zeno point of a sweep, against plain summation.
+/// All first Zeno points of a sweep, compared with plain summation.
 #[test]
 fn zeno_points_against_plain_summation() {
     let mut kinds = [0, 0];
@@ -262,7 +262,7 @@ fn zeno_points_against_plain_summation() {
                     let run = run(&m, h, u, Stop::Zeno);
                     assert_eq!(run.outcome(), Outcome::Zeno, "{m:?} {h:?} {u:?}");
                     if run.collisions() > 60 {
-                        continue; // plain rounding is amplified from collision to collision
+                        continue; // each collision amplifies the rounding errors
                     }
                     let zeno = &run.zeno_points()[0];
                     let sum = plain(&m, h, u, 1e-13, 4000);
@@ -279,7 +279,7 @@ fn zeno_points_against_plain_summation() {
                                 .iter()
                                 .any(|i| i.contact.index() != zeno.contacts[0].index()),
                     );
-                    // What the loop leaves out, and gaps amplify roundings of the rates.
+                    // Neglected by the loop: the tail. The gaps amplify the rounding errors of the rates.
                     assert!(
                         (zeno.elapsed - sum.time).abs() <= 1e-10 * sum.time,
                         "{m:?} {h:?} {u:?}: {} {}",
@@ -307,19 +307,20 @@ fn zeno_points_against_plain_summation() {
     assert!(kinds[0] > 50 && kinds[1] > 20 && other_first > 5, "{kinds:?} {other_first}");
 }
 
-/// ψ < 0: an impact at one contact lifts the other, whose parabola may still come down in the middle of the
-/// tail of the first. The sweep moves the dip through the terrain; plain summation says who is hit when.
+/// ψ < 0: an impact at one contact lifts the other, whose parabola may still reach the terrain during the tail of the
+/// first. The sweep moves the lowest point of the parabola through the terrain; plain summation gives the order of
+/// impacts.
 #[test]
 fn the_other_contact_is_hit_in_the_middle_of_a_tail() {
     let (mut hit, mut clear, mut ties) = (0, 0, 0);
     for e in [0.5, 0.8, 0.9] {
         for k in 0..200 {
-            // Contact 2 falls fast and is turned round by the lift of the bounces at contact 1.
+            // Contact 2 falls fast and is reversed by the bounces at contact 1.
             let m = model([1.0, 0.1], [-0.8, -0.8], e);
             let (h, u) = ([0.0, 0.02 * f64::from(k)], [1.0, -1.2]);
             let run = run(&m, h, u, Stop::Zeno);
             if run.warnings().iter().any(|warning| warning.contains("same instant")) {
-                ties += 1; // decimals that meet: 2.6 − 1.2·2 − 0.1·2²/2 = 0
+                ties += 1; // coincidence of decimal numbers: 2.6 − 1.2·2 − 0.1·2²/2 = 0
                 continue;
             }
             let sum = plain(&m, h, u, 1e-12, 2000);
@@ -341,7 +342,7 @@ fn the_other_contact_is_hit_in_the_middle_of_a_tail() {
     assert!(hit > 50 && clear > 50 && ties <= 3, "{hit} {clear} {ties}");
 }
 
-/// Uniform rod, e = .5: bounces within bounces. The sum of the nested accumulations is known to 15 digits.
+/// Uniform rod, e = 0.5: nested accumulations. Their sum is known to 15 digits.
 #[test]
 fn nested_accumulations_end_in_rest() {
     const REST: f64 = 0.102294201285086;
@@ -355,7 +356,7 @@ fn nested_accumulations_end_in_rest() {
 
 #[test]
 fn contacts_that_do_not_feel_each_other() {
-    // ψ = 0: two balls. The later one to rest ends the motion.
+    // ψ = 0: two independent balls. The one that rests last ends the motion.
     for e in [0.0, 0.3, 0.9] {
         for h in [[1.0, 0.25], [0.1, 3.0], [1e-9, 1.0]] {
             let run = run(&model([1.0, 2.0], [0.0, 0.0], e), h, [0.0; 2], Stop::Rest);
@@ -373,7 +374,7 @@ fn contacts_that_do_not_feel_each_other() {
 
 #[test]
 fn plastic_impacts_stop_at_once() {
-    // e = 0: the first landing holds; the other lands on its parabola, g_2 + ψ_1 g_1.
+    // e = 0: the first contact to land stays closed; the other lands on its parabola, with gravity g_2 + ψ_1 g_1.
     for psi in [-0.4, 0.1, 0.5, 0.9] {
         let run = run(&model([1.0, 1.0], [psi; 2], 0.0), [0.5, 2.0], [0.0; 2], Stop::Rest);
         assert_eq!(run.outcome(), Outcome::Rest, "psi {psi}");
@@ -389,7 +390,7 @@ fn plastic_impacts_stop_at_once() {
     }
 }
 
-/// Also in a full turn, and after the accumulation.
+/// Also during a full revolution, and after the accumulation.
 #[test]
 fn coincident_contacts_act_as_one() {
     let body = |contacts: usize, e: f64, x: f64| {
@@ -406,7 +407,7 @@ fn coincident_contacts_act_as_one() {
     };
     let starts = [([0.0, 0.2, 0.3], [0.3, -0.1, 1.0]), ([0.5; 3], [0.0; 3]), ([0.5; 3], [0.5; 3])];
     for e in [0.0, 0.3, 0.5, 0.7, 0.9_f64] {
-        // Roundings of a body that turns grow with the number of its bounces, and they with each other.
+        // The rounding errors of a rotating body grow with the square of the number of bounces.
         let bounces = 1.0 / (1.0 - e).powi(2);
         for (x, (q, v)) in [0.1, 0.0].into_iter().flat_map(|x| starts.map(|start| (x, start))) {
             let start = State::new(q, v);
@@ -426,8 +427,8 @@ fn coincident_contacts_act_as_one() {
     }
 }
 
-/// One foot right below the centre of mass and one beside it, with other restitutions: the body does not turn, both land together
-/// for ever, and it bounces like a ball.
+/// One foot right below the centre of mass and one beside it, with different restitutions: the body does not rotate,
+/// both feet land together at every impact, and the body bounces like a ball.
 #[test]
 fn feet_that_land_together_for_ever_come_to_rest() {
     let foot = |x: f64, e: f64| Contact { restitution: Some(e), ..Contact::at(x, 0.0) };
@@ -458,7 +459,7 @@ fn feet_that_land_together_for_ever_come_to_rest() {
 #[test]
 fn without_gravity_nothing_returns() {
     let m = model([0.0; 2], [0.3; 2], 0.5);
-    // One impact at each, then both leave: u = (−1, 1) → (.5, 1 − .45) both up.
+    // One impact, then both contacts leave: u = (−1, 1) → (0.5, 1 − 0.45), both upward.
     let once = run(&m, [1.0, 1.0], [-1.0, 1.0], Stop::Rest);
     assert_eq!(once.outcome(), Outcome::Escape);
     assert_eq!(once.collisions(), 1);
@@ -489,14 +490,14 @@ fn tall(e: f64, g: f64) -> Posture {
     .unwrap()
 }
 
-/// Without gravity a spinning body touches where h − … = 0: the angle is known.
+/// Without gravity the rotation at the first touch of a spinning body is known.
 #[test]
 fn the_first_touch_of_a_fast_spin_is_not_missed() {
     for omega in [1.0, -30.0, 700.0, 1e6] {
         for height in [1.05, 1.2, 1.4] {
             let posture = Posture::rod(0.5, 0.3, 0.5, 0.0, 0.0).unwrap();
             let start = State::new([0.0, height * 0.5 * 0.6, 0.0], [0.0, 0.0, omega]);
-            // h = y − L |sin θ| meets zero at sin θ = .6 height.
+            // h = y − L |sin θ| is zero at sin θ = 0.6 height.
             let run = simulate(
                 &posture,
                 &start,
@@ -515,7 +516,7 @@ fn the_first_touch_of_a_fast_spin_is_not_missed() {
     }
 }
 
-/// g + cω² < 0: a contact at rest cannot be held; it lifts off at once. Just below, it is held.
+/// g + cω² < 0: a contact at rest cannot be held and lifts off at once. At slightly smaller ω it is held.
 #[test]
 fn a_resting_contact_lifts_off_when_the_body_spins_too_fast() {
     // One contact straight below the centre of mass: c = −1, held iff ω² < g.
@@ -538,7 +539,8 @@ fn a_resting_contact_lifts_off_when_the_body_spins_too_fast() {
     }
 }
 
-/// While one contact is held without friction nothing is lost, and the centre of mass keeps its drift.
+/// While one contact is held without friction, energy is conserved and the horizontal velocity of the centre of mass is
+/// constant.
 #[test]
 fn held_contacts_keep_the_energy() {
     for angle in [0.05, 0.2, 0.4] {
@@ -557,7 +559,7 @@ fn held_contacts_keep_the_energy() {
                 .iter()
                 .map(|i| i.time)
                 .chain(run.zeno_points().iter().map(|z| z.time))
-                .filter(|t| *t > 1e-6) // a rounding of height at the start
+                .filter(|t| *t > 1e-6) // not a rounding error of the initial height
                 .fold(run.time(), f64::min);
             assert!(landing > 0.01, "{landing}");
             let before = run.energy(0.0).unwrap();
@@ -578,7 +580,7 @@ fn held_contacts_keep_the_energy() {
     }
 }
 
-/// A needle on its tip swings up towards the vertical, faster and faster: where g + cω² = 0 its force is gone.
+/// A needle on its tip rotates towards the vertical, faster and faster. It lifts off where g + cω² = 0.
 #[test]
 fn a_held_contact_lifts_off_when_its_force_vanishes() {
     for (angle, omega) in [(-0.3, 3.19), (-0.2, 3.15), (0.3, -3.19)] {
@@ -634,7 +636,7 @@ fn touching_and_leaving_is_no_collision() {
     }
 }
 
-/// The outcome of a tie depends on the policy, and the run says so.
+/// The result of a tie depends on the policy, and the run warns of it.
 #[test]
 fn ties_follow_the_policy_and_are_named() {
     let tie = |psi: f64, simultaneous| {
@@ -661,9 +663,9 @@ fn ties_follow_the_policy_and_are_named() {
             );
         }
     }
-    // ψ = ½: the first impact lifts nothing, the second is hit harder.
+    // ψ = ½: the first impact presses the other contact down, so the second impact is stronger.
     let run = tie(0.5, Simultaneous::FirstContactFirst);
-    // (−1,−1) → (.3, −1.65) → (.3 − 1.0725, .495) → hit 1 again …
+    // (−1, −1) → (0.3, −1.65) → (0.3 − 1.0725, 0.495) → impact at contact 1 again …
     let mut u = [-1.0_f64, -1.0];
     let mut k = 0;
     while u[k] < 0.0 {
@@ -779,7 +781,7 @@ fn impacts_of_the_first_instant_are_listed() {
     }
 }
 
-/// A heavy rim turns thousands of times while the body is high above the ground: no turn is looked at.
+/// A body with a heavy rim makes thousands of revolutions high above the ground. The search for its touchdown skips them.
 #[test]
 fn a_long_flight_of_a_fast_spin_is_no_work() {
     let posture = Posture::rod(0.5, 100.0, 0.99, 0.0, 1.0).unwrap();
@@ -793,7 +795,7 @@ fn a_long_flight_of_a_fast_spin_is_no_work() {
     }
 }
 
-/// Bounces at contact 1 while the spin throws contact 2 upwards, g + cω² < 0: their sum does not ask for it.
+/// The sum of the bounces at contact 1 is independent of contact 2, which the spin may throw upwards, g + cω² < 0.
 #[test]
 fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
     let posture = Posture::new(PostureFields {
@@ -806,7 +808,8 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
         terrain: Vec::new(),
     })
     .unwrap();
-    // Contact 1 lies above the centre of mass (c > 0), contact 2 below: c ω² = −2·1 < −g at θ = π, reversed.
+    // At θ = 0 contact 1 is above the centre of mass (c = 0.5) and contact 2 below: c ω² = −2·1.2² < −g. At θ = π the
+    // signs of c are reversed.
     let start = State::new([0.0, 2.001, 0.0], [0.0, 0.0, 1.2]);
     let run =
         simulate(&posture, &start, &Options { event_limit: 5000, ..until(Stop::Zeno) }).unwrap();
@@ -819,7 +822,7 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
     }
 }
 
-/// Inside a nested tail, anywhere: gaps stay at zero or above, and energy only falls on the way to its end.
+/// At any time within a nested tail gaps are nonnegative, and energy decreases.
 #[test]
 fn a_nested_tail_may_be_looked_into_anywhere() {
     for psi in [-0.5, -0.99, -0.9999, -0.999_999] {
@@ -842,7 +845,7 @@ fn a_nested_tail_may_be_looked_into_anywhere() {
             let now = run.at(t).unwrap();
             let e = energy(&now.gaps, &now.rates);
             assert!(now.gaps.iter().all(|h| *h >= 0.0));
-            // The energy is a small difference where D is nearly singular.
+            // The energy is a small difference of large terms where D is nearly singular.
             assert!(
                 e <= last_energy * (1.0 + 1e-9) + 1e-15 / det,
                 "psi {psi}, {k}: {e} {last_energy}"
@@ -853,7 +856,7 @@ fn a_nested_tail_may_be_looked_into_anywhere() {
     }
 }
 
-/// Without gravity the full model clatters like the local one, and is summed like it.
+/// Without gravity the full model clatters and is summed like the local model.
 #[test]
 fn clattering_without_gravity_is_summed_in_both_models() {
     let posture = Posture::rod(0.5, 0.2, 0.1, 0.0, 0.0).unwrap();
@@ -886,7 +889,7 @@ fn a_rod_that_spins_beyond_all_digits_ends_and_says_so() {
     let start = State::new([0.0, 0.5, 0.0], [0.0, 0.0, 1e10]);
     let run = simulate(&rod, &start, &Options { event_limit: 200, ..until(Stop::Rest) }).unwrap();
     assert!(run.warnings().iter().any(|w| w.contains("1e12 rad")), "{:?}", run.warnings());
-    // Weightless and sinking slowly: a million turns go by before the tips come into reach.
+    // No gravity, and a slow approach: 1e6 s, more than 1e9 revolutions, until the first touch.
     let body = Posture::rod(0.5, 0.2, 0.1, 0.0, 0.0).unwrap();
     let start = State::new([0.0, 1000.0, 0.0], [0.0, -1e-3, 1e4]);
     let run = simulate(&body, &start, &until(Stop::Rest)).unwrap();
@@ -896,7 +899,7 @@ fn a_rod_that_spins_beyond_all_digits_ends_and_says_so() {
 
 #[test]
 fn time_and_length_have_no_scale_of_their_own() {
-    // A rocking block, which turns about its corners between its landings.
+    // A rocking block, which rotates about its corners between its landings.
     let rest = |length: f64, time: f64| {
         let block = Posture::new(PostureFields {
             mass: 1.0,
@@ -955,7 +958,7 @@ fn numbers_whose_squares_overflow_are_refused() {
     refused([0.0, 1e308, 0.0], [0.0; 3], "q.y");
     let m = model([9.81; 2], [0.7; 2], 0.1);
     assert!(simulate_local(&m, [1e300; 2], [0.0, -1e200], 0.0, 0.0, &until(Stop::Rest)).is_err());
-    // The largest allowed still come to rest.
+    // With the largest allowed values the body still comes to rest.
     for (h, v) in [(1e150, 0.0), (1.0, 1e150), (1e150, -1e150)] {
         let run = simulate(
             &ball(0.5, 9.81),
@@ -975,7 +978,7 @@ fn without_gravity_unequal_ends_clatter_to_a_sum() {
             if p[0] * p[1] < (e[0].sqrt() + e[1].sqrt()).powi(2) {
                 continue;
             }
-            // The ratio u_1/|u_2| from which impacts go on for ever lies above a quarter of p_2.
+            // The ratio u_1/|u_2| above which impacts never end is larger than a quarter of p_2.
             let (u, h) = ([share * 0.25 * p[1], -1.0], 0.3);
             let clatter = run(&m, [0.0, h], u, Stop::Zeno);
             assert_eq!(clatter.zeno_points().len(), 1, "e {e:?}");
@@ -983,7 +986,7 @@ fn without_gravity_unequal_ends_clatter_to_a_sum() {
                 (clatter.zeno_points()[0].kind.as_str(), clatter.collisions()),
                 ("2-zeno", 1)
             );
-            // Plainly, impact by impact.
+            // Plain loop over the impacts.
             let (mut t, mut h, mut ua, mut ub, mut b) = (0.0, h, u[0], u[1], 1);
             for _ in 0..2000 {
                 let dt = h / -ub;
@@ -1004,7 +1007,7 @@ fn without_gravity_unequal_ends_clatter_to_a_sum() {
     }
 }
 
-/// A body in a valley, its spin strong enough to pull contact 1 off the terrain while contact 2 bounces.
+/// A body in a valley. Its spin is fast enough to pull contact 1 off the terrain while contact 2 bounces.
 #[test]
 fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
     let body = Posture::new(PostureFields {
@@ -1031,14 +1034,14 @@ fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
     let nested = points.iter().position(|p| p.method == "nested").unwrap();
     let (before, last) = (&points[..nested], &points[nested]);
     assert_eq!(last.kind, "2-zeno");
-    // The 1-Zeno points of contact 2 on the way converge geometrically: Aitken's limit.
+    // The earlier 1-Zeno points of contact 2 converge geometrically: Aitken's limit.
     let [.., x, y, z] = before.iter().map(|p| p.time).collect::<Vec<_>>()[..12] else { panic!() };
     let limit = z - (z - y).powi(2) / ((z - y) - (y - x));
     assert!((limit - last.time).abs() < 1e-8, "{limit} {}", last.time);
 }
 
-/// A huge flywheel on two level contacts: what gravity does to the one in the air says nothing of how slowly
-/// the body tips over the other.
+/// A huge flywheel on two level contacts. The gravity of the gap in the air does not bound the time in which the body
+/// tips over the other contact.
 #[test]
 fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
     let wheel = Posture::new(PostureFields {
@@ -1062,7 +1065,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
     };
     let run = simulate(&wheel, &start, &options).unwrap();
     for impact in run.impacts() {
-        // ψ of the body as it lies at that moment.
+        // ψ at the rotation at that time.
         let (i, j) = (impact.contact.index(), 1 - impact.contact.index());
         let theta = run.at(impact.time).unwrap().state.q.z;
         let psi = wheel.local(theta).unwrap().psi()[i];
@@ -1122,8 +1125,8 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
     }
 }
 
-/// Two feet one exactly above the other have one row (n, b), but only the upper one can hold the body as it turns: the run is
-/// that of the upper foot alone, until something lands.
+/// Two feet, one exactly above the other, have the same row (n, b), but only the upper one can hold the body as it
+/// rotates. The run is that of the upper foot alone, until another contact lands.
 #[test]
 fn of_two_feet_one_above_the_other_the_upper_one_holds() {
     let (upper, lower) = (Contact::at(-2.0, 0.1737), Contact::at(-2.0, 0.0));
@@ -1147,7 +1150,7 @@ fn of_two_feet_one_above_the_other_the_upper_one_holds() {
             assert_eq!(run.state(), alone.state(), "{until} s");
         }
     }
-    // Where both rub their forces are not unique at the start, but after it only one foot is down.
+    // With friction at both feet, their forces are not unique at the start. After it only one foot is closed.
     let rough = [upper, lower].map(|contact| Contact { friction: 0.8, ..contact });
     let (run, alone) = (of(rough.into(), 0.2), of(vec![rough[0]], 0.2));
     assert_eq!(run.state(), alone.state());
@@ -1155,7 +1158,7 @@ fn of_two_feet_one_above_the_other_the_upper_one_holds() {
 
 #[test]
 fn nothing_slides_beyond_all_bounds() {
-    // So heavy to turn that its next turn takes it far; heavier ones are refused.
+    // The moment of inertia is so large that the body slides far before its next revolution. Larger ones are refused.
     for gyration_radius in [1e4, 3e7, 1e40] {
         let body = Posture::new(PostureFields {
             mass: 1.0,
@@ -1199,7 +1202,7 @@ fn a_distant_time_limit_is_no_reason_to_slide_on() {
 
 #[test]
 fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
-    // Its bounces are over in 1e-83 s, below all rounding of the time; so fast it spins, too.
+    // The bounces end within 1e-83 s, below the rounding of the time, but the spin is as fast.
     let foot = |x, slope| Contact { slope, ..Contact::at(x, 0.0) };
     let body = Posture::new(PostureFields {
         mass: 1.0,
@@ -1219,7 +1222,7 @@ fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
     assert!(energy <= 0.5 * v * v * (1.0 + 1e-9), "{energy:e}");
 }
 
-/// A contact that is given twice is one, whatever it does: it holds, slides, turns round and lifts off.
+/// A contact that is listed twice acts as one: when it is held, slides, reverses and lifts off.
 #[test]
 fn one_point_twice_is_one_contact() {
     for friction in [0.0, 0.22, 0.6] {
@@ -1251,7 +1254,7 @@ fn one_point_twice_is_one_contact() {
     }
 }
 
-/// A run stops when it is asked to, also while it proves its times.
+/// A run can be cancelled, also while it computes proved bounds.
 #[test]
 fn bounds_are_cancelled() {
     let body = Posture::new(PostureFields {
@@ -1281,7 +1284,7 @@ fn bounds_are_cancelled() {
     }
 }
 
-/// A body that lands flat with a foot right below its centre of mass: the other one, which no impulse hits, bounces in step.
+/// A body lands flat with a foot right below its centre of mass. The other foot has no impulse and bounces in step.
 #[test]
 fn a_foot_that_bounces_without_an_impulse() {
     let (e, g, v) = (0.36, 9.81, 0.875);
@@ -1306,7 +1309,7 @@ fn a_foot_that_bounces_without_an_impulse() {
     }
 }
 
-/// Two feet without friction, one right above the other: the upper one is the instant centre, and slides off all the same.
+/// Two feet without friction, one right above the other. The upper one is the instant centre, but the body slides off.
 #[test]
 fn an_instant_centre_without_friction_slides_off() {
     let body = Posture::new(PostureFields {
@@ -1330,7 +1333,7 @@ fn an_instant_centre_without_friction_slides_off() {
     }
 }
 
-/// Of two feet one above the other a slope too small for a square turns nothing: the motion is that on level ground.
+/// Two feet, one above the other, with a slope whose square underflows: the motion is that on level ground.
 #[test]
 fn a_slope_that_has_no_square_turns_nothing() {
     let run = |slope: f64| {
@@ -1360,7 +1363,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
     assert!((level.state().qdot - steep.state().qdot).norm() < 1e-15);
 }
 
-/// A pivot about a foot at the centre of mass keeps its place and its spin, however heavy the load that it holds.
+/// A body that pivots about a foot at its centre of mass keeps its position and spin under any load.
 #[test]
 fn a_pivot_under_a_load_of_1e94_times_its_own_stays() {
     let body = Posture::new(PostureFields {

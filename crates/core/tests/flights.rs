@@ -1,9 +1,9 @@
-//! Random flights of a turning body against a conservative checker: no touchdown is missed.
+//! Random flights of a rotating body against a conservative checker: no touchdown is missed.
 //!
-//! The checker shares nothing with the solver. It marches along the arc in steps so short that the gap
-//! cannot come down to zero within one: over a step dt the gap loses at most |ḣ| dt + ½A dt², where
-//! A = g + |d|ω² bounds |ḧ|. A gap below zero, by more than the rounding of the checker, before the
-//! touchdown that the solver found is a missed collision.
+//! The checker shares no code with the solver. It advances along the arc in steps so short that the gap cannot become
+//! zero within one: over a step dt the gap decreases by at most |ḣ| dt + ½A dt², where A = g + |d|ω² bounds |ḧ|. A gap
+//! below zero, by more than the rounding error of the checker, before the touchdown of the solver is a missed
+//! collision.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +25,7 @@ impl Random {
         low + (high - low) * self.next()
     }
 
-    /// 10^x for x even in [low, high].
+    /// 10^x for x uniform in [low, high].
     fn decades(&mut self, low: f64, high: f64) -> f64 {
         10f64.powf(self.between(low, high))
     }
@@ -35,10 +35,10 @@ impl Random {
     }
 }
 
-/// A gap in flight: any spin from none to hundreds of times the concave limit, near or leaving the ground.
+/// A gap in flight, near the ground or leaving it. The spin is from zero to hundreds of times the concave limit.
 fn draw(random: &mut Random) -> GapArc {
     let angle = if random.next() < 0.1 {
-        // Right above the centre of mass, or below it.
+        // Contact right above or below the centre of mass.
         random.sign() * random.decades(-17.0, -1.0) + PI * random.between(0.0, 2.0).floor()
     } else {
         random.between(0.0, TAU)
@@ -49,7 +49,7 @@ fn draw(random: &mut Random) -> GapArc {
     let limit = (g.max(0.1) / arm).sqrt();
     let omega = random.sign() * limit * random.decades(-2.0, 2.5);
     let (h, u) = if random.next() < 0.2 {
-        // High above the ground: many turns until it lands.
+        // High above the ground: many revolutions until touchdown.
         (arm * random.decades(0.0, 4.0), random.sign() * random.decades(-2.0, 2.0))
     } else if random.next() < 0.3 {
         (0.0, random.decades(-6.0, 1.0))
@@ -68,7 +68,7 @@ fn gap(arc: &GapArc, t: f64) -> (f64, f64) {
     (arc.h - arc.c + climb * t - 0.5 * arc.g * t * t + swing, climb - arc.g * t + arc.omega * lever)
 }
 
-/// Rounding of `gap` at time `t`.
+/// Rounding error of `gap` at time `t`.
 fn rounding(arc: &GapArc, t: f64) -> f64 {
     let arm = arc.b.hypot(arc.c);
     let climb = (arc.u - arc.omega * arc.b).abs();
@@ -76,7 +76,7 @@ fn rounding(arc: &GapArc, t: f64) -> f64 {
         * (arc.h + arm * (2.0 + (arc.omega * t).abs()) + climb * t + 0.5 * arc.g * t * t)
 }
 
-/// What is wrong with the touchdown of this arc, if anything.
+/// The error in the touchdown of this arc, if any.
 fn fault(arc: &GapArc) -> Option<String> {
     let found = arc.touchdown();
     let bound = arc.g + arc.b.hypot(arc.c) * arc.omega * arc.omega;
@@ -91,12 +91,12 @@ fn fault(arc: &GapArc) -> Option<String> {
             t
         }
         None if arc.g > 0.0 => return Some("a falling body never lands".into()),
-        // Without gravity: either it drifts away, or it repeats itself.
+        // Without gravity the gap grows, or it is periodic.
         None => 3.0 * TAU / arc.omega.abs(),
     };
     let mut t = 0.0;
     if arc.h == 0.0 {
-        // It has left the ground: u t − ½A t² > 0 on (0, 2u/A).
+        // The contact leaves the ground: u t − ½A t² > 0 on (0, 2u/A).
         t = arc.u / bound;
         if found.is_some() && end <= 2.0 * t * (1.0 - 1e-12) {
             return Some(format!("lands at {end}, while it certainly rises until {}", 2.0 * t));
@@ -108,7 +108,7 @@ fn fault(arc: &GapArc) -> Option<String> {
         if h < -floor {
             return Some(format!("gap {h} at {t}, before the touchdown {found:?}"));
         }
-        // The largest dt with h − |ḣ⁻| dt − ½A dt² ≥ 0, or a step in which nothing but rounding can hide.
+        // The largest dt with h − |ḣ⁻| dt − ½A dt² ≥ 0, or a step in which the gap stays above minus its rounding error.
         let (h, fall) = (h.max(floor), (-rate).max(0.0));
         let step = 2.0 * h / (fall + (fall * fall + 2.0 * bound * h).sqrt());
         t += step.max(t * f64::EPSILON);

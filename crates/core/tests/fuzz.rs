@@ -1,5 +1,6 @@
-//! What the fuzz targets try, over their corpus, over random bytes, and in a campaign over what becomes of the corpus: `make mutate`.
-//! That goes blindly, and ten times as fast as the campaigns of `make fuzz`, which look at the branches that an input takes.
+//! The fuzz targets on their corpus, on random bytes, and in a campaign on mutations of the corpus: `make mutate`. The
+//! mutations are random. They run ten times as fast as the campaigns of `make fuzz`, which are guided by branch
+//! coverage.
 
 #[path = "../../../fuzz/inputs.rs"]
 #[expect(unreachable_pub, reason = "the library of the fuzz targets")]
@@ -14,11 +15,11 @@ use std::{env, fs, process, thread};
 
 type Target = fn(&[u8]);
 
-/// Bytes that choose what is rare or extreme.
+/// Bytes that select rare or extreme values.
 const TELLING: [u8; 12] = [0, 1, 2, 127, 128, 159, 160, 192, 223, 224, 239, 255];
 /// Longest input.
 const LONGEST: usize = 4096;
-/// Time after which an input hangs.
+/// Time after which an input counts as hanging.
 const HANGS: Duration = Duration::from_secs(60);
 
 /// A number from the environment.
@@ -47,7 +48,7 @@ impl Random {
         self.next() as usize % count
     }
 
-    /// The beginning of one input and the end of another, some bytes of it changed.
+    /// One input, or the beginning of one and the end of another, with some bytes changed.
     fn offspring(&mut self, corpus: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = corpus[self.below(corpus.len())].clone();
         if self.below(3) == 0 {
@@ -99,8 +100,8 @@ fn all(name: &str, target: Target) {
     }
 }
 
-/// Offspring of the corpus, and of what `make fuzz` has found, for `STANDFAST_FUZZ_SECONDS` from `STANDFAST_FUZZ_SEED` on.
-/// An input that fails or hangs is put into target/fuzz.
+/// Mutations of the corpus and of the inputs that `make fuzz` has found, for `STANDFAST_FUZZ_SECONDS`, with seed
+/// `STANDFAST_FUZZ_SEED`. An input that fails or hangs is written to target/fuzz.
 fn campaign(name: &str, target: Target) {
     let seed = asked("STANDFAST_FUZZ_SEED", 0);
     let found = root().join("target/fuzz").join(name);

@@ -1,6 +1,6 @@
-//! What no parameter may break, over seeded random bodies and states at scales 1e-6 … 1e6 in length and time.
+//! Invariants that hold for all parameters, on seeded random bodies and states at scales 1e-6 … 1e6 in length and time.
 //!
-//! Every tolerance is a number of roundings of the largest quantity that enters: see [`Yardstick`].
+//! Every tolerance is a number of rounding errors of the largest quantity involved: see [`Yardstick`].
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -14,7 +14,7 @@ use standfast::{
 
 const EPS: f64 = f64::EPSILON;
 
-/// Random cases of the ordinary run; the long campaign takes [`CAMPAIGN`] times as many.
+/// Number of random cases of the ordinary run; the long campaign has [`CAMPAIGN`] times as many.
 const CASES: u32 = 1000;
 const CAMPAIGN: u32 = 100;
 
@@ -36,7 +36,7 @@ fn always<S: Strategy>(seed: u64, cases: u32, strategy: S, check: impl Fn(&S::Va
     }
 }
 
-/// A body, its start, and how it is run.
+/// A body, its start and the options of its run.
 #[derive(Debug, Clone)]
 struct Scene {
     fields: PostureFields,
@@ -92,11 +92,11 @@ impl Scene {
     }
 }
 
-/// Relative change of the couplings over the last moments of an accumulation, for which the full model
-/// freezes its geometry: the *time* is not changed by it, the last rates are.
+/// Relative change of the couplings over the last moments of an accumulation, in which the full model freezes its
+/// geometry. It affects the last rates, not the *time*.
 const FROZEN: f64 = 1e-6;
 
-/// Restitution with its ends.
+/// Restitution, including values near both ends of its range.
 fn restitution() -> impl Strategy<Value = f64> {
     prop_oneof![
         1 => Just(0.0),
@@ -118,7 +118,8 @@ fn contact() -> impl Strategy<Value = Contact> {
         })
 }
 
-/// Slimmer bodies amplify every rounding by (size/ρ)² an impact: their gaps and their q drift apart.
+/// Radius of gyration. Impacts of slimmer bodies amplify every rounding error by (size/ρ)², so their gaps and q lose
+/// agreement.
 fn gyration() -> impl Strategy<Value = f64> {
     prop_oneof![4 => 0.1..1.5, 1 => (-1.3..3.0).prop_map(|x: f64| 10f64.powf(x))]
 }
@@ -148,7 +149,7 @@ fn body() -> impl Strategy<Value = PostureFields> {
         })
 }
 
-/// Bodies of size 1 under gravity 1, started clear of the terrain or touching it.
+/// Bodies of size 1 under gravity 1, starting above the terrain or touching it.
 fn scene() -> impl Strategy<Value = Scene> {
     let spin = prop_oneof![2 => Just(0.0), 5 => -3.0..3.0, 1 => -60.0..60.0];
     let lift = prop_oneof![
@@ -181,7 +182,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         })
 }
 
-/// Lowered on to the terrain until only `lift` is left in the height.
+/// The start at this position and rotation, raised by `lift` from the height at which the first contact touches.
 fn start(
     fields: &PostureFields,
     model: Model,
@@ -203,7 +204,7 @@ fn start(
     State::new([x, y + lift, theta], v)
 }
 
-/// Gaps N·q of the local model, rows frozen at q = 0.
+/// Gaps N·q of the local model, with rows frozen at q = 0.
 fn local_gaps(posture: &Posture, state: &State) -> Vec<f64> {
     let zero = standfast::Vector3::new(0.0, 0.0, 0.0);
     posture.gap_rates(&zero, &state.q)
@@ -223,10 +224,10 @@ fn model_gaps(run: &Trajectory, state: &State) -> Vec<f64> {
     }
 }
 
-/// The largest quantities of a run, of which a rounding is a share of `EPS`.
+/// The largest quantities of a run; rounding errors are `EPS` times these.
 ///
-/// Positions are sums of q̇₀t, gt²/2 and the paths of the impulses, so that their rounding is one of the
-/// largest of these, once per collision at most.
+/// Positions are sums of q̇₀t, gt²/2 and the paths of the impulses, so their rounding error is that of the largest of
+/// these, at most once per collision.
 struct Yardstick {
     speed: f64,
     length: f64,
@@ -253,12 +254,12 @@ impl Yardstick {
             + (2.0 * f.gravity * size).sqrt()
             + impulses;
         let q = &start.q;
-        // The angle ωt is rounded; an impact turns that into a rate of ω|d| times as much, and the rate into a
-        // way: a change of ω by one ulp does the same.
+        // The angle ωt is rounded. An impact turns this error into a rate error of ω|d| times it, and so into a
+        // displacement. A change of ω by one ulp has the same effect.
         let turned = size * (spin * t).powi(2);
         let length = size * (1.0 + q.z.abs()) + q.x.hypot(q.y) + speed * t + turned;
         let slim = (size / f.gyration_radius).powi(2).max(1.0);
-        // A flywheel: its gaps fall almost as one, and what tells them apart is as badly known.
+        // A flywheel: its gaps fall almost equally, and their small difference has a large relative error.
         let apart = |p: &[f64; 2], q: &[f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
         let points = || f.contacts.iter().map(|contact| contact.point);
         let lever = points().flat_map(|p| points().map(move |q| apart(&p, &q))).fold(0.0, f64::max);
@@ -279,7 +280,7 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Everything a run says without its record, as bits.
+/// All results of a run other than its record, as bits.
 fn digest(run: &Trajectory) -> (Outcome, Vec<u64>, usize) {
     let mut all = vec![run.time(), run.elapsed()];
     all.extend(run.state().q.iter());
@@ -306,7 +307,7 @@ fn check_limits(run: &Trajectory) {
             assert!(offset <= 2.0 * EPS * limit.abs(), "{} != {limit}", run.time());
         }
     }
-    // A sequence of impacts in one instant is not cut.
+    // The event limit does not interrupt a sequence of impacts at one instant.
     assert!(run.collisions() <= o.event_limit + 64 * 64 || run.zeno_points().len() > 60);
 }
 
@@ -332,7 +333,8 @@ fn check_times(run: &Trajectory) {
     let mut last = run.options().time;
     for phase in run.phases() {
         assert!(phase.start == last && phase.end >= phase.start, "{phase:?} after {last}");
-        // Those that share their rounded time with an end are on one side of it or the other by the finer clock of the run.
+        // Impacts whose rounded time equals an end of the phase may lie on either side of it by the more accurate clock
+        // of the run.
         let among = |inside: &dyn Fn(f64) -> bool| {
             run.impacts().iter().filter(|impact| inside(impact.time)).count()
         };
@@ -376,7 +378,7 @@ fn check_impacts(run: &Trajectory, yard: &Yardstick) {
         };
         let psi = posture.local(theta).unwrap().psi()[i];
         let expected = before[j] + (1.0 + e) * psi * w;
-        // ψ at the rotation of the moment, which is known to a few roundings of itself.
+        // ψ at the rotation at that time, which has a relative error of a few roundings.
         let rho = posture.fields().gyration_radius;
         let steep = (posture.size() / rho).max(1.0) * (1.0 + psi.abs());
         let frozen = if run.model() == Model::Local { 0.0 } else { FROZEN };
@@ -432,7 +434,7 @@ fn check_motion(run: &Trajectory, yard: &Yardstick) {
     }
 }
 
-/// Positions before and after every event differ by what one rounding of the time makes.
+/// Positions before and after every event differ by no more than one rounding of the time causes.
 fn check_continuity(run: &Trajectory, yard: &Yardstick) {
     let start = run.options().time;
     let events = run
@@ -488,7 +490,7 @@ fn check_scene(scene: &Scene) {
     check_outcome(&run, &yard);
 }
 
-/// Same bits with and without a record, from call to call, and with another clock.
+/// The same bits with and without a record, from call to call, and with another initial time.
 fn check_bits(scene: &Scene) {
     let run = scene.run();
     assert_eq!(digest(&run), digest(&scene.run()), "another call");
@@ -500,14 +502,14 @@ fn check_bits(scene: &Scene) {
         }
         let times = |run: &Trajectory| run.impacts().iter().map(|i| i.elapsed).collect::<Vec<_>>();
         assert_eq!(times(&run), times(&late));
-        // Whole tails are summed alike; tails cut by a limit may be skipped where nobody looks.
+        // Complete tails are summed identically. Tails cut by a limit may be skipped without a record.
         let unseen = scene.run_with(&Options { record: false, ..scene.options });
         assert_eq!(digest(&run), digest(&unseen), "record");
         assert!(unseen.at(0.0).is_err() && unseen.impacts().is_empty());
     }
 }
 
-/// A mirrored world moves mirrored: signs are exact.
+/// The motion of a mirrored scene is the mirrored motion, bit for bit.
 fn check_mirror(scene: &Scene) {
     let (run, other) = (scene.run(), scene.mirrored().run());
     let signs = [-1.0, 1.0, -1.0];
@@ -523,12 +525,12 @@ fn check_mirror(scene: &Scene) {
     assert_eq!(run.collisions(), other.collisions());
 }
 
-/// Powers of two rescale without rounding: every run comes out bit for bit.
+/// Scaling by powers of two has no rounding error: every run has the same bits.
 fn check_units(scene: &Scene) {
     let run = scene.run();
     let (length, time) = (2f64.powi(-13), 2f64.powi(9));
     let other = scene.in_units(length, time).run();
-    // Speeds whose squares underflow do so in other places.
+    // Runs with speeds whose squares underflow are left out, because the underflow depends on the units.
     let tiny = |values: &[f64]| values.iter().any(|x| *x != 0.0 && x.abs() < 1e-140);
     let fade = |run: &Trajectory| {
         let faint = run.impacts().iter().any(|i| tiny(&i.rates_after));
@@ -547,7 +549,7 @@ fn check_units(scene: &Scene) {
     assert_eq!(run.collisions(), other.collisions());
 }
 
-/// Where the origin lies does not matter: on a dyadic grid the arms are the same bits.
+/// Results do not depend on the origin: on a dyadic grid the arms have the same bits.
 fn check_origin(scene: &Scene) {
     let mut here = scene.clone();
     let grid = |x: f64| (x * 1024.0).round() / 1024.0;
@@ -566,7 +568,7 @@ fn check_origin(scene: &Scene) {
     assert_eq!(digest(&here.run()), digest(&there.run()));
 }
 
-/// The numbers of the contacts do not matter, unless they arrive together.
+/// Results do not depend on the order of the contacts, unless they land simultaneously.
 fn check_numbers(scene: &Scene) {
     if scene.fields.contacts.len() < 2 {
         return;
@@ -577,7 +579,7 @@ fn check_numbers(scene: &Scene) {
     let ended =
         |run: &Trajectory| run.outcome() == Outcome::EventLimit || !run.warnings().is_empty();
     if ended(&run) || ended(&other) || run.collisions() > 40 {
-        return; // chaos would show the order of a sum after some more collisions
+        return; // more collisions amplify the rounding of sums in another order
     }
     let yard = Yardstick::of(&run, &scene.state);
     assert_eq!(run.outcome(), other.outcome());
@@ -592,8 +594,8 @@ fn check_numbers(scene: &Scene) {
     }
 }
 
-/// A run that is stopped by the clock, at a share of the way to rest, seen or unseen, is where the whole run
-/// passes.
+/// A run that is stopped by a time limit before its rest, with or without a record, has the state of the whole run at
+/// that time.
 fn check_cut((scene, share): &(Scene, f64)) {
     let options = Options { stop: Stop::Rest, time_limit: None, ..scene.options };
     let whole = scene.run_with(&options);
@@ -611,7 +613,7 @@ fn check_cut((scene, share): &(Scene, f64)) {
             ..options
         });
         if cut.outcome() == Outcome::EventLimit {
-            continue; // a cut tail of a recorded run is listed bounce by bounce
+            continue; // a recorded run lists every bounce of a cut tail
         }
         assert_eq!(cut.outcome(), Outcome::TimeLimit);
         assert!((cut.time() - limit).abs() <= 2.0 * EPS * limit, "{} {limit}", cut.time());
@@ -684,8 +686,8 @@ fn reduced() -> impl Strategy<Value = Reduced> {
         )
 }
 
-/// Energy ½u·D⁻¹u + λ·h, λ = D⁻¹g, of the gaps alone, up to a constant factor, and the same with every term
-/// counted positive: what its roundings are relative to.
+/// Energy ½u·D⁻¹u + λ·h, λ = D⁻¹g, of the gaps alone, up to a constant factor, and the sum of the absolute values of
+/// its terms, which is the scale of its rounding error.
 fn gap_energy(m: &LocalModel, h: &[f64], u: &[f64]) -> (f64, f64) {
     let (psi, g) = (m.psi(), m.gravity());
     // D ∝ [[w_1, −s], [−s, w_2]] with s = ψ_1w_1 = ψ_2w_2.
@@ -731,7 +733,7 @@ fn check_reduced(case: &Reduced) {
             "{impact:?}"
         );
     }
-    // Energy: by flights, at the samples. D is nearly singular near ψ_1ψ_2 = 1: its inverse amplifies roundings.
+    // Energy, from sample to sample. D is nearly singular near ψ_1ψ_2 = 1: its inverse amplifies rounding errors.
     let condition = 1.0 / (1.0 - m.psi()[0] * m.psi()[1]).max(1e-300);
     if condition < 1e6 && run.outcome() != Outcome::Escape {
         let times = run.sample_times(80).unwrap();
@@ -752,7 +754,7 @@ fn check_reduced(case: &Reduced) {
     }
 }
 
-/// One law over ordinary cases, and the same over a long campaign.
+/// A test of one invariant over ordinary cases, and one over a long campaign.
 macro_rules! laws {
     ($($name:ident, $long:ident, $share:expr, $strategy:expr, $check:expr;)*) => {$(
         #[test]

@@ -1,5 +1,5 @@
-//! Contact modes by convex programmes: how often the fixed point of De Saxcé finds one, and how exactly; and why
-//! Coulomb's law as one programme does not do.
+//! Contact modes by convex programs: how often the fixed-point iteration of De Saxcé finds one, and how accurately; and
+//! why Coulomb's law cannot be solved as a single program.
 #![cfg(feature = "qp")]
 
 use std::f64::consts::PI;
@@ -13,13 +13,13 @@ use standfast::modes::{
     ContactProblem, Level, Method, Mode, ModeAnswer, ProblemFields, Status, Word, contact_modes,
 };
 
-/// Problems of each class in a run of every day, and in the run whose figures the documentation states.
+/// Number of problems of each class in an ordinary run, and in the run that gives the numbers of the documentation.
 const FEW: usize = 1000;
 const MANY: usize = 10_000;
-/// Largest residual of a word solved exactly, see [`residual`]: rounding, grown by the condition of its system.
+/// Largest residual of a word solved exactly, see [`residual`]: rounding error times the condition of its system.
 const POLISHED: f64 = 1e-12;
 
-/// Held while a table is printed.
+/// Locked while a table is printed.
 static TABLE: Mutex<()> = Mutex::new(());
 
 /// Random numbers (splitmix64).
@@ -46,7 +46,7 @@ impl Draw {
         self.real(0.0..1.0) < p
     }
 
-    /// A body at rest on `n` contacts below its centre of mass, under gravity and often more.
+    /// A body at rest on `n` contacts below its centre of mass, under gravity and in half of the cases a more general load.
     fn body(&mut self, n: usize, friction: Range<f64>) -> ProblemFields {
         let angles: Vec<f64> =
             (0..n).map(|_| if self.chance(0.25) { 0.0 } else { self.real(-1.2..1.2) }).collect();
@@ -67,7 +67,7 @@ impl Draw {
         }
     }
 
-    /// The same body as it turns at a rate up to 1.5: bias −(b, c) θ̇² of its contacts.
+    /// The same body, rotating at a rate up to 1.5: bias −(b, c) θ̇² of its contacts.
     fn spun(&mut self, mut fields: ProblemFields) -> ProblemFields {
         let spin2 = self.real(0.0..1.5).powi(2);
         for i in 0..fields.arms.len() {
@@ -103,7 +103,7 @@ fn many_at_rest_high(draw: &mut Draw) -> ProblemFields {
     draw.body(n, HIGH)
 }
 
-/// Slip, rest and separation in any mixture, on walls and ceilings too.
+/// Sliding, resting and separated contacts in any mixture, on walls and ceilings too.
 fn mixed_sliding(draw: &mut Draw) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3, 4, 5, 6]);
     let mut fields = draw.body(n, 0.0..2.0);
@@ -117,7 +117,7 @@ fn mixed_sliding(draw: &mut Draw) -> ProblemFields {
     draw.spun(fields)
 }
 
-/// Small ρ, long arms, much friction, contacts that slide towards the side they are on: Painlevé's ground.
+/// Small ρ, long arms, high friction, and contacts that slide towards the side on which they are: near Painlevé's paradox.
 fn slender_sliding(draw: &mut Draw) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3]);
     let mut fields = draw.body(n, 1.0..3.0);
@@ -133,7 +133,7 @@ fn slender_sliding(draw: &mut Draw) -> ProblemFields {
     if draw.chance(0.7) { draw.spun(fields) } else { fields }
 }
 
-/// Two to six contacts in line on one floor, at rest, all sliding one way or in any mixture.
+/// Two to six contacts on one flat floor: at rest, all sliding one way, or in any mixture.
 fn flat_floor(draw: &mut Draw) -> ProblemFields {
     let n = draw.pick(&[2, 3, 4, 5, 6]);
     let mut fields = draw.body(n, 0.0..2.0);
@@ -154,8 +154,8 @@ fn flat_floor(draw: &mut Draw) -> ProblemFields {
     fields
 }
 
-/// One to four contacts at rest that need forces within 1e-12 to 1e-5 of the edges of their friction cones, or of
-/// their apices.
+/// One to four contacts at rest whose required forces are within 1e-12 to 1e-5 of the edges or apices of their friction
+/// cones.
 fn near_degenerate(draw: &mut Draw) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3, 4]);
     let mut fields = draw.body(n, 0.0..2.0);
@@ -207,7 +207,7 @@ fn newton_impact(draw: &mut Draw) -> ProblemFields {
     impact(draw, 0.9)
 }
 
-/// A class of problems and the part of the solvable ones in which a mode has to be found.
+/// A class of problems, and the least part of the solvable ones in which a mode must be found.
 struct Class {
     name: &'static str,
     make: fn(&mut Draw) -> ProblemFields,
@@ -357,7 +357,7 @@ fn complementarity(fields: &ProblemFields) -> (DMatrix<f64>, DVector<f64>) {
     (m, q)
 }
 
-/// Clarabel on min zᵀ(Mz + q) subject to z ≥ 0, Mz + q ≥ 0; `None` if it does not say that this is solved.
+/// Clarabel on min zᵀ(Mz + q) subject to z ≥ 0, Mz + q ≥ 0; `None` unless it reports the problem as solved.
 fn as_one_programme(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<DVector<f64>> {
     let size = q.len();
     let matrix = |rows: usize, entry: &dyn Fn(usize, usize) -> f64| {
@@ -380,8 +380,8 @@ fn as_one_programme(m: &DMatrix<f64>, q: &DVector<f64>) -> Option<DVector<f64>> 
         .then(|| DVector::from_column_slice(&solver.solution.x))
 }
 
-/// The word of a solution: of two quantities of which one has to vanish, the smaller is taken to. What vanishes to
-/// within `blur` makes a static word.
+/// The word of a solution: of two complementary quantities the smaller one counts as zero. Values below `blur` count as
+/// zero in favour of a static word.
 fn read(fields: &ProblemFields, z: &DVector<f64>, w: &DVector<f64>, blur: f64) -> Word {
     let n = fields.arms.len();
     let letter = |i: usize| {
@@ -398,15 +398,16 @@ fn read(fields: &ProblemFields, z: &DVector<f64>, w: &DVector<f64>, blur: f64) -
     (0..n).map(letter).collect::<String>().parse().unwrap()
 }
 
-/// Eigenvalues that vanish come out of matrices of order one no larger than this: rounding.
+/// Largest rounding error of a zero eigenvalue of matrices of order one.
 const ZERO: f64 = 1e-14;
-/// Complementary up to this in zᵀ(Mz + q), of loads of order one: far above Clarabel's gap of 1e-8.
+/// Largest zᵀ(Mz + q) that counts as complementary, for loads of order one: far above Clarabel's gap of 1e-8.
 const COMPLEMENTARY: f64 = 1e-5;
-/// What vanishes comes out of a convex programme below one of these; the words read with each of them count.
+/// Values below which a quantity may count as zero in the solution of a convex program. The words read with each of
+/// them count.
 const BLURS: [f64; 4] = [0.0, 1e-6, 1e-4, 1e-3];
 
-/// In how many solvable problems of `n` contacts at rest Clarabel says that the one programme is solved, its answer is
-/// complementary, and a word read off it is consistent; and in how many the fixed point finds a mode.
+/// Number of solvable problems of `n` contacts at rest in which Clarabel reports the single program as solved, its
+/// solution is complementary, and a word read from it is consistent; and in which the fixed point finds a mode.
 #[derive(Debug, Default)]
 struct Outcome {
     solvable: usize,

@@ -1,4 +1,4 @@
-//! Contact modes: known answers, symmetries, and every word in turn.
+//! Contact modes: known answers, symmetries, and tests of every word.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed, TestRunner};
@@ -37,8 +37,8 @@ const FLAT: [f64; 2] = [1.0, 0.0];
 
 #[test]
 fn the_three_four_five_rod() {
-    // Painlevé's rod: nothing is wrong below μ = 13/9; with μ = 2 and v_t < 0 nothing is right at θ̇ = 0, and two
-    // modes are at θ̇² = 5/2.
+    // Painlevé's rod. Below μ = 13/9 exactly one mode is consistent. With μ = 2 and v_t < 0 no mode is consistent at θ̇
+    // = 0, and two are at θ̇² = 5/2.
     let rod = |friction, spin2: f64| {
         let mut fields = on(1.0 / 3.0, &[([-0.6, -0.8], FLAT)], friction, -1);
         fields.bias = vec![[0.6 * spin2, 0.8 * spin2]]; // −(b, c) θ̇²
@@ -71,7 +71,7 @@ fn two_contacts_in_general_position_offer_ten_words() {
     let level = solve(on(0.5, &[([-1.0, -1.0], FLAT), ([2.0, -1.0], FLAT)], 0.5, 0));
     let ten = ["SS", "SF", "SR", "SL", "FS", "FF", "RS", "RR", "LS", "LL"];
     assert_eq!(offered(&level), ten);
-    // Over a convex corner, centre of mass low: the contacts slide towards each other or apart.
+    // Two contacts on a convex corner, centre of mass low: the contacts slide towards each other or apart.
     let (left, right) = ([0.8, 0.6], [0.8, -0.6]);
     let wedge = solve(on(0.5, &[([-1.0, 1.0], left), ([2.0, 1.5], right)], 0.5, 0));
     assert_eq!(wedge.answers().len(), 10);
@@ -102,7 +102,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
     };
     assert_eq!(words(&block(0.3, 0.5, 0.4)), ["FF"]);
     assert_eq!(words(&block(0.6, 0.5, 0.4)), ["LL"]);
-    assert_eq!(words(&block(0.6, 2.0, 1.0)), ["FS"]); // tips over its lower foot
+    assert_eq!(words(&block(0.6, 2.0, 1.0)), ["FS"]); // tips about its lower foot
     // Sliding down: g (sin − μ cos) along the slope, forces by the moments about the centre.
     let modes = block(0.6, 0.5, 0.4);
     let answer = modes.consistent().next().unwrap();
@@ -124,7 +124,7 @@ fn a_level_table_on_many_legs() {
             (0..n).map(|i| ([i as f64 / (n - 1) as f64 * 2.0 - 1.0, -1.0], FLAT)).collect();
         assert_eq!(words(&solve(on(0.5, &legs, 0.5, 0))), ["F".repeat(n)]);
         assert_eq!(words(&solve(on(0.5, &legs, 0.5, 1))), ["R".repeat(n)]);
-        // Pushed hard enough it slides, harder and it tips.
+        // With a larger push the body slides, with a still larger one it tips.
         let mut pushed = on(0.5, &legs, 0.5, 0);
         pushed.free_acceleration = [0.8, -1.0, 0.0];
         assert_eq!(words(&solve(pushed)), ["R".repeat(n)]);
@@ -223,7 +223,7 @@ fn closed_forms_agree_with_enumeration() {
 #[test]
 #[cfg(feature = "qp")]
 fn programmes_find_modes() {
-    // How often the fixed point finds a mode where there is one, on the random problems above.
+    // How often the fixed-point iteration finds a mode if one exists, on the random problems above.
     let config = ProptestConfig {
         cases: 5_000,
         failure_persistence: None,
@@ -270,7 +270,7 @@ fn many_legs_by_every_method() {
 
 #[test]
 fn critical_friction_of_painleves_rod() {
-    // 13/9 for the 3-4-5 rod; 4/3 for the uniform rod at tan = 2, leaning back as it slides.
+    // 13/9 for the 3-4-5 rod; 4/3 for the uniform rod at tan = 2 that leans backward as it slides.
     let rod = |arm: [f64; 2], way: i8| {
         ContactProblem::new(on(1.0 / 3.0, &[(arm, FLAT)], 0.5, way)).unwrap().jamming()
     };

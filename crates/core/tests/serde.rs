@@ -1,4 +1,4 @@
-//! What serde writes and reads, and what a run hands out without making it anew.
+//! Values written and read back by serde, and the parts of a run that are returned without being computed again.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ fn json<T: Serialize>(value: &T) -> String {
     serde_json::to_string_pretty(value).unwrap()
 }
 
-/// What is read from what was written.
+/// The value read from a text.
 fn read<T: DeserializeOwned>(text: &str) -> T {
     serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
 }
@@ -42,7 +42,7 @@ impl Random {
         low + (high - low) * self.next()
     }
 
-    /// A body on `count` contacts, each on a slope of its own.
+    /// A body on `count` contacts, each with its own slope.
     fn posture(&mut self, count: usize) -> Posture {
         let friction = self.within(0.0, 1.5);
         let contacts = (0..count).map(|i| Contact {
@@ -63,7 +63,7 @@ impl Random {
     }
 }
 
-/// Runs of both engines and all models, a few steps long and many.
+/// Runs in both kinds of coordinates and all models, with few and with many steps.
 fn runs() -> Vec<Trajectory> {
     let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
     let tilted = State::at_rest([0.0, 0.011, 0.002]);
@@ -137,7 +137,7 @@ fn a_scene_is_written_as_its_file() {
     };
     assert_eq!(json(&scene), scene.to_json());
     assert_eq!(back(&scene).to_toml(), scene.to_toml());
-    // What is wrong is named as in the file.
+    // An error has the name of the field in the file.
     let wrong = scene.to_json().replace("\"mass\": 2.0", "\"mass\": -2.0");
     let said = serde_json::from_str::<Scene>(&wrong).unwrap_err().to_string();
     assert!(said.starts_with("body.mass = -2.0 is outside its range"), "{said}");
@@ -187,7 +187,7 @@ fn modes_are_read_as_they_were_written() {
             same(&contact_modes(&problem, method).unwrap());
         }
     }
-    // Between two walls friction holds any force.
+    // Between two walls friction can hold any force.
     let problem = ContactProblem::new(ProblemFields {
         mass: 1.0,
         gyration_radius: 0.5,
@@ -203,7 +203,7 @@ fn modes_are_read_as_they_were_written() {
     let ends = |modes: &Modes| modes.get("FF".parse().unwrap()).unwrap().force_interval;
     assert_eq!((ends(&held), ends(&back(&held))), (Some([1.0, f64::INFINITY]), ends(&held)));
     same(&held);
-    // A word without a motion has no numbers.
+    // The numbers of a word without a motion are NaN.
     let text = json(held.answers().first().unwrap()).replace("-1.0", "null");
     let nothing: standfast::modes::ModeAnswer = read(&text);
     assert!(nothing.acceleration[1].is_nan());
@@ -226,7 +226,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Evidence::Left { .. } => "left",
         });
         if kinds.len() == 3 {
-            // A few of them with random kicks.
+            // Some of them with random kicks.
             verdict.trials = trials(&posture, 3, 1, &|| false).unwrap();
         }
         let text = json(&verdict);
@@ -259,12 +259,12 @@ fn phases_carry_on_through_the_impacts_inside_them() {
         let told = run.phases().iter().map(|phase| (phase.mode.clone(), phase.impacts));
         (run.impacts().len(), told.collect::<Vec<_>>())
     };
-    // Nine impacts by themselves, then the sum of the others.
+    // Nine impacts one by one, then the sum of the others.
     let clatter = phases([0.0, 0.011, 0.002_f64.asin()]);
     assert_eq!(clatter, (9, vec![("SS".into(), 9), ("FF".into(), 0)]));
     let mut fields = rod.fields().clone();
     fields.contacts.truncate(1);
-    // A ball that is hit once on its way.
+    // A ball with one impact during the run.
     fields.center_of_mass = fields.contacts[0].point;
     let ball = Posture::new(fields).unwrap();
     let options = Options {

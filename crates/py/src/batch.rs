@@ -52,7 +52,7 @@ impl PyRuns {
         array(py, values, &[self.ends.len(), 3])
     }
 
-    /// Words by their places in a list.
+    /// An array of words from their indices in a list.
     fn words<'py>(
         &self,
         py: Python<'py>,
@@ -178,10 +178,10 @@ impl PyRuns {
     }
 }
 
-/// Bytes that a run takes: its start, as it was given and as it is used, its end, and what is told of it.
+/// Bytes per run: its start as given and as used, its end, and its results.
 const RUN: usize = 512;
 
-/// One state a row, or one for all: `count` of them.
+/// `count` states: one per row, or one for all.
 fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     let array = input::triples(field, value)?;
     let array = array.as_array();
@@ -192,7 +192,7 @@ fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
             allowed: "an array of shape (N, 3), or (3,) for the same in each run".into(),
         }));
     }
-    // An allocation that fails later ends the process.
+    // A failing allocation later would end the process.
     let runs = array.len() / 3;
     if Vec::<[u8; RUN]>::new().try_reserve_exact(runs).is_err() {
         return Err(PyMemoryError::new_err(format!("{runs} runs take {RUN} bytes each")));
@@ -204,7 +204,7 @@ fn rows(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     })
 }
 
-/// One posture, or a sequence of them.
+/// The postures of an argument: one, or a sequence.
 fn postures(value: &Bound<'_, PyAny>) -> PyResult<Vec<Posture>> {
     if let Ok(posture) = value.cast::<PyPosture>() {
         return Ok(vec![posture.get().0.clone()]);
@@ -220,7 +220,7 @@ fn postures(value: &Bound<'_, PyAny>) -> PyResult<Vec<Posture>> {
         .collect()
 }
 
-/// As many as there are runs.
+/// Repeats a single value for all runs, and checks the number of values.
 fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>> {
     match values.len() {
         length if length == count => Ok(values),

@@ -1,4 +1,4 @@
-//! Between values of Rust and of Python: words, numbers, arrays, and what an answer is pickled as.
+//! Conversion between values of Rust and of Python: words, numbers, arrays, and the pickled form of results.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
@@ -10,7 +10,7 @@ use standfast::body::LocalModel;
 
 use crate::error::to_py;
 
-/// An option that is one of a few words.
+/// Reads an option that is one of a few words.
 pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResult<T> {
     let words: StrDeserializer<'a, NoSuchVariant> = word.into_deserializer();
     T::deserialize(words).map_err(|e| {
@@ -24,7 +24,7 @@ pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResu
     })
 }
 
-/// As [`call`], where None leaves it to the core.
+/// As [`call`]; None leaves the choice to the core.
 pub(crate) fn call_some<'a, T: Deserialize<'a>>(
     field: &str,
     word: Option<&'a str>,
@@ -32,7 +32,7 @@ pub(crate) fn call_some<'a, T: Deserialize<'a>>(
     word.map(|word| call(field, word)).transpose()
 }
 
-/// `KebabCase` variants as the face spells them.
+/// The Python name of a `KebabCase` variant.
 pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
     let mut text = String::new();
     for letter in format!("{value:?}").chars() {
@@ -44,7 +44,7 @@ pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
     text
 }
 
-/// A double as Python writes it; zero without its sign.
+/// A double as Python writes it, without the sign of zero.
 pub(crate) fn float(value: f64) -> String {
     let value = value + 0.0;
     if value.is_finite() { format!("{value:?}") } else { format!("float('{value}')") }
@@ -72,8 +72,8 @@ pub(crate) fn vector<'py>(py: Python<'py>, v: &standfast::Vector3) -> Bound<'py,
     vec![v.x, v.y, v.z].into_pyarray(py)
 }
 
-/// A function of the package with its keywords: what a run or many of them are pickled as, beside the arguments. A run is the
-/// same, to the last bit, whenever it is made.
+/// A function of the package with its keywords: the pickled form of one or many runs, together with the arguments. Repeating a
+/// run gives the same result to the last bit.
 pub(crate) fn question<'py>(
     function: Bound<'py, PyAny>,
     keywords: &Bound<'py, PyDict>,
@@ -81,7 +81,7 @@ pub(crate) fn question<'py>(
     function.py().import("functools")?.getattr("partial")?.call((function,), Some(keywords))
 }
 
-/// A `LocalModel` of Python, by its name in the package.
+/// A Python `LocalModel`, created by its name in the package.
 pub(crate) fn local_model<'py>(py: Python<'py>, model: &LocalModel) -> PyResult<Bound<'py, PyAny>> {
     let class = py.import("standfast")?.getattr("LocalModel")?;
     class.call1((model.gravity(), model.psi(), model.phi(), model.restitution()))

@@ -1,4 +1,4 @@
-//! Proved bounds of the times of a run.
+//! Proved bounds on the times of a run.
 
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -24,11 +24,11 @@ use standfast::outcome::{Enclosure, Uncertain};
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyEnclosure(Fields);
 
-/// As a dictionary it is pickled.
+/// The pickled form, as a dictionary.
 #[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
 struct Fields {
-    /// Contact, from 1, and bounds.
+    /// Contact number, from 1, and bounds.
     impacts: Vec<(usize, f64, f64)>,
     zeno: Option<(f64, f64)>,
     contacts: Vec<usize>,

@@ -15,7 +15,7 @@ pub(crate) fn to_py(error: &Error) -> PyErr {
         Error::At { error: inner, .. } if matches!(**inner, Error::Solver(_)) => {
             SolverError::new_err(error.to_string())
         }
-        // Python chooses FileNotFoundError or another subclass by the number.
+        // Python chooses the subclass, such as FileNotFoundError, by this number.
         Error::Io { path, cause } => {
             PyOSError::new_err((number(cause.kind()), cause.to_string(), path.clone()))
         }
@@ -23,7 +23,7 @@ pub(crate) fn to_py(error: &Error) -> PyErr {
     }
 }
 
-/// The number of an obstacle, alike on all systems of Python (its module `errno`).
+/// The error number, the same on all systems (Python module `errno`).
 fn number(kind: ErrorKind) -> i32 {
     match kind {
         ErrorKind::NotFound => 2,

@@ -1,4 +1,4 @@
-//! Arguments from Python: numbers are numbers, and a wrong one is named.
+//! Reading of arguments from Python, with errors that name the field.
 
 use std::ops::RangeInclusive;
 
@@ -12,10 +12,10 @@ use standfast::body::{MAX_CONTACTS, MAX_VERTICES};
 use crate::convert::array;
 use crate::error::to_py;
 
-/// Most times that `Run.sample` returns: 560 MB.
+/// Largest number of times of `Run.sample`: 560 MB.
 pub(crate) const MOST_SAMPLES: usize = 10_000_000;
 
-/// What is wrong with the value of a field.
+/// The error for a value of a field.
 fn unusable(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -> Error {
     // An integer of more than 4300 digits has no repr.
     let text =
@@ -31,13 +31,13 @@ pub(crate) fn wrong_type(
     PyTypeError::new_err(unusable(field, value, allowed).to_string())
 }
 
-/// A real number; one too large for a double is infinite.
+/// A real number; infinite if it is too large for a double.
 fn real(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     number(value).map_err(|_| wrong_type(field, value, "a number is needed"))
 }
 
 fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    // Numpy turns booleans, strings and the real parts of complex numbers into floats when asked to.
+    // Numpy also converts booleans, strings and the real parts of complex numbers to floats.
     let real = match value.getattr("dtype") {
         Ok(dtype) => is_real(&dtype)? && value.getattr("ndim")?.eq(0)?,
         Err(_) => !value.is_instance_of::<PyBool>(),
@@ -81,7 +81,7 @@ fn length(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     Ok(if items { value.len().ok() } else { None })
 }
 
-/// A sequence or an array with an entry for each contact; `read` is given `field.1`, `field.2`, ….
+/// A sequence or an array with an entry for each contact. `read` gets the names `field.1`, `field.2`, ….
 pub(crate) fn per_contact<T>(
     field: &str,
     value: &Bound<'_, PyAny>,
@@ -97,7 +97,7 @@ pub(crate) fn per_contact<T>(
     items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
 }
 
-/// The vertices of a terrain; None: it has none.
+/// The vertices of a terrain; empty for None.
 pub(crate) fn terrain(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     if value.is_none() {
         return Ok(Vec::new());
@@ -149,7 +149,7 @@ pub(crate) fn whole(
     }
 }
 
-/// An integer of any size that the machine counts to.
+/// A nonnegative integer up to the largest `usize`.
 fn count(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     whole(field, value, 0..=usize::MAX)
 }
@@ -167,7 +167,7 @@ fn flag(field: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     value.extract().map_err(|_| wrong_type(field, value, "True or False is needed"))
 }
 
-/// For each argument a function of its name that reads it.
+/// Defines for each argument a function of its name that reads it.
 macro_rules! arguments {
     ($($read:ident -> $kind:ty: $($field:ident),+;)+) => {$($(
         #[allow(clippy::needless_lifetimes, reason = "a word borrows from its value")]
@@ -191,12 +191,12 @@ arguments! {
     flag -> bool: record, certify;
 }
 
-/// The restitution of a contact, or None for the posture's.
+/// The restitution of a contact; None for that of the posture.
 pub(crate) fn own_restitution(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     optional("restitution", value)
 }
 
-/// The restitution of both contacts, or of each.
+/// One restitution for both contacts, or one for each.
 pub(crate) fn restitutions(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     number(value).map(|e| [e, e]).or_else(|_| reals("restitution", value)).map_err(|error| {
         if error.is_instance_of::<PyTypeError>(value.py()) {
@@ -222,7 +222,7 @@ pub(crate) fn letters<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
     word("word", value)
 }
 
-/// What a keyword cannot say to a body that has it already.
+/// The error for a keyword that the body already determines.
 pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
     let value = format!("{given:?}");
     to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
@@ -239,7 +239,7 @@ pub(crate) fn options<'a, 'py>(
     dict.map(Some).map_err(|_| wrong_type("options", value, "None or a dict is needed"))
 }
 
-/// No option of that name.
+/// The error for an unknown option.
 pub(crate) fn no_option(name: &str, value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type(
         name,
@@ -249,7 +249,7 @@ pub(crate) fn no_option(name: &str, value: &Bound<'_, PyAny>) -> PyErr {
     )
 }
 
-/// The number of one of `count` runs; a negative one counts from the end.
+/// The index of one of `count` runs; a negative one counts from the end.
 pub(crate) fn run_index(value: &Bound<'_, PyAny>, count: usize) -> PyResult<usize> {
     let wrong = || wrong_type("index", value, "an integer is needed");
     if value.is_instance_of::<PyBool>() {
@@ -266,34 +266,34 @@ pub(crate) fn run_index(value: &Bound<'_, PyAny>, count: usize) -> PyResult<usiz
     })
 }
 
-/// No posture, nor several.
+/// The error for a value that is neither a posture nor a sequence.
 pub(crate) fn no_posture(value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type("posture", value, "a Posture or a sequence of Postures is needed")
 }
 
-/// Something among postures that is none.
+/// The error for an item of the sequence that is not a posture.
 pub(crate) fn wrong_item(index: usize, value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type(&format!("posture[{index}]"), value, "a Posture is needed")
 }
 
-/// Neither of the bodies that have contacts.
+/// The error for a value that is neither a posture nor a contact problem.
 pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type("posture", value, "a Posture or a ContactProblem is needed")
 }
 
-/// Gravity into each of two terrains.
+/// Gravity into the terrain of each of two contacts.
 pub(crate) fn gravities(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     reals("gravity", value)
 }
 
-/// Whatever numpy takes for an array of real numbers.
+/// Anything that numpy converts to an array of real numbers.
 pub(crate) fn doubles<'py>(
     field: &str,
     value: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let py = value.py();
     let wrong = || wrong_type(field, value, "a number or an array of numbers is needed");
-    // numpy.asarray would forget the mask.
+    // numpy.asarray would drop the mask.
     if value.hasattr("mask")?
         && py.import("numpy.ma")?.call_method1("is_masked", (value,))?.is_truthy()?
     {
@@ -339,7 +339,7 @@ pub(crate) fn tuples<'py>(
     Ok(array)
 }
 
-/// The values of a parameter: one axis, at least one number.
+/// The values of a parameter: a one-dimensional array of at least one number.
 pub(crate) fn series(path: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let values = doubles(path, value)?;
     let array = values.as_array();
@@ -356,7 +356,7 @@ pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
 }
 
-/// More threads than any machine has cores: a larger number is a mistake.
+/// Largest number of threads, above the number of cores of any machine.
 const MOST_THREADS: usize = 4096;
 
 pub(crate) fn from_point(value: &Bound<'_, PyAny>) -> PyResult<usize> {
@@ -367,14 +367,14 @@ pub(crate) fn to_point(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     count("stop", value)
 }
 
-/// A range that is not one of points.
+/// The error for a range outside the points.
 pub(crate) fn no_range(start: usize, stop: usize, size: usize) -> PyErr {
     let value = format!("{start}..{stop}");
     let allowed = format!("0 <= start <= stop <= {size}");
     to_py(&Error::Unusable { field: "start, stop".into(), value, allowed })
 }
 
-/// A start without its velocity, or options without a start.
+/// The error for q without qdot or the reverse, or for options without a start.
 pub(crate) fn half_a_start() -> PyErr {
     let allowed = "q and qdot together, and options of simulate only with them".into();
     to_py(&Error::Unusable {
@@ -384,7 +384,7 @@ pub(crate) fn half_a_start() -> PyErr {
     })
 }
 
-/// A start that is missing, or of no use.
+/// The error for a start that is missing or not used.
 pub(crate) fn start_or_not(needed: bool) -> PyErr {
     let (value, allowed) = if needed {
         ("None", "the start of the runs that \"fate\" and \"zeno_time\" speak of")

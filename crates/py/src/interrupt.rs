@@ -1,4 +1,4 @@
-//! Computing without the GIL, until it is done or Ctrl-C ends it.
+//! Computation without the GIL, interruptible by Ctrl-C.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -14,7 +14,7 @@ pub(crate) fn interruptible<T: Send>(
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
 ) -> PyResult<T> {
     let raised = Mutex::new(None);
-    // A signal is told once, the answer is asked for by every run.
+    // Python reports a signal once, but every run must see it.
     let cancel = || {
         let mut slot = raised.lock().unwrap_or_else(PoisonError::into_inner);
         if slot.is_none() {

@@ -1,8 +1,8 @@
-//! The Python face of standfast: it converts, calls and maps errors.
+//! The Python binding of standfast: it converts arguments, calls the core and maps errors.
 
 use pyo3::prelude::*;
 
-// From the ground up: a module uses those above it, never those below.
+// In the order of use: a module uses only the modules above it.
 mod error;
 mod files;
 mod convert;

@@ -16,13 +16,13 @@ use crate::options::of_call;
 use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::{PyRun, stopped};
 
-/// Most impacts of an orbit that is not kept: far more than a lifetime of computing.
+/// Largest number of impacts of an orbit that is not stored: more than can be computed in a lifetime.
 const MOST_IMPACTS: usize = 1 << 52;
-/// Impacts for which the fate of a motion is looked for, unless told.
+/// Default number of impacts that `fate` follows.
 const FATE_IMPACTS: usize = 10_000;
 /// Options of a run that belong to a body.
 const OF_A_BODY: [&str; 4] = ["model", "impact", "neighbourhood", "tolerance"];
-/// States between two looks at whether the caller wants to stop.
+/// Number of states between two checks for Ctrl-C.
 const STATES: usize = 256;
 
 /// The reduced, frictionless, linearised model of a two-contact posture [Or & Rimon 2008], given by its parameters.
@@ -106,7 +106,7 @@ impl PyLocalModel {
     /// The first n impacts up to scale, as an Orbit. There are fewer if one contact bounces alone from some impact on.
     ///
     /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. If the state is right after an impact (one gap is zero and its rate is
-    /// positive), it is row 0. From any other state the motion goes on to its first impact, which is row 0. An orbit of any length
+    /// positive), it is row 0. Any other state is advanced to its first impact, which is row 0. An orbit of any length
     /// neither underflows nor overflows, because only the logarithm of its size is stored.
     ///
     /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity must be positive at

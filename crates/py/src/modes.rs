@@ -14,7 +14,7 @@ use crate::error::to_py;
 use crate::input;
 use crate::posture::PyPosture;
 
-/// Words that a message or a repr lists.
+/// Number of words that a message or a repr lists.
 const LISTED: usize = 12;
 
 /// The contacts of a rigid body at one instant, as plain data. Each list has one entry per contact.
@@ -195,7 +195,7 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyContactMode(ModeAnswer, Arc<Question>);
 
-/// What modes were asked for: the answer follows.
+/// The arguments of a call of `contact_modes`, which determine its result.
 #[derive(PartialEq)]
 struct Question {
     problem: ContactProblem,
@@ -203,7 +203,7 @@ struct Question {
 }
 
 impl Question {
-    /// A call that asks it again.
+    /// The call that repeats it.
     fn again<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let ask = py.import("standfast")?.getattr("contact_modes")?;
         let method = [("method", word(&self.method))].into_py_dict(py)?;
@@ -378,7 +378,7 @@ impl PyModes {
     }
 }
 
-/// The first words of a list.
+/// The first `count` words of a list, as text.
 fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String {
     let words: Vec<_> = modes.take(LISTED).map(|mode| mode.word.to_string()).collect();
     let rest =

@@ -1,4 +1,4 @@
-//! Options by their names.
+//! Options by name.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use crate::convert::{call, call_some, word};
 use crate::error::to_py;
 use crate::input;
 
-/// Sets one option; false: there is none of this name.
+/// Sets one option; false if there is no option of this name.
 fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     match name {
         "model" => options.model = call("model", input::model(value)?)?,
@@ -30,7 +30,7 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
     Ok(true)
 }
 
-/// Sets options by name, and checks them.
+/// Sets options by name and checks them.
 pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResult<()> {
     for (key, value) in keywords {
         let name = key.to_string();
@@ -41,7 +41,7 @@ pub(crate) fn set(options: &mut Options, keywords: &Bound<'_, PyDict>) -> PyResu
     options.validate().map_err(|e| to_py(&e))
 }
 
-/// The options that the keywords of a call change. `without`: those that the function of this name does not have.
+/// The options changed by the keywords of a call. `without`: options that the function of this name does not have.
 pub(crate) fn of_call(
     function: &str,
     mut options: Options,

@@ -324,7 +324,7 @@ impl PyPosture {
     }
 }
 
-/// The contacts of a posture.
+/// Reads the contacts of a posture.
 fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {
     input::per_contact("contacts", value, |field, item| {
         let contact = item.cast::<PyContact>();
@@ -333,7 +333,7 @@ fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {
     })
 }
 
-/// A posture.
+/// Reads a posture.
 pub(crate) fn posture(value: &Bound<'_, PyAny>) -> PyResult<PyPosture> {
     let posture = value.cast::<PyPosture>();
     posture

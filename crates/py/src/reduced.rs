@@ -19,7 +19,7 @@ use crate::input;
 /// contact bounces alone after the last impact, "tie" if both land at once, None if all n impacts were found. contact : the contact
 /// of the 1-Zeno.
 ///
-/// The units are chosen so that both contacts are alike. With k = weights (1 where ψ_1 = ψ_2), ĝ = gravity and
+/// The units are chosen so that the coupling is symmetric. With k = weights (1 where ψ_1 = ψ_2), ĝ = gravity and
 /// U = exp(log_sizes), after an impact at contact a
 ///
 ///     u_a = U/k_a    u_b = shapes[:, 0] U/k_b    h_b = shapes[:, 1] U²/(ĝ k_b)
@@ -32,13 +32,13 @@ pub(crate) struct PyOrbit {
     pub(crate) asked: Asked,
 }
 
-/// The call of a method of a model that an answer is pickled as.
+/// The pickled form of a result: a call of a method of a model.
 pub(crate) struct Asked {
     pub(crate) model: LocalModel,
     pub(crate) method: &'static str,
     pub(crate) gaps: [f64; 2],
     pub(crate) rates: [f64; 2],
-    /// The numbers of impacts.
+    /// The arguments that are numbers of impacts.
     pub(crate) counts: Vec<usize>,
 }
 
@@ -322,7 +322,7 @@ pub(crate) fn fate_table<'py>(
 /// The self-similar orbit of two contacts with equal restitution and equal reduced gravity.
 ///
 /// Each impact exchanges the contacts, multiplies all speeds by `factor`, and all gaps by its square. factor : c. stable : whether
-/// the orbit attracts neighbouring orbits. rate, gap : those of the other contact right after an impact that leaves with rate 1, at
+/// the orbit attracts neighbouring orbits. rate, gap : those of the other contact right after an impact with take-off rate 1, at
 /// gravity 1.
 #[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast")]
 pub(crate) struct PySelfSimilar {
@@ -412,7 +412,7 @@ pub(crate) fn clattering_bound(
     Ok(standfast::stability::clattering_bound(restitutions(restitution)?))
 }
 
-/// The least coupling ψ = ±√(ψ_1ψ_2) for which impacts without gravity go on for ever (Goyal's bound):
+/// The least coupling ψ = ±√(ψ_1ψ_2) for which impacts without gravity never end (Goyal's bound):
 /// (√e_1 + √e_2)/√((1+e_1)(1+e_2)), for one restitution 2√e/(1 + e).
 ///
 /// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
@@ -440,7 +440,7 @@ pub(crate) fn clattering_restitution(
     Ok(standfast::stability::clattering_restitution(coupling(psi)?))
 }
 
-/// The restitution up to which impacts without gravity go on for ever at coupling psi, in [−1, 1]: the inverse of
+/// The restitution up to which impacts without gravity never end at coupling psi, in [−1, 1]: the inverse of
 /// `chatter_bound`; 0 for psi ≤ 0. Raises ValueError naming `psi`.
 ///
 /// >>> import standfast as sf

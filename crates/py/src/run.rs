@@ -31,7 +31,7 @@ use crate::posture::PyPosture;
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(PhaseFields);
 
-/// As a dictionary it is pickled.
+/// The pickled form, as a dictionary.
 #[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
 struct PhaseFields {
@@ -115,7 +115,7 @@ impl PyPhase {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyZenoPoint(ZenoFields);
 
-/// As a dictionary it is pickled.
+/// The pickled form, as a dictionary.
 #[derive(Clone, PartialEq, IntoPyObject, FromPyObject)]
 #[pyo3(from_item_all)]
 struct ZenoFields {
@@ -571,7 +571,7 @@ impl PyRun {
     }
 }
 
-/// A run, made without the GIL; Ctrl-C ends it.
+/// Simulates a run without the GIL; Ctrl-C ends it.
 pub(crate) fn stopped(
     py: Python<'_>,
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,

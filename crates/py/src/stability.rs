@@ -127,19 +127,19 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
-    /// The data of the argument. None if the margins are all the evidence. For "corner-map" {"limits", "potential", "ends"}: limits
-    /// between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and above which V
-    /// holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners (contact, phi,
-    /// growth). For "accelerating-mode" the word or the corner that leads away, None if sliding leads away. For an undecided posture
-    /// {"reason", "cells", "left"}: the reason, the number of cells of the corner map, and the cells that are undecided (None if the
-    /// map was not computed).
+    /// The data of the argument. None if the margins are all the evidence. For "corner-map" {"limits", "potential", "ends"}:
+    /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
+    /// above which V holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners
+    /// (contact, phi, growth). For "accelerating-mode" the word or the corner with which the body moves away, None if it moves
+    /// away by sliding. For an undecided posture {"reason", "cells", "left"}: the reason, the number of cells of the corner map,
+    /// and the undecided cells (None if the map was not computed).
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = self.verdict.evidence_json();
         py.import("json")?.call_method1("loads", (text,))
     }
 
-    /// Whether rounding may decide: a margin that counts is below 1e-10.
+    /// Whether rounding may decide: a margin of the argument is below 1e-10.
     #[getter]
     fn delicate(&self) -> bool {
         self.verdict.delicate
@@ -211,7 +211,7 @@ impl PyVerdict {
         Ok((again, (self.posture(),)))
     }
 
-    /// Whether it is of the same posture and the same kicks: the rest follows from them.
+    /// Whether posture and kicks are the same: they determine the rest.
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| {
             let other = other.get();
@@ -263,7 +263,7 @@ pub(crate) fn stability(
     Ok(PyVerdict { posture, verdict })
 }
 
-/// Least and largest, for each contact.
+/// Least and largest (tangential, normal) force of each contact.
 type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// The forces that can hold a body at rest in its nominal posture. Returns the least and the largest (tangential, normal) force of

@@ -47,7 +47,7 @@ impl PySweep {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let posture = posture.clone();
-        // Before any is copied.
+        // Checked before any values are copied.
         let lengths: Vec<usize> =
             over.iter().map(|(_, values)| values.len().unwrap_or(1)).collect();
         grid_size(&lengths).map_err(|e| to_py(&e))?;

@@ -2,7 +2,7 @@
 
 use crate::body::geometry::ContactGeometry;
 
-/// What a small rotation does to every arm.
+/// The functions of a small rotation that change every arm.
 #[derive(Clone, Copy)]
 pub(super) struct Angle {
     pub(super) sin: f64,
@@ -13,7 +13,7 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// For |θ| ≤ [`SHADOW_TURN`], to within θ⁶/20160.
+    /// For |θ| ≤ [`SHADOW_TURN`]. The error is below θ⁶/20160.
     #[inline]
     pub(super) fn of(theta: f64) -> Self {
         let y = theta * theta;
@@ -27,10 +27,10 @@ impl Angle {
 #[derive(Clone, Copy)]
 pub(super) struct Arm {
     pub(super) b: f64,
-    /// b − b₀, with all its digits.
+    /// b − b₀, computed without cancellation.
     pub(super) change: f64,
     pub(super) c: f64,
-    /// h − N·q: what finite rotation adds to the gap, −b₀(θ − sin θ) − c₀(1 − cos θ).
+    /// h − N·q: the part of the gap that is not linear in the rotation, −b₀(θ − sin θ) − c₀(1 − cos θ).
     pub(super) sag: f64,
 }
 

@@ -1,20 +1,21 @@
-//! `model = "auto"`: the smallest model that keeps the tolerance.
+//! `model = "auto"`: the local model if its error is within the tolerance, else the full model.
 //!
-//! The local model is exact where the body cannot turn ([`is_exact`]). Elsewhere its error is measured, not guessed. The
-//! local run says which contact lands when; its *shadow* is the motion of the full model with the same events in the same
-//! order. Between two events of a flight both are the same parabola in q and q̇, so that the shadow needs nothing but
+//! The local model is exact where the body does not rotate ([`is_exact`]). Elsewhere its error is computed. The
+//! *shadow* of a local run is the motion of the full model with the same events in the same order. Between two events
+//! of a flight both motions are the same parabola in q and q̇. The shadow therefore needs only
 //!
 //! ```text
-//! h = n·δr + b₀ δθ − b₀(θ − sin θ) − c₀(1 − cos θ)     the full gap where the local one is zero
-//! δt = 2h/(√(u² + 2Gh) − u),   G = g + cω²             how much later the full one is zero
-//! q̇⁺ = q̇⁻ − (1+e) u M⁻¹N(θ)ᵀ/(N(θ)M⁻¹N(θ)ᵀ)           the impact there
+//! h = n·δr + b₀ δθ − b₀(θ − sin θ) − c₀(1 − cos θ)     full gap at the instant at which the local gap is zero
+//! δt = 2h/(√(u² + 2Gh) − u),   G = g + cω²             delay until the full gap is zero
+//! q̇⁺ = q̇⁻ − (1+e) u M⁻¹N(θ)ᵀ/(N(θ)M⁻¹N(θ)ᵀ)           impact at that time
 //! ```
 //!
-//! with δ = full − local at matching events. A motion that obeys the full equations from event to event, with no contact
-//! below the terrain in between, *is* the full motion: the differences at the end are the errors of the local run. What is
-//! left out is of the third order (the change of G within δt). What is estimated is small beside the rest: a slide or a roll,
-//! by Boole's rule, and the last part of a sum, by bounds on what the geometry can still change in it. [`SHADOW_SAFETY`] covers
-//! all of this. Where the order of events is in doubt there is no shadow, and the full model is solved.
+//! with δ = full − local at the same event. A motion that obeys the full equations from event to event, with no contact
+//! below the terrain in between, *is* the full motion. The differences at the end are therefore the errors of the local
+//! run. Neglected are terms of third order (the change of G within δt). Estimated are two small parts: sliding and
+//! rolling, by Boole's rule, and the last part of a sum, by bounds on the effect of the changing geometry.
+//! [`SHADOW_SAFETY`] covers both. Where the order of events is uncertain, there is no shadow and the full model is
+//! solved.
 
 use nalgebra::Vector3;
 
@@ -40,17 +41,17 @@ use crate::tolerance::{
 use arm::{Angle, Arm};
 use slide::Until;
 
-/// Collisions between two looks at whether the rest is so short.
+/// Number of collisions between two checks of whether the remaining time is negligible.
 const LOOK: usize = 8;
 
-/// Events up to which a local run is tried, counted as in [`Options::event_limit`], and collisions up to which it is
-/// followed. The full model freezes its geometry in the last moments of an accumulation, too: beyond so many there is
-/// little left to save.
+/// Largest number of events of a local run, counted as in [`Options::event_limit`], and largest number of its
+/// collisions that the shadow follows. The full model also freezes its geometry in the last moments of an accumulation,
+/// so a longer local run saves little.
 pub(crate) const LONGEST: usize = 256;
 const MOST_COLLISIONS: usize = 96;
 
-/// Whether the local model is exact: neither gravity nor impacts nor friction turn the body. All arms have b_i = 0, so that
-/// no normal force turns it; and what friction there is has no arm either (c_i = 0), or no speed to act against.
+/// Whether the local model is exact: neither gravity nor impacts nor friction rotate the body. All arms have b_i = 0,
+/// so normal forces do not rotate it. Friction is zero, or has no arm (c_i = 0), or there is no tangential velocity.
 pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
     let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
     let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
@@ -67,8 +68,8 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
         && (falls || every(&|k, friction| friction == 0.0 || k.c == 0.0))
 }
 
-/// Whether the events of a run can be followed by a shadow: two contacts at most, and impacts without friction, on
-/// terrain and in a neighbourhood without ends.
+/// Whether a run can have a shadow: at most two contacts, impacts without friction, terrain of infinite lines, and no
+/// limit of the neighbourhood.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
         && options.impact == Impact::Newton
@@ -76,8 +77,8 @@ pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
         && posture.ground(0).is_none()
 }
 
-/// Whether the motion asked for comes to an end: up to the first Zeno point, up to a time, or to a rest on two contacts.
-/// What is not level has to rub for that; on one contact a body tips over.
+/// Whether the requested motion comes to an end: at the first Zeno point, at a given time, or at rest on two contacts.
+/// Rest on slopes needs friction. On one contact a body tips over.
 pub(crate) fn has_end(posture: &Posture, options: &Options) -> bool {
     let contacts = posture.contacts();
     let level = contacts.iter().all(|contact| contact.slope == 0.0);
@@ -85,7 +86,7 @@ pub(crate) fn has_end(posture: &Posture, options: &Options) -> bool {
         || contacts.len() == 2 && (level || contacts.iter().any(|contact| contact.friction > 0.0))
 }
 
-/// Whether a look at the start alone says that the local model misses the tolerance.
+/// Whether the first flight and impact alone show that the error of the local model exceeds the tolerance.
 pub(crate) fn is_hopeless(
     posture: &Posture,
     state: &State,
@@ -95,8 +96,8 @@ pub(crate) fn is_hopeless(
     !(first_defect(posture, state, heights) <= FIRST_DEFECT * options.tolerance)
 }
 
-/// Relative change of the first flight, of the first impact and of gravity after it between the models: the crudest
-/// estimate of the local model's error.
+/// Relative difference between the models in the first flight, in the first impact and in gravity after it: a rough
+/// estimate of the error of the local model.
 fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
     let rho2 = posture.gyration_squared();
     let landing = |k: &ContactGeometry, h: f64| {
@@ -112,7 +113,7 @@ fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
     let theta = state.q.z + state.qdot.z * t;
     let own = k.b * k.b + rho2;
     let omega = state.qdot.z + (1.0 + k.restitution) * speed * k.b / own;
-    // From here on the body turns for about as long as an impact of this speed takes to be undone.
+    // After the impact the body rotates for about the time in which gravity reverses a velocity of this size.
     let later = theta.abs().max((omega * speed / k.gravity).abs());
     let change = later * (k.c * k.b).abs() / own + 0.5 * later * later;
     let early = if t > 0.0 { Arm::of(k, Angle::of(theta)).sag.abs() / (speed * t) } else { 0.0 };
@@ -131,13 +132,13 @@ const ENDS: NoShadow = "the local model was tried: its error is not known where 
 const TIPS: NoShadow =
     "the local model was tried: it comes to rest on one contact, where a body that turns tips over";
 
-/// The local run at an event, and what its shadow is off at the same event.
+/// State of the local run at an event, and the difference of its shadow at the same event.
 struct Shadow<'a> {
     posture: &'a Posture,
     contacts: &'a [ContactGeometry],
     rho2: f64,
     fall: Vector3<f64>,
-    /// Of the start, in m/s.
+    /// Initial speed, in m/s.
     speed: f64,
     /// Size of the body over ρ.
     lever: f64,
@@ -146,22 +147,22 @@ struct Shadow<'a> {
     clock: Clock,
     q: Vector3<f64>,
     qdot: Vector3<f64>,
-    /// Gap rates of the local run, as recorded: near an accumulation q̇ does not have their digits.
+    /// Gap rates of the local run, as recorded. Near an accumulation, gap rates computed from q̇ have fewer correct digits.
     u: [f64; 2],
     /// Full − local.
     dq: Vector3<f64>,
     dqdot: Vector3<f64>,
     /// The arms of the shadow.
     arms: [Arm; 2],
-    /// The shadow is so much later, in s.
+    /// Delay of the shadow, in s.
     late: f64,
-    /// The largest |late| of a Zeno point.
+    /// The largest |late| at a Zeno point.
     latest: f64,
-    /// Bound of what is not followed, in s.
+    /// Bound on the time error of the parts that are not followed, in s.
     slack: f64,
-    /// The same for q, relative to the size of the body.
+    /// Bound on their error in q, relative to the size of the body.
     loose: f64,
-    /// What is this short need not be followed, in s.
+    /// Duration below which a part need not be followed, in s.
     small: f64,
     /// Duration of the local run, in s.
     whole: f64,
@@ -169,8 +170,8 @@ struct Shadow<'a> {
     touching: [bool; 2],
 }
 
-/// The error of a local run: of its times, relative to its duration, or of its final q, relative to the size of the body,
-/// whichever is larger; [`SHADOW_SAFETY`] included.
+/// The error of a local run: of its times, relative to its duration, or of its final q, relative to the size of the
+/// body, whichever is larger. It includes [`SHADOW_SAFETY`].
 pub(crate) fn error(
     posture: &Posture,
     start: &State,
@@ -187,7 +188,7 @@ pub(crate) fn error(
         }
         Outcome::Rest | Outcome::Zeno => {}
         Outcome::TimeLimit if options.stop == Stop::Time => {}
-        // Two contacts on level ground slide on as they do now; other motions change their minds.
+        // Two contacts on parallel lines keep their sliding mode. In other cases the mode may change later.
         Outcome::Sliding if level && contacts.len() == 2 => {}
         _ => return Err(ENDS),
     }
@@ -243,7 +244,7 @@ impl<'a> Shadow<'a> {
         shadow
     }
 
-    /// The rates of the local run, from q̇.
+    /// Computes the gap rates of the local run from q̇.
     fn measure(&mut self) {
         for (u, k) in self.u.iter_mut().zip(self.contacts) {
             *u = along(k, &self.qdot);
@@ -259,7 +260,7 @@ impl<'a> Shadow<'a> {
         self.qdot + self.dqdot
     }
 
-    /// The arms follow the rotation.
+    /// Updates the arms of the shadow to its rotation.
     fn turn(&mut self) {
         let angle = Angle::of(self.q.z + self.dq.z);
         for (arm, k) in self.arms.iter_mut().zip(self.contacts) {
@@ -267,26 +268,26 @@ impl<'a> Shadow<'a> {
         }
     }
 
-    /// Rate of the shadow's gap i.
+    /// Gap rate of the shadow at contact i.
     fn rate(&self, i: usize) -> f64 {
         self.u[i] + self.rate_off(i)
     }
 
-    /// The same less the local one.
+    /// Gap rate of the shadow less that of the local run.
     fn rate_off(&self, i: usize) -> f64 {
         let (k, d) = (&self.contacts[i], &self.dqdot);
         let turned = self.arms[i].change * (self.qdot.z + d.z);
         k.normal.x * d.x + k.normal.y * d.y + k.b * d.z + turned
     }
 
-    /// Tangential speeds of contact i: of the local run, and of its shadow.
+    /// Sliding velocities of contact i: in the local run, and in its shadow.
     fn slips(&self, i: usize) -> [f64; 2] {
         let (k, v) = (&self.contacts[i], self.velocity());
         let slip = |c: f64, v: &Vector3<f64>| k.tangent.x * v.x + k.tangent.y * v.y - c * v.z;
         [slip(k.c, &self.qdot), slip(self.arms[i].c, &v)]
     }
 
-    /// The shadow's gap less the local one.
+    /// Gap of the shadow less that of the local run.
     fn gap_off(&self, i: usize) -> f64 {
         let (k, d) = (&self.contacts[i], &self.dq);
         k.normal.x * d.x + k.normal.y * d.y + k.b * d.z + self.arms[i].sag
@@ -296,14 +297,14 @@ impl<'a> Shadow<'a> {
         self.q.z == 0.0 && self.dq == Vector3::zeros() && self.dqdot == Vector3::zeros()
     }
 
-    /// All events of a run.
+    /// Follows all events of a run.
     fn follow(&mut self, record: &Record) -> Result<(), NoShadow> {
         let mut zeno = 0;
         let mut k = 0;
         while k < record.spans.len() {
             if let Err(lost) = self.span(record, k, &mut zeno) {
-                // The shadow lost sight of the local run: of no matter once both have all but come to rest, unless what
-                // kind of Zeno point comes first is not known yet.
+                // The order of events has become uncertain. This does not matter once both motions have almost come to
+                // rest, provided the first Zeno point, whose kind is reported, has been passed.
                 if zeno == 0 {
                     return Err(lost);
                 }
@@ -321,13 +322,13 @@ impl<'a> Shadow<'a> {
             }
         }
         if record.outcome == Outcome::TimeLimit {
-            // Both are asked for at the same time.
+            // The shadow is evaluated at the same time as the local run.
             self.shift(-self.late, self.fall);
         }
         Ok(())
     }
 
-    /// The events of a span, and the Zeno points up to its end.
+    /// Follows the events of a span, and the Zeno points up to its end.
     fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), NoShadow> {
         let (span, next) = (&record.spans[k], record.spans.get(k + 1));
         let end = next.map_or(record.end.clock, |next| next.clock);
@@ -342,7 +343,7 @@ impl<'a> Shadow<'a> {
                 let State { q, qdot } = body.state();
                 (self.q, self.qdot) = (q, qdot);
                 let until = collisions.first().map_or(end, |c| c.elapsed);
-                // Where a landing brings all to rest, no collision is listed.
+                // If all contacts come to rest at a touchdown, no collision is listed.
                 let sums = next.is_some_and(|next| matches!(next.motion, Motion::Tail(..)));
                 let stops = point.is_some_and(|point| point.method == Method::Chatter);
                 let stop = match collisions.first() {
@@ -376,7 +377,7 @@ impl<'a> Shadow<'a> {
             }
             self.u = c.before;
             if !self.touching[c.contact] {
-                // Together with another: only two motions that agree do so together.
+                // Simultaneous touchdown of both contacts: it is simultaneous in the shadow only if both motions agree.
                 self.touching[c.contact] = true;
                 self.agrees().then_some(()).ok_or(ORDER)?;
             }
@@ -406,7 +407,7 @@ impl<'a> Shadow<'a> {
         Ok(())
     }
 
-    /// Whether both contacts are at rest so soon that how they get there is of no matter.
+    /// Whether both contacts come to rest so soon that the details of the remaining motion are negligible.
     fn is_all_but_over(&self, record: &Record, zeno: usize) -> bool {
         let soon = |point: &&ZenoRecord| {
             point.closed[..] == [true, true] && point.at.clock.since(self.clock) <= self.small
@@ -415,7 +416,7 @@ impl<'a> Shadow<'a> {
         point.is_some() && self.time_to_rest().is_some_and(|t| t <= self.small)
     }
 
-    /// Within this time both contacts of the shadow come to rest, by the energy argument.
+    /// Upper bound on the time until both contacts of the shadow come to rest, by the energy argument.
     fn time_to_rest(&self) -> Option<f64> {
         let full = self.frozen(&self.arms, self.qdot.z + self.dqdot.z);
         let mut gaps = Gaps::default();
@@ -426,8 +427,8 @@ impl<'a> Shadow<'a> {
         time_to_rest(&full, &gaps)
     }
 
-    /// Both contacts come to rest at a Zeno point of the local run, and before long in its shadow, too. How they do is not
-    /// followed.
+    /// Both contacts come to rest at a Zeno point of the local run, and soon in its shadow. The motion in between is
+    /// bounded, not followed.
     fn skip(&mut self, point: &ZenoRecord) -> Option<()> {
         if self.count() < 2 {
             return None;
@@ -438,7 +439,7 @@ impl<'a> Shadow<'a> {
         Some(())
     }
 
-    /// Both fly for `dt`; what touches has to leave in both.
+    /// A flight of duration `dt`. Contacts with zero gap must separate in the local run and in the shadow.
     #[inline]
     fn fly(&mut self, dt: f64) -> Result<(), NoShadow> {
         let v = self.velocity();
@@ -451,20 +452,20 @@ impl<'a> Shadow<'a> {
         self.advance(dt, self.fall);
         self.dq += self.dqdot * dt;
         self.turn();
-        // Concave arcs are above the ground between two points above it.
+        // A concave gap that is positive at both ends is positive in between.
         let concave = v.z * v.z * self.reach <= CONCAVE_ARC;
         let small = (self.q.z + self.dq.z).abs() <= SHADOW_TURN;
         if concave && small { Ok(()) } else { Err(TURNS) }
     }
 
-    /// The local run moves on.
+    /// Advances the local run.
     #[inline]
     fn advance(&mut self, dt: f64, acceleration: Vector3<f64>) {
         self.q += (self.qdot + acceleration * (0.5 * dt)) * dt;
         self.qdot += acceleration * dt;
     }
 
-    /// The shadow moves on by itself.
+    /// Advances the shadow alone.
     #[inline]
     fn shift(&mut self, dt: f64, acceleration: Vector3<f64>) {
         let step = (self.velocity() + acceleration * (0.5 * dt)) * dt;
@@ -479,7 +480,7 @@ impl<'a> Shadow<'a> {
         }
     }
 
-    /// Contact j has landed in the local run: the shadow's lands where its own gap is zero.
+    /// Contact j has landed in the local run. Moves the shadow to the time at which its own gap is zero.
     #[inline]
     fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), NoShadow> {
         let (h, u) = (self.gap_off(j), self.rate(j));
@@ -496,7 +497,7 @@ impl<'a> Shadow<'a> {
         Ok(())
     }
 
-    /// The other contact, at this gap in the local run, is above the terrain in the shadow, too.
+    /// Checks that contact i, whose gap in the local run is `gap`, is above the terrain in the shadow, too.
     #[inline]
     fn clears(&self, i: usize, gap: f64) -> Result<(), NoShadow> {
         let clear = i >= self.count() || self.touching[i] || gap + self.gap_off(i) > 0.0;
@@ -513,7 +514,7 @@ impl<'a> Shadow<'a> {
         let (k, arm) = (&self.contacts[j], &self.arms[j]);
         let local = self.velocity_change(k, k.b, jump);
         if !self.agrees() {
-            // The difference of both changes, without taking one from the other.
+            // The difference of both velocity changes, in a form without cancellation.
             let (own, own_full) = (k.b * k.b + self.rho2, arm.b * arm.b + self.rho2);
             let per_own = jump / own;
             let more =
@@ -534,7 +535,7 @@ impl<'a> Shadow<'a> {
         Vector3::new(k.normal.x * push, k.normal.y * push, b * per_own)
     }
 
-    /// Change of q̇ by own-rate jumps at both contacts; of q by their paths.
+    /// Change of q̇ by own-rate jumps at both contacts. With paths instead of jumps: change of q.
     fn velocity_changes(&self, arms: &[Arm; 2], jumps: [f64; 2]) -> Vector3<f64> {
         let each = self.contacts.iter().zip(arms).zip(jumps);
         each.map(|((k, arm), jump)| self.velocity_change(k, arm.b, jump)).sum()
@@ -549,7 +550,7 @@ impl<'a> Shadow<'a> {
         arms
     }
 
-    /// The geometry of these arms, frozen, for a body that turns at `omega`.
+    /// The frozen model at these arms, for a body with angular velocity `omega`.
     fn frozen(&self, arms: &[Arm; 2], omega: f64) -> FrozenModel {
         let one = &self.contacts[0];
         let two = self.contacts.get(1).unwrap_or(&ContactGeometry::ABSENT);
@@ -560,14 +561,14 @@ impl<'a> Shadow<'a> {
         FrozenModel::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
     }
 
-    /// As the local run has it, and as its shadow has it now.
+    /// The frozen models of the local run and of its shadow, at this instant.
     fn both_frozen(&self) -> (FrozenModel, FrozenModel) {
         let omega = self.qdot.z + self.dqdot.z;
         (self.frozen(&self.nominal(), 0.0), self.frozen(&self.arms, omega))
     }
 }
 
-/// N·q, plainly summed.
+/// N·q, without compensated summation.
 fn along(k: &ContactGeometry, q: &Vector3<f64>) -> f64 {
     k.normal.x * q.x + k.normal.y * q.y + k.b * q.z
 }
@@ -604,12 +605,12 @@ mod tests {
         assert!(is_exact(&ball(0.0), &dropped) && is_exact(&ball(0.0), &thrown));
         assert!(!is_exact(&ball(0.0), &spinning));
         assert!(is_exact(&ball(0.5), &dropped)); // friction has no speed to act against
-        assert!(!is_exact(&ball(0.5), &thrown)); // here it turns the ball
+        assert!(!is_exact(&ball(0.5), &thrown)); // friction rotates the ball
         assert!(is_exact(&standing(&[(0.0, 0.0)], 0.5, 0.0), &thrown)); // a point mass
         assert!(!is_exact(&standing(&[(0.0, 0.3)], 0.5, 0.2), &dropped)); // the arm is not along the normal
     }
 
-    /// Both runs of the same scene: the shadow's error is their difference.
+    /// Simulates a scene in both models and compares the estimated error with the difference of the results.
     #[test]
     fn the_error_is_the_difference_of_the_models() {
         let feet = [(-0.5, 0.0), (0.4, 0.0)];

@@ -1,4 +1,4 @@
-//! Stretches of the local run with contacts on the terrain, in the full geometry.
+//! Parts of the local run with contacts held on the terrain, in the full geometry.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -8,8 +8,8 @@ use crate::modes::{Mode, Row};
 use crate::sustained::phase::only_mode_of;
 use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
 
-/// Nodes and weights of Boole's rule: exact up to the fifth degree, so that neither a row that turns evenly nor one that turns
-/// at a steady acceleration, squared, is seen wrongly.
+/// Nodes and weights of Boole's rule. It is exact up to the fifth degree. A row that rotates at constant angular
+/// acceleration, squared, has the fourth degree.
 const BOOLE: [(f64, f64); 5] = [
     (0.0, 7.0 / 90.0),
     (0.25, 32.0 / 90.0),
@@ -18,10 +18,10 @@ const BOOLE: [(f64, f64); 5] = [
     (1.0, 7.0 / 90.0),
 ];
 
-/// What ends a stretch in one word.
+/// The event that ends a phase.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Until {
-    /// The run.
+    /// The end of the run.
     End,
     /// A contact comes to rest along the terrain.
     Stop,
@@ -29,7 +29,7 @@ pub(super) enum Until {
 }
 
 impl Shadow<'_> {
-    /// Contacts are held in a word for `t`.
+    /// A phase of duration `t` in a contact-mode word.
     pub(super) fn slide(&mut self, word: &[Mode; 2], t: f64, until: Until) -> Result<(), NoShadow> {
         for i in 0..self.count() {
             let closed = word[i] != Mode::Separate;
@@ -67,12 +67,12 @@ impl Shadow<'_> {
         }
         let acceleration = start + end;
         let closed = word.map(|mode| mode != Mode::Separate);
-        self.stop(closed); // what the quadrature leaves
+        self.stop(closed); // removes the error of the quadrature
         match until {
             Until::End => Ok(()),
             Until::Landing(j) => self.land(j, acceleration),
             Until::Stop => {
-                // The slowest of those that slide has stopped.
+                // The sliding contact with the lowest speed has stopped.
                 let slides = |i: &usize| word[*i].direction() != 0.0;
                 let slow = |i: &usize| self.slips(*i)[0].abs();
                 let slowest = (0..self.count())
@@ -86,7 +86,7 @@ impl Shadow<'_> {
                 self.shift(dt, acceleration);
                 self.stop(closed);
                 if !(closed[0] && closed[1]) {
-                    // It may turn about the point that has stopped.
+                    // The body may rotate about the point that has stopped.
                     let left = k.tangent * self.slips(slowest)[1];
                     self.dqdot -= Vector3::new(left.x, left.y, 0.0);
                 }
@@ -95,7 +95,7 @@ impl Shadow<'_> {
         }
     }
 
-    /// Whether this word, and no other, is that of a body at rest at the rotation of the shadow.
+    /// Whether this word is the only contact-mode word of a body at rest at the rotation of the shadow.
     fn rests_in(&self, word: &[Mode; 2]) -> bool {
         let n = self.count();
         let rho = self.rho2.sqrt();
@@ -109,14 +109,14 @@ impl Shadow<'_> {
             .is_some_and(|(letters, _)| letters[..n] == word[..n])
     }
 
-    /// Whether a closed contact slides the same way in both, or in neither.
+    /// Whether a closed contact slides in the same direction in both motions, or sticks in both.
     pub(super) fn slides_alike(&self, i: usize) -> bool {
         let tolerance = STILL.sqrt() * (self.speed - self.fall.y * self.clock.hi);
         let [local, full] = self.slips(i);
         local.abs() <= tolerance && full.abs() <= tolerance || local * full > 0.0
     }
 
-    /// q̈ in a word at a rotation; `None` where the word leaves no motion at all.
+    /// q̈ in a contact-mode word at a rotation; `None` where the word has no degree of freedom left.
     pub(super) fn acceleration(
         &self,
         word: &[Mode; 2],
@@ -124,7 +124,7 @@ impl Shadow<'_> {
         omega: f64,
     ) -> Result<Option<Vector3<f64>>, NoShadow> {
         let angle = Angle::of(theta);
-        // Rows that vanish, the pushes that see to it, and what the rows are without them.
+        // Constraint rows, the directions of their forces in q̈, and minus the row accelerations without these forces.
         let mut rows: [(Vector3<f64>, Vector3<f64>, f64); 2] = Default::default();
         let mut edge = [f64::NAN; 2];
         let mut n = 0;
@@ -161,7 +161,7 @@ impl Shadow<'_> {
                 [cross(0, 1) / determinant, cross(1, 0) / determinant]
             }
         };
-        // A normal force presses; one along the ground stays within its cone.
+        // A normal force must be positive. A tangential force must be within the friction cone.
         let holds = force[0] > 0.0
             && (n < 2
                 || if edge[1] >= 0.0 {

@@ -1,4 +1,4 @@
-//! Summed tails of the local run, in both geometries.
+//! The summed tails of the local run, in both geometries.
 
 use nalgebra::Vector3;
 
@@ -10,7 +10,7 @@ use crate::tolerance::UNFOLLOWED_FACTOR;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 impl Shadow<'_> {
-    /// A summed tail of duration `t` that begins with these gaps.
+    /// Follows a summed tail of duration `t` that begins with these gaps.
     pub(super) fn sum(
         &mut self,
         tail: Tail,
@@ -22,7 +22,8 @@ impl Shadow<'_> {
         match tail {
             Tail::Bounce { contact } => self.bounce(contact, t, last),
             Tail::Cycle { .. } => {
-                // Two contacts that bounce in step: neither body turns, and both do the same.
+                // Two contacts that bounce in step: the body does not rotate in either motion, and both motions are the
+                // same.
                 if !(self.agrees() && self.qdot.z == 0.0) {
                     return Err(ORDER);
                 }
@@ -34,12 +35,13 @@ impl Shadow<'_> {
         }
     }
 
-    /// Contact a bounces until it rests, for `t` in the local run.
+    /// Contact a bounces until it rests, for a duration `t` in the local run.
     pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), NoShadow> {
         let ContactGeometry { restitution: e, gravity: g, .. } = self.contacts[a];
         let k = &self.contacts[a];
-        // T = 2u/(g(1−e)): the coming flight is its share 1 − e. The sum takes over once the geometry cannot change in it
-        // any more: c ω² beside g, and the arms, which matter to the times only if there are any after it.
+        // T = 2u/(g(1−e)): the next flight takes the part 1 − e of it. The closed sum is used once the change of the
+        // geometry in the remaining time is negligible: c ω² relative to g, and the change of the arms, which affects
+        // times only if other events follow.
         while t > 0.0 {
             let omega = (self.qdot.z + self.dqdot.z).abs();
             let change = k.b.abs() * g * t / (k.b * k.b + self.rho2);
@@ -83,13 +85,13 @@ impl Shadow<'_> {
         self.close(short, long, [a == 0, a == 1])
     }
 
-    /// The other contact, wherever it is in the local run, is above the terrain in the shadow.
+    /// Checks that contact i is above the terrain in the shadow, at its current gap in the local run.
     pub(super) fn clears_now(&self, i: usize) -> Result<(), NoShadow> {
         let gap = self.contacts.get(i).map_or(0.0, |k| along(k, &self.q));
         self.clears(i, gap)
     }
 
-    /// Both contacts come to rest within `t` of the local run.
+    /// Both contacts come to rest within a duration `t` of the local run.
     pub(super) fn clatter(
         &mut self,
         point: &ZenoRecord,
@@ -109,7 +111,8 @@ impl Shadow<'_> {
             let (short, long) = (local.settle(gaps, t), full.settle(&near, t_full));
             return self.close((t, short), (t_full, long), [true, true]);
         }
-        // Not followed: as far off as the speeds and the geometry at its start, and several times that.
+        // This tail is not followed. Its error is estimated from the differences in speed and geometry at its start,
+        // times a safety factor.
         let fastest = gaps.u[0].abs().max(gaps.u[1].abs());
         let off = (0..2).map(|i| (near.u[i] - gaps.u[i]).abs()).fold(0.0, f64::max) / fastest;
         let angle = (self.q.z + self.dq.z).abs() + (self.qdot.z.abs() + self.dqdot.z.abs()) * t;
@@ -118,7 +121,7 @@ impl Shadow<'_> {
         Ok(())
     }
 
-    /// Both contacts are at rest, at a Zeno point of the local run; its shadow is off as before.
+    /// Moves the local run to its Zeno point, with both contacts at rest. The differences in q and in time stay unchanged.
     pub(super) fn arrive(&mut self, point: &ZenoRecord) {
         (self.q, self.qdot) = (point.at.state.q, point.at.state.qdot);
         self.clock = point.at.clock;
@@ -128,7 +131,7 @@ impl Shadow<'_> {
         self.stop([true, true]);
     }
 
-    /// The end of a tail: durations and impulses of the local run and of its shadow.
+    /// Ends a tail, from the durations and impulses of the local run and of its shadow.
     pub(super) fn close(
         &mut self,
         (t, local): (f64, Impulses),
@@ -155,7 +158,7 @@ impl Shadow<'_> {
         Ok(())
     }
 
-    /// Takes from the shadow the velocity with which it would still move the closed contacts off the terrain.
+    /// Removes from the shadow the velocity that changes the gaps of the closed contacts.
     pub(super) fn stop(&mut self, closed: [bool; 2]) {
         let left = |i: usize| if i < self.count() && closed[i] { -self.rate(i) } else { 0.0 };
         let mut jumps = [left(0), left(1)];
@@ -165,7 +168,7 @@ impl Shadow<'_> {
         self.dqdot += self.velocity_changes(&self.arms, jumps);
     }
 
-    /// One contact rests, the other lands, and both stop after infinitely many impacts at one instant.
+    /// One contact rests, the other lands, and both stop at that instant after infinitely many impacts.
     pub(super) fn chatter(&mut self) -> Result<(), NoShadow> {
         let (local, full) = self.both_frozen();
         if !(local.chatters() && full.chatters()) {

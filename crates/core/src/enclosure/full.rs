@@ -1,9 +1,9 @@
-//! Collisions of the full model.
+//! Enclosures of the collisions of the full model.
 //!
 //! Flights are those of `flight.rs`, h(t) = h + ut − gt²/2 − (1 − cos ωt) c − (ωt − sin ωt) b, and impacts those of
-//! `collisions/full/mod.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it comes down to zero once, at a root that an interval
-//! Newton step proves, and another gap that is positive then has been positive all the while. Where a gap is not concave, nothing
-//! is certain any more.
+//! `collisions/full/mod.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it has one falling root, which an interval
+//! Newton step proves, and any other gap that is positive at that time has been positive since the start. Where a gap is not
+//! concave, nothing is certain.
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -15,10 +15,10 @@ use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedZeno, Enclosure, Uncertain};
 use crate::tolerance::FLIGHT_UNRESOLVED;
 
-/// Terms of the series of sine and cosine: those that follow are below 1e-35 up to an angle of one.
+/// Number of terms of the series of sine and cosine. The truncated rest is below `LEFT_OUT` up to an angle of one.
 const TERMS: usize = 15;
 const LEFT_OUT: f64 = 1e-35;
-/// Angle of which nothing is told, in rad: each doubling of an angle costs a bit or two.
+/// Largest angle that is evaluated, in rad. Each doubling of an angle costs one or two bits.
 const FARTHEST: f64 = 1e12;
 
 /// sin x, 1 − cos x and x − sin x by their series.
@@ -86,17 +86,17 @@ impl Foot {
         GapArc { h, u, g, b, c, omega }
     }
 
-    /// What the rotation may take from gravity: ω²√(b² + c²).
+    /// Largest centripetal term of the rotation, to be compared with gravity: ω²√(b² + c²).
     fn lift(&self, omega: Ball) -> Option<Ball> {
         Some(omega.square() * (self.b.square() + self.c.square()).sqrt()?)
     }
 
-    /// Whether it certainly does not go down into the terrain at once.
+    /// Whether the contact certainly does not enter the terrain at once.
     fn starts(&self) -> bool {
         self.h.is_positive() || self.h.is_zero() && self.u.is_not_negative()
     }
 
-    /// In doubles.
+    /// The time of touchdown, computed in doubles.
     fn guess(&self, omega: Ball) -> f64 {
         let [h, u, b, c, g, omega] =
             [self.h, self.u, self.b, self.c, self.g, omega].map(Ball::middle);
@@ -110,11 +110,11 @@ struct Landing {
     contact: usize,
     dt: Ball,
     turn: Turn<Ball>,
-    /// Speed of the landing.
+    /// Normal speed at touchdown.
     s: Ball,
 }
 
-/// A motion under way.
+/// The state of the enclosure of a motion.
 struct FullEnclosure<'a> {
     sine: Sine,
     feet: Vec<Foot>,
@@ -125,11 +125,11 @@ struct FullEnclosure<'a> {
 }
 
 const SHORT_ONES: usize = 8;
-/// More than the roundings of a few products.
+/// Factor that covers the rounding errors of a few products.
 const ROUNDED: f64 = 1.0 + 64.0 * f64::EPSILON;
 
-/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. One in the terrain, by
-/// no more than a start may be, is taken as touching.
+/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. A contact slightly
+/// below the terrain, by no more than a start may be, counts as touching.
 fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<Foot>, Ball) {
     let fields = posture.fields();
     let [x, y, theta] = [state.q.x, state.q.y, state.q.z].map(ball);
@@ -207,7 +207,7 @@ impl<'a> FullEnclosure<'a> {
         })
     }
 
-    /// The landing of contact i, about `guess` from now, were it alone.
+    /// The touchdown of contact i near the time `guess`, without regard to the other contact.
     fn landing(&self, i: usize, guess: f64) -> Option<Landing> {
         let (foot, omega) = (&self.feet[i], self.omega);
         let arc = foot.arc(omega);
@@ -219,7 +219,7 @@ impl<'a> FullEnclosure<'a> {
         if !(foot.g - lift).is_positive() || !foot.starts() || !guess.is_finite() {
             return None;
         }
-        // One Newton step more than doubles allow; then one that proves.
+        // Two Newton steps in balls refine the guess; an interval Newton step then proves the root.
         let mut t = ball(guess);
         for _ in 0..2 {
             let turn = self.sine.of(omega * t);
@@ -234,7 +234,7 @@ impl<'a> FullEnclosure<'a> {
         }
         let reach = 4.0 * rest / slope.clearance();
         let least = slope.clearance() - 2.0 * (foot.g + lift).size() * reach;
-        // All of the step lies within half of what the slope was taken over.
+        // The Newton step must be at most half the radius of the interval over which the slope was bounded.
         if !(least > 0.0 && 2.0 * rest <= least * reach && t.widened(reach).is_positive()) {
             return None;
         }
@@ -250,7 +250,7 @@ impl<'a> FullEnclosure<'a> {
         Some(Landing { contact: i, s: -arc.rate_turned(dt, &turn), dt, turn })
     }
 
-    /// The first landing of all.
+    /// The first touchdown.
     fn first(&self) -> Result<Landing, Uncertain> {
         let guesses: Vec<f64> = self.feet.iter().map(|foot| foot.guess(self.omega)).collect();
         let order: &[usize] = if guesses.len() == 1 {
@@ -260,7 +260,7 @@ impl<'a> FullEnclosure<'a> {
         } else {
             &[0, 1]
         };
-        // A gap that is concave and positive then was so before.
+        // A concave gap that is positive at that time has been positive since the start.
         let clear = |i: usize, landing: &Landing| {
             let foot = &self.feet[i];
             let concave = foot.lift(self.omega).is_some_and(|lift| (foot.g - lift).is_positive());
@@ -301,7 +301,7 @@ impl<'a> FullEnclosure<'a> {
         Ok(dt)
     }
 
-    /// Contacts that rest from the start, pressed down.
+    /// Contacts that rest from the start under gravity.
     fn resting(&self) -> Vec<usize> {
         let rests = |foot: &Foot| foot.h.is_zero() && foot.u.is_zero() && foot.g.is_positive();
         let all: Vec<usize> = (0..self.feet.len()).filter(|&i| rests(&self.feet[i])).collect();

@@ -1,33 +1,33 @@
-//! Verified enclosures of a motion: for each collision, and in the local model for the Zeno point they accumulate at, an
-//! interval that contains its time.
+//! Verified enclosures of a motion: intervals that contain the time of each collision and, in the local model, the time of the
+//! Zeno point at which the collisions accumulate.
 //!
-//! Of the local model (`full.rs` has the other) flights and impacts are those of `collisions/local.rs`, in balls of 106 bits: the order in
-//! which contacts land is decided where the balls are apart, and where they are not, the enclosure ends and says so. The infinite
-//! rest is enclosed by two theorems, for parameters that are what the doubles say.
+//! This file has the local model, `full.rs` the full one. Flights and impacts are those of `collisions/local.rs`, in balls of
+//! 106 bits. The order of touchdowns is decided where the balls are disjoint; otherwise the enclosure ends with a reason. The
+//! infinitely many impacts that remain are enclosed by two theorems. The parameters are taken to be exactly the given doubles.
 //!
 //! **Bouncing** at a, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap of b stays
 //! positive.
 //!
-//! **Clattering.** After an impact at a, let b be next, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the smaller
-//! solution c of these two equations, r_i = e_i c_1c_2 < 1, and
+//! **Clattering.** After an impact at a, let b be the next contact, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the
+//! smaller solution c of these two equations, r_i = e_i c_1c_2 < 1, and
 //!
 //! ```text
 //! d = −u_b − c_b u_a,   T0 = h_b/d,   w = c_b u_a/|u_b|,   ν = h_b/(2u_a|u_b|),   G = g_b + c_b g_a.
 //! ```
 //!
-//! A flight of τ and the impact of b, with s = −u_b + g_bτ, give *exactly* d' = (d + Gτ)/c_b, and
+//! A flight of duration τ and the impact at b, with s = −u_b + g_bτ, give *exactly* d' = (d + Gτ)/c_b, and
 //!
 //! ```text
 //! w' ≤ r_b/(1 + r_b − w),   ν' ≤ ν w²w'/(c_b²c_a e_b²),   0 ≤ T0 − τ − T0' ≤ G T0²/(2d),   T0' ≤ w T0.
 //! ```
 //!
-//! Once d is known, u_b = −(d + c_b u_a): then nothing cancels from impact to impact but what gravity does, and relative errors
-//! add up instead of multiplying.
+//! Once d is known, u_b = −(d + c_b u_a). From impact to impact only the gravity terms then cancel, and relative errors add up
+//! instead of multiplying.
 //!
-//! Two impacts keep 1 and W* = r_a(1 + r_b)/(1 + r_a): so if d > 0 and w < 1, then with W_b = max(w, W*) < 1 and
-//! W_a = r_b/(1 + r_b − W_b) all later w are at most W_b before b is hit, and W_a before a is. Contacts alternate as long as
-//! g_aν < 1 (b lands before a is back), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2 < 1,
-//! f_b = W_b²W_a/(c_b²c_a e_b²). The time that is left is then between T0 − L and T0,
+//! The bound on w over two impacts has the fixed points 1 and W* = r_a(1 + r_b)/(1 + r_a). So if d > 0 and w < 1, then with
+//! W_b = max(w, W*) < 1 and W_a = r_b/(1 + r_b − W_b) all later w are at most W_b before impacts at b, and at most W_a before
+//! impacts at a. Contacts alternate as long as g_aν < 1 (b lands before a), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2
+//! < 1, f_b = W_b²W_a/(c_b²c_a e_b²). The remaining time is then between T0 − L and T0,
 //!
 //! ```text
 //! L = T0²/(2d) · (G_b + c_b W_b² G_a)/(1 − c_1c_2 W_1²W_2²).
@@ -47,7 +47,7 @@ mod full;
 
 pub(crate) use full::enclose_full;
 
-/// What is claimed so far of a motion under way.
+/// The enclosures proved so far.
 struct Claims<'a> {
     /// Time elapsed.
     clock: Ball,
@@ -60,7 +60,7 @@ struct Claims<'a> {
 }
 
 impl<'a> Claims<'a> {
-    /// Of a body with `count` contacts. They are kept: there are no more of them than of recorded events.
+    /// For a body with `count` contacts. The enclosures are always stored, so the event limit is that of a recorded run.
     fn new(count: usize, options: &Options, cancel: &'a dyn Fn() -> bool) -> Self {
         Self {
             clock: Ball::ZERO,
@@ -93,7 +93,7 @@ impl<'a> Claims<'a> {
         Ok(())
     }
 
-    /// All of them, and how they end; `None` if cancelled.
+    /// All enclosures, and how they end; `None` if cancelled.
     fn end(self, end: Result<EnclosedZeno, Uncertain>) -> Option<Enclosure> {
         if self.cancelled {
             return None;
@@ -111,14 +111,14 @@ impl<'a> Claims<'a> {
 const NOTHING: Enclosure =
     Enclosure { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
 
-/// One contact in the air, or touching.
+/// Gap and gap rate of a contact.
 #[derive(Debug, Clone, Copy)]
 struct Gap {
     h: Ball,
     u: Ball,
 }
 
-/// A landing.
+/// The next touchdown of a contact.
 enum Landing {
     /// After this time, with this speed.
     In(Ball, Ball),
@@ -133,7 +133,7 @@ struct Model {
     /// k_i = (1 + e_i)ψ_i
     kappa: [Ball; 2],
     psi: [Ball; 2],
-    /// What is not there never lands.
+    /// Number of contacts. Contacts beyond it never land.
     count: usize,
     clatter: Option<BallConstants>,
 }
@@ -154,7 +154,8 @@ fn ball(x: f64) -> Ball {
 }
 
 impl BallConstants {
-    /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, what repels two impacts without gravity.
+    /// 1/c_b is the larger root of k_a z² − (k_ak_b + e_a − e_b) z + e_a k_b = 0, the repelling direction of two impacts
+    /// without gravity.
     fn new(g: [Ball; 2], kappa: [Ball; 2], e: [Ball; 2]) -> Option<Self> {
         let product = kappa[0] * kappa[1];
         let c = |a: usize| {
@@ -185,7 +186,7 @@ impl BallConstants {
         (d + self.gravity[b] * dt).over(self.c[b])
     }
 
-    /// The time that is left after an impact at `a`, from T0 − L to T0, if impacts alternate for ever.
+    /// The remaining time after an impact at `a`, as T0 − L and T0, if impacts alternate for ever.
     fn rest(&self, m: &Model, a: usize, u_a: Ball, next: Gap, d: Ball) -> Option<[Ball; 2]> {
         let b = 1 - a;
         let speed = -next.u;
@@ -224,7 +225,7 @@ impl Model {
         Self { g, e, kappa, psi, count, clatter }
     }
 
-    /// Whether gravity presses both contacts down, and either one presses the other down when it is hit.
+    /// Whether gravity presses both contacts down, and an impact at either contact presses the other down.
     fn presses(&self) -> bool {
         self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
     }
@@ -248,8 +249,8 @@ impl Model {
         t.map_or(Landing::Unknown, |t| Landing::In(t, s))
     }
 
-    /// Duration of the bouncing at a, if the gap of b is certain to be positive all along: at the impacts at a, where b is
-    /// kicked, it is h + py − qy² with y = 1 − eʲ, and between them it is concave.
+    /// Duration of the bouncing at a, if the gap of b is certainly positive throughout. At the impacts at a, where b receives
+    /// a velocity jump, it is h + py − qy² with y = 1 − eʲ. Between them it is concave.
     fn bounces(&self, a: usize, u_a: Ball, other: Gap) -> Option<Ball> {
         let (one, e) = (ball(1.0), self.e[a]);
         if !self.g[a].is_positive() {
@@ -258,7 +259,7 @@ impl Model {
         let left = one - e;
         let t = u_a.scaled(2.0).over(self.g[a] * left)?;
         if t.is_zero() && (other.h.is_positive() || other.u.is_positive()) {
-            return Some(t); // it rests already
+            return Some(t); // a rests already
         }
         if self.count == 1 {
             return Some(t);
@@ -266,14 +267,14 @@ impl Model {
         let b = 1 - a;
         let fall = (self.g[b] + e * self.psi[a] * self.g[a]).scaled(0.5);
         let end = other.h + t * (other.u - t * fall);
-        // Kicks that press b down leave its gap concave: its ends decide.
+        // Velocity jumps that press b down leave its gap concave: then its values at both ends decide.
         let pressed = self.psi[a].is_not_negative();
         let clear = || {
             let lift = (self.kappa[a] * u_a * t).over(left)?;
             let p = other.u * t + (lift * left).over(one + e)?;
             let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
             let turns = p.square() + (q * other.h).scaled(4.0);
-            let falls = (p - q.scaled(2.0)).is_negative(); // to the end
+            let falls = (p - q.scaled(2.0)).is_negative(); // decreases at y = 1
             let clear = q.is_positive() || p.is_positive() || falls || turns.is_negative();
             clear.then_some(())
         };
@@ -281,7 +282,7 @@ impl Model {
     }
 }
 
-/// A motion under way.
+/// The state of the enclosure of a motion.
 struct LocalEnclosure<'a> {
     model: Model,
     gaps: [Gap; 2],
@@ -325,7 +326,7 @@ impl LocalEnclosure<'_> {
             _ => return Err(Uncertain::Order),
         };
         if s.is_zero() {
-            return Err(Uncertain::Order); // nothing hits a contact at rest
+            return Err(Uncertain::Order); // a contact at rest has no impact
         }
         self.land(i, dt, s)?;
         Ok(i)
@@ -339,7 +340,7 @@ impl LocalEnclosure<'_> {
         match self.model.landing(b, self.gaps[b]) {
             Landing::Unknown => return Err(Uncertain::Order),
             Landing::In(dt, s) => {
-                // (u_a + u_a − g_aτ) > 0: a is still in the air. One at rest is hit by nothing.
+                // u_a + u_a − g_aτ > 0: a is still in the air. If a rests, it cannot be the contact that is hit.
                 let rests = u_a.is_zero() && dt.is_zero() && self.gaps[b].u.is_negative();
                 if rests || (u_a.scaled(2.0) - g_a * dt).is_positive() {
                     let inside = self.inside;
@@ -359,7 +360,7 @@ impl LocalEnclosure<'_> {
             Landing::Never => {}
         }
         if u_a.is_zero() {
-            return Err(Uncertain::Order); // nothing hits a contact at rest
+            return Err(Uncertain::Order); // a contact at rest has no impact
         }
         let Some(back) = back else { return Err(Uncertain::Never) };
         self.land(a, back, u_a)?;
@@ -372,7 +373,7 @@ impl LocalEnclosure<'_> {
         EnclosedZeno { contacts, elapsed: Bounds { low: least.low, high: most.high } }
     }
 
-    /// Collision after collision until all that follow are enclosed, as narrowly as it pays.
+    /// Encloses collisions one by one until the Zeno time is enclosed and its interval becomes no narrower.
     fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
         let (gaps, g) = (self.gaps, self.model.g);
         if !gaps.iter().all(|gap| gap.h.is_not_negative()) {

@@ -1,14 +1,14 @@
-//! How much larger than the kick a later motion can be.
+//! A bound on the growth of motions after a kick.
 //!
-//! The size of a motion is ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²). With s the speed along the direction in which both contacts slide, u the gap
-//! rates and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
+//! The size of a motion is ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²). With s the speed along the direction in which both contacts slide, u the
+//! gap rates and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
 //!
-//! 1. *Before the first Zeno point* gravity changes s at a constant rate, impacts do not, and E = ½u·D⁻¹u + λ·h never rises. The
-//!    time is at most C√(2E), see [`settling`].
-//! 2. *From there to the first corner* one contact slides or is held. Accelerations are constant, so that the largest landing speed
-//!    and slip follow from the largest ones at the start, see [`first_corners`].
-//! 3. *From corner to corner* the growths multiply. The graph of cells that proves stability has no cycle that grows, so that the
-//!    largest product along a chain of cells is finite.
+//! 1. *Before the first Zeno point* gravity changes s at a constant rate, impacts do not change s, and E = ½u·D⁻¹u + λ·h never
+//!   increases. The duration is at most C√(2E), see [`settling`].
+//! 2. *From there to the first corner* one contact slides or is held. Accelerations are constant, so the largest landing speed
+//!   and sliding speed follow from the largest ones at the start, see [`first_corners`].
+//! 3. *From corner to corner* the growths multiply. The graph of cells that proves stability has no growing cycle, so the
+//!   largest product along a chain of cells is finite.
 //! 4. *Between two corners* ‖q̇‖ is at most a constant times r of the first or of the next one, see [`between`].
 //!
 //! All constants are upper ends of intervals with outward rounding.
@@ -28,20 +28,20 @@ type I = Interval;
 pub enum NoBound {
     /// The verdict is not "stable".
     NotStable,
-    /// λ > 0 fails: energy does not bound the speeds of the frictionless motion.
+    /// λ > 0 fails: energy does not bound the speeds of frictionless motion.
     Energy,
-    /// Gravity does not pull the body onto the terrain of each contact by itself.
+    /// Gravity does not press the body onto the terrain of each contact by itself.
     Falls,
-    /// What follows a slide or a landing is not known with certainty.
+    /// The motion after a slide or a landing is not certain.
     Modes,
-    /// The corner map does not bound the growth, with its finest cells.
+    /// The corner map does not bound the growth, not even with its finest cells.
     Cells,
     /// The bound is above 1e300, or rounding decides whether it is finite.
     Rounding,
 }
 
 impl NoBound {
-    /// As the Python face and the files spell it.
+    /// Its name in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -55,20 +55,20 @@ impl NoBound {
     }
 }
 
-/// Cells of the share of one contact in the energy, see [`settling`].
+/// Number of cells for the part of one contact in the energy, see [`settling`].
 const SHARES: usize = 32;
 
-/// Numbers of impacts of a block that are told apart.
+/// Number of impacts of a block up to which blocks are treated separately.
 const IMPACTS: usize = 4;
 
-/// Eights of iterations for W, and the factor by which it is raised before it is checked.
+/// Largest number of rounds of eight iterations for W, and the factor on W before each check.
 const ROUNDS: usize = 500;
 const SLACK: f64 = 1.01;
 
 /// Largest bound that is reported.
 const LARGEST: f64 = 1e300;
 
-/// The bound for a posture that is stable.
+/// The bound for a stable posture.
 pub(super) fn bound(map: &CornerMap) -> Result<f64, NoBound> {
     let l = map.local();
     let weights = l.weights();
@@ -144,18 +144,18 @@ impl Metric {
     }
 }
 
-/// C: the time from a start to the first Zeno point is at most C√(2E), E = ½u·D⁻¹u + λ·h at the start. Infinite where none is
-/// found.
+/// C: the time from a start to the first Zeno point is at most C√(2E), E = ½u·D⁻¹u + λ·h at the start. Infinite if none is found.
 ///
-/// Impacts in a row at one contact are a *block*. With E_j = (½u_j² + g_j h_j)/D_jj, which only impacts change, n impacts at j from a
-/// start at E and E_j = y E take the time T_j √y √E (1 − w), w = e_jⁿ, and leave E' = E (1 − (1 − w²) y) and E_j' = w² E_j. After a block
-/// at i with E_i = x E the next one, at j, has y ≥ Y(x)². W_i(x) √E bounds the time that is left then, if for all y and n
+/// Consecutive impacts at one contact are a *block*. With E_j = (½u_j² + g_j h_j)/D_jj, which changes at impacts only, n
+/// impacts at j from a start at E and E_j = y E take the time T_j √y √E (1 − w), w = e_jⁿ, and leave E' = E (1 − (1 − w²) y)
+/// and E_j' = w² E_j. After a block at i with E_i = x E the next one, at j, has y ≥ Y(x)². W_i(x) √E bounds the remaining time
+/// if for all y and n
 ///
 /// ```text
 /// W_i(x) ≥ T_j √y (1 − w) + √(E'/E) W_j(x'),   x' = E_j'/E'
 /// ```
 ///
-/// W is looked for on cells of √x and √y, by iteration, and checked in the end.
+/// W is computed by iteration on cells of √x and √y, and the inequality is checked at the end.
 fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
     // E_i is at most `most` times E; and E_i κ + (√E_j + |ψ|√E_i)²/(1 − ψ²) is at least E at an impact at j, κ = `kappa`.
     let ratio = [0, 1].map(|i| l.g[i] / (l.nn[i][i] * weights[i]));
@@ -173,7 +173,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
             end * (k as f64 / SHARES as f64) * (k as f64 / SHARES as f64)
         })
     });
-    // For x up to the limit k: the first cell in which √y may be.
+    // For x up to limit k: the first cell that may contain √y.
     let first: [[usize; SHARES + 1]; 2] = std::array::from_fn(|i| {
         std::array::from_fn(|k| {
             let root = limits[i][k];
@@ -182,7 +182,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
             limits[1 - i][1..SHARES].partition_point(|&limit| limit <= least)
         })
     });
-    // Blocks at j by their cell and number of impacts, the last entry for that many or more: time, √(E'/E), and the limit of x'.
+    // Blocks at j by cell and number of impacts (the last entry: that many or more): time, √(E'/E), and the limit of x'.
     let blocks: [[[Block; IMPACTS]; SHARES]; 2] = std::array::from_fn(|j| {
         std::array::from_fn(|cell| {
             let (low, high) = (limits[j][cell], limits[j][cell + 1]);
@@ -206,7 +206,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
     let together = tie(l.e, l.psi, coupling).sqrt() * (1.0 + BOUND_MARGIN);
     let wait = (0..2).map(|j| times[j] * (1.0 - l.e[j].lo) * limits[j][SHARES]).fold(0.0, f64::max)
         * (1.0 + BOUND_MARGIN);
-    // From a start: a block at either contact; and W of what comes after a block at i.
+    // Bound from a start with a block at either contact, and W after a block at i.
     let round = |after: &[[f64; SHARES + 1]; 2]| {
         let longest: [[f64; SHARES]; 2] = std::array::from_fn(|j| {
             let mut longest = [0.0_f64; SHARES];
@@ -219,7 +219,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
             }
             longest
         });
-        // After a tie as from a start, with less energy.
+        // After a tie the motion is as from a start, with less energy.
         let start = longest[0][0].max(longest[1][0]).max(wait / (1.0 - together).max(0.0));
         let tied = wait + together * start;
         let next: [[f64; SHARES + 1]; 2] =
@@ -243,25 +243,25 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
     f64::INFINITY
 }
 
-/// Some impacts in a row at one contact.
+/// Consecutive impacts at one contact.
 #[derive(Clone, Copy)]
 struct Block {
     /// For E = 1 at the start.
     time: f64,
     /// √(E'/E)
     left: f64,
-    /// The limit of cells that x' is below.
+    /// Index of a cell limit above x'.
     next: usize,
 }
 
-/// Share of the energy that is left, at most, where both contacts land in one instant and are solved together.
+/// Largest part of the energy that remains after both contacts land at one instant and their impacts are solved together.
 fn tie(e: [I; 2], psi: [I; 2], coupling: I) -> f64 {
     if e[0] == e[1] || psi[0].lo >= 0.0 {
-        // u⁺ = −e u⁻ in both, and no part of u·D⁻¹u is negative.
+        // u_i⁺ = −e_i u_i⁻. Either both e_i are equal, or no term of u·D⁻¹u is negative.
         let most = e[0].hi.max(e[1].hi);
         return most * most * (1.0 + BOUND_MARGIN);
     }
-    // The largest of u⁺·D⁻¹u⁺ for u·D⁻¹u = 1; and the loss ½Δu·D⁻¹Δu (1 − e)/(1 + e) at the least.
+    // The smaller of two bounds: the largest u⁺·D⁻¹u⁺ for u·D⁻¹u = 1, and one less the least loss ½Δu·D⁻¹Δu (1 − e)/(1 + e).
     let square = coupling.square();
     let across = I::ONE - square;
     let product = e[0] * e[1];
@@ -276,7 +276,7 @@ fn tie(e: [I; 2], psi: [I; 2], coupling: I) -> f64 {
 /// Bounds on the first corner at a contact after a kick of size one.
 struct FirstCorner {
     contact: usize,
-    /// |ξ| and y, at most.
+    /// Upper bounds on |ξ| and y.
     xi: f64,
     y: f64,
 }
@@ -293,7 +293,7 @@ impl FirstCorner {
     }
 }
 
-/// The first corners after a kick, by the contact that is left on the terrain and the way in which it slides. `drift`: the change
+/// The first corners after a kick, by the contact that is held on the terrain and its sliding direction. `drift`: the change
 /// of s until then, for 2E = 1.
 fn first_corners(
     map: &CornerMap,
@@ -313,7 +313,7 @@ fn first_corners(
             let arc = arc.as_ref().ok_or(NoBound::Modes)?;
             start.slides(arc, arc.along.times(side), &mut corners)?;
         }
-        // A contact that does not slide at the start.
+        // The held contact does not slide at the start.
         start.turns(rate, gap, |pull| larger(rate, (pull / weights[m]).sqrt()), &mut corners)?;
     }
     // Both contacts rest: |s| is at most the norm of (1, drift).
@@ -334,21 +334,21 @@ fn first_corners(
     Ok(corners)
 }
 
-/// Contact m is in the air after a kick, the other one is left on the terrain.
+/// Contact m is in the air after a kick, the other one is on the terrain.
 struct Start {
     m: usize,
-    /// |u_m|, h_m and |ξ|, at most.
+    /// Upper bounds on |u_m|, h_m and |ξ|.
     rate: I,
     gap: I,
     slip: I,
     /// λ_m
     weight: I,
-    /// How the contact on the terrain goes on from rest.
+    /// Motion of the contact on the terrain from rest.
     still: FromRest,
 }
 
 impl Start {
-    /// The contact slides; `gains`: how its speed of sliding changes.
+    /// The contact slides. `gains`: the rate of change of its sliding speed.
     fn slides(&self, arc: &Arc, gains: I, corners: &mut Vec<FirstCorner>) -> Result<(), NoBound> {
         let contact = self.m;
         let pull = I::new((-arc.normal.hi).max(0.0), (-arc.normal.lo).max(0.0));
@@ -359,7 +359,7 @@ impl Start {
         }
         if gains.is_negative() {
             corners.push(FirstCorner { contact, xi: self.slip.hi, y: y.hi });
-            // Until the slide has ended: by its time, and by √(u² + 2 pull h), which stays the same, where m falls.
+            // State when the slide ends: bounded by its duration and, where m falls, by √(u² + 2 pull h), which is constant.
             let time = self.slip / -gains;
             let lift = I::new(0.0, arc.normal.hi.max(0.0));
             let mut rate = self.rate + upper(arc.normal) * time;
@@ -383,8 +383,8 @@ impl Start {
         Ok(())
     }
 
-    /// The contact on the terrain is at rest, the other one has at most this rate and this gap. `landing`: a bound on the landing
-    /// speed by the acceleration at which it falls.
+    /// The contact on the terrain is at rest, the other one has at most this gap rate and this gap. `landing`: a bound on the
+    /// landing speed as a function of the acceleration at which it falls.
     fn turns(
         &self,
         rate: I,
@@ -406,7 +406,7 @@ impl Start {
     }
 }
 
-/// For each contact that lands and each cell: the logarithm of the largest ‖q̇‖ of all that follows, for r = 1.
+/// For each landing contact and each cell: the logarithm of the largest later ‖q̇‖, for r = 1.
 struct Growths {
     grid: &'static Grid,
     values: [Vec<f64>; 2],
@@ -417,7 +417,7 @@ fn growths(map: &CornerMap, metric: &Metric, times: [I; 2]) -> Result<Growths, N
     let forms = [0, 1].map(|j| between(metric, j, drift * times[j]));
     let base = |j: usize, cell: &Cell, end: SlideEnd| {
         let square = match end {
-            // Corner follows on corner at either contact.
+            // Corners follow each other at both contacts.
             SlideEnd::Attracts { speed, wide } => {
                 let all = forms.iter().flatten().map(Form::largest).fold(0.0, f64::max);
                 let r = upper(speed).square() * (I::ONE + I::from(wide).square());
@@ -437,8 +437,8 @@ fn growths(map: &CornerMap, metric: &Metric, times: [I; 2]) -> Result<Growths, N
     Err(NoBound::Cells)
 }
 
-/// Bounds on ‖q̇‖² from a corner at j to the next one, or before it: at the start of the flight, at the end (s has changed by
-/// `drift` y), and at the end of a slide before the corner, where ξ = 0 and the rate is at most y.
+/// Bounds on ‖q̇‖² at three instants between corners: at the start of the flight after a corner at j, at its end (s has
+/// changed by `drift` y), and at the end of a slide before the corner, where ξ = 0 and the rate is at most y.
 fn between(metric: &Metric, j: usize, drift: I) -> [Form; 3] {
     let stop = Form { xx: I::ZERO, xy: I::ZERO, yy: metric.shift[j].square() + metric.inverse[j] };
     [metric.at(j, I::ZERO), metric.at(j, drift), stop]
@@ -453,7 +453,7 @@ mod tests {
     use crate::options::{Model, Options, Stop};
     use crate::simulate::simulate;
 
-    /// Numbers in [0, 1) that fill the interval evenly.
+    /// Numbers in [0, 1), evenly distributed.
     fn share(k: usize, factor: f64) -> f64 {
         (k as f64 * factor).fract()
     }
@@ -506,7 +506,7 @@ mod tests {
                     Options { model: Model::Local, stop: Stop::Zeno, ..Options::default() };
                 let run = simulate(&posture, &start, &options).unwrap();
                 let zeno = &run.zeno_points()[0];
-                // 2E by the rows of the geometry.
+                // 2E from the rows of the geometry.
                 let rows = posture.geometry();
                 let u = [0, 1].map(|i| rows[i].local_gap(&qdot.into()));
                 let h = [0, 1].map(|i| rows[i].local_gap(&q.into()));
@@ -523,7 +523,7 @@ mod tests {
             }
         }
         assert!(postures > 200, "{postures}");
-        // Neither needlessly long: the bound is met within a factor of three.
+        // The bound is not needlessly large: it is reached within a factor of three.
         assert!(largest > 1.0 / 3.0, "{largest}");
     }
 }

@@ -1,17 +1,18 @@
 //! From the corner map to a decision.
 //!
-//! *Stable*: the angles of the corners at each contact are cut into cells. Every cell has the cells that its image meets, and
-//! an upper bound on its growth ln G. If no chain of cells grows for ever, that is if a potential V ≥ 0 exists with
+//! *Stable*: the angles of the corners at each contact are divided into cells. Each cell has an edge to every cell that its
+//! image meets, and an upper bound on its growth ln G. If no chain of cells grows for ever, that is, if a potential V ≥ 0
+//! exists with
 //!
 //! ```text
 //! V(cell) ≥ ln G(cell) + ε + V(next)     for all next cells,
 //! ```
 //!
-//! then every sequence of corners shrinks, or ends at rest. At the fast-slide ends φ = ±π/2 the growth of r is nothing while
-//! the landing speeds are multiplied by a constant product κ once around. Where κ < 1, impacts accumulate and both contacts
-//! slide together; where κ > 1, the corners leave the end at once, and the growth on the way is bounded by a geometric sum.
+//! then every sequence of corners shrinks, or ends at rest. At the fast-slide ends φ = ±π/2 r does not grow, and the landing
+//! speeds are multiplied by a constant product κ per cycle. Where κ < 1, impacts accumulate and both contacts slide together.
+//! Where κ > 1, the corners leave the end, and the growth until then is bounded by a geometric sum.
 //!
-//! *Unstable*: a cycle of corners whose growth is certainly positive, enclosed; or a corner that certainly leads away.
+//! *Unstable*: an enclosed cycle of corners with certainly positive growth, or a corner after which the body certainly moves away.
 
 use std::sync::OnceLock;
 
@@ -25,7 +26,7 @@ use serde::{Deserialize, Serialize};
 
 type I = Interval;
 
-/// Even cells with |ξ| ≤ y per contact, coarse to fine.
+/// Number of equal cells with |ξ| ≤ y per contact, coarse to fine.
 pub(super) const CELLS: [usize; 3] = [24, 96, 384];
 
 /// y/|ξ| of the outermost cells.
@@ -37,14 +38,14 @@ const BEND: f64 = 0.5;
 /// Largest growth of the sliding speed on the way into an end.
 const LONGER: f64 = 4.0;
 
-/// Largest growth on the way out of a zone: with a larger one a smaller zone is better.
+/// Largest growth on the way out of a zone. If it is larger, a smaller zone is better.
 const TRANSIT: f64 = 0.05;
 
-/// Steps of an orbit that is searched for a cycle, and the longest cycle.
+/// Number of steps of an orbit in the search for a cycle, and length of the longest cycle.
 const ORBIT: usize = 240;
 const LONGEST: usize = 24;
 
-/// Half-widths of the intervals of φ that are tried around a cycle.
+/// Half-widths of the intervals of φ around a cycle, tried in turn.
 const AROUND: [f64; 3] = [1e-10, 1e-8, 1e-6];
 
 /// A corner of a cycle.
@@ -58,9 +59,9 @@ pub(crate) struct Corner {
     pub(crate) growth: f64,
 }
 
-/// Cells of the ratio ξ/y of a corner, and a potential V for each: V(cell) ≥ ln G + 1e-9 + V(next), so that no sequence of
-/// corners grows for ever. y is the landing speed, ξ the slip of the other contact over its part of the direction in which
-/// both slide (of length one in the metric of the mass), and r² = ξ² + y².
+/// Cells of the ratio ξ/y of a corner, and a potential V for each: V(cell) ≥ ln G + 1e-9 + V(next), so no sequence of corners
+/// grows for ever. y is the landing speed, ξ the sliding velocity of the other contact divided by its component of the
+/// direction in which both slide (of length one in the mass metric), and r² = ξ² + y².
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     /// Limits between the cells, increasing.
@@ -68,20 +69,20 @@ pub struct Potential {
     /// V for each contact that lands, in the order of the cells.
     #[serde(rename = "potential")]
     pub values: [Vec<f64>; 2],
-    /// For each contact that lands the ratios below and above which a corner is in a fast-slide end. There corner follows on
-    /// corner until both contacts slide together, or until they are out of the end: V holds for all of that as a whole.
+    /// For each landing contact the ratios below and above which a corner is in a fast-slide end. There, corners follow each
+    /// other until both contacts slide together or the corners leave the end; V holds for this sequence as a whole.
     pub ends: [[Option<f64>; 2]; 2],
 }
 
-/// What the corner map says.
+/// Decision of the corner map.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Decision {
     Stable(Potential),
     /// A growing cycle.
     Grows(Vec<Corner>),
-    /// Corners that lead away, or none of them (a motion with a contact on the terrain, or both, does).
+    /// A corner after which the body moves away; `None` if it does so in a motion with one or both contacts on the terrain.
     Escapes(Option<Corner>),
-    /// Why; cells per contact, and those that are left over: (contact, φ from, φ to).
+    /// The reason, the number of cells per contact, and the undecided cells: (contact, φ from, φ to).
     Undecided {
         reason: WhyUndecided,
         cells: usize,
@@ -93,15 +94,15 @@ pub(crate) enum Decision {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WhyUndecided {
-    /// A contact that slides alone jams: no mode is consistent.
+    /// A contact that slides alone jams (Painlevé): no mode is consistent.
     Painleve,
-    /// Several modes are consistent, or it is too close to call.
+    /// Several modes are consistent, or the intervals do not decide.
     Modes,
     /// Frictionless motion need not come to rest: λ > 0 fails.
     Energy,
-    /// The impacts after a corner are not followed to their end with certainty.
+    /// The impacts after a corner cannot be followed to their end with certainty.
     Flight,
-    /// Cells are left over.
+    /// Some cells remain undecided.
     Cells,
 }
 
@@ -113,7 +114,7 @@ pub(super) struct Grid {
 
 impl Grid {
     fn new(n: usize) -> Self {
-        // Evenly for |ξ| ≤ y; beyond, y/|ξ| shrinks by one ratio from cell to cell.
+        // Equal cells for |ξ| ≤ y. Outside, y/|ξ| shrinks by a constant ratio from cell to cell.
         let quarter = std::f64::consts::FRAC_PI_4;
         let ratio = 1.0 - 2.0 * quarter / n as f64 * 2.0;
         let count = (libm::log(NEAREST) / libm::log(ratio)).ceil() as usize;
@@ -140,9 +141,9 @@ impl Grid {
         GRIDS[level].get_or_init(|| Self::new(CELLS[level]))
     }
 
-    /// First and last cell that a direction may lie in.
+    /// First and last cell that may contain a direction.
     fn range(&self, slope: I) -> (usize, usize) {
-        // The limits themselves carry the rounding of a tangent.
+        // The limits have the rounding error of a tangent.
         let slack = |x: f64, side: f64| x + side * CELL_LIMIT_ROUNDING * (1.0 + x.abs());
         let (low, high) = (slack(slope.lo, -1.0), slack(slope.hi, 1.0));
         (
@@ -171,22 +172,22 @@ struct Edge {
     growth: f64,
 }
 
-/// What happens at a fast-slide end.
+/// Behaviour at a fast-slide end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SlideEnd {
-    /// Nothing of the kind.
+    /// Not a fast-slide end.
     Ordinary,
-    /// Both contacts come to slide together: all along ξ is in `speed` for a start at one, and y is at most `wide` times |ξ|.
+    /// Both contacts finally slide together. Throughout, ξ is in `speed` for a start at one, and y is at most `wide` times |ξ|.
     Attracts {
         speed: I,
         wide: f64,
     },
-    /// The corners leave it; bound on the growth on the way.
+    /// The corners leave it. Bound on the growth until then.
     Repels(f64),
     Unknown,
 }
 
-/// The decision of the corner map; `returns`, the frictionless energy argument and the two-contact slides included.
+/// The decision of the corner map. It includes `returns`, the frictionless energy argument and sliding on both contacts.
 pub(crate) fn decide(map: &CornerMap) -> Decision {
     if map.returns() == Some(false) {
         return Decision::Escapes(None);
@@ -229,7 +230,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
     Decision::Undecided { reason: reason.unwrap_or(WhyUndecided::Cells), cells, left }
 }
 
-/// A potential over the cells, or the cells that stand against it.
+/// A potential over the cells, or the cells that prevent one.
 fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Open> {
     let graph = Graph::new(map, grid)?;
     let values = graph.longest(|_, _, _| 0.0)?;
@@ -244,13 +245,13 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Open> {
     Ok(Potential { limits: limits.clone(), values, ends })
 }
 
-/// Cells left over: (contact, [φ from, φ to]).
+/// Undecided cells: (contact, [φ from, φ to]).
 type Open = Vec<(usize, [f64; 2])>;
 
 /// The cells of a grid and the cells that their images meet, with bounds on the growth.
 pub(super) struct Graph<'g> {
     grid: &'g Grid,
-    /// Of cell k at contact j: `starts[j * n + k]..starts[j * n + k + 1]`, n cells at each contact.
+    /// Edges of all cells. Those of cell k at contact j are `starts[j * n + k]..starts[j * n + k + 1]`, n cells per contact.
     edges: Vec<Edge>,
     starts: Vec<usize>,
     /// The fast-slide ends of each contact, left and right, and their sizes in cells.
@@ -258,7 +259,7 @@ pub(super) struct Graph<'g> {
 }
 
 impl<'g> Graph<'g> {
-    /// The cells that have no certain image, if there are any.
+    /// The graph, or the cells without a certain image.
     pub(super) fn new(map: &CornerMap, grid: &'g Grid) -> Result<Self, Open> {
         let n = grid.cells.len();
         let zones = [0, 1].map(|j| [false, true].map(|right| zone(map, grid, j, right)));
@@ -317,7 +318,7 @@ impl<'g> Graph<'g> {
         }
     }
 
-    /// Of a repelling end: which one, and the growth on the way out of it.
+    /// For a cell in a repelling end: whether it is the right end, and the growth until the corners leave it.
     fn repels(&self, contact: usize, cell: usize) -> Option<(bool, f64)> {
         match self.kind(contact, cell) {
             (SlideEnd::Repels(_), right) => {
@@ -331,8 +332,8 @@ impl<'g> Graph<'g> {
         }
     }
 
-    /// The largest sum of growths along a chain of cells and `base` of its last one, from every cell: for each contact in the
-    /// order of the cells. Arguments of `base`: contact, cell, its fast-slide end. Or a cycle of cells that grows.
+    /// For every cell, by contact and in the order of the cells: the largest sum of growths along a chain of cells plus `base`
+    /// of its last cell. Or a growing cycle of cells. Arguments of `base`: contact, cell, its fast-slide end.
     pub(super) fn longest(
         &self,
         base: impl Fn(usize, &Cell, SlideEnd) -> f64,
@@ -343,10 +344,10 @@ impl<'g> Graph<'g> {
         let bases: Vec<f64> = (0..2 * n)
             .map(|c| base(c / n, &grid.cells[c % n], self.kind(c / n, c % n).0))
             .collect();
-        // Chains within a repelling end are in its transit.
+        // The growth of chains within a repelling end is in its transit.
         let mut potential = bases.clone();
         let mut pools = [(f64::NEG_INFINITY, NONE); 2];
-        // The cell after each, on the chain that its potential comes from.
+        // The successor of each cell on the chain that gives its potential.
         let mut next = vec![NONE; 2 * n];
         loop {
             let mut changed = false;
@@ -367,7 +368,7 @@ impl<'g> Graph<'g> {
                         }
                     }
                     if let Some((right, transit)) = own {
-                        // Who is in a repelling zone may leave it from any of its cells.
+                        // A sequence in a repelling zone may leave it from any of its cells.
                         value += transit;
                         let pool = &mut pools[usize::from(right)];
                         if value > pool.0 {
@@ -385,8 +386,8 @@ impl<'g> Graph<'g> {
                 let second = potential.split_off(n);
                 return Ok([potential, second]);
             }
-            // A potential that comes from itself has grown on the way: as of the method of Bellman and Ford, there is such a
-            // cycle if and only if one of the graph grows, and n rounds at the most show it.
+            // A cell that contributes to its own potential lies on a growing cycle. By the method of Bellman and Ford, such a
+            // cell appears within n rounds if and only if the graph has a growing cycle.
             if let Some(cycle) = circle(&next) {
                 return Err(cycle
                     .iter()
@@ -399,9 +400,9 @@ impl<'g> Graph<'g> {
 
 const NONE: usize = usize::MAX;
 
-/// A cycle of a graph in which every node has one successor, or none.
+/// A cycle of a graph in which every node has at most one successor.
 fn circle(next: &[usize]) -> Option<Vec<usize>> {
-    // For each node the walk that came to it first.
+    // The walk that reached each node first.
     let mut seen = vec![NONE; next.len()];
     for start in 0..next.len() {
         let mut node = start;
@@ -428,7 +429,7 @@ fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize
     let cycle = match (own.0 == j, back) {
         (true, _) => [own, own],
         (false, Some(back)) if back.0 == j => [own, back],
-        // Into the other contact's end, or out of it.
+        // The corners enter or leave the end of the other contact.
         (false, _) => return (SlideEnd::Ordinary, 0),
     };
     let n = grid.limits.len();
@@ -448,14 +449,14 @@ fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize
     found.unwrap_or((SlideEnd::Unknown, 1))
 }
 
-/// What happens within y/|ξ| ≤ `width` of an end, where corners go round: ξ' = ξ + B y, y' = K y at either of them.
+/// Behaviour within y/|ξ| ≤ `width` of an end, where corners repeat: ξ' = ξ + B y, y' = K y at each of them.
 fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
     let side = if right { 1.0 } else { -1.0 };
     let step = |(_, b, k): (usize, I, I), width: f64| {
         let bend = b.times(side) * I::new(0.0, width);
         (bend.lo > -BEND && bend.hi < BEND).then(|| k / (I::ONE + bend))
     };
-    // From either of the two corners, and on from the other.
+    // Starting from either of the two corners, then from the other one.
     let Some(first) =
         step(cycle[0], width).and_then(|f| step(cycle[1], width).map(|g| f.hi.max(g.hi)))
     else {
@@ -466,12 +467,12 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
         return SlideEnd::Unknown;
     };
     let factor = f * g;
-    // Once around: ξ'' = ξ + (B_1 + B_2K_1) y, y'' = K_1K_2 y; from either corner, and half way.
+    // One cycle: ξ'' = ξ + (B_1 + B_2K_1) y, y'' = K_1K_2 y, starting from either corner; and half a cycle.
     let [(_, b1, k1), (_, b2, k2)] = cycle;
     let half = b1.hull(b2).hull(I::ZERO).times(side);
     let round = (b1 + b2 * k1).hull(b2 + b1 * k2).hull(I::ZERO).times(side);
     if factor.hi < 1.0 {
-        // All rounds, and half a one more.
+        // The sum over all cycles, plus half a cycle.
         let sum = I::new(0.0, wide) * (round / (I::ONE - I::from(factor.hi)) + half);
         if sum.lo > -BEND && sum.hi < LONGER {
             SlideEnd::Attracts { speed: I::ONE + sum, wide }
@@ -490,7 +491,7 @@ fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
     }
 }
 
-/// The only image of a corner; `None` if it has several, or ends at rest, or is not known.
+/// The image of a corner, if it has exactly one.
 fn only(images: &Images) -> Option<Image> {
     let mut list = images.iter();
     match (list.next(), list.next()) {
@@ -499,7 +500,7 @@ fn only(images: &Images) -> Option<Image> {
     }
 }
 
-/// Follows single corners, to a growing cycle or away.
+/// Follows orbits of single corners to a growing cycle or until the body moves away.
 fn follow(map: &CornerMap) -> Option<Decision> {
     for start in [0.0, 1.2, -1.2] {
         for j in 0..2 {
@@ -540,7 +541,7 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
     None
 }
 
-/// The cycle that an orbit has come into, if it grows: `Some(None)` if it shrinks.
+/// The cycle that an orbit has reached, if it grows; `Some(None)` if it does not certainly grow.
 #[allow(clippy::option_option, reason = "none yet, or one that does not grow")]
 fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     let last = way.len().checked_sub(1)?;
@@ -554,10 +555,10 @@ fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     Some(grows.then(|| Decision::Grows(cycle.to_vec())))
 }
 
-/// Whether there is a cycle close to this one, and grows: of an interval of angles around its first corner one end comes back
-/// to the right of where it was, the other one to the left.
+/// Whether a growing cycle exists close to this one: at the two ends of an interval of angles around its first corner, image
+/// less angle has opposite signs.
 fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
-    // Through a corner with ξ = 0 exactly, if there is one: it is a point.
+    // Starts at a corner with ξ = 0 exactly, if there is one: its cell is a point.
     let first = cycle.iter().position(|corner| corner.phi == 0.0).unwrap_or(0);
     let Corner { contact, phi, .. } = cycle[first];
     let turn = |phi: I| -> Option<(I, I)> {
@@ -589,7 +590,7 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
         if growth.lo <= 0.0 {
             return false;
         }
-        // One image all along: the map is continuous there, and image less angle changes its sign.
+        // With exactly one image over the interval the map is continuous, so image less angle has a zero.
         let side =
             |end: f64| turn(I::from(end)).and_then(|(image, _)| (image - I::from(end)).sign());
         match (side(around.lo), side(around.hi)) {

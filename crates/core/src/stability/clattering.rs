@@ -1,6 +1,6 @@
-//! Bounds on the coupling of two contacts: whether impacts alternate for ever, and whether gravity then loses its weight.
+//! Bounds on the coupling of two contacts: whether impacts alternate for ever, and whether gravity then becomes negligible.
 //!
-//! With ψ = sign(ψ_1)√(ψ_1ψ_2) and p_i = (1+e_i)ψ_i two alternate impacts without gravity are a linear map of the speeds with
+//! With ψ = sign(ψ_1)√(ψ_1ψ_2) and p_i = (1+e_i)ψ_i, two alternate impacts without gravity are a linear map of the speeds with
 //! determinant e_1e_2 and trace p_1p_2 − e_1 − e_2. Its eigenvalues are real, and impacts endless, iff
 //!
 //! ```text
@@ -24,7 +24,7 @@ pub fn chatter_bound([e1, e2]: [f64; 2]) -> f64 {
     (e1.sqrt() + e2.sqrt()) / ((1.0 + e1) * (1.0 + e2)).sqrt()
 }
 
-/// The coupling beyond which gravity becomes negligible, too: clattering convergence [Or & Rimon 2008, (10)].
+/// The coupling above which, in addition, gravity becomes negligible: clattering convergence [Or & Rimon 2008, (10)].
 #[must_use]
 pub fn clattering_bound([e1, e2]: [f64; 2]) -> f64 {
     let third = libm::cbrt(e1) * libm::cbrt(e2);
@@ -39,8 +39,8 @@ pub fn chatter_restitution(psi: f64) -> f64 {
     root * root
 }
 
-/// The restitution below which clattering converges at coupling `psi`: with x = e^⅓ the bound is
-/// (x + 1)(ψx² − (1+ψ)x + ψ) = 0, so that x = 2ψ/(1 + ψ + √((1−ψ)(1+3ψ))); zero for ψ ≤ 0.
+/// The restitution below which clattering converges at coupling `psi`: with x = e^⅓ the bound is (x + 1)(ψx² − (1+ψ)x + ψ) =
+/// 0, hence x = 2ψ/(1 + ψ + √((1−ψ)(1+3ψ))); zero for ψ ≤ 0.
 #[must_use]
 pub fn clattering_restitution(psi: f64) -> f64 {
     let psi = psi.clamp(0.0, 1.0);
@@ -48,22 +48,23 @@ pub fn clattering_restitution(psi: f64) -> f64 {
     x * x * x
 }
 
-/// The self-similar orbit of clattering below the bound, for e_1 = e_2 and equal reduced gravities: after every impact the
-/// state is the one before with the contacts exchanged, all speeds times `factor`, all gaps times its square.
+/// The self-similar orbit of clattering below the bound, for e_1 = e_2 and equal reduced gravities: the state after every
+/// impact is that after the impact before, with the contacts exchanged, all speeds times `factor` and all gaps times its
+/// square.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SelfSimilar {
     /// c, the root of c³ + Kc² + (1 − K − e)c − e = 0 in (e, e^⅓), K = 1 + (1+e)ψ.
     pub factor: f64,
-    /// Whether orbits nearby come to it: c > e^⅖ (a Neimark–Sacker bifurcation at equality).
+    /// Whether nearby orbits converge to it: c > e^⅖ (a Neimark–Sacker bifurcation at equality).
     pub stable: bool,
-    /// Rate of the other contact and its gap right after an impact that leaves with speed 1, at gravity 1.
+    /// Gap rate and gap of the other contact right after an impact with take-off speed 1, at gravity 1.
     pub rate: f64,
     /// See `rate`.
     pub gap: f64,
 }
 
-/// The self-similar orbit at restitution `e` and coupling `psi`; `None` where there is none: at or above the bound of
-/// clattering convergence.
+/// The self-similar orbit at restitution `e` and coupling `psi`; `None` if none exists: at or above the bound of clattering
+/// convergence.
 #[must_use]
 pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     if !(e > 0.0 && e < 1.0) || psi >= clattering_bound([e, e]) || psi <= -1.0 {
@@ -72,7 +73,7 @@ pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     let k = 1.0 + (1.0 + e) * psi;
     let f = |c: f64| {
         let value = ((c + k) * c + (1.0 - k - e)) * c - e;
-        // Falling through zero for the bracketed solver, which wants f(a) > 0 ≥ f(b).
+        // The sign is reversed because the bracketed solver requires f(a) > 0 ≥ f(b).
         (-value, -((3.0 * c + 2.0 * k) * c + (1.0 - k - e)))
     };
     let (low, high) = (e, libm::cbrt(e));
@@ -90,8 +91,8 @@ pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     })
 }
 
-/// The coupling at which the self-similar orbit of restitution `e` changes its stability: c = e^⅖ and
-/// K = (e + ec − c − c³)/(c² − c), that is ψ = s²(1 + s²)/((1 + s)(1 + e)) with s = e^⅕.
+/// The coupling at which the self-similar orbit of restitution `e` changes its stability: c = e^⅖ and K = (e + ec − c −
+/// c³)/(c² − c), hence ψ = s²(1 + s²)/((1 + s)(1 + e)) with s = e^⅕.
 #[must_use]
 pub fn neimark_sacker(e: f64) -> f64 {
     let s = libm::pow(e, 0.2);

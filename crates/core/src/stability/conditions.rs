@@ -1,4 +1,4 @@
-//! Conditions in closed form: equilibrium, the words at rest, and the bounds on the coupling.
+//! Conditions in closed form: equilibrium, the contact-mode words at rest, and the bounds on the coupling.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,19 +17,20 @@ use crate::stability::region::equilibrium_region;
 pub struct Conditions {
     /// Whether the centre of mass lies over the equilibrium region.
     pub equilibrium: bool,
-    /// Its distance to the nearer end of the region, in m; negative outside, −∞ if there is none.
+    /// Distance of the centre of mass from the nearer end of the region, in m; negative outside, −∞ if there is no region.
     #[serde(with = "crate::serial::numbers::extended")]
     pub equilibrium_margin: f64,
     /// The region, see [`equilibrium_region`].
     #[serde(rename = "equilibrium_region", with = "ends")]
     pub region: Option<[f64; 2]>,
-    /// No word other than the static one fits: its forces do (f_n ≥ 0), but a strict kinematic inequality fails.
+    /// No word other than the static one is possible: where the forces of a word are admissible (f_n ≥ 0), a strict kinematic
+    /// inequality fails.
     pub kinematic_strong: bool,
     /// The same, with the friction cone required of fixed contacts, too.
     pub kinematic_strong_strict: bool,
     /// FF is the only consistent word.
     pub unambiguous: bool,
-    /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from failing or holding.
+    /// Least margin of the kinematic-strong test, dimensionless: distance of the nearest condition from failing or holding.
     #[serde(with = "crate::serial::numbers::extended")]
     pub kinematic_margin: f64,
     /// ψ.
@@ -72,15 +73,15 @@ impl Conditions {
         self.certainly_strong() && self.clattering
     }
 
-    /// Kinematic-strong, and by more than a tie: a body without friction on level ground, or without gravity, does not return
-    /// from a slide that nothing speeds up.
+    /// Kinematic-strong by more than a tie. A body without friction on level ground, or without gravity, is a tie: it does not
+    /// return from a slide without acceleration.
     pub(super) fn certainly_strong(&self) -> bool {
         self.kinematic_strong && self.kinematic_margin > TIE
     }
 }
 
-/// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0: those of
-/// [`stability`](super::stability) to the bit, in a hundredth of the time where that one has to look further.
+/// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0. They have the same bits as
+/// those of [`stability`](super::stability), and take a hundredth of the time where `stability` needs the corner map.
 ///
 /// # Errors
 ///
@@ -90,7 +91,7 @@ pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let mut words = Words::default();
     match problem.pair_modes() {
-        // Where no word is consistent, ties may make one.
+        // If no word is consistent, ties may make one consistent; the general solver treats them.
         Some(pair) if pair.consistent().next().is_some() => {
             for mode in pair.iter() {
                 let judged = mode.judged(&problem);
@@ -102,14 +103,14 @@ pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
     Ok(words.conditions(posture, psi))
 }
 
-/// The same from the words solved already.
+/// The same conditions from words that are already solved.
 pub(super) fn of_words(posture: &Posture, psi: [f64; 2], answers: &[ModeAnswer]) -> Conditions {
     let mut words = Words::default();
     answers.iter().for_each(|answer| words.take(answer));
     words.conditions(posture, psi)
 }
 
-/// ψ of a posture that stands on both of its contacts.
+/// ψ of a posture that touches the terrain with both contacts.
 pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
     let psi = posture.psi()?;
     for (i, k) in posture.geometry().iter().enumerate() {
@@ -134,7 +135,7 @@ pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
     Ok(psi)
 }
 
-/// Whether a word may be looked at: not FF, and not one with a fixed and a sliding contact, whose motion is none.
+/// Whether a word is a motion: not FF, and not a word with a fixed and a sliding contact, which allows no motion.
 pub(super) fn moves(word: Word) -> bool {
     let (mut fixed, mut slides, mut all) = (false, false, true);
     for mode in word.modes() {
@@ -145,8 +146,8 @@ pub(super) fn moves(word: Word) -> bool {
     !(all || fixed && slides)
 }
 
-/// Whether a word is excluded by kinematics although its forces fit, and by how much: the forces' least margin or the largest
-/// violation, whichever is nearer to failing.
+/// Whether a word is excluded by kinematics although its forces are admissible, and the margin: the least margin of the forces
+/// or the largest kinematic violation, whichever is smaller.
 fn excluded(margins: &[Margin], strict: bool) -> (bool, f64) {
     let mut forces = f64::INFINITY;
     let mut kinematics = f64::INFINITY;
@@ -163,12 +164,12 @@ fn excluded(margins: &[Margin], strict: bool) -> (bool, f64) {
     (fits && fails, forces.min(-kinematics))
 }
 
-/// What the words at rest say together.
+/// Results of the words at rest, combined.
 struct Words {
     strong: bool,
     strict: bool,
     margin: f64,
-    /// A static word is consistent; a moving one is.
+    /// Whether a static word is consistent, and whether a moving one is.
     holds: bool,
     leaves: bool,
 }

@@ -7,12 +7,12 @@
 //! q̇ = s z + M⁻¹Nᵀ(N M⁻¹Nᵀ)⁻¹ u,   v_t,i = α_i s + Σ_j β_ij u_j,   ξ = v_t,i/α_i = s − (β_ij/α_i) y
 //! ```
 //!
-//! Impacts without friction do not change s, and gravity changes it at a constant rate. Everything until the next Zeno point
-//! is therefore the same for all corners at j, but for the scale y: it is computed once. Then contact k rests, the other one, m,
-//! is in the air at h = H y², u = U y, and with constant accelerations
+//! Impacts without friction do not change s, and gravity changes it at a constant rate. The motion until the next Zeno point
+//! is therefore the same for all corners at j, except for the scale y: it is computed once. Then contact k rests, the other
+//! one, m, is in the air at h = H y², u = U y, and with constant accelerations
 //!
 //! * m lands before the sliding of k ends:  ξ' = ξ + B y,  y' = K y;
-//! * or sliding ends first, and k stays fixed (ξ' = 0) or turns back;
+//! * or sliding ends first, and k stays fixed (ξ' = 0) or reverses;
 //! * or both contacts rest, slide together, and stop, accelerate, or one of them lifts off and lands again.
 //!
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
@@ -24,7 +24,7 @@ use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
 
-/// Impacts of one flight that are followed.
+/// Largest number of impacts of one flight that are followed.
 const IMPACTS: usize = 256;
 
 /// Constants of a posture in its local model, per unit mass.
@@ -46,7 +46,7 @@ pub(crate) struct Local {
     pub(super) drift: I,
 }
 
-/// What one contact does while it rests and the other is in the air, or both rest.
+/// Accelerations while one contact is closed and the other is in the air, or while both are closed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arc {
     /// dξ/dt (ds/dt with both contacts closed), and the acceleration of the other gap.
@@ -54,29 +54,29 @@ pub(super) struct Arc {
     pub(super) normal: I,
 }
 
-/// How a contact at rest goes on, alone.
+/// Motion from rest of a contact while the other one is in the air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FromRest {
     Fixed(Arc),
     /// Slides with this sign of ξ.
     Slides(i8, Arc),
-    /// No mode, several, or too close to call.
+    /// No mode, several modes, or the intervals do not decide.
     Unknown,
 }
 
-/// How two sliding contacts go on.
+/// Motion with two sliding contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum BothSlide {
-    /// They stop.
+    /// Both stop.
     Stops,
-    /// They never stop.
+    /// Both never stop.
     Runs,
-    /// Contact k slides on, the other one lifts off.
+    /// Contact k continues to slide, the other one lifts off.
     Lifts(usize),
     Unknown,
 }
 
-/// What frictionless flight and impacts after a corner lead to, at landing speed 1 and after the time `t`.
+/// Result of the frictionless flight and impacts after a corner, at landing speed 1 and after the time `t`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Flight {
     /// Contact `kept` rests, the other has this gap and rate.
@@ -86,14 +86,14 @@ enum Flight {
         u: I,
         t: I,
     },
-    /// Both rest.
+    /// Both contacts rest.
     Two {
         t: I,
     },
     Unknown,
 }
 
-/// The start of a slide: contact k at ξ + from y, the gap and rate of the other one at landing speed 1.
+/// The start of a slide: contact k at ξ + from y; gap and rate of the other one at landing speed 1.
 #[derive(Clone, Copy)]
 struct Slide<'c> {
     k: usize,
@@ -103,10 +103,10 @@ struct Slide<'c> {
     cell: &'c Cell,
 }
 
-/// Where a corner leads.
+/// Image of a corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Image {
-    /// To a corner at `contact`, with `slope` = ξ/y, and r at most `most`.
+    /// A corner at `contact`, with `slope` = ξ/y and r at most `most`.
     Corner {
         contact: usize,
         xi: I,
@@ -115,7 +115,7 @@ pub(crate) enum Image {
         most: f64,
     },
     Rest,
-    /// Away, for ever.
+    /// The body moves away and never returns.
     Escape,
     /// Not decided.
     Unknown,
@@ -134,13 +134,13 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// A single corner, to rounding.
+    /// A single corner, up to rounding error.
     pub(crate) fn point(phi: f64) -> Self {
         Self::new(phi, phi)
     }
 
     pub(crate) fn new(a: f64, b: f64) -> Self {
-        // Wider than the roundings of the functions, and of the angles where they are shares of π.
+        // Wider than the rounding errors of the functions and of angles that are fractions of π.
         let wide =
             |x: f64, y: f64| I::new(x.min(y) - TRIGONOMETRIC_ERROR, x.max(y) + TRIGONOMETRIC_ERROR);
         if (a, b) == (0.0, 0.0) {
@@ -184,7 +184,7 @@ impl Form {
         (mean + (half.square() + self.xy.square()).sqrt()).hi
     }
 
-    /// The largest value on a cell narrower than a quarter turn: it is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ there.
+    /// The largest value on a cell narrower than a quarter turn, where the form is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ.
     pub(super) fn most(&self, cell: &Cell) -> f64 {
         let [xx, xy, yy] = [&self.xx, &self.xy, &self.yy].map(|k| k.middle());
         let off: f64 = [&self.xx, &self.xy, &self.yy].iter().map(|k| k.hi - k.lo).sum();
@@ -201,7 +201,7 @@ impl Form {
     }
 }
 
-/// The images of a set of corners: at most eight.
+/// The images of a set of corners, at most eight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Images {
     list: [Image; 8],
@@ -232,10 +232,11 @@ impl Images {
 pub(crate) struct CornerMap {
     local: Local,
     flights: [Flight; 2],
-    /// Of contact k sliding with ξ < 0, ξ > 0; `None` where no force keeps it on the terrain (Painlevé).
+    /// Accelerations of contact k sliding with ξ < 0, ξ > 0; `None` unless a positive normal force certainly keeps it on the
+    /// terrain (else Painlevé).
     pub(super) slides: [[Option<Arc>; 2]; 2],
     pub(super) from_rest: [FromRest; 2],
-    /// With s < 0, s > 0.
+    /// For s < 0, s > 0.
     both: [BothSlide; 2],
 }
 
@@ -246,7 +247,7 @@ fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
 }
 
 impl Local {
-    /// `None` where the two normal rows may depend on each other, or the sliding direction leaves a contact in place.
+    /// `None` if the two normal rows may be linearly dependent, or if the common sliding direction may leave one contact in place.
     pub(crate) fn new(posture: &Posture) -> Option<Self> {
         let [first, second] = posture.contacts() else { return None };
         let f = posture.fields();
@@ -317,7 +318,7 @@ impl Local {
         solve(self.nn, self.g)
     }
 
-    /// Contact k slides along its tangent with this sign, the other one is in the air.
+    /// Accelerations while contact k slides along its tangent with this sign and the other one is in the air.
     fn slide(&self, k: usize, side: f64) -> Option<Arc> {
         let rub = self.mu[k].times(side);
         let stiffness = self.nn[k][k] - rub * self.tn[k][k];
@@ -331,7 +332,7 @@ impl Local {
         Some(Arc { along: along / self.alpha[k], normal })
     }
 
-    /// Contact k at rest on the terrain, the other one in the air.
+    /// Motion from rest of contact k on the terrain, the other one in the air.
     fn starts_from_rest(&self, k: usize) -> FromRest {
         let m = 1 - k;
         let [normal, tangential] = solve(
@@ -361,10 +362,10 @@ impl Local {
                 if !stiffness.is_negative() {
                     return FromRest::Unknown;
                 }
-                // A force that pulls: it would have to be negative.
+                // The normal force would be negative.
                 continue;
             };
-            // arc.along is a_t/α: back to a_t by the sign of α.
+            // arc.along is a_t/α; the sign of α gives the sign of a_t.
             let alpha = if self.alpha[k].is_positive() { 1.0 } else { -1.0 };
             match arc.along.times(side * alpha).sign() {
                 Some(1) => found.push(FromRest::Slides((side * alpha) as i8, arc)),
@@ -378,7 +379,7 @@ impl Local {
         }
     }
 
-    /// Both contacts rest and slide with this sign of s.
+    /// Motion with both contacts sliding on the terrain with this sign of s.
     fn both(&self, side: f64) -> BothSlide {
         let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
         let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
@@ -405,7 +406,7 @@ impl Local {
                     Some(-1) => {}
                     _ => return BothSlide::Unknown,
                 },
-                None if stiffness(k, k).is_negative() => {} // would pull
+                None if stiffness(k, k).is_negative() => {} // a negative normal force
                 None => return BothSlide::Unknown,
             }
         }
@@ -415,7 +416,7 @@ impl Local {
         }
     }
 
-    /// (√e_1 + √e_2)² against p_1p_2: whether contact impacts are endless.
+    /// Whether impacts at closed contacts are endless: p_1p_2 ≥ (√e_1 + √e_2)².
     fn chatters(&self) -> Option<bool> {
         match self.psi[0].sign() {
             Some(1) => {}
@@ -435,7 +436,7 @@ impl Local {
         after
     }
 
-    /// The impacts of the instant in which contact j lands with speed 1 while the other one rests, and the flight after them.
+    /// The impacts at the instant at which contact j lands with speed 1 while the other one rests, and the flight after them.
     fn flight(&self, j: usize) -> Flight {
         match self.chatters() {
             Some(true) => return Flight::Two { t: I::ZERO },
@@ -506,7 +507,7 @@ impl Local {
         Flight::Unknown
     }
 
-    /// The bounces at a to their limit, if b is certainly clear of the terrain all along: gap and rate of b then, and when.
+    /// The limit of the bounces at a, if b is certainly above the terrain throughout: gap and rate of b at that time, and the time.
     fn bounces(&self, a: usize, h: I, u: [I; 2]) -> Option<(I, I, I)> {
         let b = 1 - a;
         let e = self.e[a];
@@ -532,8 +533,8 @@ impl Local {
         Some((end, rate, t))
     }
 
-    /// An upper bound on the time until both contacts rest, after an impact at a, if they certainly clatter to it [certificate
-    /// for e_1 = e_2].
+    /// An upper bound on the time until both contacts rest after an impact at a, if they certainly clatter to rest
+    /// [certificate for e_1 = e_2].
     fn clatters(&self, a: usize, h: I, u: [I; 2]) -> Option<I> {
         let b = 1 - a;
         let e = self.e[0];
@@ -564,7 +565,7 @@ impl Local {
     }
 }
 
-/// When a gap h ≥ 0 with rate u and acceleration a comes down to zero; `None` if it is not certain that it does.
+/// The time at which a gap h ≥ 0 with rate u and acceleration a becomes zero; `None` if this is not certain.
 fn landing(h: I, u: I, a: I) -> Option<I> {
     let square = u.square() - (a * h).times(2.0);
     if a.is_negative() {
@@ -582,7 +583,7 @@ fn landing(h: I, u: I, a: I) -> Option<I> {
     None
 }
 
-/// Speed of the landing of a gap h ≥ 0 with rate u and acceleration a: √(u² − 2ah).
+/// Landing speed of a gap h ≥ 0 with rate u and acceleration a: √(u² − 2ah).
 fn fall(h: I, u: I, a: I) -> I {
     (u.square() - (a * h).times(2.0)).non_negative().map_or(I::ZERO, I::sqrt)
 }
@@ -600,12 +601,12 @@ pub(crate) fn tangent(xi: I, y: I) -> I {
     I::new(lo.next_down(), hi.next_up())
 }
 
-/// x + a, where x may reach to infinity.
+/// x + a, where x may be unbounded.
 fn shifted(x: I, a: I) -> I {
     I::new((x.lo + a.lo).next_down(), (x.hi + a.hi).next_up())
 }
 
-/// Whether a gap h ≥ 0 with rate u and acceleration a certainly never comes down to zero.
+/// Whether a gap h ≥ 0 with rate u and acceleration a certainly never becomes zero.
 fn never_lands(h: I, u: I, a: I) -> bool {
     let rises = u.lo >= 0.0 && a.lo >= 0.0;
     let turns = a.is_positive() && (u.square() - (a * h).times(2.0)).is_negative();
@@ -628,12 +629,12 @@ impl CornerMap {
         })
     }
 
-    /// Whether what becomes of both contacts sliding is known, either way.
+    /// Whether the motion with both contacts sliding is known for both signs of s.
     pub(crate) fn slides_known(&self) -> bool {
         !self.both.contains(&BothSlide::Unknown)
     }
 
-    /// The smaller part of a contact in the direction in which both slide: near zero one of them hardly moves.
+    /// The smaller |α_i|, the component of a contact in the common sliding direction. Near zero that contact hardly moves.
     pub(crate) fn least_slide(&self) -> f64 {
         self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
     }
@@ -648,7 +649,7 @@ impl CornerMap {
         })
     }
 
-    /// Whether the flight after a corner is not known.
+    /// Whether the flight after some corner is unknown.
     pub(crate) fn flies_unknown(&self) -> bool {
         self.flights.contains(&Flight::Unknown)
     }
@@ -689,7 +690,7 @@ impl CornerMap {
         images
     }
 
-    /// What happens to the parts of an interval of speeds below, at and above zero.
+    /// Calls `what` for the parts of an interval of speeds below and above zero, or at zero.
     fn parts(&self, speed: I, images: &mut Images, mut what: impl FnMut(i8, I, &mut Images)) {
         if speed.lo < 0.0 {
             what(-1, I::new(speed.lo, speed.hi.min(0.0)), images);
@@ -715,7 +716,7 @@ impl CornerMap {
         let sign = f64::from(side);
         let slows = arc.along.times(sign).sign();
         if let Some(t) = landing(h, u, arc.normal) {
-            // ξ' = ξ + B y, y' = K y, where that is still on this side.
+            // ξ' = ξ + B y, y' = K y, if the sign of ξ' is still the same.
             let (shift, factor) = (from + arc.along * t, fall(h, u, arc.normal));
             let clip = |x: I| {
                 if side > 0 { I::new(x.lo.max(0.0), x.hi) } else { I::new(x.lo, x.hi.min(0.0)) }
@@ -764,7 +765,7 @@ impl CornerMap {
         }
     }
 
-    /// The sliding of contact k has come to its end after the time `t`.
+    /// The sliding of contact k has ended after the time `t`.
     fn stop(&self, start: &Slide, side: i8, arc: &Arc, t: I, images: &mut Images) {
         let Slide { k, from, h, u, cell } = *start;
         let y = cell.y;
@@ -790,7 +791,7 @@ impl CornerMap {
         self.turn(k, gap, rate, Some(side), form, images);
     }
 
-    /// Contact k is at rest, after it slid to this side; the other one is in the air. `most`: a bound on its speed at the landing.
+    /// Contact k is at rest after it slid to this side; the other one is in the air. `most`: a bound on the landing speed.
     fn turn(&self, k: usize, h: I, u: I, side: Option<i8>, most: Option<f64>, images: &mut Images) {
         let m = 1 - k;
         let arc = match self.from_rest[k] {
@@ -815,7 +816,7 @@ impl CornerMap {
         }
     }
 
-    /// Both contacts rest, and slide at s.
+    /// Both contacts are on the terrain and slide at s.
     pub(crate) fn together(&self, s: I, images: &mut Images) {
         if s.contains_zero() {
             images.push(Image::Rest);
@@ -844,15 +845,15 @@ impl CornerMap {
         });
     }
 
-    /// What becomes of both contacts sliding with s < 0 or s > 0.
+    /// The images after both contacts slide with s < 0 or s > 0.
     pub(crate) fn sliding_together(&self, right: bool) -> Images {
         let mut images = Images::none();
         self.together(if right { I::ONE } else { -I::ONE }, &mut images);
         images
     }
 
-    /// Near the fast-slide end of the corners at j: contact k stays on the terrain all along, ξ' = ξ + B y, y' = K y. Returns
-    /// (the contact that lands next, B, K); `None` if it does not go on so.
+    /// The map near the fast-slide end of the corners at j, where contact k stays on the terrain: ξ' = ξ + B y, y' = K y.
+    /// Returns (the contact that lands next, B, K); `None` if the corners do not repeat in this way.
     pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I)> {
         let Flight::One { kept, h, u, t } = self.flights[j] else { return None };
         let (i, m, l) = (1 - j, 1 - kept, &self.local);
@@ -862,8 +863,8 @@ impl CornerMap {
         Some((m, from + arc.along * time, fall(h, u, arc.normal)))
     }
 
-    /// Whether every motion with one contact on the terrain ends in a landing of the other one, however it starts; `Some(false)`
-    /// if some do not, certainly.
+    /// Whether every motion with one contact on the terrain ends with a landing of the other one; `Some(false)` if some
+    /// motions certainly do not.
     pub(crate) fn returns(&self) -> Option<bool> {
         let mut all = Some(true);
         let mut need = |holds: Option<bool>| {

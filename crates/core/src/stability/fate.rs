@@ -1,4 +1,5 @@
-//! The end of a clattering motion: one contact bounces alone, both clatter to rest, or the motion repeats on a smaller and smaller scale.
+//! The end of a clattering motion: one contact bounces alone, both clatter to rest, or the motion repeats on a smaller and
+//! smaller scale.
 
 use crate::error::Error;
 use crate::outcome::ContactNumber;
@@ -6,23 +7,24 @@ use crate::stability::clattering::clattering_bound;
 use crate::stability::reduced::{OrbitEnd, PATIENCE, ReducedMap, ReducedStep, Shape};
 use crate::tolerance::{CYCLE_REACHED, RECURRENCE, SHAPE_LOST};
 
-/// How a clattering motion goes on, or ends.
+/// The kind of end of a clattering motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FateKind {
     /// One contact bounces alone until it rests, the other in the air.
     OneZeno,
-    /// Both contacts are hit in turn for ever, gravity becomes negligible, and both come to rest at once.
+    /// Impacts alternate between the contacts for ever, gravity becomes negligible, and both contacts come to rest at the same
+    /// time.
     Clattering,
-    /// The shape comes to an attracting cycle: the motion repeats on a smaller and smaller scale.
+    /// The shape converges to an attracting cycle: the motion repeats on a smaller and smaller scale.
     SelfSimilar,
-    /// None of these within the impacts allowed: a quasi-periodic or chaotic shape, or one that settles slowly.
+    /// None of these within the allowed number of impacts: a quasi-periodic or chaotic shape, or slow convergence.
     Other,
     /// Both contacts land at the same instant: the impacts have no order.
     None,
 }
 
 impl FateKind {
-    /// As the Python face spells it.
+    /// Its name in Python.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -35,21 +37,21 @@ impl FateKind {
     }
 }
 
-/// What becomes of a clattering motion.
+/// The end of a clattering motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fate {
-    /// In a word.
+    /// Its kind.
     pub kind: FateKind,
     /// The contact that comes to rest in a 1-Zeno.
     pub contact: Option<ContactNumber>,
-    /// Whether it is proved, for the start as it was given: a 1-Zeno, and clattering with equal restitutions, unless the impacts
-    /// before may have made more of its rounding than 1e-6 of the shape. A cycle is observed.
+    /// Whether it is proved for the given start. A 1-Zeno is, and clattering with equal restitutions, unless the impacts
+    /// before may have amplified rounding errors to more than 1e-6 of the shape. A cycle is observed, not proved.
     pub certified: bool,
-    /// Impacts after the first of the orbit until it is known.
+    /// Number of impacts after the first one until the kind is known.
     pub hits: usize,
-    /// Impacts after which shape and contact repeat: 1 for a 1-Zeno, 2 for clattering.
+    /// Number of impacts after which shape and contact repeat: 1 for a 1-Zeno, 2 for clattering.
     pub period: Option<usize>,
-    /// Mean logarithm of the factor of all speeds per impact from then on; NaN where it is not known.
+    /// Mean logarithm of the factor of all speeds per impact from then on; NaN if unknown.
     pub sigma: f64,
 }
 
@@ -59,12 +61,12 @@ impl Fate {
     }
 }
 
-/// What the impacts have made of their own roundings so far: the covariance (vv, vy, yy) of the shape, as if they were independent.
+/// Accumulated rounding errors of an orbit: the covariance (vv, vy, yy) of the shape, as if the errors were independent.
 #[derive(Clone, Copy, Default)]
 struct Spread([f64; 3]);
 
 impl Spread {
-    /// After a step with tangent map A: P' = A P Aᵀ, and the roundings of this step itself.
+    /// After a step with tangent map A: P' = A P Aᵀ plus the rounding errors of this step.
     fn after(self, step: &ReducedStep, rounding: [f64; 2]) -> Self {
         let (Self([vv, vy, yy]), [[a, b], [c, d]]) = (self, step.tangent);
         Self([
@@ -74,7 +76,7 @@ impl Spread {
         ])
     }
 
-    /// Whether the shape is still that of the start. (What is no number is not small, either.)
+    /// Whether the shape still belongs to the given start. NaN does not count as small.
     fn is_small(self, shape: &Shape) -> bool {
         let (v, y) = (SHAPE_LOST * (1.0 + shape.rate.abs()), SHAPE_LOST * (1.0 + shape.gap));
         self.0[0] <= v * v && self.0[2] <= y * y
@@ -82,7 +84,7 @@ impl Spread {
 }
 
 impl ReducedMap {
-    /// Bounds of the roundings of a step, of the largest terms in its sums.
+    /// Bounds on the rounding errors of a step, from the largest terms in its sums.
     fn rounding(&self, from: &Shape, step: &ReducedStep) -> [f64; 2] {
         let e = self.frozen.e[step.shape.contact.index()];
         let back = 2.0 / self.frozen.g[from.contact.index()];
@@ -103,8 +105,8 @@ impl ReducedMap {
         }
     }
 
-    /// Clattering for ever from this shape on, if the certificate says so; for two restitutions, whose certificate leaves gravity
-    /// out, only beyond the bound of clattering convergence.
+    /// Clattering for ever from this shape on, if the certificate holds. For two different restitutions the certificate
+    /// neglects gravity, so the coupling must also be above the bound of clattering convergence.
     fn clatters(&self, shape: &Shape, hits: usize) -> Option<Fate> {
         let (a, gaps) = (shape.contact.index(), self.gaps(shape));
         let tail = self.frozen.clatter_tail(a, &gaps)?;
@@ -125,8 +127,8 @@ impl ReducedMap {
         })
     }
 
-    /// The mean growth over `period` impacts from `shape` on, if these lead next to an attracting cycle: with A their tangent map,
-    /// its eigenvalues lie in the unit circle and (1 − A)⁻¹(x' − x) is small.
+    /// The mean growth over `period` impacts from `shape` on, if an attracting cycle is near: with A their tangent map, its
+    /// eigenvalues lie in the unit circle and (1 − A)⁻¹(x' − x) is small.
     fn attracting_cycle(&self, shape: &Shape, period: usize) -> Option<f64> {
         let (mut now, mut a, mut log) = (*shape, [[1.0, 0.0], [0.0, 1.0]], 0.0);
         for _ in 0..period {
@@ -157,10 +159,11 @@ fn recurs(now: &Shape, before: &Shape) -> bool {
 }
 
 impl ReducedMap {
-    /// What becomes of a motion, looked at for `n` impacts at most.
+    /// The end of a motion, followed for `n` impacts at most.
     ///
-    /// A 1-Zeno is decided exactly and clattering by its certificate. A cycle of shapes is looked for by comparing each with one
-    /// kept from before, at twice the distance each time (Brent's scheme), and taken if its tangent map contracts.
+    /// A 1-Zeno is decided exactly and clattering by its certificate. To find a cycle, each shape is compared with a stored
+    /// one, which is replaced after twice as many impacts each time (Brent's scheme). A recurrence counts as a cycle if its
+    /// tangent map contracts.
     ///
     /// # Errors
     ///
@@ -170,7 +173,7 @@ impl ReducedMap {
             .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
     }
 
-    /// As [`ReducedMap::fate`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    /// As [`ReducedMap::fate`]. `cancel` is called from time to time; the result is `None` once it returns true.
     ///
     /// # Errors
     ///
@@ -186,7 +189,7 @@ impl ReducedMap {
             Ok(shape) => shape,
             Err(end) => return Ok(Some(self.ended(end, 0))),
         };
-        // The shape kept, impacts since, and for how many more it is kept; an answer of no holds for all of them.
+        // The stored shape, impacts since, impacts until it is replaced, and whether a recurrence to it was already rejected.
         let (mut kept, mut since, mut keep, mut tried) = (shape, 0, 1, false);
         let mut spread = Spread::default();
         let of_the_start = |spread: Spread, shape: &Shape, fate: Fate| Fate {

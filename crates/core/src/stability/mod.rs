@@ -1,15 +1,16 @@
-//! Whether a posture on two frictional contacts is stable: after any small kick the body comes back to rest near it.
+//! Stability of a posture on two frictional contacts: whether after any sufficiently small kick the body comes back to rest
+//! near it.
 //!
-//! The verdict of the paper, with its evidence, and what goes beyond it [Or & Rimon 2008]:
+//! The verdict follows the paper [Or & Rimon 2008] and extends it. In order:
 //!
 //! 1. equilibrium: the centre of mass lies over the equilibrium region;
-//! 2. kinematic-strong equilibrium: no word other than FF fits kinematics and forces;
-//! 3. clattering convergence (10): with 2. it is Theorem 3, frictional stability;
-//! 4. where these are silent: Goyal's bound instead of (10), and the corner map, in intervals.
+//! 2. kinematic-strong equilibrium: no word other than FF satisfies the kinematic and the force conditions;
+//! 3. clattering convergence (10): together with 2. this is Theorem 3, frictional stability;
+//! 4. where these do not decide: Goyal's bound instead of (10), and the corner map, in intervals.
 //!
-//! [`static_forces`] and [`friction_margin`] say by which forces, and with how much friction to spare, a body stands.
+//! [`static_forces`] and [`friction_margin`] give the forces at rest and the reserve of friction.
 //!
-//! Everything here speaks of the local model: small motions, to first order.
+//! All results hold for the local model: small motions, to first order.
 
 mod amplification;
 mod certify;
@@ -53,16 +54,16 @@ use corner::CornerMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stability {
-    /// It does.
+    /// The body comes back to rest after any sufficiently small kick.
     Stable,
-    /// Some kicks, however small, lead away.
+    /// The body moves away after some kicks, however small.
     Unstable,
-    /// None of the arguments says which.
+    /// No argument decides.
     Undecided,
 }
 
 impl Stability {
-    /// As the Python face and the files spell it.
+    /// Its name in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -73,7 +74,7 @@ impl Stability {
     }
 }
 
-/// The argument of a verdict.
+/// The argument behind a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Argument {
@@ -91,12 +92,12 @@ pub enum Argument {
     CornerMap,
     /// A cycle of corners grows.
     GrowingCycle,
-    /// A mode leads away, and does not come back.
+    /// The body moves away in a mode and does not come back.
     AcceleratingMode,
 }
 
 impl Argument {
-    /// As the Python face and the files spell it.
+    /// Its name in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -122,50 +123,50 @@ pub struct CornerStep {
     pub growth: f64,
 }
 
-/// The data of the argument.
+/// The data of an argument.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Evidence {
-    /// None but what the verdict itself says: its argument, margins and words.
+    /// No further data than argument, margins and words of the verdict.
     Margins,
     /// No sequence of corners grows for ever.
     Potential(Potential),
-    /// Corners that come again and again, larger every time.
+    /// A cycle of corners that grows with every repetition.
     Cycle(Vec<CornerStep>),
-    /// A word that is consistent at rest and leads away.
+    /// A word that is consistent at rest and in which the body moves away.
     Word(String),
-    /// A corner that leads away.
+    /// A corner after which the body moves away.
     Away(CornerStep),
-    /// Why the corner map does not decide, and what is left over.
+    /// Why the corner map does not decide, and the undecided cells.
     Left {
-        /// Painlevé's jam, several modes, energy, a flight, or cells.
+        /// The reason.
         reason: WhyUndecided,
         /// Cells per contact.
         cells: usize,
-        /// The cells left over: (contact, [from, to]) in atan(ξ/y).
+        /// The undecided cells: (contact, [from, to]) in atan(ξ/y).
         left: Vec<(ContactNumber, [f64; 2])>,
     },
 }
 
-/// What is said of a posture.
+/// Verdict on the stability of a posture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The verdict.
     pub frictional_stability: Stability,
     /// Its argument.
     pub by: Option<Argument>,
-    /// What closed forms say of it: Theorem 3 and its margins.
+    /// The conditions in closed form: Theorem 3 and its margins.
     #[serde(flatten)]
     pub conditions: Conditions,
     /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
     pub energy: bool,
-    /// Whether rounding may decide: a margin that counts is below 1e-10.
+    /// Whether rounding may decide: a margin of the argument is below 1e-10.
     pub delicate: bool,
-    /// How much larger than a kick the motion after it can become: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later
-    /// motion is at most this times that of the kick, a velocity given to the body at rest in its posture; at least 1.
+    /// Bound on the growth of a motion after a kick: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at
+    /// most this number times that of the kick, a velocity given to the body at rest in its posture; at least 1.
     #[serde(flatten, with = "bound_or_reason")]
     pub amplification: Result<f64, NoBound>,
-    /// What came of random kicks, if any were asked for: evidence, no proof; see [`trials`].
+    /// Results of random kicks, if requested: evidence, no proof; see [`trials`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<Trials>,
     /// The argument's data.
@@ -183,7 +184,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     judge(posture, true)
 }
 
-/// As [`stability`]; `amplification`: whether that field is wanted, which may take most of the time.
+/// As [`stability`]. `amplification`: whether to compute that field, which may take most of the time.
 pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
     let psi = conditions::on_two_feet(posture)?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
@@ -211,7 +212,7 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
     Ok(verdict)
 }
 
-/// The bound on the amplification in files: `amplification`, null where there is none, and then `amplification_reason`.
+/// Serde for the bound on the amplification: `amplification`, or null with the reason in `amplification_reason`.
 mod bound_or_reason {
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
@@ -245,7 +246,7 @@ mod bound_or_reason {
 }
 
 impl Verdict {
-    /// All of it as JSON; infinities as the strings "inf" and "-inf", numbers that do not exist as null.
+    /// The verdict as JSON; infinities as the strings "inf" and "-inf", undefined numbers as null.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self)
@@ -271,8 +272,8 @@ impl Verdict {
     fn decide(&mut self, map: Option<&CornerMap>, size: f64) {
         let found = self.conditions;
         let stable = |by| (Stability::Stable, Some(by));
-        // Where one contact does not move while the other slides, words with a fixed contact are motions, too; and where both
-        // slide, one word has to be consistent.
+        // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
+        // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
         let strong = known && found.certainly_strong();
         (self.frictional_stability, self.by) = if !found.equilibrium {
@@ -329,7 +330,7 @@ impl Verdict {
                 (Stability::Unstable, Some(Argument::GrowingCycle))
             }
             Decision::Escapes(corner) => {
-                // Without a corner it is sliding on one contact or both that leads away.
+                // Without a corner, the body moves away by sliding on one contact or on both.
                 self.evidence =
                     corner.as_ref().map_or(Evidence::Margins, |c| Evidence::Away(step(c)));
                 (Stability::Unstable, Some(Argument::AcceleratingMode))
@@ -344,9 +345,9 @@ impl Verdict {
     }
 }
 
-/// The growths of a cycle in r² = v_t² + y² instead of ξ² + y²: the same around the cycle.
+/// Converts the growths of a cycle from ξ² + y² to r² = v_t² + y². Their sum over the cycle is the same.
 fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
-    // ln of the new r per old one, at each corner.
+    // Logarithm of the ratio of new to old r at each corner.
     let ratio = |corner: &CornerStep| {
         let alpha = map.local().alpha[1 - corner.contact.index()].middle();
         let t = libm::tan(corner.phi);
@@ -366,7 +367,7 @@ mod tests {
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
 
-    /// Kinematic-strong, and yet unstable at e = .26; at rest at .05.
+    /// Kinematic-strong, but unstable at e = 0.26; stable at e = 0.05.
     fn odd(restitution: f64) -> Posture {
         let contact =
             |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };

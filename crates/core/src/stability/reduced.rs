@@ -1,37 +1,38 @@
-//! Clattering up to scale: what the impacts do to the shape of the motion, and to its size.
+//! Clattering up to scale: the map from impact to impact of the shape of the motion, and of its size.
 //!
-//! The local model has no scale of its own: (h, u, t) → (s²h, su, st) turns motions into motions. What is left of the state right
-//! after an impact at contact a, with b the other one, are two numbers, its *shape*, and a size that is multiplied away:
+//! The local model has no intrinsic scale: (h, u, t) → (s²h, su, st) maps motions to motions. The state right after an impact
+//! at contact a, with b the other one, is given by two numbers, its *shape*, and a size that factors out:
 //!
 //! ```text
 //! rate v = u_b/u_a     gap y = h_b/u_a²     size u_a > 0
 //! ```
 //!
-//! in units that make the contacts alike and gravity one: rates k_i u_i and gaps k_i h_i with k_1 = (ψ_1/ψ_2)^¼ = 1/k_2, so that
-//! both contacts are coupled by ψ = ±√(ψ_1ψ_2), and times in u/ĝ, ĝ = √(g_1g_2), so that gravity is G_i = k_i g_i/ĝ with
-//! G_1G_2 = 1. Restitutions, ψ and G_1 are all that matters. (For ψ_1 = ψ_2 the size is the take-off rate in m/s.)
+//! in units in which the coupling is symmetric and gravity is one: rates k_i u_i and gaps k_i h_i with k_1 = (ψ_1/ψ_2)^¼ =
+//! 1/k_2, so both contacts are coupled by ψ = ±√(ψ_1ψ_2), and times in u/ĝ, ĝ = √(g_1g_2), so gravity is G_i = k_i g_i/ĝ with
+//! G_1G_2 = 1. The only parameters are the restitutions, ψ and G_1. (For ψ_1 = ψ_2 the size is the take-off rate in m/s.)
 //!
-//! One step leads from impact to impact, and is exact [Or & Rimon 2008, (7)]. If a falls back before b lands (τ_a = 2/G_a):
+//! One step leads from impact to impact and is exact [Or & Rimon 2008, (7)]. If a falls back before b lands (τ_a = 2/G_a):
 //!
 //! ```text
 //! v' = (v − G_b τ_a − (1+e_a)ψ)/e_a     y' = (y + vτ_a − ½G_b τ_a²)/e_a²     f = e_a
 //! ```
 //!
-//! and otherwise, with the roles exchanged, s the speed at which b lands after τ, and w the rate of a by then:
+//! and otherwise, with the roles exchanged, s the speed at which b lands after τ, and w the rate of a at that time:
 //!
 //! ```text
 //! s² = v² + 2G_b y     τ = (v + s)/G_b     w = 1 − G_a τ
 //! v' = w/(e_b s) − (1+e_b)ψ/e_b     y' = ½τ(1 + w)/(e_b s)²     f = e_b s
 //! ```
 //!
-//! f is the factor of the size. The measure u_a du_a du_b dh_b is the same after a flight, and e² times as large after an impact;
-//! so either tangent map has the determinant e²/f⁵, and with the Lyapunov exponents Λ_1 ≥ Λ_2 of the shape, per impact,
+//! f is the factor of the size. The measure u_a du_a du_b dh_b is the same after a flight, and e² times as large after an
+//! impact. The tangent map therefore has the determinant e²/f⁵ in both cases. With the Lyapunov exponents Λ_1 ≥ Λ_2 of the
+//! shape, per impact,
 //!
 //! ```text
 //! Λ_1 + Λ_2 = 2⟨ln e⟩ − 5σ,     σ = ⟨ln f⟩
 //! ```
 //!
-//! on every orbit that goes on for ever. An orbit ends where all that is left is the bouncing of one contact.
+//! on every infinite orbit. An orbit ends when one contact bounces alone.
 
 use crate::body::local_model::LocalModel;
 use crate::error::{Error, finite, in_range, non_negative};
@@ -41,12 +42,12 @@ use crate::stability::clattering::coupling;
 use crate::tolerance::SHAPE_AT_REST;
 use crate::zeno::{FrozenModel, Gaps};
 
-/// The least restitution of the reduced map: below it an impact leaves less of its speed than rounding leaves of the others. (A
-/// plastic impact leaves no size to measure the shape with.)
+/// The least restitution of the reduced map. Below it the take-off speed of an impact is less than the rounding error of the
+/// other speeds. (A plastic impact leaves no size as a unit of the shape.)
 const LEAST_RESTITUTION: f64 = 1e-12;
-/// The ratio k_1g_1/(k_2g_2) may differ from one by this factor: products of four such numbers are still doubles.
+/// Limits of the ratio k_1g_1/(k_2g_2): this number and its inverse. Products of four such numbers are still doubles.
 const RATIO: f64 = 1e50;
-/// Impacts between two looks at whether the caller wants to stop: some milliseconds.
+/// Number of impacts between two calls of `cancel`: some milliseconds.
 pub(crate) const PATIENCE: usize = 1 << 16;
 
 /// The state right after an impact, up to scale.
@@ -54,29 +55,29 @@ pub(crate) const PATIENCE: usize = 1 << 16;
 pub struct Shape {
     /// The contact that was hit.
     pub contact: ContactNumber,
-    /// Rate of the other contact over that of this one.
+    /// Gap rate of the other contact over that of this one.
     pub rate: f64,
-    /// Gap of the other contact over the square of the rate of this one, at unit gravity.
+    /// Gap of the other contact over the square of the gap rate of this one, at unit gravity.
     pub gap: f64,
 }
 
-/// One step of the reduced map, from an impact to the next.
+/// A step of the reduced map, from an impact to the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReducedStep {
-    /// After the impact.
+    /// The shape after the impact.
     pub shape: Shape,
-    /// f: the size over the one before.
+    /// f: the size over that before the step.
     pub factor: f64,
-    /// Time since the impact before, in units of the size there.
+    /// Time since the previous impact, in units of the size there.
     pub flight: f64,
-    /// Derivative of (rate, gap) by (rate, gap) before; its determinant is e²/f⁵.
+    /// Derivative of (rate, gap) with respect to (rate, gap) before the step; its determinant is e²/f⁵.
     pub tangent: [[f64; 2]; 2],
 }
 
 /// Why there is no further impact in an orbit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OrbitEnd {
-    /// From here on this contact bounces alone until it rests.
+    /// From now on this contact bounces alone until it rests.
     OneZeno(ContactNumber),
     /// Both contacts land at the same instant.
     Tie,
@@ -117,8 +118,8 @@ impl ReducedMap {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] unless gravity presses on both contacts, to a ratio a double can hold, and both restitutions are
-    /// at least 1e-12.
+    /// [`Error::OutOfRange`] unless gravity presses on both contacts, with a ratio from 1e-50 to 1e50, and both restitutions
+    /// are at least 1e-12.
     pub fn new(model: &LocalModel) -> Result<Self, Error> {
         let (g, psi, e) = (model.gravity(), model.psi(), model.restitution());
         for i in 0..2 {
@@ -183,7 +184,7 @@ impl ReducedMap {
     ///
     /// # Errors
     ///
-    /// [`OrbitEnd`] where one contact bounces alone from here on, or both land at once.
+    /// [`OrbitEnd`] if one contact bounces alone from now on, or both land at the same instant.
     #[inline]
     pub fn step(&self, shape: &Shape) -> Result<ReducedStep, OrbitEnd> {
         let a = shape.contact.index();
@@ -215,9 +216,9 @@ impl ReducedMap {
         let e = self.frozen.e[b];
         let (w, f) = (1.0 - g_a * tau, e * s);
         let rate = w / f - (1.0 + e) * self.psi / e;
-        // 1 + w as G_a times the time by which b is ahead: never negative.
+        // 1 + w is G_a times the time from the landing of b to that of a: never negative.
         let gap = 0.5 * tau * g_a * (back - tau) / (f * f);
-        // By (v, y): of s and of τ; then v' and y' by those.
+        // Derivatives of s and τ with respect to (v, y); then those of v' and y' by the chain rule.
         let (of_s, of_tau) = ([v / s, g_b / s], [tau / s, 1.0 / s]);
         let row = |by_s: f64, by_tau: f64| [0, 1].map(|k| by_s * of_s[k] + by_tau * of_tau[k]);
         Ok(ReducedStep {
@@ -230,14 +231,14 @@ impl ReducedMap {
 
     /// The first shape of a motion, with the logarithm of its size and the time until then.
     ///
-    /// A state right after an impact, with one gap zero and its rate positive, is that shape itself. From any other the motion goes
-    /// on to its first impact.
+    /// A state right after an impact, with one gap zero and its rate positive, is that shape itself. Any other state is
+    /// advanced to its first impact.
     pub(crate) fn start(&self, gaps: [f64; 2], rates: [f64; 2]) -> Result<Start, Error> {
         for i in 0..2 {
             non_negative(format!("gaps.{}", i + 1), gaps[i])?;
             finite(format!("rates.{}", i + 1), rates[i])?;
         }
-        // Rates in units of the largest speed; gaps with them, without squares that could overflow.
+        // Rates in units of the largest speed, and gaps likewise, without squares that could overflow.
         let rate = |i: usize| self.weights[i] * rates[i];
         let height = |i: usize| (self.weights[i] * gaps[i]).sqrt() * self.gravity.sqrt();
         let size = (0..2).map(|i| rate(i).abs().max(height(i))).fold(0.0, f64::max);
@@ -293,9 +294,9 @@ pub(crate) struct Start {
     pub(crate) flight: f64,
 }
 
-/// The impacts of a motion, one by one: shapes, sizes and times of flight, without limit to the scale.
+/// The impacts of a motion, one by one: shapes, sizes and times of flight, at any scale.
 ///
-/// Of impact k at contact a, with k_i the weights and ĝ the gravity of the [`ReducedMap`] and U the exponential of `log_sizes[k]`:
+/// For impact k at contact a, with k_i the weights and ĝ the gravity of the [`ReducedMap`] and U the exponential of `log_sizes[k]`:
 ///
 /// ```text
 /// u_a = U/k_a     u_b = rate U/k_b     h_b = gap U²/(ĝ k_b)     time since impact k − 1: flights[k] U_{k−1}/ĝ
@@ -306,9 +307,9 @@ pub struct Orbit {
     pub shapes: Vec<Shape>,
     /// Natural logarithm of the size k_a u_a, in ln(m/s).
     pub log_sizes: Vec<f64>,
-    /// Time since the impact before, in units of the size there over ĝ. The first: since the start, over 1/ĝ.
+    /// Time since the previous impact, in units of the size there over ĝ. The first: time since the start, in units of 1/ĝ.
     pub flights: Vec<f64>,
-    /// Why no impact follows; `None` if as many as asked for were found.
+    /// Why no impact follows; `None` if the requested number was found.
     pub end: Option<OrbitEnd>,
 }
 
@@ -319,23 +320,23 @@ pub struct Exponents {
     pub sigma: f64,
     /// Λ_1 ≥ Λ_2: Lyapunov exponents of the shape.
     pub lyapunov: [f64; 2],
-    /// Standard error of σ, from the scatter of its means over [`BATCHES`] parts of the orbit.
+    /// Standard error of σ, from the scatter of the means over [`BATCHES`] parts of the orbit.
     pub sigma_error: f64,
-    /// That of each Lyapunov exponent.
+    /// Standard error of each Lyapunov exponent.
     pub lyapunov_error: [f64; 2],
-    /// Impacts that the means are over: as many as asked for, or fewer where the orbit ends.
+    /// Number of impacts in the means: as many as requested, or fewer if the orbit ends.
     pub hits: usize,
-    /// Why it ends, if it does.
+    /// Why the orbit ends, if it does.
     pub end: Option<OrbitEnd>,
 }
 
-/// Parts of an orbit whose means are compared for the standard error.
+/// Number of parts of an orbit whose means give the standard error.
 pub const BATCHES: usize = 32;
 
 impl ReducedMap {
-    /// The first `n` impacts of a motion, up to scale; fewer where one contact bounces alone or both land at once.
+    /// The first `n` impacts of a motion, up to scale; fewer if one contact bounces alone or both land at the same instant.
     ///
-    /// Row 0 is the state given, if that is right after an impact (a gap of zero and its rate positive), and otherwise the first
+    /// Row 0 is the given state if it is right after an impact (a gap of zero and its rate positive), and otherwise the first
     /// impact.
     ///
     /// # Errors
@@ -381,7 +382,7 @@ impl ReducedMap {
             .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
     }
 
-    /// As [`ReducedMap::exponents`]; `cancel` is asked now and then, and `None` is returned once it says so.
+    /// As [`ReducedMap::exponents`]. `cancel` is called from time to time; the result is `None` once it returns true.
     ///
     /// # Errors
     ///
@@ -415,8 +416,8 @@ impl ReducedMap {
     }
 }
 
-/// Turns `frame`, the first of two orthonormal directions, with the tangent map, and returns the diagonal of the triangular factor
-/// in A Q = Q' R: how far the direction is stretched, and the one across.
+/// Rotates `frame`, the first of two orthonormal directions, by the tangent map, and returns the diagonal of the triangular
+/// factor in A Q = Q' R: the stretching factors along `frame` and across it.
 fn stretched(frame: &mut [f64; 2], a: &[[f64; 2]; 2]) -> [f64; 2] {
     let image = |x: [f64; 2]| [0, 1].map(|i| a[i][0] * x[0] + a[i][1] * x[1]);
     let (along, across) = (image(*frame), image([-frame[1], frame[0]]));
@@ -425,12 +426,12 @@ fn stretched(frame: &mut [f64; 2], a: &[[f64; 2]; 2]) -> [f64; 2] {
     [length, (frame[0] * across[1] - frame[1] * across[0]).abs()]
 }
 
-/// Sums of three quantities over an orbit, in parts.
+/// Sums of three quantities over the parts of an orbit.
 struct Means {
     sums: [[f64; 3]; BATCHES],
     counts: [usize; BATCHES],
     hits: usize,
-    /// Impacts in a part.
+    /// Number of impacts in a part.
     length: usize,
 }
 
@@ -449,7 +450,7 @@ impl Means {
         self.hits += 1;
     }
 
-    /// The mean, and its standard error by the full parts.
+    /// The mean, and its standard error from the full parts.
     fn of(&self, k: usize) -> (f64, f64) {
         let mean = self.sums.iter().map(|sum| sum[k]).sum::<f64>() / self.hits as f64;
         let full = (0..BATCHES).filter(|&part| self.counts[part] == self.length);
@@ -485,7 +486,7 @@ mod tests {
         ReducedMap::new(&LocalModel::new(gravity, [psi, psi], [0.0; 2], e).unwrap()).unwrap()
     }
 
-    /// Shapes that a bounce and a hop follow, with unequal contacts and either sign of ψ.
+    /// Shapes followed by an impact at the same contact or at the other one, with unequal contacts and both signs of ψ.
     fn cases() -> impl Iterator<Item = (ReducedMap, Shape, ReducedStep)> {
         let models = [
             ([0.9, 0.9], 0.22, [1.0, 1.0]),

@@ -1,4 +1,4 @@
-//! The equilibrium region: the places of the centre of mass at which the contacts can hold the body, and their forces.
+//! The equilibrium region: the positions of the centre of mass at which contact forces can hold the body.
 //!
 //! The edges of the friction cones, u = n_i ± μ_i t_i with moments m_u = x_i × u, carry a weight of one at abscissa x if
 //!
@@ -6,9 +6,9 @@
 //! Σ a_u u = e_y,   Σ a_u m_u = x,   a_u ≥ 0.
 //! ```
 //!
-//! Over these x runs a linear programme with two equations beside its objective: its extremes lie on two edges, or on one
-//! that is vertical, whatever the number of contacts; and it is unbounded in the directions of the moments of those
-//! combinations of at most three edges that carry no force at all (a squeeze).
+//! The extreme x are the optima of a linear program with two equations beside its objective. For any number of contacts they
+//! are attained at two edges, or at one that is vertical. The program is unbounded in the directions of the moments of those
+//! combinations of at most three edges that carry no force (a squeeze).
 
 use nalgebra::{Vector2, Vector3};
 
@@ -31,7 +31,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): on ground of one slope, of however much or little friction, exactly.
+    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): exact on ground of one slope, for any friction.
     fn cross(&self, other: &Self) -> f64 {
         let (sine, size) = (self.normal.perp(&other.normal), 1.0 + (self.f * other.f).abs());
         let cross =
@@ -41,9 +41,9 @@ impl Edge {
     }
 }
 
-/// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the
-/// nominal posture can balance gravity; ±∞ where there is no bound, `None` if there is no such place. Without gravity:
-/// everywhere.
+/// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the nominal
+/// posture can balance gravity; ±∞ where there is no bound, `None` if there is no such position. Without gravity: all
+/// abscissas.
 ///
 /// Closed form over pairs of cone edges for any number of contacts [Or & Rimon 2008, III]. Only contacts that touch in the
 /// nominal posture count.
@@ -52,7 +52,7 @@ pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
     region(posture, 1.0).unsigned_zero()
 }
 
-/// The same with all coefficients of friction times `factor`.
+/// The same region with all coefficients of friction times `factor`.
 pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
     if posture.fields().gravity == 0.0 {
         return Some([f64::NEG_INFINITY, f64::INFINITY]);
@@ -69,7 +69,7 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
             if d != 0.0 {
                 let (a, b) = (-v.u.x / d, u.u.x / d);
                 if a >= 0.0 && b >= 0.0 {
-                    // a m_u + b m_v with a u_x = −b v_x: of the heights only the difference has a moment.
+                    // a m_u + b m_v with a u_x = −b v_x: only the difference of the heights has a moment.
                     let upright = a * u.arm.x * u.u.y + b * v.arm.x * v.u.y;
                     take(upright - a * u.u.x * (u.arm.y - v.arm.y));
                 }
@@ -77,7 +77,7 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
         }
     }
     if region[0] > region[1] {
-        return None; // an upward force is in no cone
+        return None; // no combination of cones has a vertical force
     }
     region = region.map(|x| x + posture.fields().center_of_mass[0]);
     let squeeze = squeeze(&edges);
@@ -90,8 +90,8 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
     Some(region)
 }
 
-/// The edges of all friction cones; one for a contact without friction. Moments about the nominal centre of mass lose no
-/// digits to the place of the origin; the abscissas are shifted back.
+/// The edges of all friction cones; one for a contact without friction. Moments are taken about the nominal centre of mass, so
+/// their rounding error does not depend on the origin; the abscissas are shifted back.
 fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (i, (contact, k)) in posture.contacts().iter().zip(posture.geometry()).enumerate() {
@@ -101,7 +101,7 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
         let friction = factor * contact.friction;
         let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-        // In a vertex both pieces carry it.
+        // At a vertex both pieces carry forces.
         for ContactGeometry { normal, tangent, .. } in posture.touched(i, &Vector3::zeros()) {
             for side in sides {
                 let f = side * friction;
@@ -113,7 +113,7 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
     edges
 }
 
-/// Whether combinations of edges without force have a negative, or a positive moment.
+/// Whether combinations of edges with zero total force have a negative, or a positive moment.
 fn squeeze(edges: &[Edge]) -> [bool; 2] {
     let mut found = [false; 2];
     let mut take = |moment: f64, size: f64| {

@@ -1,8 +1,8 @@
 //! The forces that can hold a body at rest. They are not unique where two contacts have friction.
 //!
-//! Forces at the contacts are sums of the edges u = n ± μt of the friction cones with weights a ≥ 0. Those that balance
-//! gravity, Σ a_u u = m g e_y and Σ a_u (x_u − r) × u = 0 about the centre of mass r, are a family; the extremes of each of their
-//! components are linear programmes.
+//! Contact forces are sums of the edges u = n ± μt of the friction cones with weights a ≥ 0. Those that balance gravity, Σ a_u
+//! u = m g e_y and Σ a_u (x_u − r) × u = 0 about the centre of mass r, form a polyhedron; the extremes of each of their
+//! components are linear programs.
 
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
@@ -13,16 +13,16 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::stability::region::region;
 use crate::tolerance::{TOUCH, UNBOUNDED_DIRECTION};
 
-/// The family of contact forces that hold a body at rest in its nominal posture.
+/// The set of contact forces that hold a body at rest in its nominal posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StaticForces {
     /// Least (tangential, normal) force of each contact, in N; −∞ where there is no bound.
     pub low: Vec<[f64; 2]>,
-    /// The largest; ∞ where there is no bound.
+    /// Largest (tangential, normal) force of each contact, in N; ∞ where there is no bound.
     pub high: Vec<[f64; 2]>,
 }
 
-/// An edge of a friction cone: the contact, its force (tangential, normal), direction, and moment per size of the body.
+/// An edge of a friction cone: the contact, its force (tangential, normal), direction, and moment in units of the size of the body.
 struct Edge {
     contact: usize,
     force: [f64; 2],
@@ -30,8 +30,7 @@ struct Edge {
     moment: f64,
 }
 
-/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal
-/// posture carry any.
+/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces.
 #[must_use]
 pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     let fields = posture.fields();
@@ -42,7 +41,7 @@ pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     let loads = [0.0, if weight > 0.0 { 1.0 } else { 0.0 }, 0.0];
     let held: Vec<_> = balance.iter().cloned().zip(loads).collect();
     maximise(&held, &vec![0.0; edges.len()])?;
-    // Forces that hold each other, without load.
+    // Forces that balance each other, without load.
     let mut free: Vec<_> = balance.into_iter().zip([0.0; 3]).collect();
     free.push((vec![1.0; edges.len()], 1.0));
     let count = posture.contacts().len();
@@ -72,7 +71,7 @@ fn edges(posture: &Posture) -> Vec<Edge> {
             continue;
         }
         let sides: &[f64] = if c.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-        // In a vertex both pieces carry it.
+        // At a vertex both pieces carry forces.
         for on in posture.touched(contact, &Vector3::zeros()) {
             for side in sides {
                 let f = side * c.friction;
@@ -86,17 +85,17 @@ fn edges(posture: &Posture) -> Vec<Edge> {
     edges
 }
 
-/// Largest factor on all coefficients of friction that is looked at.
+/// Largest factor on the coefficients of friction that is tried.
 const MOST: f64 = 1e9;
 
-/// How much friction a posture has to spare: 1 − κ with κ the least factor on all coefficients of friction at which the
-/// centre of mass is still over the equilibrium region, or beyond its end by no more than [`TOUCH`] of the size of the body. One: it stands without friction; zero: at the edge of the region;
-/// negative outside; −∞ where no friction suffices.
+/// Reserve of friction of a posture: 1 − κ with κ the least factor on all coefficients of friction at which the centre of mass
+/// is over the equilibrium region, or beyond its end by at most [`TOUCH`] of the size of the body. One: it stands without
+/// friction; zero: at the edge of the region; negative outside; −∞ if no friction suffices.
 #[must_use]
 pub fn friction_margin(posture: &Posture) -> f64 {
     let x = posture.fields().center_of_mass[0];
     let slack = TOUCH * posture.size();
-    // A region only grows with friction.
+    // The region grows monotonically with friction.
     let stands = |factor| {
         region(posture, factor).is_some_and(|[low, high]| low - slack <= x && x <= high + slack)
     };

@@ -1,4 +1,4 @@
-//! Small random kicks in the local model: evidence beside a verdict, never its proof.
+//! Small random kicks in the local model: evidence beside a verdict, not a proof.
 
 use std::collections::BTreeMap;
 
@@ -14,26 +14,26 @@ use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
 use crate::tolerance::START_LIFT;
 
-/// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model knows no scale:
-/// what comes of a kick is that of all smaller ones.
+/// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model has no scale:
+/// the result of a kick is that of all smaller ones.
 const KICK: f64 = 1e-3;
 
-/// Displacement, in units of the size, at which a body has left.
+/// Displacement, in units of the size, at which a body counts as gone.
 const LEFT: f64 = 10.0;
 
-/// Events of one run.
+/// Largest number of events of one run.
 const EVENTS: usize = 200_000;
 
-/// What came of random kicks.
+/// Results of random kicks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trials {
-    /// Of the random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How many kicks.
+    /// Number of kicks.
     pub kicks: usize,
-    /// How many of them came to rest.
+    /// Number of kicks after which the body came to rest.
     pub rest: usize,
-    /// How the others ended, and how many of them.
+    /// Outcomes of the other kicks, and their numbers.
     pub others: BTreeMap<String, usize>,
 }
 
@@ -50,8 +50,8 @@ impl Random {
     }
 }
 
-/// `kicks` random small kicks from a posture: place, rotation and velocities uniform in a box, lifted until no contact is in the
-/// terrain. The same numbers for the same `seed`. `None` once `cancel` says so.
+/// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
+/// in the terrain. The same `seed` gives the same numbers. `None` once `cancel` returns true.
 ///
 /// # Errors
 ///
@@ -62,7 +62,7 @@ pub fn trials(
     seed: u64,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trials>, Error> {
-    // Small kicks know no ends of the terrain.
+    // Small motions do not reach the ends of the pieces of terrain.
     let contacts = posture.contacts();
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
     let straight =
@@ -85,7 +85,7 @@ pub fn trials(
         let mut uniform =
             |scale: f64| [scale, scale, scale / size].map(|part| part * random.next());
         let (mut q, qdot) = (uniform(KICK * KICK * size), uniform(speed));
-        // A rise by y opens the gap i by n_i·e_y y > 0; the last factor is for rounding.
+        // A rise by y increases the gap i by n_i·e_y y > 0; the last factor covers rounding errors.
         let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.normal.y;
         let rise = posture.geometry().iter().map(lift).fold(0.0, f64::max);
         q[1] += rise * (1.0 + START_LIFT);
