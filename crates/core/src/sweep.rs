@@ -181,15 +181,7 @@ const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Sta
 const STABILITY_WORDS: [&str; 3] =
     [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
 
-const ARGUMENTS: [By; 7] = [
-    By::NotEquilibrium,
-    By::Theorem3,
-    By::Theorem3Loose,
-    By::Goyal,
-    By::CornerMap,
-    By::GrowingCycle,
-    By::AcceleratingMode,
-];
+const ARGUMENTS: [By; 7] = By::ALL;
 const ARGUMENT_WORDS: [&str; 8] = [
     ARGUMENTS[0].as_str(),
     ARGUMENTS[1].as_str(),

@@ -101,15 +101,7 @@ fn words_are_written_as_they_are_spelled() {
         assert_eq!(json(&outcome), format!("\"{}\"", outcome.as_str()));
         assert_eq!(back(&outcome), outcome);
     }
-    for by in [
-        By::NotEquilibrium,
-        By::Theorem3,
-        By::Theorem3Loose,
-        By::Goyal,
-        By::CornerMap,
-        By::GrowingCycle,
-        By::AcceleratingMode,
-    ] {
+    for by in By::ALL {
         assert_eq!(json(&by), format!("\"{}\"", by.as_str()));
         assert_eq!(back(&by), by);
     }

@@ -95,6 +95,17 @@ pub enum By {
 }
 
 impl By {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::NotEquilibrium,
+        Self::Theorem3,
+        Self::Theorem3Loose,
+        Self::Goyal,
+        Self::CornerMap,
+        Self::GrowingCycle,
+        Self::AcceleratingMode,
+    ];
+
     /// As the Python face and the files spell it.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
