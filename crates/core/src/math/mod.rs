@@ -1,6 +1,8 @@
 //! Arithmetic without mechanics: roots, rotations, power series, intervals, lanes of several doubles, and random numbers.
 
 pub(crate) mod ball;
+#[cfg(test)]
+pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod interval;
 pub(crate) mod lanes;
