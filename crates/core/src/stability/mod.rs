@@ -380,7 +380,7 @@ mod tests {
     use crate::body::posture::PostureFields;
 
     /// Kinematic-strong, and yet unstable at e = .26; at rest at .05.
-    fn odd(restitution: f64) -> Posture {
+    pub(super) fn odd(restitution: f64) -> Posture {
         let contact =
             |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };
         Posture::new(PostureFields {
