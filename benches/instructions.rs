@@ -6,9 +6,13 @@
 use std::hint::black_box;
 use std::process::Command;
 
+use random::Random;
 use standfast::{
     Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory, simulate,
 };
+
+#[path = "../crates/core/src/math/random.rs"]
+mod random;
 
 /// Default number of scenes.
 const SCENES: usize = 600;
@@ -17,22 +21,7 @@ const LONG: f64 = 5e4;
 /// The models of each scene, in the order in which they are run.
 const MODELS: [Model; 3] = [Model::Auto, Model::Full, Model::Local];
 
-/// Numbers in [0, 1) from a counter: `SplitMix64`.
-struct Random(u64);
-
 impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     fn power_of_ten(&mut self, low: f64, high: f64) -> f64 {
         10_f64.powf(self.between(low, high))
     }

@@ -181,15 +181,7 @@ const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Sta
 const STABILITY_WORDS: [&str; 3] =
     [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
 
-const ARGUMENTS: [Argument; 7] = [
-    Argument::NotEquilibrium,
-    Argument::Theorem3,
-    Argument::Theorem3Loose,
-    Argument::Goyal,
-    Argument::CornerMap,
-    Argument::GrowingCycle,
-    Argument::AcceleratingMode,
-];
+const ARGUMENTS: [Argument; 7] = Argument::ALL;
 const ARGUMENT_WORDS: [&str; 8] = [
     ARGUMENTS[0].as_str(),
     ARGUMENTS[1].as_str(),

@@ -362,9 +362,9 @@ impl ClatteringConstants {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     use super::*;
+    use crate::math::cases::fixed;
 
     /// Impacts that are followed one by one: what is left of a tail after them is below the rounding of its sum.
     const MANY: usize = 4000;
@@ -388,11 +388,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            failure_persistence: None,
-            rng_seed: RngSeed::Fixed(2008),
-            ..ProptestConfig::default()
-        })]
+        #![proptest_config(fixed(2008))]
 
         /// A contact that bounces by itself, impact by impact, against the closed form of the sum.
         #[test]

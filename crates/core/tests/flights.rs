@@ -7,24 +7,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use random::Random;
 use standfast::flight::GapArc;
 
-/// Splitmix64: a fixed sequence, the same on every machine.
-struct Random(u64);
+#[path = "../src/math/random.rs"]
+mod random;
 
 impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2f64.powi(-53)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     /// 10^x for x uniform in [low, high].
     fn decades(&mut self, low: f64, high: f64) -> f64 {
         10f64.powf(self.between(low, high))

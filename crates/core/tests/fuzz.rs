@@ -13,6 +13,11 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use std::{env, fs, process, thread};
 
+use random::Random;
+
+#[path = "../src/math/random.rs"]
+mod random;
+
 type Target = fn(&[u8]);
 
 /// Bytes that select rare or extreme values.
@@ -29,23 +34,13 @@ fn asked<T: FromStr>(name: &str, otherwise: T) -> T {
     })
 }
 
-/// `SplitMix64` [Steele, Lea & Flood 2014].
-struct Random(u64);
-
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     fn byte(&mut self) -> u8 {
-        self.next().to_le_bytes()[0]
+        self.bits().to_le_bytes()[0]
     }
 
     fn below(&mut self, count: usize) -> usize {
-        self.next() as usize % count
+        self.bits() as usize % count
     }
 
     /// One input, or the beginning of one and the end of another, with some bytes changed.
@@ -95,7 +90,7 @@ fn all(name: &str, target: Target) {
     for seed in 0..asked("STANDFAST_FUZZ_INPUTS", 4000) {
         let mut random = Random(seed);
         let bytes: Vec<u8> =
-            (0..12 + seed % 20).flat_map(|_| random.next().to_le_bytes()).collect();
+            (0..12 + seed % 20).flat_map(|_| random.bits().to_le_bytes()).collect();
         target(&bytes);
     }
 }

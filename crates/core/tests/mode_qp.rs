@@ -9,9 +9,13 @@ use std::sync::Mutex;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
+use random::Random;
 use standfast::modes::{
     ContactProblem, Level, Method, Mode, ModeAnswer, ProblemFields, Status, Word, contact_modes,
 };
+
+#[path = "../src/math/random.rs"]
+mod random;
 
 /// Number of problems of each class in an ordinary run, and in the run that gives the numbers of the documentation.
 const FEW: usize = 1000;
@@ -22,20 +26,9 @@ const POLISHED: f64 = 1e-12;
 /// Locked while a table is printed.
 static TABLE: Mutex<()> = Mutex::new(());
 
-/// Random numbers (splitmix64).
-struct Draw(u64);
-
-impl Draw {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    }
-
+impl Random {
     fn real(&mut self, range: Range<f64>) -> f64 {
-        range.start + (range.end - range.start) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+        self.between(range.start, range.end)
     }
 
     fn pick<T: Copy>(&mut self, from: &[T]) -> T {
@@ -85,26 +78,26 @@ const HIGH: Range<f64> = 0.5..3.0;
 const TWO: [usize; 1] = [2];
 const MORE: [usize; 8] = [3, 4, 5, 6, 7, 8, 9, 10];
 
-fn two_at_rest_low(draw: &mut Draw) -> ProblemFields {
+fn two_at_rest_low(draw: &mut Random) -> ProblemFields {
     draw.body(2, LOW)
 }
 
-fn two_at_rest_high(draw: &mut Draw) -> ProblemFields {
+fn two_at_rest_high(draw: &mut Random) -> ProblemFields {
     draw.body(2, HIGH)
 }
 
-fn many_at_rest_low(draw: &mut Draw) -> ProblemFields {
+fn many_at_rest_low(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&MORE);
     draw.body(n, LOW)
 }
 
-fn many_at_rest_high(draw: &mut Draw) -> ProblemFields {
+fn many_at_rest_high(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&MORE);
     draw.body(n, HIGH)
 }
 
 /// Sliding, resting and separated contacts in any mixture, on walls and ceilings too.
-fn mixed_sliding(draw: &mut Draw) -> ProblemFields {
+fn mixed_sliding(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3, 4, 5, 6]);
     let mut fields = draw.body(n, 0.0..2.0);
     for i in 0..n {
@@ -118,7 +111,7 @@ fn mixed_sliding(draw: &mut Draw) -> ProblemFields {
 }
 
 /// Small ρ, long arms, high friction, and contacts that slide towards the side on which they are: near Painlevé's paradox.
-fn slender_sliding(draw: &mut Draw) -> ProblemFields {
+fn slender_sliding(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3]);
     let mut fields = draw.body(n, 1.0..3.0);
     fields.gyration_radius = draw.real(0.2..0.8);
@@ -134,7 +127,7 @@ fn slender_sliding(draw: &mut Draw) -> ProblemFields {
 }
 
 /// Two to six contacts on one flat floor: at rest, all sliding one way, or in any mixture.
-fn flat_floor(draw: &mut Draw) -> ProblemFields {
+fn flat_floor(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&[2, 3, 4, 5, 6]);
     let mut fields = draw.body(n, 0.0..2.0);
     let (height, tangent) = (draw.real(-2.0..-0.2), fields.tangents[0]);
@@ -156,7 +149,7 @@ fn flat_floor(draw: &mut Draw) -> ProblemFields {
 
 /// One to four contacts at rest whose required forces are within 1e-12 to 1e-5 of the edges or apices of their friction
 /// cones.
-fn near_degenerate(draw: &mut Draw) -> ProblemFields {
+fn near_degenerate(draw: &mut Random) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3, 4]);
     let mut fields = draw.body(n, 0.0..2.0);
     let one_way = draw.chance(0.5).then(|| draw.pick(&[-1.0, 1.0]));
@@ -179,7 +172,7 @@ fn near_degenerate(draw: &mut Draw) -> ProblemFields {
 }
 
 /// An impact on one to three contacts, by Newton's law with a restitution between half of `e` and `e`.
-fn impact(draw: &mut Draw, e: f64) -> ProblemFields {
+fn impact(draw: &mut Random, e: f64) -> ProblemFields {
     let n = draw.pick(&[1, 2, 3]);
     loop {
         let mut fields = draw.body(n, 0.0..2.0);
@@ -199,18 +192,18 @@ fn impact(draw: &mut Draw, e: f64) -> ProblemFields {
     }
 }
 
-fn inelastic_impact(draw: &mut Draw) -> ProblemFields {
+fn inelastic_impact(draw: &mut Random) -> ProblemFields {
     impact(draw, 0.0)
 }
 
-fn newton_impact(draw: &mut Draw) -> ProblemFields {
+fn newton_impact(draw: &mut Random) -> ProblemFields {
     impact(draw, 0.9)
 }
 
 /// A class of problems, and the least part of the solvable ones in which a mode must be found.
 struct Class {
     name: &'static str,
-    make: fn(&mut Draw) -> ProblemFields,
+    make: fn(&mut Random) -> ProblemFields,
     least: f64,
 }
 
@@ -281,8 +274,8 @@ struct Count {
     residual: f64,
 }
 
-fn campaign(make: fn(&mut Draw) -> ProblemFields, problems: usize, seed: u64) -> Count {
-    let mut draw = Draw(seed);
+fn campaign(make: fn(&mut Random) -> ProblemFields, problems: usize, seed: u64) -> Count {
+    let mut draw = Random(seed);
     let mut count = Count::default();
     for _ in 0..problems {
         let fields = make(&mut draw);
@@ -418,7 +411,7 @@ struct Outcome {
 }
 
 fn one_programme(n: &[usize], friction: &Range<f64>, problems: usize, seed: u64) -> Outcome {
-    let mut draw = Draw(seed);
+    let mut draw = Random(seed);
     let mut count = Outcome::default();
     for _ in 0..problems {
         let n = draw.pick(n);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use random::Random;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use standfast::body::LocalModel;
@@ -13,6 +14,9 @@ use standfast::{
     Contact, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop, Trajectory,
     simulate, stability,
 };
+
+#[path = "../src/math/random.rs"]
+mod random;
 
 fn json<T: Serialize>(value: &T) -> String {
     serde_json::to_string_pretty(value).unwrap()
@@ -27,35 +31,21 @@ fn back<T: Serialize + DeserializeOwned>(value: &T) -> T {
     read(&json(value))
 }
 
-/// `SplitMix64` [Steele, Lea & Flood 2014], as numbers in [0, 1).
-struct Random(u64);
-
 impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     /// A body on `count` contacts, each with its own slope.
     fn posture(&mut self, count: usize) -> Posture {
-        let friction = self.within(0.0, 1.5);
+        let friction = self.between(0.0, 1.5);
         let contacts = (0..count).map(|i| Contact {
             friction,
-            ..Contact::at(2.0 * i as f64 - 1.0, self.within(-0.5, 0.5))
-                .on_slope(self.within(-1.3, 1.3))
+            ..Contact::at(2.0 * i as f64 - 1.0, self.between(-0.5, 0.5))
+                .on_slope(self.between(-1.3, 1.3))
         });
         Posture::new(PostureFields {
             mass: 2.0,
             contacts: contacts.collect(),
-            gyration_radius: self.within(0.2, 1.5),
-            center_of_mass: [self.within(-1.2, 1.2), self.within(-0.5, 2.0)],
-            restitution: self.within(0.0, 0.5),
+            gyration_radius: self.between(0.2, 1.5),
+            center_of_mass: [self.between(-1.2, 1.2), self.between(-0.5, 2.0)],
+            restitution: self.between(0.0, 0.5),
             gravity: 10.0,
             terrain: Vec::new(),
         })
@@ -111,15 +101,7 @@ fn words_are_written_as_they_are_spelled() {
         assert_eq!(json(&outcome), format!("\"{}\"", outcome.as_str()));
         assert_eq!(back(&outcome), outcome);
     }
-    for by in [
-        Argument::NotEquilibrium,
-        Argument::Theorem3,
-        Argument::Theorem3Loose,
-        Argument::Goyal,
-        Argument::CornerMap,
-        Argument::GrowingCycle,
-        Argument::AcceleratingMode,
-    ] {
+    for by in Argument::ALL {
         assert_eq!(json(&by), format!("\"{}\"", by.as_str()));
         assert_eq!(back(&by), by);
     }

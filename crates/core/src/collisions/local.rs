@@ -663,3 +663,60 @@ fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
     later.h[a] == 0.0
         && (0..2).all(|k| (after[k] - before[k]).abs() <= SELF_SIMILAR * before[k].abs())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::local_model::LocalModel;
+    use crate::options::Options;
+
+    /// The collisions up to the end of the loop.
+    fn collisions(g: [f64; 2], psi: [f64; 2], e: [f64; 2], start: Gaps) -> Vec<Collision> {
+        let m = &FrozenModel::new(&LocalModel::new(g, psi, [0.3, -0.2], e).expect("a local model"));
+        let (mut gaps, mut sum) = (start, Impulses::default());
+        let mut log = Log::new(&Options::default(), 2, &|| false);
+        let begun = LocalCollisions::begin(m, &mut gaps, &mut sum, &mut log);
+        let mut collisions = begun.expect("an impact");
+        while collisions.next(m, &mut log).is_none() {
+            collisions.alternate(&mut log);
+        }
+        log.collisions
+    }
+
+    /// z = u_a/|u_b| after an impact at a, p_i = (1+e_i)ψ_i. √(p_1p_2) is a little below √e_1 + √e_2: there are many impacts.
+    #[test]
+    fn without_gravity_the_ratio_z_of_the_speeds_becomes_e_over_p_minus_z() {
+        let (psi, e) = ([0.84, 0.88], [0.3, 0.36]);
+        let all = collisions([0.0; 2], psi, e, Gaps { h: [0.0, 1.0], u: [0.1, -1.0] });
+        assert!(all.len() > 20);
+        let z = |k: &Collision| k.after[k.contact] / -k.after[1 - k.contact];
+        for pair in all.windows(2) {
+            let b = pair[1].contact;
+            let expected = e[b] / ((1.0 + e[b]) * psi[b] - z(&pair[0]));
+            assert!((z(&pair[1]) / expected - 1.0).abs() < 1e-12, "{} {expected}", z(&pair[1]));
+        }
+    }
+
+    /// E = ½ u·D⁻¹u + D⁻¹g·h with D_11 = 1, D_12 = −ψ_1, D_22 = ψ_1/ψ_2. An impact at i takes (1 − e_i²)w²/(2D_ii).
+    #[test]
+    fn energy_is_constant_in_flight_and_an_impact_takes_its_share() {
+        let (g, psi, e, d) = ([1.0, 1.3], [0.6, 0.4], [0.9, 0.8], [1.0, 1.5]);
+        let dual = |x: [f64; 2], y: [f64; 2]| {
+            let mixed = psi[0] * (x[0] * y[1] + x[1] * y[0]);
+            (d[1] * x[0] * y[0] + mixed + x[1] * y[1]) / (d[1] - psi[0] * psi[0])
+        };
+        let energy = |k: &Collision, u: [f64; 2]| {
+            let h = if k.contact == 0 { [0.0, k.other_gap] } else { [k.other_gap, 0.0] };
+            0.5 * dual(u, u) + dual(g, h)
+        };
+        let all = collisions(g, psi, e, Gaps { h: [0.3, 0.5], u: [0.2, -0.1] });
+        assert!(all.len() > 20);
+        for pair in all.windows(2) {
+            let (k, i) = (&pair[1], pair[1].contact);
+            let lost = (1.0 - e[i] * e[i]) * k.before[i] * k.before[i] / (2.0 * d[i]);
+            let [start, end] = [energy(&pair[0], pair[0].after), energy(k, k.before)];
+            assert!((end - start).abs() <= 1e-13 * start, "{start} {end}");
+            assert!((end - energy(k, k.after) - lost).abs() <= 1e-13 * end);
+        }
+    }
+}

@@ -269,3 +269,37 @@ pub(crate) fn names(contacts: impl Iterator<Item = usize>) -> String {
         [most @ .., last] => format!("contacts {} and {last}", most.join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_the_modes_is_an_event_and_their_first_choice_is_none() {
+        let mut log = Log::new(&Options::default(), 2, &|| false);
+        let (s, f) = (Mode::Separate, Mode::Fixed);
+        let events = [[s, s], [s, s], [s, f], [s, f], [f, f], [s, f]].map(|word| {
+            log.enter(&word);
+            log.events()
+        });
+        assert_eq!(events, [0, 0, 1, 1, 2, 3]);
+    }
+
+    #[test]
+    fn the_trend_of_the_last_impacts_follows_from_their_speeds() {
+        for (ratio, dt, words) in [
+            (0.999, 1.0, "contacts 1 and 2 become slower"),
+            (1.001, 1.0, "contacts 1 and 2 become faster"),
+            (1.0, 1.0, "neither slower nor faster"),
+            (0.999, 0.0, "come in one instant"),
+        ] {
+            let mut log = Log::new(&Options::default(), 2, &|| false);
+            let mut last = LastImpacts::default();
+            for k in 0..3000 {
+                log.clock = log.clock.after(dt);
+                last.follow(k % 2, libm::pow(ratio, k as f64), &log);
+            }
+            assert!(last.family(&log).contains(words), "{}", last.family(&log));
+        }
+    }
+}

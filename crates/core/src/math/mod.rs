@@ -1,9 +1,12 @@
-//! Arithmetic without mechanics: roots, rotations, power series, intervals, and lanes of several doubles.
+//! Arithmetic without mechanics: roots, rotations, power series, intervals, lanes of several doubles, and random numbers.
 
 pub(crate) mod ball;
+#[cfg(test)]
+pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod interval;
 pub(crate) mod lanes;
+pub(crate) mod random;
 pub(crate) mod real;
 pub(crate) mod roots;
 pub(crate) mod series;

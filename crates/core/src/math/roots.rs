@@ -128,9 +128,9 @@ fn first_crossing(
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     use super::*;
+    use crate::math::cases::fixed;
 
     fn poly(roots: &[f64]) -> [f64; ORDER] {
         let mut c = [0.0; ORDER];
@@ -182,11 +182,7 @@ mod tests {
         assert!((cubic - 1e-10).abs() < 1e-25, "{cubic}");
     }
     proptest! {
-        #![proptest_config(ProptestConfig {
-            failure_persistence: None,
-            rng_seed: RngSeed::Fixed(7),
-            ..ProptestConfig::default()
-        })]
+        #![proptest_config(fixed(7))]
 
         /// Real roots within [0, 1], before it and behind it, and pairs of complex ones, planted; the first crossing is the smallest
         /// of those within, to what the conditioning of a root allows: 1 / Π |1 − root/other|.

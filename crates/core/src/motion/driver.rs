@@ -395,3 +395,39 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::state::State;
+    use crate::motion::pair::Pair;
+    use crate::options::Model;
+    use crate::simulate::Start;
+
+    fn fall(model: Model, record: bool) -> Driver<'static, Pair> {
+        let rod = Posture::rod(0.5, 0.3, 0.6, 0.3, 9.81).expect("a rod");
+        let state = State::new([0.0, 0.2, 0.1], [0.3, 0.0, -0.2]);
+        let start = Start::new(&rod, &state, model).expect("above the ground");
+        let options = Options { record, ..Options::default() };
+        start.driver(&rod, &state, &options, &|| false)
+    }
+
+    #[test]
+    fn a_run_piece_by_piece_ends_in_the_bits_of_a_recorded_one() {
+        for model in [Model::Local, Model::Full] {
+            let whole = fall(model, true).run().expect("a record");
+            let mut pieces = fall(model, false);
+            let mut outcome = None;
+            while outcome.is_none() {
+                outcome = match pieces.piece() {
+                    DriverStep::Piece => None,
+                    DriverStep::Flight => Pair::fly(&mut pieces),
+                    DriverStep::End(outcome) => Some(outcome),
+                };
+            }
+            let end = pieces.finish(outcome.expect("rest")).expect("an end");
+            assert_eq!((end.outcome, end.state), (Outcome::Rest, whole.end.state));
+            assert_eq!((end.elapsed, end.collisions), (whole.end.clock.hi, whole.hits));
+        }
+    }
+}

@@ -167,3 +167,66 @@ impl NestedSequence {
         Some(Limit { end, duration: t, repeats, error })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::body::terrain::Place;
+    use crate::collisions::log::Center;
+    use crate::sustained::Rounding;
+
+    /// A rod that slides at v on level ground without friction; contact 2 lands with this speed.
+    fn landing(x: f64, v: f64, speed: f64) -> BodyState {
+        let (normal, tangent) = (Vector2::y(), Vector2::x());
+        let (rounding, held) = (Rounding::default(), None);
+        let point = |contact: usize, b: f64, u: f64| {
+            let place = Place::anywhere(contact);
+            let (friction, c, h, depth) = (0.0, 0.0, 0.0, 0.0);
+            ContactState { normal, tangent, friction, b, c, held, place, h, depth, u, rounding }
+        };
+        let points = PerContact::from([point(0, -1.0, 0.0), point(1, 1.0, -speed)]);
+        let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };
+        let (spin, rho2, gravity, frozen) = (Spin::default(), 0.25, 1.0, None);
+        BodyState { points, center, spin, rho2, gravity, frozen }
+    }
+
+    /// Three landings, at these speeds and times. Cycle k begins at the speed v_∞ + d rᵏ along the ground and moves the body
+    /// by v_∞ rᵏ + ½ r²ᵏ: all of it exact for powers of two. The place at the last landing, and the limit.
+    fn limit(r: f64, [v, d]: [f64; 2], speeds: [f64; 3], dt: [f64; 2]) -> (f64, Option<Limit>) {
+        let (mut cycles, mut x) = (NestedSequence::default(), 0.0);
+        let mut land = |power: f64, speed: f64, time: f64, x: f64| {
+            let (body, clock) = (landing(x, v + d * power, speed), Clock::default().after(time));
+            cycles.land(1, &body, clock, 1.0, 10.0, f64::INFINITY)
+        };
+        for (power, speed, time) in [(1.0, speeds[0], 1.0), (r, speeds[1], 1.0 + dt[0])] {
+            assert!(land(power, speed, time, x).is_none());
+            x += v * power + 0.5 * power * power;
+        }
+        (x, land(r * r, speeds[2], 1.0 + dt[0] + dt[1], x))
+    }
+
+    #[test]
+    fn the_sum_of_repeating_cycles_is_the_geometric_series() {
+        for r in [0.5, 0.25, 0.125] {
+            let (x, found) = limit(r, [2.0, 1.0], [1.0, r, r * r], [1.0, r]);
+            let Limit { end, duration, repeats, .. } = found.expect("a limit");
+            let sum = |r: f64| (2..200).map(|k| libm::pow(r, f64::from(k))).sum::<f64>();
+            assert!(repeats && (duration - sum(r)).abs() < 1e-15, "{duration}");
+            assert!((end.center.v.x - 2.0).abs() < 1e-15, "{}", end.center.v.x);
+            let place = x + 2.0 * sum(r) + 0.5 * sum(r * r);
+            assert!((end.center.r.x - place).abs() < 1e-15, "{} {place}", end.center.r.x);
+        }
+    }
+
+    #[test]
+    fn cycles_of_different_ratios_or_across_a_turn_of_the_slide_are_not_summed() {
+        let is_summed = |v, speeds, dt| limit(0.5, v, speeds, dt).1.is_some();
+        assert!(is_summed([2.0, 1.0], [1.0, 0.5, 0.25], [1.0, 0.5]));
+        assert!(!is_summed([2.0, 1.0], [1.0, 0.5, 0.24], [1.0, 0.5]));
+        assert!(!is_summed([2.0, 1.0], [1.0, 0.5, 0.25], [1.0, 0.6]));
+        // From −1 + d/4 = 1 to −1 at the limit.
+        assert!(!is_summed([-1.0, 8.0], [1.0, 0.5, 0.25], [1.0, 0.5]));
+    }
+}

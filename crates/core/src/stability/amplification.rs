@@ -4,11 +4,11 @@
 //! gap rates and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
 //!
 //! 1. *Before the first Zeno point* gravity changes s at a constant rate, impacts do not change s, and E = ½u·D⁻¹u + λ·h never
-//!   increases. The duration is at most C√(2E), see [`settling`].
+//!    increases. The duration is at most C√(2E), see [`settling`].
 //! 2. *From there to the first corner* one contact slides or is held. Accelerations are constant, so the largest landing speed
-//!   and sliding speed follow from the largest ones at the start, see [`first_corners`].
+//!    and sliding speed follow from the largest ones at the start, see [`first_corners`].
 //! 3. *From corner to corner* the growths multiply. The graph of cells that proves stability has no growing cycle, so the
-//!   largest product along a chain of cells is finite.
+//!    largest product along a chain of cells is finite.
 //! 4. *Between two corners* ‖q̇‖ is at most a constant times r of the first or of the next one, see [`between`].
 //!
 //! All constants are upper ends of intervals with outward rounding.

@@ -599,3 +599,51 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::cases::fixed;
+    use crate::stability::tests::odd;
+
+    #[test]
+    fn a_growing_cycle_comes_back_to_its_first_corner_and_grows() {
+        let map = CornerMap::new(&odd(0.26)).expect("a corner map");
+        let Decision::Grows(cycle) = decide(&map) else { panic!("no growing cycle") };
+        let (mut at, mut growth) = ((cycle[0].contact, cycle[0].phi), 0.0);
+        for corner in cycle.iter().chain([&cycle[0]]) {
+            assert!(at.0 == corner.contact && (at.1 - corner.phi).abs() < 1e-8, "{at:?}");
+            let images = map.images(at.0, &Cell::point(at.1));
+            let Some(Image::Corner { contact, xi, y, .. }) = only(&images) else { panic!() };
+            at = (contact, libm::atan2(xi.middle(), y.middle()));
+            growth += libm::log(libm::hypot(xi.middle(), y.middle()));
+        }
+        assert!((growth - cycle[0].growth - 0.744834).abs() < 2e-6, "{growth}");
+    }
+
+    proptest! {
+        #![proptest_config(fixed(9))]
+
+        #[test]
+        fn the_cells_of_a_direction_contain_its_angle(phi in -1.57..1.57, level in 0..3_usize) {
+            let grid = Grid::of(level);
+            let (from, to) = grid.range(I::near(libm::tan(phi)));
+            let contains = |k: usize| grid.cells[k].phi[0] <= phi && phi <= grid.cells[k].phi[1];
+            prop_assert!(to - from <= 1 && (from..=to).any(contains));
+        }
+
+        /// ξ' = ξ + B y, y' = K y at every corner: ξ_∞ = ξ + B y/(1 − K).
+        #[test]
+        fn an_end_that_attracts_contains_the_limit_of_the_sliding_speed(
+            k in 0.0..0.9, b in -0.1..0.1, y in 0.0..0.1, right in any::<bool>(),
+        ) {
+            let found = end([(0, I::from(b), I::from(k)); 2], right, 0.1);
+            let SlideEnd::Attracts { speed, .. } = found else { panic!("{found:?}") };
+            let side = if right { 1.0 } else { -1.0 };
+            let limit = 1.0 + side * b * y / (1.0 - k);
+            prop_assert!(speed.lo <= limit && limit <= speed.hi, "{speed:?} {limit}");
+        }
+    }
+}

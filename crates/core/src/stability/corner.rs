@@ -902,3 +902,75 @@ impl CornerMap {
         all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::body::posture::PostureFields;
+    use crate::math::cases::fixed;
+    use crate::stability::tests::odd;
+
+    /// L = 1, ρ = 2, e = 1/5, g = 1: ψ = −3/5. Contact j bounces for T = 2e/(g(1−e)) = 1/2, and the other one is then at
+    /// h = |ψ|T/(1−e) − gT²/2 = 1/4 with u = |ψ|(1+e)/(1−e) − gT = 2/5. It falls with g(1+ψ) = 2/5 and lands with
+    /// √(u² + 2·2/5·h) = 3/5. Without friction the sliding speed stays.
+    #[test]
+    fn a_corner_of_a_rod_without_friction_comes_back_with_three_fifths_of_its_speed() {
+        let rod = Posture::rod(1.0, 2.0, 0.2, 0.0, 1.0).expect("a rod");
+        let map = CornerMap::new(&rod).expect("a corner map");
+        let near = |x: I, exact: f64| x.lo <= exact && exact <= x.hi && x.hi - x.lo < 1e-13;
+        for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
+            let (next, bend, factor) = map.fast(j, right).expect("a slide");
+            assert!(next == 1 - j && near(factor, 0.6) && near(bend, 0.0), "{factor:?} {bend:?}");
+            assert!(near(map.flight_time(j).expect("bounces"), 0.5));
+        }
+    }
+
+    /// Contact, ξ, y and ξ/y of the corners among these images, with φ reversed for −1, and the number of the others.
+    fn corners(images: &Images, side: f64) -> (Vec<(usize, [I; 3])>, usize) {
+        let corner = |image: &Image| match *image {
+            Image::Corner { contact, xi, y, slope, .. } => {
+                Some((contact, [xi.times(side), y, slope.times(side)]))
+            }
+            _ => None,
+        };
+        let found: Vec<_> = images.iter().filter_map(corner).collect();
+        let others = images.iter().count() - found.len();
+        (found, others)
+    }
+
+    fn meets(x: [I; 3], y: [I; 3]) -> bool {
+        x.iter().zip(y).all(|(x, y)| x.lo <= y.hi && y.lo <= x.hi)
+    }
+
+    proptest! {
+        #![proptest_config(fixed(3))]
+
+        #[test]
+        fn the_corner_map_of_a_symmetric_body_is_its_mirror_image_with_the_contacts_exchanged(
+            phi in -1.5..1.5, e in 0.05..0.6, rho in 0.3..1.5, mu in 0.0..1.0, height in 0.0..1.0,
+        ) {
+            let rod = Posture::rod(1.0, rho, e, mu, 1.0).expect("a rod");
+            let above = PostureFields { center_of_mass: [0.0, height], ..rod.fields().clone() };
+            let map = CornerMap::new(&Posture::new(above).expect("a posture")).expect("a corner map");
+            let [one, two] = [(0, 1.0), (1, -1.0)].map(|(j, side)| corners(&map.images(j, &Cell::point(side * phi)), side));
+            prop_assert_eq!((one.0.len(), one.1), (two.0.len(), two.1));
+            for ((i, one), (j, two)) in one.0.into_iter().zip(two.0) {
+                prop_assert!(i == 1 - j && meets(one, two), "{one:?} {two:?}");
+            }
+        }
+
+        #[test]
+        fn the_images_of_a_cell_contain_those_of_its_corners(
+            low in -1.5..1.2, width in 0.001..0.3, share in 0.0..1.0, e in 0.01..0.4, j in 0..2_usize,
+        ) {
+            let map = CornerMap::new(&odd(e)).expect("a corner map");
+            let (all, others) = corners(&map.images(j, &Cell::new(low, low + width)), 1.0);
+            for (i, point) in corners(&map.images(j, &Cell::point(low + share * width)), 1.0).0 {
+                let found = all.iter().any(|(contact, image)| *contact == i && meets(point, *image));
+                prop_assert!(found || others > 0, "{i} {point:?} {all:?}");
+            }
+        }
+    }
+}

@@ -97,6 +97,17 @@ pub enum Argument {
 }
 
 impl Argument {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::NotEquilibrium,
+        Self::Theorem3,
+        Self::Theorem3Loose,
+        Self::Goyal,
+        Self::CornerMap,
+        Self::GrowingCycle,
+        Self::AcceleratingMode,
+    ];
+
     /// Its name in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
@@ -368,7 +379,7 @@ mod tests {
     use crate::body::posture::PostureFields;
 
     /// Kinematic-strong, but unstable at e = 0.26; stable at e = 0.05.
-    fn odd(restitution: f64) -> Posture {
+    pub(super) fn odd(restitution: f64) -> Posture {
         let contact =
             |x, y, slope: f64| Contact { friction: 0.89, ..Contact::at(x, y).on_slope(slope) };
         Posture::new(PostureFields {

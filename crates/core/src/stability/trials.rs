@@ -9,6 +9,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
+use crate::math::random::Random;
 use crate::options::{Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
@@ -35,19 +36,6 @@ pub struct Trials {
     pub rest: usize,
     /// Outcomes of the other kicks, and their numbers.
     pub others: BTreeMap<String, usize>,
-}
-
-/// Numbers in [−1, 1) from a counter [Steele, Lea & Flood 2014, SplitMix64].
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }
 
 /// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
@@ -83,7 +71,7 @@ pub fn trials(
     let mut found = Trials { seed, kicks, rest: 0, others: BTreeMap::new() };
     for _ in 0..kicks {
         let mut uniform =
-            |scale: f64| [scale, scale, scale / size].map(|part| part * random.next());
+            |scale: f64| [scale, scale, scale / size].map(|part| part * random.between(-1.0, 1.0));
         let (mut q, qdot) = (uniform(KICK * KICK * size), uniform(speed));
         // A rise by y increases the gap i by n_i·e_y y > 0; the last factor covers rounding errors.
         let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.normal.y;

@@ -627,3 +627,49 @@ impl PairBody {
         Self { contacts, rho2, n12: n[0].dot(&n[1]), gravity, least_loss }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::body::posture::Posture;
+    use crate::math::cases::fixed;
+
+    pub(super) fn rod() -> Posture {
+        Posture::rod(0.5, 0.25, 0.7, 0.0, 9.81).expect("a rod")
+    }
+
+    pub(super) fn state(q: [f64; 3], qdot: [f64; 3]) -> FullState {
+        let (q, v) = (Vector3::from(q), Vector3::from(qdot));
+        let body = PairBody::new(rod().geometry(), rod().gyration_squared(), 9.81);
+        let pair = |values: Vec<f64>| [values[0], values[1]];
+        let gaps = Gaps { h: pair(rod().gaps(&q)), u: pair(rod().gap_rates(&q, &v)) };
+        let center = Center { r: q.xy(), v: v.xy() };
+        FullState::new(body, gaps, center, Spin { theta: q.z, omega: v.z })
+    }
+
+    proptest! {
+        #![proptest_config(fixed(4))]
+
+        /// It has no part along the tangent, and its moment is that of a force at the contact. It takes (1 − e²)w²/(2D_ii),
+        /// D_ii = 1 + b_i²/ρ². The rates remain those of the body.
+        #[test]
+        fn an_impact_is_an_impulse_along_the_normal_of_the_contact(
+            i in 0..2_usize, theta in -1.0..1.0, v in prop::array::uniform3(-2.0..2.0_f64),
+        ) {
+            let before = state([0.0, 1.0, theta], v);
+            prop_assume!(before.gaps.u[i] < 0.0);
+            let (mut after, rho2, q) = (before, 0.25 * 0.25, before.q());
+            after.hit(i);
+            let [old, new] = [before, after].map(|s| s.center.v.push(s.spin.omega));
+            let lost = 0.51 * before.gaps.u[i].powi(2) / (2.0 + 2.0 * before.b[i].powi(2) / rho2);
+            prop_assert_eq!(new.x, old.x);
+            prop_assert!((rho2 * (new.z - old.z) - before.b[i] * (new.y - old.y)).abs() < 1e-14);
+            prop_assert!((rod().energy(&q, &old) - rod().energy(&q, &new) - lost).abs() < 1e-13);
+            for (rate, u) in rod().gap_rates(&q, &new).into_iter().zip(after.gaps.u) {
+                prop_assert!((rate - u).abs() < 1e-13, "{rate} {u}");
+            }
+        }
+    }
+}

@@ -435,3 +435,36 @@ impl FullLoopState<f64> {
         Clock { hi: self.hi, lo: self.lo }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::collisions::full::tests::state;
+    use crate::math::cases::fixed;
+
+    proptest! {
+        #![proptest_config(fixed(5))]
+
+        #[test]
+        fn a_plain_collision_is_a_flight_and_an_impact(
+            u in 0.5..2.0, rate in -1.0..-0.1, h in 0.001..0.1, omega in -1.0..1.0,
+        ) {
+            let mut state = state([0.0, 0.0, 0.1], [0.3, 0.2, omega]);
+            (state.gaps.h, state.gaps.u) = ([0.0, h], [u, rate]);
+            let constants = FullConstants::new(&state.body, f64::INFINITY);
+            let next = FullLoopState::of(&state, Clock::default()).plain_collision::<0>(&constants);
+            prop_assume!(next.plain);
+            state.fly(next.dt, &Turn::by(omega * next.dt));
+            prop_assert!(state.gaps.h[1].abs() < 1e-15);
+            state.gaps.h[1] = 0.0;
+            state.hit(1);
+            let fast = FullLoopState::of(&state, Clock::default().after(next.dt));
+            let [found, expected] = [next.after, fast].map(|fast| LaneState { fast, granted: 0.0, fresh: 0.0 });
+            for (found, expected) in found.numbers().into_iter().zip(expected.numbers()) {
+                prop_assert!((found - expected).abs() <= 1e-14, "{found} {expected}");
+            }
+        }
+    }
+}
