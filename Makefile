@@ -25,13 +25,21 @@ check: PROFILE := --profile quick
 check: wheel
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
-	cargo test -p standfast --lib --quiet
+	$(RUST_TESTS) --lib --quiet
 	$(BIN)/ruff format --check --quiet python tests examples benches
 	$(BIN)/ruff check --quiet python tests examples benches
 	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
-# Rust and Python side by side: the wheel is built while the Rust tests are.
+# With the binding, so that these tests and the wheel are built from the same dependencies.
+RUST_TESTS := cargo test -p standfast -p standfast-python --profile quick
+
+# One build for all tests, with checks of overflows; then the tests in Rust and in Python side by side. The wheel that users install is
+# optimised more and has the same bits: `make bits`.
+test: EXTRA := test
+test: PROFILE := --profile quick
 test:
+	$(RUST_TESTS) --no-run
+	$(MAKE) --no-print-directory wheel EXTRA=$(EXTRA) PROFILE="$(PROFILE)"
 	+@$(MAKE) --no-print-directory --jobs=2 --output-sync=line SIDE_BY_SIDE=yes rust python
 
 rust:
@@ -39,10 +47,10 @@ rust:
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo check -p standfast --no-default-features --quiet
 	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --quiet
-	cargo test -p standfast
+	$(RUST_TESTS)
 
-python: EXTRA := test
-python: wheel
+# On the wheel that is installed.
+python:
 	$(BIN)/ruff format --check python tests examples benches
 	$(BIN)/ruff check python tests examples benches
 	$(BIN)/python -m mypy
