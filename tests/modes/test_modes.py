@@ -242,7 +242,7 @@ def test_programmes_find_a_mode_of_many_contacts():
     assert (modes.status, modes.consistent) == ("found", ["F" * 16])
     none = sf.contact_modes(problem(), method="qp")
     assert (none.status, none.consistent, len(none)) == ("not found", [], 0)
-    assert repr(none) == "<not found (words offered: 0)>"
+    assert repr(none) == "<not found (0 words)>"
 
 
 def test_few_contacts_are_answered_in_full_and_more_by_a_search():
@@ -374,13 +374,13 @@ def test_modes_are_a_mapping_of_words():
             not mode.violated and mode.determined != "impossible"
         )
     for word in ("FR", "", "S" * 1000):
-        with pytest.raises(KeyError, match=r"offered are SS, SF, .*, LL"):
+        with pytest.raises(KeyError, match=r"the words are SS, SF, .*, LL"):
             modes[word]
     with pytest.raises(KeyError, match=r"and \d+ more"):
         sf.contact_modes(many(10), method="enumerate")["F"]
     with pytest.raises(TypeError, match="word = 1 cannot be used"):
         modes[1]
-    assert repr(modes) == "<unique: FF (words offered: 10)>"
+    assert repr(modes) == "<unique: FF (10 words)>"
     assert repr(modes["FF"]) == "<FF: consistent>"
     assert repr(modes["SS"]) == "<SS: fails at contact 1: a_n > 0>"
     assert modes == sf.contact_modes(modes.problem)

@@ -257,7 +257,7 @@ pub(crate) fn simulate_many(
         return Err(to_py(&Error::Unusable {
             field: "certify".into(),
             value: "True".into(),
-            allowed: "False: runs[i] makes run i once more, with all its events".into(),
+            allowed: "False: runs[i] computes run i again, with all its events".into(),
         }));
     }
     let one = posture.cast::<PyPosture>().is_ok();

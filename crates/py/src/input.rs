@@ -377,19 +377,15 @@ pub(crate) fn no_range(start: usize, stop: usize, size: usize) -> PyErr {
 /// The error for q without qdot or the reverse, or for options without a start.
 pub(crate) fn half_a_start() -> PyErr {
     let allowed = "q and qdot together, and options of simulate only with them".into();
-    to_py(&Error::Unusable {
-        field: "q, qdot".into(),
-        value: "one without the other".into(),
-        allowed,
-    })
+    to_py(&Error::Unusable { field: "q, qdot".into(), value: "only one of them".into(), allowed })
 }
 
 /// The error for a start that is missing or not used.
 pub(crate) fn start_or_not(needed: bool) -> PyErr {
     let (value, allowed) = if needed {
-        ("None", "the start of the runs that \"fate\" and \"zeno_time\" speak of")
+        ("None", "the start of the runs that \"fate\" and \"zeno_time\" need")
     } else {
-        ("a start", "left out: only \"fate\" and \"zeno_time\" speak of runs")
+        ("a start", "left out: only \"fate\" and \"zeno_time\" need a start")
     };
     let (field, value, allowed) = ("q, qdot".into(), value.into(), allowed.into());
     to_py(&Error::Unusable { field, value, allowed })

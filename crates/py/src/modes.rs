@@ -355,7 +355,7 @@ impl PyModes {
         self.get(word).cloned().map(mode).ok_or_else(|| {
             let asked: String = word.chars().take(standfast::body::MAX_CONTACTS).collect();
             let words = self.modes.answers().iter();
-            PyKeyError::new_err(format!("{asked}: offered are {}", some(words, self.__len__())))
+            PyKeyError::new_err(format!("{asked}: the words are {}", some(words, self.__len__())))
         })
     }
 
@@ -370,7 +370,7 @@ impl PyModes {
         let count = self.modes.consistent().count();
         let words = some(self.modes.consistent(), count);
         let colon = if count == 0 { "" } else { ": " };
-        format!("<{}{colon}{words} (words offered: {})>", self.status(), self.__len__())
+        format!("<{}{colon}{words} ({} words)>", self.status(), self.__len__())
     }
 
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

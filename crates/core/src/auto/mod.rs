@@ -125,12 +125,12 @@ fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
 type NoShadow = &'static str;
 const ORDER: NoShadow =
     "the local model was tried: the full one may have its collisions in another order";
-const MODES: NoShadow = "the local model was tried: the full one may go on in other contact modes";
+const MODES: NoShadow = "the local model was tried: the full model may have other contact modes";
 const TURNS: NoShadow = "the local model was tried: the body turns too far";
-const MANY: NoShadow = "the local model was tried: it has too many events to follow them for less than the full model costs";
-const ENDS: NoShadow = "the local model was tried: its error is not known where a motion goes on for ever or a limit cuts it";
+const MANY: NoShadow = "the local model was tried: it has so many events that following them would cost more than the full model";
+const ENDS: NoShadow = "the local model was tried: its error is not known for a motion without end, or one that a limit ends";
 const TIPS: NoShadow =
-    "the local model was tried: it comes to rest on one contact, where a body that turns tips over";
+    "the local model was tried: it comes to rest on one contact, where the full model tips over";
 
 /// State of the local run at an event, and the difference of its shadow at the same event.
 struct Shadow<'a> {

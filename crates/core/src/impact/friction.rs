@@ -14,7 +14,7 @@ use crate::options::Impact;
 use crate::tolerance::JAMMED_SLIDE;
 
 /// What a run with [`Impact::Newton`] says where a contact with friction is hit.
-pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has none in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have";
+pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
 
 /// Impact matrix of a contact, per unit mass.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -47,7 +47,8 @@ impl Driver<'_, AnyContacts> {
         let Some([p_t, mut p_n]) =
             friction::impulse(law, &w, [self.body.state.slip(i), rate], &material)
         else {
-            self.warnings.push(format!("the law of impact has no answer at contact {}", owner + 1));
+            self.warnings
+                .push(format!("the law of impact has no solution at contact {}", owner + 1));
             return Some(Outcome::Inconsistent);
         };
         let before = self.rates();
@@ -183,7 +184,7 @@ impl Driver<'_, AnyContacts> {
         let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
         let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
         let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
-            self.warnings.push("the impacts of one instant could not be solved".into());
+            self.warnings.push("the simultaneous impacts could not be solved".into());
             return Some(Outcome::Inconsistent);
         };
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {

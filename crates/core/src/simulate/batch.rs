@@ -65,7 +65,7 @@ pub fn simulate_many(
     options: &Options,
 ) -> Result<Vec<End>, Error> {
     simulate_many_until(postures, states, options, Resources::default(), &|| false)
-        .map(|ends| ends.unwrap_or_else(|| unreachable!("runs that nobody cancels")))
+        .map(|ends| ends.unwrap_or_else(|| unreachable!("nothing cancels these runs")))
 }
 
 /// As [`simulate_many`], with these resources. `cancel` is called from time to time; once it returns true, the result is

@@ -28,10 +28,10 @@ pub(super) fn returns(field: &str, speed: f64, gravity: f64) -> Result<(), Error
         field,
         speed,
         speed == 0.0 || speed >= 1.0 / LARGEST,
-        "0, or at least 1e-150, so that its square is a number",
+        "0, or at least 1e-150, so that its square does not underflow",
     )?;
     let near = gravity == 0.0 || (speed / LARGEST) * (speed / LARGEST) <= gravity;
-    in_range(field, speed, near, "so slow that speed**2/gravity is a number: at most 1e300 m")?;
+    in_range(field, speed, near, "such that speed**2/gravity is at most 1e300 m")?;
     Ok(())
 }
 
@@ -45,7 +45,7 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
         "time_limit",
         limit,
         near,
-        "inf, or so early that it and the way fallen until then are numbers: at most 1e150 s, gravity * time_limit**2 at most 1e300 m",
+        "inf, or at most 1e150 s with gravity * time_limit**2 at most 1e300 m",
     )?;
     Ok(())
 }
@@ -183,7 +183,7 @@ pub(super) fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> 
         if gap < 0.0 {
             *height = 0.0;
             warnings.push(format!(
-                "contact {} starts {:?} m below the terrain, within rounding: taken as touching",
+                "contact {} starts {:?} m below the terrain, which is within rounding: it counts as touching",
                 i + 1,
                 -gap
             ));

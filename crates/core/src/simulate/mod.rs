@@ -38,7 +38,7 @@ use crate::{auto, enclosure};
 /// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
 /// As [`simulate`]. `cancel` is called from time to time; once it returns true, the result is `None`.
@@ -58,7 +58,7 @@ pub fn simulate_until(
     let state = &state.unsigned_zero();
     let mut start = Start::new(posture, state, options.model)?;
     let reason = match options.model {
-        Model::Local | Model::Full => "asked for",
+        Model::Local | Model::Full => "set by the option",
         Model::Auto => match try_local(posture, state, &start, options, cancel) {
             Tried::Run(None) => return Ok(None),
             Tried::Run(Some(run)) => return Ok(enclosed(*run, posture, state, options, cancel)),
@@ -98,14 +98,15 @@ enum Tried {
     No(&'static str),
 }
 
-const EXACT: &str = "exact here: nothing turns the body";
+const EXACT: &str = "exact here: the body does not turn";
 const MEASURED: &str =
     "its error, measured along the run against the full equations, is below the tolerance";
-const TURNS: &str = "the body turns too far for the tolerance: the start alone shows it";
+const TURNS: &str =
+    "the body turns too far for the tolerance already in the first flight and impact";
 const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
-const START: &str = "another contact touches at the start than in the local model";
-const ENDLESS: &str = "the body turns, and nothing brings it to rest: over a motion without an end no error stays small";
-const UNKNOWN: &str = "the body turns, and with three contacts, friction in impacts, bounded terrain or neighbourhood the local model's error is not known";
+const START: &str = "the local model has other contacts touching at the start";
+const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
+const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
 
 /// Tries the local model. `full`: the start in the full model.
 fn try_local(
@@ -341,7 +342,7 @@ pub fn simulate_local(
     options: &Options,
 ) -> Result<Trajectory, Error> {
     simulate_local_until(model, gaps, rates, theta, omega, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("a run that nobody cancels")))
+        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
 /// As [`simulate_local`]. `cancel` is called from time to time; once it returns true, the result is `None`.

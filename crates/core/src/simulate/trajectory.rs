@@ -135,7 +135,7 @@ impl Trajectory {
         let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
         if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
             record.warnings.push(format!(
-                "the record is full after {most} events: record = false goes on to event_limit"
+                "the record is full after {most} events; with record = false the run continues to event_limit"
             ));
         }
         Self {
@@ -158,7 +158,7 @@ impl Trajectory {
             let off = (bounds.low - t).max(t - bounds.high);
             if off > OUTSIDE_PROVED_BOUNDS * t {
                 self.record.warnings.push(format!(
-                    "the first Zeno point is {off:.1e} s outside its proved bounds: roundings on the way to it have grown"
+                    "the first Zeno point is {off:.1e} s outside its proved bounds: rounding errors have grown before it"
                 ));
             }
         }
@@ -657,7 +657,7 @@ impl<'de> Deserialize<'de> for Trajectory {
             Ok(run)
         } else {
             Err(D::Error::custom(format!(
-                "another run: its start leads to {} after {:?} s and {} collisions, the file says {} after {:?} s and {} collisions; it was changed, or written by another version",
+                "does not match its start, which leads to {} after {:?} s and {} collisions, the file says {} after {:?} s and {} collisions; it was changed, or written by another version",
                 made.outcome.as_str(),
                 made.elapsed,
                 made.collisions,

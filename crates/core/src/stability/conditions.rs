@@ -118,7 +118,9 @@ pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
             return Err(Error::Unusable {
                 field: format!("contacts.{}.point", i + 1),
                 value: format!("{:?}", posture.contacts()[i].point),
-                allowed: "on the terrain: stability is asked of a posture that touches".into(),
+                allowed:
+                    "on the terrain: stability is defined for a posture whose contacts touch it"
+                        .into(),
             });
         }
         let contact = &posture.contacts()[i];
@@ -127,7 +129,7 @@ pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
                 field: format!("contacts.{}.point", i + 1),
                 value: format!("{:?}", contact.point),
                 allowed: "between the ends of the piece of terrain under it, not at one of them: \
-                          stability is asked of small motions to both sides"
+                          stability is defined for small motions to both sides"
                     .into(),
             });
         }

@@ -170,7 +170,7 @@ impl ReducedMap {
     /// As [`ReducedMap::orbit`].
     pub fn fate(&self, gaps: [f64; 2], rates: [f64; 2], n: usize) -> Result<Fate, Error> {
         self.fate_until(gaps, rates, n, &|| false)
-            .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
+            .map(|found| found.unwrap_or_else(|| unreachable!("nothing cancels this orbit")))
     }
 
     /// As [`ReducedMap::fate`]. `cancel` is called from time to time; the result is `None` once it returns true.

@@ -124,9 +124,9 @@ impl ReducedMap {
         let (g, psi, e) = (model.gravity(), model.psi(), model.restitution());
         for i in 0..2 {
             let number = i + 1;
-            let allowed = "> 0 for motion up to scale";
+            let allowed = "> 0 in the reduced map";
             in_range(format!("gravity.{number}"), g[i], g[i] > 0.0, allowed)?;
-            let allowed = "1e-12 <= restitution < 1 for motion up to scale";
+            let allowed = "1e-12 <= restitution < 1 in the reduced map";
             let holds = e[i] >= LEAST_RESTITUTION;
             in_range(format!("restitution.{number}"), e[i], holds, allowed)?;
         }
@@ -136,7 +136,7 @@ impl ReducedMap {
         let ratio = weight * weight * (g[0] / g[1]);
         let holds = (1.0 / RATIO..=RATIO).contains(&ratio);
         let field = "gravity.1 / gravity.2 * sqrt(psi.1 / psi.2)";
-        in_range(field, ratio, holds, "from 1e-50 to 1e50 for motion up to scale")?;
+        in_range(field, ratio, holds, "from 1e-50 to 1e50 in the reduced map")?;
         let reduced = [ratio.sqrt(), 1.0 / ratio.sqrt()];
         let psi = coupling(psi);
         Ok(Self {
@@ -379,7 +379,7 @@ impl ReducedMap {
         transient: usize,
     ) -> Result<Exponents, Error> {
         self.exponents_until(gaps, rates, n, transient, &|| false)
-            .map(|found| found.unwrap_or_else(|| unreachable!("an orbit that nobody cancels")))
+            .map(|found| found.unwrap_or_else(|| unreachable!("nothing cancels this orbit")))
     }
 
     /// As [`ReducedMap::exponents`]. `cancel` is called from time to time; the result is `None` once it returns true.
