@@ -1,4 +1,4 @@
-//! Errors of the caller. Where the physics has no answer, or several, that is an [`Outcome`](crate::Outcome) and not an error.
+//! Errors in the input. If the physics has no solution or several, this is an [`Outcome`](crate::Outcome) and not an error.
 
 use std::fmt::{self, Display};
 use std::io::{self, ErrorKind};
@@ -9,8 +9,8 @@ use serde::{Serialize, Serializer};
 
 /// A wrong input, with the field, the value found there and what is allowed.
 ///
-/// [`source`](std::error::Error::source) is the error it comes from, where there is one: a [`std::io::Error`] or another
-/// [`Error`]. Serde writes errors; it does not read them, because an error of the system cannot be made again from its text.
+/// [`source`](std::error::Error::source) is the error that caused it, if there is one: a [`std::io::Error`] or another [`Error`]. Serde
+/// writes errors but does not read them, because an error of the system cannot be restored from its text.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -25,7 +25,7 @@ pub enum Error {
         /// The range allowed, in words.
         allowed: &'static str,
     },
-    /// A field cannot be used as it is given, for a reason that is not a range of numbers.
+    /// A field cannot be used as it is given, for another reason than a range of numbers.
     Unusable {
         /// Path of the field.
         field: String,
@@ -40,12 +40,12 @@ pub enum Error {
         contact: usize,
         /// Its gap, in m.
         gap: f64,
-        /// The largest penetration that is taken for touching, in m.
+        /// The largest penetration that counts as touching, in m.
         touch: f64,
     },
     /// A numerical solver failed.
     Solver(String),
-    /// A point of a sweep, or one of many runs, has no answer.
+    /// A point of a sweep, or one of many runs, has an error.
     At {
         /// The parameters of the point, such as `mass = 2.0`, or the number of the run, from 0.
         place: String,
@@ -56,10 +56,10 @@ pub enum Error {
     Io {
         /// The file.
         path: String,
-        /// What the system says.
+        /// The message of the system.
         cause: IoCause,
     },
-    /// A file holds no scene.
+    /// A file does not contain a scene.
     File {
         /// The file.
         path: String,
@@ -105,19 +105,19 @@ impl std::error::Error for Error {
     }
 }
 
-/// What the system says of a file that cannot be read or written: a [`std::io::Error`] that can be copied.
+/// The error of the system for a file that cannot be read or written: a [`std::io::Error`] that can be copied.
 #[derive(Debug, Clone)]
 pub struct IoCause(Arc<io::Error>);
 
 impl IoCause {
-    /// What kind of obstacle there is.
+    /// The kind of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         self.0.kind()
     }
 }
 
-/// In the words of the system, without its number.
+/// The message of the system, without its number.
 impl Display for IoCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let said = self.0.to_string();
@@ -125,7 +125,7 @@ impl Display for IoCause {
     }
 }
 
-/// Of one kind and in the same words.
+/// Two errors are equal if they have the same kind and message.
 impl PartialEq for IoCause {
     fn eq(&self, other: &Self) -> bool {
         self.kind() == other.kind() && self.to_string() == other.to_string()
@@ -139,12 +139,12 @@ impl Serialize for IoCause {
 }
 
 impl Error {
-    /// What keeps a file from being read or written.
+    /// The error for a file that cannot be read or written.
     pub(crate) fn io(path: &Path, error: io::Error) -> Self {
         Self::Io { path: path.display().to_string(), cause: IoCause(Arc::new(error)) }
     }
 
-    /// The same with another name of its field, if it has one.
+    /// The same error with another name of its field, if it has a field.
     pub(crate) fn renamed(mut self, name: impl FnOnce(&str) -> String) -> Self {
         if let Self::OutOfRange { field, .. } | Self::Unusable { field, .. } = &mut self {
             *field = name(field);
@@ -153,7 +153,7 @@ impl Error {
     }
 }
 
-/// A path as messages name it.
+/// A path in a message.
 pub(crate) fn quoted(path: &Path) -> String {
     if path.as_os_str().is_empty() { "\"\"".into() } else { path.display().to_string() }
 }
@@ -161,7 +161,7 @@ pub(crate) fn quoted(path: &Path) -> String {
 /// Longest value that is quoted in full, in characters.
 const QUOTED: usize = 60;
 
-/// A value as it is quoted in a message: on one line, and no longer than needed to recognise it.
+/// A value as it is quoted in a message: on one line, shortened if it is long.
 pub(crate) fn shortened(value: &str) -> String {
     let text: String = value.split_whitespace().collect::<Vec<_>>().join(" ");
     let printable = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
@@ -203,20 +203,20 @@ pub(crate) fn non_negative(field: impl Display, value: f64) -> Result<f64, Error
     in_range(field, value, (0.0..=LARGEST).contains(&value), "finite and >= 0, at most 1e150")
 }
 
-/// None, or one whose inverse is a number, too.
+/// Zero, or a number whose inverse is finite.
 pub(crate) fn gravity(field: impl Display, value: f64) -> Result<f64, Error> {
     let holds = value == 0.0 || (1.0 / LARGEST..=LARGEST).contains(&value);
     in_range(field, value, holds, "finite and >= 0: 0, or from 1e-150 to 1e150")
 }
 
-/// The largest coefficient of friction: of a normal row beside μ times its tangential one four digits are left.
+/// The largest coefficient of friction. In the sum of a normal row and μ times the tangential row, the normal row keeps four digits.
 const ROUGHEST: f64 = 1e12;
 
 pub(crate) fn friction(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, (0.0..=ROUGHEST).contains(&value), "finite and >= 0, at most 1e12")
 }
 
-/// The smallest coefficient of restitution but none: of a speed it leaves one whose square is a number.
+/// The smallest coefficient of restitution above zero: the square of a speed after an impact does not underflow.
 const DEADEST: f64 = 1e-60;
 
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {

@@ -6,8 +6,8 @@
 //! h(t) = h + u t − g t²/2 − (1 − cos ωt) c − (ωt − sin ωt) b
 //! ```
 //!
-//! with b, c at t = 0. Without rotation this is a parabola. Everything is kept in gap coordinates: near
-//! an accumulation of impacts the gaps vanish beside the positions of the body.
+//! with b, c at t = 0. Without rotation this is a parabola. All quantities are gap coordinates, because near an accumulation of
+//! impacts the gaps are far smaller than the positions of the body.
 
 use std::f64::consts::{PI, TAU};
 
@@ -21,13 +21,13 @@ use crate::tolerance::{
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///
-/// `h ≥ 0` (m), and `u ≥ 0` (m/s) where `h = 0`. For u < 0 the quotient 2h/(s − u) is used: the textbook
-/// root (u + s)/g would lose every digit.
+/// `h ≥ 0` (m), and `u ≥ 0` (m/s) where `h = 0`. For u < 0 the quotient 2h/(s − u) is used, because the textbook
+/// root (u + s)/g would lose all digits.
 #[inline]
 pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
     let square = u * u + 2.0 * g * h;
     if square < 0.0 {
-        return f64::INFINITY; // g < 0: turns round before it lands
+        return f64::INFINITY; // g < 0: the contact turns back before it lands
     }
     if u < 0.0 {
         2.0 * h / (square.sqrt() - u)
@@ -55,33 +55,33 @@ pub struct GapArc<T = f64> {
     pub omega: T,
 }
 
-/// A touchdown: when, and how far the body has turned by then.
+/// A touchdown: its time, and the rotation of the body until then.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Touchdown<T = f64> {
     pub(crate) dt: T,
     pub(crate) turn: Turn<T>,
 }
 
-/// Steps before the bracketed solver takes over.
+/// Number of steps after which the bracketed solver is used.
 const STEPS: usize = 8;
 
 /// Newton steps on a convex piece: quadratic for a crossing, halving for a graze; 64 bits are enough.
 const CONVEX_STEPS: usize = 128;
 
-/// Turns that may follow those that are skipped then; with more it only grazes the ground within rounding.
+/// Number of turns that are examined after the angle was reduced. If there are more, the contact only grazes the terrain.
 const GRAZING_TURNS: usize = 32;
 
-/// What is said of it.
+/// The warning of a run that ends because of [`is_lost`].
 pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad or goes farther than 1e12 times the size of the \
      body: at most four digits of the heights of its contacts at its end would be left; the run ends here";
 
-/// Whether a flight that turns by an angle (rad), over a way and between contacts of a body of a size (m, squared), loses
-/// the place of the body.
+/// Whether rounding makes the position of the body unknown after a flight: `angle` is its rotation (rad), `way` the distance covered (m),
+/// `square` the squared size of the body (m²).
 pub(crate) fn is_lost(angle: f64, way: f64, square: f64) -> bool {
     angle.abs() > PHASE_LOST || way * way > PLACE_LOST * PLACE_LOST * square
 }
 
-/// The longest flight under a gravity that does not go farther, from the ground, than a body of a size (m) may; in s.
+/// The longest flight from the ground whose distance is known, for a body of this size (m) under this gravity (m/s²); in s.
 pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
     if gravity > 0.0 { (2.0 * PLACE_LOST * size / gravity).sqrt() } else { f64::INFINITY }
 }
@@ -104,8 +104,8 @@ impl<T: Ring> GapArc<T> {
 
 #[expect(private_bounds, reason = "doubles are public; lanes are of this crate alone")]
 impl<T: Angle> GapArc<T> {
-    /// Of a concave arc: Chebyshev's method, t − f/f′ − f″f²/(2f′³), from the touchdown of the parabola with the effective
-    /// gravity g + cω² of the start: the two differ by the turn during the flight only. And whether it has found it.
+    /// The touchdown of a concave arc by Chebyshev's method, t − f/f′ − f″f²/(2f′³), and whether it has converged. It starts from the
+    /// touchdown of the parabola with the effective gravity g + cω² of the start, which differs only by the turn during the flight.
     #[inline(always)]
     pub(crate) fn concave_touchdown(&self) -> (Touchdown<T>, T::Mask) {
         let (omega, w2) = (self.omega, self.omega * self.omega);
@@ -129,7 +129,7 @@ impl<T: Angle> GapArc<T> {
             let newton = -self.gap_turned(dt, &turn) * slope;
             let step = newton * (-(acceleration * 0.5 * slope * newton) + 1.0);
             let next = dt + step;
-            // Newton's own step decides: the factor may vanish far from any root.
+            // Newton's step decides, because the other factor may vanish far from a root.
             open = open & known;
             let short = open & newton.abs().at_most(dt * LAST_NEWTON_STEP);
             end = Touchdown {
@@ -165,7 +165,7 @@ impl GapArc {
         self.rate_turned(dt, &Turn::by(self.omega * dt))
     }
 
-    /// The terms of the gap (m) and of its rate (m/s) after `dt`, each as large as it is: what they have roundings of.
+    /// Sum of the sizes of the terms of the gap (m) and of its rate (m/s) after `dt`. Their rounding errors are relative to it.
     pub(crate) fn terms(&self, dt: f64, turn: &Turn) -> [f64; 2] {
         let fall = self.g.abs() * dt;
         let turned = (turn.one_minus_cos * self.c).abs() + (turn.x_minus_sin * self.b).abs();
@@ -185,7 +185,7 @@ impl GapArc {
     ///
     /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is
     /// split at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where
-    /// `h = 0`. A gap that touches zero without crossing it is no touchdown, within rounding.
+    /// `h = 0`. A gap that touches zero within rounding without crossing it is not a touchdown.
     #[must_use]
     pub fn touchdown(&self) -> Option<f64> {
         self.find_touchdown().map(|found| found.dt)
@@ -205,8 +205,8 @@ impl GapArc {
         self.any_touchdown(false)
     }
 
-    /// The general case: pieces between inflections, one after the other. `last`: angles have been counted anew, few turns are left;
-    /// where there are more it grazes, and the lowest point of the next one is the touchdown.
+    /// The general case: pieces between inflections, one after the other. `last`: the angle has been reduced, and few turns are left. If
+    /// there are more, the contact grazes, and the lowest point of the next turn is the touchdown.
     #[cold]
     #[inline(never)]
     fn any_touchdown(&self, last: bool) -> Option<Touchdown> {
@@ -227,18 +227,18 @@ impl GapArc {
         let (mut middle, half) = self.convex_window(threshold);
         let mut start = 0.0;
         if self.h == 0.0 && self.u == 0.0 {
-            // Lifting off: the arc begins on the convex side, whatever rounding says of the inflection.
+            // At lift-off the arc begins on the convex side, also where rounding puts the inflection elsewhere.
             start = ((middle + half) / spin).max(0.0);
             middle += TAU;
         }
         let (rise, fall) = self.aloft(arm);
         let mut turns_left = if last { GRAZING_TURNS } else { usize::MAX };
         while start < horizon {
-            // While the mean of the gap is more than |d| above ground nothing lands: whole turns are skipped.
+            // While the mean of the gap is larger than |d| the contact cannot land: whole turns are skipped.
             if start >= rise && fall - start > 2.0 * TAU / spin {
                 let turns = ((fall - start) * spin / TAU).floor() - 1.0;
                 if TAU * turns > PHASE_LOST {
-                    return found(fall); // there is more than enough of it for the caller to see
+                    return found(fall); // the caller recognises this rotation as too large
                 }
                 if turns > MANY_TURNS && !last {
                     return self.after_turning(start + TAU / spin * turns);
@@ -277,8 +277,8 @@ impl GapArc {
         if middle - half > TAU - 2.0 * half { (middle - TAU, half) } else { (middle, half) }
     }
 
-    /// The first touchdown before `limit` (s) of an arc with h > 0 whose gravity may also draw it away from the terrain (g ≤ 0): pieces
-    /// between inflections, one after the other.
+    /// The first touchdown before `limit` (s) of an arc with h > 0, by pieces between inflections. Gravity may point away from the
+    /// terrain (g ≤ 0).
     pub(crate) fn touchdown_before(&self, limit: f64) -> Option<f64> {
         if self.omega == 0.0 {
             return Some(parabola_touchdown(self.h, self.u, self.g)).filter(|t| *t < limit);
@@ -313,7 +313,7 @@ impl GapArc {
         None
     }
 
-    /// The touchdown as seen from a moment `dt` later, before which there is none: angles count from there.
+    /// The touchdown of the arc that starts `dt` later, which must be before the touchdown. Angles are counted from there.
     fn after_turning(&self, dt: f64) -> Option<Touchdown> {
         let before = phase(self.omega, dt);
         let turn = Turn::by(before);
@@ -332,10 +332,10 @@ impl GapArc {
         Some(Touchdown { dt, turn: Turn { x_minus_sin: self.omega * dt - total.sin, ..total } })
     }
 
-    /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0: nothing lands in there.
+    /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0. There is no touchdown between them.
     fn aloft(&self, arm: f64) -> (f64, f64) {
         let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
-        // A graze within rounding is none, turn after turn, until the mean has come down by more.
+        // A graze within rounding does not count in any turn until the mean has decreased by more.
         let graze = LOWEST_GAP_ROUNDING * (self.h + self.c.abs() + arm);
         let height = if height.abs() <= graze { graze } else { height };
         let never = (f64::INFINITY, 0.0);
@@ -380,7 +380,7 @@ impl GapArc {
         if !(to > from && f(to).0 <= 0.0) {
             return None;
         }
-        // Leaving the ground: start where the gap is largest, so that zero at `from` is not found again.
+        // At lift-off the search starts where the gap is largest, so that the zero at `from` is not found again.
         let mut start = from;
         if f(from).0 <= 0.0 {
             start = bracketed(from, to, |t| {
@@ -401,8 +401,8 @@ impl GapArc {
     }
 }
 
-/// Convex and h > 0 at its start: Newton's method from the left never oversteps the first root; where it
-/// comes to a rate ≥ 0 there is none.
+/// The arc is convex and h > 0 at its start: Newton's method from the left never passes the first root. There is no root if it reaches
+/// a rate ≥ 0.
 fn convex_piece(from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let mut t = from;
     for _ in 0..CONVEX_STEPS {

@@ -10,8 +10,8 @@ use crate::math::clock::Clock;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// The smallest that keeps [`Options::tolerance`]: local where that is exact or its error, measured along the run
-    /// against the full equations, is below the tolerance; else full.
+    /// The local model where it is exact or its error, measured along the run against the full equations, is below
+    /// [`Options::tolerance`]; otherwise the full model.
     #[default]
     Auto,
     /// All Jacobian rows frozen at q = 0: the paper's linearisation.
@@ -24,8 +24,8 @@ pub enum Model {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Impact {
-    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run says so where a
-    /// contact with friction is hit.
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run has a warning
+    /// if a contact with friction is hit.
     #[default]
     Newton,
     /// Routh's process with friction; the impulse of restitution is e times that of compression.
@@ -34,7 +34,7 @@ pub enum Impact {
     Stronge,
     /// Chatterjee & Ruina 1998: v_n⁺ = −e v_n, with friction and tangential restitution.
     ChatterjeeRuina,
-    /// Moreau: v_n⁺ = −e v_n and v_t⁺ = −e_t v_t, or sliding; may have no answer.
+    /// Moreau: v_n⁺ = −e v_n and v_t⁺ = −e_t v_t, or sliding; may have no solution.
     Moreau,
 }
 
@@ -55,16 +55,16 @@ pub enum Simultaneous {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stop {
-    /// At rest, or when it is decided that there will be none.
+    /// At rest, or when it is decided that the body does not come to rest.
     #[default]
     Rest,
     /// At the first Zeno point.
     Zeno,
-    /// At `time_limit`, whatever happens until then.
+    /// At `time_limit`, also if the body has come to rest before.
     Time,
 }
 
-/// How a run is made. The field names are the keywords of the Python face.
+/// The options of a run. The field names are the keywords in Python.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -74,8 +74,8 @@ pub struct Options {
     /// The law of impact.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub impact: Impact,
-    /// What happens when several contacts arrive together. Unless given: `newton` with the law of impact of this name, and
-    /// `first-contact-first` with the others.
+    /// What happens when several contacts touch down together. The default is `newton` with the law of impact of this name, and
+    /// `first-contact-first` with the other laws.
     #[serde(
         deserialize_with = "crate::serial::values::some_word",
         skip_serializing_if = "Option::is_none"
@@ -87,7 +87,7 @@ pub struct Options {
     pub stop: Stop,
     /// Time on the clock at the start, in s.
     pub time: f64,
-    /// Time on the clock at which the run ends at the latest, in s.
+    /// Latest time on the clock at which the run ends, in s.
     #[serde(
         with = "crate::serial::numbers::extended_option",
         skip_serializing_if = "Option::is_none"
@@ -95,22 +95,23 @@ pub struct Options {
     #[schemars(with = "Option<crate::serial::numbers::Extended>")]
     pub time_limit: Option<f64>,
     /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
-    /// of impacts that ends), one each. Impacts in one instant are not parted: those of the last one may pass the limit. A run that
-    /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration do not count: 250 000 more of them than events end a run in the same way.
+    /// of impacts that ends), one each. Impacts at one instant are not separated, so that the last of them may exceed the limit. A run that
+    /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration are not
+    /// events; a run also ends once there are 250 000 more steps than events.
     pub event_limit: usize,
-    /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. Looked at wherever
-    /// the kind of motion changes.
+    /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. It is
+    /// checked whenever the kind of motion changes.
     #[serde(with = "crate::serial::numbers::extended")]
     #[schemars(with = "crate::serial::numbers::Extended")]
     pub neighbourhood: f64,
     /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
-    /// relative to the size of the body. The time of a Zeno point early in a long run is promised to within this times the whole
-    /// time elapsed; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
+    /// relative to the size of the body. The error of the time of a Zeno point early in a long run is relative to the duration of the
+    /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
     pub tolerance: f64,
     /// Whether the trajectory is kept.
     pub record: bool,
-    /// Whether the run comes with intervals that are proved to contain the times of its collisions and, in the local model, of
-    /// its first Zeno point: `Trajectory::enclosure`.
+    /// Whether the run computes intervals that are proved to contain the times of its collisions and, in the local model, of its first Zeno
+    /// point: `Trajectory::enclosure`.
     pub certify: bool,
 }
 
@@ -165,7 +166,7 @@ impl Options {
         Ok(())
     }
 
-    /// What a run does when several contacts arrive together: [`Options::simultaneous`] or, where that is `None`,
+    /// The rule when several contacts touch down together: [`Options::simultaneous`] or, where that is `None`,
     /// [`Simultaneous::Newton`] with [`Impact::Newton`] and [`Simultaneous::FirstContactFirst`] with every other law.
     #[must_use]
     pub fn policy(&self) -> Simultaneous {
@@ -175,7 +176,7 @@ impl Options {
         })
     }
 
-    /// Of a look into a sum of this run, `dt` after its beginning, event by event.
+    /// The options to follow a summed tail of this run event by event until `dt` after its start.
     pub(crate) fn of_resimulated_tail(&self, dt: f64) -> Self {
         Self {
             stop: Stop::Time,
@@ -187,7 +188,7 @@ impl Options {
         }
     }
 
-    /// Events until a run of a body with `count` contacts ends: those asked for, or as many as can be recorded.
+    /// Largest number of events of a run of a body with `count` contacts: the event limit, or as many as can be recorded.
     pub(crate) fn events(&self, count: usize) -> usize {
         if self.record {
             self.event_limit.min(MOST_RECORDED / count.max(1))
@@ -196,13 +197,13 @@ impl Options {
         }
     }
 
-    /// The clock, rounded once, and not beyond the limit: that is the difference from the start, which was rounded as well.
+    /// The clock, rounded once, and at most the time limit. (The elapsed time to the limit is a rounded difference.)
     pub(crate) fn clock(&self, elapsed: Clock) -> f64 {
         let time = elapsed.added_to(self.time);
         self.time_limit.map_or(time, |limit| time.min(limit))
     }
 
-    /// Elapsed time at which the run ends at the latest.
+    /// Latest elapsed time at which the run ends.
     pub(crate) fn end(&self) -> f64 {
         self.time_limit.map_or(f64::INFINITY, |limit| limit - self.time)
     }
@@ -211,5 +212,5 @@ impl Options {
 /// Recorded events times contacts: 3 GB at most.
 pub(crate) const MOST_RECORDED: usize = 20_000_000;
 
-/// Events after which a look into a sum is given up.
+/// Largest number of events when a summed tail is followed.
 const RESIMULATED_EVENTS: usize = 100_000;

@@ -60,19 +60,19 @@ impl<'de> Deserialize<'de> for ContactNumber {
 pub enum Outcome {
     /// All motion has ceased.
     Rest,
-    /// The first Zeno point, where the run was asked to end.
+    /// The run ended at the first Zeno point, as its options ask.
     Zeno,
-    /// The body leaves for ever, or left the neighbourhood asked for.
+    /// The body leaves for ever, or has left the neighbourhood of the options.
     Escape,
     /// The body slides on its contacts without end.
     Sliding,
     /// No contact mode is consistent: no motion with bounded forces obeys Coulomb's law (Painlevé).
     Inconsistent,
-    /// Several contact modes are consistent: the law does not say how the motion goes on.
+    /// Several contact modes are consistent: Coulomb's law does not determine the motion.
     Ambiguous,
-    /// The time limit came first.
+    /// The run reached the time limit.
     TimeLimit,
-    /// The event limit came first.
+    /// The run reached the event limit.
     EventLimit,
 }
 
@@ -89,7 +89,7 @@ impl Outcome {
         Self::EventLimit,
     ];
 
-    /// The outcome as the Python face and the files spell it.
+    /// The name of the outcome in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -147,18 +147,18 @@ pub struct ZenoPoint {
     pub gaps: Vec<f64>,
     /// Gap rates there, in m/s.
     pub gap_rates: Vec<f64>,
-    /// Whether the argument is a proof (within rounding), not an estimate.
+    /// Whether the sum is proved (within rounding) and not estimated.
     pub certified: bool,
     /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
     pub method: &'static str,
-    /// Whether these contacts, all of restitution 0, come to rest in an impact, without rebound: nothing accumulates. The
+    /// Whether these contacts, all of restitution 0, come to rest in one impact, without rebound: no impacts accumulate. The
     /// method is "bounce", or "mixed" where there are several contacts.
     pub plastic: bool,
     /// Index of the first collision that was summed instead of simulated.
     pub first_summed: usize,
 }
 
-/// A stretch of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces is
+/// A period of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces is
 /// in one phase S.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Phase {
@@ -170,8 +170,8 @@ pub struct Phase {
     pub end: f64,
     /// The event at its start.
     pub cause: Cause,
-    /// How many of [`Trajectory::impacts`](crate::Trajectory::impacts) lie strictly between its start and its end. The infinitely
-    /// many that end in a Zeno point, which are summed, are not among them.
+    /// Number of [`Trajectory::impacts`](crate::Trajectory::impacts) strictly between its start and its end, without the infinitely many
+    /// impacts that are summed to a Zeno point.
     pub impacts: usize,
 }
 
@@ -184,18 +184,18 @@ pub enum Cause {
     Impact(ContactNumber),
     /// Contacts have come to rest: see the Zeno points.
     Zeno,
-    /// The force of this contact has come down to zero.
+    /// The normal force of this contact has decreased to zero.
     LiftOff(ContactNumber),
     /// This contact has stopped sliding.
     Stop(ContactNumber),
-    /// The force of this contact has reached the edge of its friction cone: it breaks loose.
+    /// The force of this contact has reached the edge of its friction cone: it begins to slide.
     Slip(ContactNumber),
-    /// This contact has come to the end of a piece of its terrain.
+    /// This contact has reached the end of a piece of its terrain.
     LeftSegment(ContactNumber),
 }
 
 impl Cause {
-    /// The cause as the Python face and the files spell it.
+    /// The name of the cause in Python and in files.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -209,7 +209,7 @@ impl Cause {
         }
     }
 
-    /// The contact that it is about, if it is one.
+    /// The contact of the event, if there is exactly one.
     #[must_use]
     pub fn contact(self) -> Option<ContactNumber> {
         match self {
@@ -232,7 +232,7 @@ impl Serialize for Cause {
 /// The motion at one instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
-    /// q and q̇; without a body only θ and ω mean anything.
+    /// q and q̇; without a body only θ and ω are defined.
     pub state: State,
     /// Gaps, in m.
     pub gaps: Vec<f64>,
@@ -266,7 +266,7 @@ impl Method {
     }
 }
 
-/// Where one of many runs has ended.
+/// The end of one of many runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
     /// How it ended.
@@ -281,7 +281,7 @@ pub struct End {
     pub zeno: Option<FirstZeno>,
     /// Number of collisions simulated one by one.
     pub collisions: usize,
-    /// Whether the run has warnings: [`simulate`](crate::simulate()) tells which.
+    /// Whether the run has warnings; [`simulate`](crate::simulate()) returns their text.
     pub warned: bool,
 }
 
@@ -290,7 +290,7 @@ pub struct End {
 pub struct FirstZeno {
     /// How many contacts come to rest.
     pub count: usize,
-    /// The only one of them, or `None`.
+    /// The contact that comes to rest, if it is only one.
     pub contact: Option<ContactNumber>,
     /// Time on the clock, in s.
     pub time: f64,
@@ -314,13 +314,13 @@ impl Bounds {
         self.high - self.low
     }
 
-    /// What two intervals that contain the same number have in common.
+    /// The intersection of two intervals that contain the same number.
     pub(crate) fn and(self, other: Self) -> Self {
         Self { low: self.low.max(other.low), high: self.high.min(other.high) }
     }
 }
 
-/// A collision, and when it happens after the start.
+/// A collision, and bounds of its time after the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EnclosedImpact {
     /// The contact that is hit.
@@ -329,7 +329,7 @@ pub struct EnclosedImpact {
     pub elapsed: Bounds,
 }
 
-/// A Zeno point, and when it is reached after the start.
+/// A Zeno point, and bounds of its time after the start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EnclosedZeno {
     /// The contacts at which infinitely many impacts accumulate, or that are at rest from the start.
@@ -342,13 +342,13 @@ pub struct EnclosedZeno {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(into = "&'static str")]
 pub enum Uncertain {
-    /// Which contact lands next, and whether one does, is beyond what the intervals can tell: a tie, a graze, or roundings.
+    /// The intervals do not decide which contact lands next, or whether one does: a tie, a graze, or grown rounding errors.
     Order,
     /// The time limit, or the event limit.
     Limit,
     /// It is certain that no contact lands again.
     Never,
-    /// What follows is shorter than a rounding of the time, and its end is not enclosed: in the full model.
+    /// The rest of the motion is shorter than the rounding of the time, and its end is not enclosed (full model only).
     Rest,
 }
 
@@ -376,10 +376,10 @@ impl From<Uncertain> for &'static str {
 /// Collisions up to the first Zeno point, each with an interval that is proved to contain its time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Enclosure {
-    /// Collisions one by one, in order: that they happen, and at these contacts, is proved as well.
+    /// The collisions in order. It is also proved that they happen, and at these contacts.
     pub impacts: Vec<EnclosedImpact>,
-    /// Where all that follow accumulate.
+    /// The point at which all later collisions accumulate.
     pub zeno: Option<EnclosedZeno>,
-    /// Without such a point: why nothing is certain after the last of the collisions.
+    /// If there is no such point: the reason why the enclosure ends after the last of the collisions.
     pub reason: Option<Uncertain>,
 }

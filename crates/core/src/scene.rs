@@ -18,7 +18,7 @@ use crate::serial::values;
 use crate::simulate::simulate;
 use crate::simulate::trajectory::Trajectory;
 
-/// Largest scene file that is read, in bytes. A scene with 64 contacts takes a few thousand.
+/// Largest scene file that is read, in bytes. A scene with 64 contacts has a few thousand.
 pub(crate) const LARGEST_FILE: u64 = 1 << 20;
 
 /// A body on its contacts, where it starts, and how the run is made. Serde writes and reads it in the form of the scene files.
@@ -52,14 +52,14 @@ pub struct Scene {
     pub options: Options,
 }
 
-/// The file as it is written.
+/// The tables of the file.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "standfast scene")]
 struct File {
     /// Gravity g ≥ 0, downwards, in m/s².
     gravity: f64,
-    /// Coefficient of restitution e in [0, 1) of every contact that has none of its own.
+    /// Coefficient of restitution e in [0, 1) of each contact without a coefficient in its table.
     restitution: f64,
     /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact meets only its own line, of its slope through its point.
     #[serde(
@@ -113,7 +113,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] with line and column, or what the values lack.
+    /// [`Error::File`] with line and column, or the error of the values.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         Self::read(Format::Toml, text)
     }
@@ -122,7 +122,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] with line and column, or what the values lack.
+    /// [`Error::File`] with line and column, or the error of the values.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         // Some editors begin a text with a byte-order mark; TOML has rules for it.
         Self::read(Format::Json, text.strip_prefix('\u{feff}').unwrap_or(text))
@@ -132,7 +132,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is no regular file, is empty or larger than 1 MiB, is no text
+    /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is not a regular file, is empty or larger than 1 MiB, is not a text
     /// or does not hold a scene.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
@@ -141,14 +141,14 @@ impl Scene {
         let problem = |problem: String| Error::File { path: name.clone(), problem, error: None };
         let io = |e: std::io::Error| Error::io(path, e);
         let found = std::fs::metadata(path).map_err(io)?;
-        // A file of /proc, which may keep its reader waiting, has no length.
+        // A file of /proc has no length, and reading it may block.
         if found.is_file() && found.len() == 0 {
             return Err(problem("is empty".into()));
         }
         if found.is_dir() {
             return Err(problem("is a directory, not a scene file".into()));
         }
-        // To open a pipe may take for ever, and to read a device as well.
+        // Opening a pipe or reading a device may block for ever.
         if !found.is_file() {
             return Err(problem("is a pipe or a device; a scene file is a regular file".into()));
         }

@@ -16,7 +16,7 @@ use crate::simulate::parallel::in_blocks;
 use crate::simulate::simulate_until;
 use crate::stability::{Argument, Conditions, Stability, conditions, judge};
 
-/// Most points of a grid: an answer of 0.8 GB for each number asked for.
+/// Largest number of points of a grid: 0.8 GB for each quantity.
 pub const MOST_POINTS: usize = 100_000_000;
 
 /// Points of a grid of this shape.
@@ -123,16 +123,16 @@ impl Field {
     }
 }
 
-/// What is asked of every point.
+/// A quantity that is computed at each point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// A field of [`Conditions`], or [`Conditions::theorem_3`].
     Condition(OfConditions),
     /// A field of [`Verdict`](crate::stability::Verdict) that takes the whole of [`stability`](crate::stability()).
     Verdict(OfVerdict),
-    /// Of a run from the start given: how it ends.
+    /// The outcome of a run from the given start.
     Fate,
-    /// Of a run from the start given: the time of its first Zeno point, in s; NaN if there is none.
+    /// The time of the first Zeno point of a run from the given start, in s; NaN if there is none.
     ZenoTime,
 }
 
@@ -154,7 +154,7 @@ pub enum OfConditions {
     ChatterMargin,
 }
 
-/// What only the whole verdict says.
+/// A field of a verdict that needs the whole verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields of a verdict, explained there")]
 pub enum OfVerdict {
@@ -166,7 +166,7 @@ pub enum OfVerdict {
     Amplification,
 }
 
-/// What the values of a quantity are.
+/// The kind of the values of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ValueKind {
     /// Yes or no.
@@ -249,7 +249,7 @@ impl Quantity {
         })
     }
 
-    /// What its values are.
+    /// The kind of its values.
     #[must_use]
     pub fn kind(self) -> ValueKind {
         match self {
@@ -310,7 +310,7 @@ pub enum Column {
     },
 }
 
-/// Quantities asked of a posture over a grid of its parameters.
+/// Quantities of a posture over a grid of its parameters.
 ///
 /// ```
 /// use standfast::Posture;
@@ -337,7 +337,7 @@ impl Axis {
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if there is no such parameter, or no value; whatever [`Posture::new`] says of a value.
+    /// [`Error::Unusable`] if there is no such parameter, or no value; the errors of [`Posture::new`] for a value.
     pub fn new(path: &str, values: Vec<f64>, posture: &Posture) -> Result<Self, Error> {
         let fields = posture.fields();
         let field =
@@ -349,8 +349,8 @@ impl Axis {
             let allowed = "left out where the posture has a terrain: it follows from that";
             return Err(unusable(path, "[...]", allowed));
         }
-        // What is allowed is an interval: its ends stand for all. Where a terrain is, it depends on other parameters whether
-        // a point lies on it: asked later.
+        // The allowed values are an interval, so its ends are checked. Over a terrain it depends on other parameters whether a point
+        // lies on it; this is checked later.
         let mut probe = PostureFields { terrain: Vec::new(), ..fields.clone() };
         let ends = [
             values.iter().copied().fold(values[0], f64::min),
@@ -391,7 +391,7 @@ fn unknown(path: &str, fields: &PostureFields) -> Error {
 }
 
 impl Sweep {
-    /// Asks for `quantities` of `posture` over the grid of `axes`, the last one fastest.
+    /// The `quantities` of `posture` over the grid of `axes`, the last one fastest.
     ///
     /// # Errors
     ///
@@ -431,7 +431,7 @@ impl Sweep {
         Ok(Self { fields, axes, quantities, run: None, size })
     }
 
-    /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] speak of; nothing of them is
+    /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] need; nothing of them is
     /// recorded.
     ///
     /// # Errors
@@ -530,8 +530,8 @@ impl Sweep {
         Ok(true)
     }
 
-    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, asked every few milliseconds,
-    /// says so.
+    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few
+    /// milliseconds, returns true.
     ///
     /// # Errors
     ///

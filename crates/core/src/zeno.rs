@@ -1,7 +1,7 @@
 //! Zeno points: infinitely many impacts in finite time, recognised, certified and summed.
 //!
-//! Everything here is exact for frozen geometry (the local model). The full model comes here with its
-//! geometry frozen at a moment when what remains is too short for it to change.
+//! All formulas are exact for frozen geometry (the local model). The full model uses them with its geometry frozen once the
+//! time left is so short that the geometry does not change.
 
 use crate::body::local_model::LocalModel;
 use crate::flight::parabola_touchdown as parabola;
@@ -14,7 +14,7 @@ pub(crate) struct Gaps {
     pub(crate) u: [f64; 2],
 }
 
-/// What impacts and contact forces have done to the gaps: for each contact its own-rate jump
+/// Effect of impacts and contact forces on the gaps: for each contact its own-rate jump
 /// Σ(1+e)|w| (m/s) and the time integral of that sum (m).
 ///
 /// ḣ_i(t) = ḣ_i(0) − g_i t + J_i − ψ_j J_j and θ̇(t) = θ̇(0) − φ_1 J_1 − φ_2 J_2.
@@ -24,7 +24,7 @@ pub(crate) struct Impulses {
     pub(crate) path: [f64; 2],
 }
 
-/// A local model with the constants that its formulas share.
+/// A local model with the constants that several formulas use.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrozenModel {
     pub(crate) g: [f64; 2],
@@ -43,7 +43,7 @@ pub(crate) struct FrozenModel {
 /// Constants of a clattering tail; index: the contact that is hit next ("b"; "a" was hit last).
 #[derive(Debug, Clone, Copy)]
 struct ClatteringConstants {
-    /// Weight of u_a beside |u_b|, y/((1+e)ψ_i): 1/c_i is λ₊, unscaled, the edge of the cone of endless clatter.
+    /// Weight of u_a relative to |u_b|, y/((1+e)ψ_i). 1/c_i is λ₊, unscaled, the edge of the cone of infinite clattering.
     c: [f64; 2],
     /// S
     gravity: [f64; 2],
@@ -51,23 +51,23 @@ struct ClatteringConstants {
     r: f64,
     /// g̃_i = √ψ_i g_i
     reduced_gravity: [f64; 2],
-    /// Where u_a/|u_b| tends to: λ₋, unscaled.
+    /// Limit of u_a/|u_b|: λ₋, unscaled.
     limit: [f64; 2],
     /// |g_1| + |g_2| where the sum leaves gravity out.
     left_out: f64,
 }
 
-/// A clattering tail: when both contacts come to rest, and how far that is off.
+/// A clattering tail: the time at which both contacts come to rest, and its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClatterTail {
     pub(crate) duration: f64,
     pub(crate) error: f64,
-    /// Whether that impacts alternate for ever is proved: not where the sum leaves gravity out.
+    /// Whether it is proved that impacts alternate for ever. It is not proved where the sum leaves gravity out.
     pub(crate) proved: bool,
 }
 
-/// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one: the
-/// equations then hold to rounding however close to parallel they are.
+/// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one. The
+/// equations then hold to rounding even if they are nearly parallel.
 pub(crate) fn solve_coupled(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     if is_parallel(psi) {
         return [y[0], 0.0];
@@ -102,7 +102,7 @@ impl FrozenModel {
     }
 
     /// Duration of the bounce tail at `a` after an impact there left it with rate `u` [closed form:
-    /// T = 2u/(g(1−e))], if contact b stays clear of the terrain all along.
+    /// T = 2u/(g(1−e))], if contact b stays above the terrain during the tail.
     ///
     /// For ψ_a ≥ 0 and g_b ≥ 0 the gap of b at the end decides; for ψ_a < 0 its values at the impacts do, and
     /// they lie on a quadratic in y = 1 − eʲ.
@@ -144,7 +144,7 @@ impl FrozenModel {
         if q >= 0.0 || p >= 0.0 || square <= 0.0 || e == 0.0 {
             return true; // concave, or rising, or without roots: positive between its positive ends
         }
-        // Negative between the roots y1 < y2 of the convex quadratic: an impact in there?
+        // The convex quadratic is negative between its roots y1 < y2; test for an impact between them.
         let root = square.sqrt();
         let (y1, y2) = (2.0 * h / (root - p), (p - root) / (2.0 * q));
         let (y1, y2) = (y1.min(y2), y1.max(y2));
@@ -194,7 +194,7 @@ impl FrozenModel {
     /// Impulses that bring both contacts to rest on the terrain within `t`.
     ///
     /// 0 = u_i − g_i t + J_i − ψ_j J_j, and the same once integrated. Contacts whose rows are parallel
-    /// share their impulse; it is given to the first.
+    /// have one impulse together; it is assigned to the first.
     pub(crate) fn settle(&self, gaps: &Gaps, t: f64) -> Impulses {
         self.lead_to([0.0; 2], gaps, t)
     }
@@ -219,13 +219,13 @@ impl FrozenModel {
         is_parallel(self.psi)
     }
 
-    /// [`share`] with these couplings.
+    /// [`solve_coupled`] with the couplings of this model.
     pub(crate) fn solve_coupled(&self, y: [f64; 2]) -> [f64; 2] {
         solve_coupled(self.psi, y)
     }
 
-    /// The clattering tail after an impact at `a`, if this state clatters for ever without gravity and
-    /// gravity is a small correction: T1 of the closed form, with its error estimate.
+    /// The clattering tail after an impact at `a`: T1 of the closed form with its error estimate. Given if this state clatters for ever
+    /// without gravity and gravity is a small correction.
     pub(crate) fn clatter_tail(&self, a: usize, gaps: &Gaps) -> Option<ClatterTail> {
         let k = self.clatter.as_ref()?;
         let b = 1 - a;
@@ -263,8 +263,8 @@ impl FrozenModel {
             return true;
         }
         if k.left_out > 0.0 {
-            // Gravity that presses on lets d grow: d_a' = (d_b + (g_b + c_bg_a)τ)/c_b. What may happen is that
-            // it pulls the state out of the cone, or brings a contact back before the other lands.
+            // Gravity into the terrain increases d: d_a' = (d_b + (g_b + c_bg_a)τ)/c_b. But it may move the state out of the
+            // cone, or return a contact to the terrain before the other lands.
             let far = GRAVITY_NEGLIGIBLE * self.sensitivity() * h_b;
             let leaves = [(a, u_a), (b, -self.e[b] * u_b)];
             return d * d >= far * k.left_out
@@ -279,13 +279,13 @@ impl FrozenModel {
             && k.reduced_gravity[b] * factor * eta * (1.0 - eta) < k.reduced_gravity[a]
     }
 
-    /// How much faster than ψ itself the tail changes with ψ: 1/√(1 − 4e/P²).
+    /// Relative change of the tail per relative change of ψ: 1/√(1 − 4e/P²).
     pub(crate) fn sensitivity(&self) -> f64 {
         self.clatter.as_ref().map_or(1.0, |k| (1.0 + k.r) / (1.0 - k.r).max(f64::EPSILON))
     }
 
-    /// Whether, with both gaps zero and contact b approaching, impacts alternate for ever: the other contact must not leave faster
-    /// than the cone of endless clatter allows.
+    /// Whether, with both gaps zero and contact b approaching, impacts alternate for ever: the rate of the other contact must be
+    /// inside the cone of infinite clattering.
     pub(crate) fn chatters_from(&self, b: usize, u: [f64; 2]) -> bool {
         let inside = |k: &ClatteringConstants| k.c[b] * u[1 - b] <= -u[b];
         self.chatters() && self.clatter.as_ref().is_none_or(inside)
@@ -328,8 +328,8 @@ impl ClatteringConstants {
         })
     }
 
-    /// For any two restitutions and any gravity, which is left out. z = u_a/|u_b| becomes e_b/(p_b − z) at each impact, with
-    /// p_i = (1+e_i)ψ_i, and T0 = h_b/(|u_b| − c_b u_a) with 1/c_b the fixed point of two impacts that repels,
+    /// For any two restitutions; gravity is left out. z = u_a/|u_b| becomes e_b/(p_b − z) at each impact, with
+    /// p_i = (1+e_i)ψ_i, and T0 = h_b/(|u_b| − c_b u_a) where 1/c_b is the repelling fixed point of two impacts:
     ///
     /// ```text
     /// p_a z² − (p_a p_b + e_a − e_b) z + e_a p_b = 0.

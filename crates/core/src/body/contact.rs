@@ -1,5 +1,5 @@
-//! One body point on one straight piece of terrain: its own, the line of its slope through its point, unless the posture has a
-//! terrain for all contacts.
+//! A contact: a point of the body on a straight piece of terrain. This is the line of its slope through its point, unless the posture has
+//! a terrain for all contacts.
 //!
 //! ```text
 //!        n  (out of the terrain)
@@ -17,20 +17,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, finite, friction, in_range, restitution};
 
-/// An entry for each contact: up to two of them without allocation.
+/// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
 
-/// A number or a word for each contact: up to eight of them without allocation.
+/// A number or a word for each contact, without allocation for up to eight contacts.
 pub(crate) type ContactValues<T> = smallvec::SmallVec<[T; 8]>;
 
-/// A frictional point contact: a point of the body, and the ground that this point alone can touch.
+/// A frictional point contact: a point of the body, and the ground that only this point can touch.
 ///
-/// Unless the posture has a `terrain`, that is the straight line of `slope` through `point`, without ends unless `segment` says
-/// where they are. The ground of the other contacts it passes through; a run warns where that cannot be meant.
+/// Unless the posture has a `terrain`, the ground is the straight line of `slope` through `point`. It has no ends unless `segment`
+/// gives them. The point passes through the ground of other contacts; a run has a warning where this can hardly be intended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Where the point touches in the nominal posture, world axes, in m. Its ground goes through it.
+    /// The point in the nominal posture, world axes, in m. Its ground goes through it.
     #[serde(deserialize_with = "crate::serial::values::exactly")]
     pub point: [f64; 2],
     /// Slope angle of the terrain, |slope| < π/2, in rad.

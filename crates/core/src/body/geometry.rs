@@ -16,7 +16,7 @@ pub(crate) struct ContactGeometry {
     pub(crate) b: f64,
     /// c_i at θ = 0, in m.
     pub(crate) c: f64,
-    /// Gap in the nominal posture, in m: not zero only over a terrain of several pieces.
+    /// Gap in the nominal posture, in m. It is zero unless the terrain has several pieces.
     pub(crate) offset: f64,
     /// g_i = g n_i·e_y, in m/s².
     pub(crate) gravity: f64,
@@ -27,8 +27,8 @@ pub(crate) struct ContactGeometry {
 }
 
 impl ContactGeometry {
-    /// b and c that were turned step by step, a rounding each, at rotation `theta`: anew from it, or, where its own rounding is
-    /// more, of the length that they have to have.
+    /// Corrects b and c, which were turned step by step with one rounding each: computes them from the rotation `theta`, or, where the
+    /// rounding of `theta` is larger, restores their length.
     pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
         if theta.abs() <= Turn::<f64>::LARGEST {
             return self.turned(&Turn::by(theta));
@@ -38,7 +38,7 @@ impl ContactGeometry {
         (b * scale, c * scale)
     }
 
-    /// How far apart two contacts are along either axis, in units of `size`, or their normals if that is more; 0: they are one.
+    /// Difference of two contacts: the largest of the differences along the axes, in units of `size`, and of the normals; 0: they are equal.
     pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
         let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
         off.max((self.normal - other.normal).amax())
@@ -46,7 +46,7 @@ impl ContactGeometry {
 }
 
 impl ContactGeometry {
-    /// An absent contact: no normal, no arm, no gravity. Infinitely high, it never takes part.
+    /// An absent contact: no normal, no arm, no gravity. Its gap is infinite, so that it never touches.
     pub(crate) const ABSENT: Self = Self {
         tangent: Vector2::new(1.0, 0.0),
         normal: Vector2::new(0.0, 0.0),
@@ -63,7 +63,7 @@ impl ContactGeometry {
         turn.turned([self.b, self.c]).into()
     }
 
-    /// Gap at `q`; `turn`: by its rotation.
+    /// Gap at `q`; `turn`: the rotation of `q`.
     pub(crate) fn gap(&self, q: &Vector3<f64>, turn: &Turn) -> f64 {
         compensated_sum([
             (self.normal.x, q.x),
@@ -74,8 +74,8 @@ impl ContactGeometry {
         ])
     }
 
-    /// Some roundings of the place of a contact, by what it has moved, and of its speed, of a state with these q and q̇. `turn`: by
-    /// q, or none in the local model.
+    /// Rounding errors of the gap and of the gap rate of a closed contact in a state with these q and q̇. `turn`: the rotation of q, or no
+    /// rotation in the local model.
     pub(crate) fn roundings(
         &self,
         q: &Vector3<f64>,

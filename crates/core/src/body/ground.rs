@@ -13,7 +13,7 @@ pub(crate) struct Under {
     pub(crate) place: Place,
     /// Constants of the contact on this piece.
     pub(crate) geometry: ContactGeometry,
-    /// Whether there is a piece; if not, the geometry is that of the nearest.
+    /// Whether there is a piece under the contact; if not, the geometry is that of the nearest piece.
     pub(crate) exists: bool,
 }
 
@@ -41,8 +41,8 @@ impl Posture {
         }
     }
 
-    /// Constants of contact `i` on the piece of terrain under it at `q`, and on the one beside it where that rises from a vertex in
-    /// which the contact is, within [`TOUCH`] of the size of the body.
+    /// Constants of contact `i` on the piece of terrain under it at `q`. If the contact is in a vertex, within [`TOUCH`] of the size of the
+    /// body, also on the next piece where that rises from the vertex.
     pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[ContactGeometry; 2]> {
         let Under { place, geometry, exists } = self.under(i, q, false);
         let mut all = SmallVec::from_slice(&[geometry]);
@@ -71,7 +71,7 @@ impl Posture {
         self.on_piece(place.contact, &pieces[near as usize])
     }
 
-    /// Height of the lowest vertex of all terrain; −∞ if any of it has no end.
+    /// Height of the lowest vertex of the terrain; −∞ if a piece has no end.
     pub(crate) fn lowest_ground(&self) -> f64 {
         let count = self.contacts().len();
         let pieces = (0..count).map(|i| self.ground(i));

@@ -7,7 +7,7 @@
 //! ḣ_i⁺ = −e_i w,  ḣ_j⁺ = ḣ_j⁻ + (1+e_i)ψ_i w,  θ̇⁺ = θ̇⁻ + (1+e_i)φ_i w    impact at i, w = ḣ_i⁻ < 0
 //! ```
 //!
-//! [Or & Rimon 2008, (5), (6)]. The rotation θ never acts back on the gaps.
+//! [Or & Rimon 2008, (5), (6)]. The rotation θ has no effect on the gaps.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ use crate::tolerance::COUPLING_ROUNDING;
 /// | symbol | meaning | unit |
 /// | --- | --- | --- |
 /// | g_i | gravity into terrain i | m/s² |
-/// | ψ_i | coupling of the gap rates: share of an impact at i that is taken from the other | 1 |
+/// | ψ_i | coupling of the gap rates: an impact at i changes the rate of the other contact by −ψ_i times its own change | 1 |
 /// | φ_i | coupling to the rotation | 1/m |
 /// | e_i | restitution | 1 |
 ///
@@ -103,7 +103,7 @@ impl LocalModel {
         Ok(Self { gravity, psi, phi, restitution })
     }
 
-    /// A model from values that hold the invariants already.
+    /// A model from values that are known to be valid.
     pub(crate) fn frozen(
         gravity: [f64; 2],
         psi: [f64; 2],

@@ -7,7 +7,7 @@
 //!   ────────2────────                               ────1───2────
 //! ```
 //!
-//! A line has been meant where a contact has a `segment`: such a line binds no other contact.
+//! If a contact has a `segment`, its line is intended: it does not concern other contacts.
 
 use nalgebra::Vector2;
 use smallvec::SmallVec;
@@ -16,7 +16,8 @@ use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
 use crate::tolerance::SAME_GROUND;
 
-/// A contact that is on or above the line of another one in the nominal posture, and that its own line does not keep there.
+/// A contact that is on or above the line of another one in the nominal posture and can fall below it, because its own line does not
+/// prevent that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Above {
     contact: usize,
@@ -25,13 +26,13 @@ struct Above {
     height: f64,
 }
 
-/// What is to be looked at in a run.
+/// The pairs of contacts and lines that a run checks.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OwnGround {
     above: SmallVec<[Above; 2]>,
     /// A contact below the line of another one in the nominal posture: the lines cannot be one ground.
     below: Option<[usize; 2]>,
-    /// How far the contacts may move from the nominal posture before anything can be wrong, in m.
+    /// Distance by which the contacts may move from the nominal posture before a check is needed, in m.
     pub(crate) room: f64,
 }
 
@@ -47,7 +48,7 @@ fn height(contacts: &[Contact], lines: &[ContactGeometry], one: usize, other: us
 }
 
 impl OwnGround {
-    /// `None`: nothing can go wrong with the lines of these contacts. `lines`: theirs. `size`: of the body, in m.
+    /// `None`: no contact can fall below the line of another one. `lines`: of the contacts. `size`: of the body, in m.
     pub(crate) fn of(contacts: &[Contact], lines: &[ContactGeometry], size: f64) -> Option<Self> {
         let mut own = Self { above: SmallVec::new(), below: None, room: f64::INFINITY };
         let count = contacts.len();
@@ -66,9 +67,9 @@ impl OwnGround {
         (own.below.is_some() || !own.above.is_empty()).then_some(own)
     }
 
-    /// How far the contacts may move, in m, from where they are now before anything can be wrong with the ground; or what is wrong.
-    /// `lines`: theirs. `size`: of the body, in m. `moved`: how far each contact is from its nominal point. `touches`: whether it
-    /// is on its own line. `time`: in s.
+    /// Distance by which the contacts may move from here before the next check, in m; or the warning.
+    /// `lines`: of the contacts. `size`: of the body, in m. `moved`: displacement of each contact from its nominal point. `touches`:
+    /// whether it is on its own line. `time`: in s.
     pub(crate) fn room(
         &self,
         contacts: &[Contact],
@@ -90,7 +91,7 @@ impl OwnGround {
                     time()
                 ));
             }
-            room = room.min(left * (1.0 - SAME_GROUND)); // what is allowed may shrink with the way
+            room = room.min(left * (1.0 - SAME_GROUND)); // the tolerance grows with the displacement
         }
         let Some([lower, upper]) = self.below else { return Ok(room) };
         let mut far = None;
@@ -102,7 +103,7 @@ impl OwnGround {
             room = room.min(left.max(0.0));
         }
         let Some(k) = far else { return Ok(room) };
-        // The line that is touched, if that is one which cannot be.
+        // The line that is touched, if it cannot be ground.
         let under = |&i: &usize| height(contacts, lines, i, k) < -SAME_GROUND * size;
         let [lower, upper] =
             (0..contacts.len()).find(under).map_or([lower, upper], |lower| [lower, k]);

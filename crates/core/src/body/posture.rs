@@ -36,36 +36,36 @@ pub const MAX_CONTACTS: usize = 64;
 
 /// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
 ///
-/// Each contact meets a straight ground of its own, and no other, unless [`PostureFields::terrain`] is the ground of all: see
+/// Each contact touches only its own straight ground, unless [`PostureFields::terrain`] is given as the ground of all contacts: see
 /// [`Contact`].
 ///
 /// ```
 /// use standfast::{Contact, Posture};
 ///
 /// let rod = Posture::rod(0.5, 0.5, 0.1, 0.0, 9.81)?; // all mass at the ends: ρ = L
-/// assert_eq!(rod.psi()?, [0.0, 0.0]);                // so the ends do not feel each other
+/// assert_eq!(rod.psi()?, [0.0, 0.0]);                // so an impact at one end does not move the other
 /// # Ok::<(), standfast::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "PostureFields", into = "PostureFields")]
 pub struct Posture(Arc<Parts>);
 
-/// What a posture holds: shared by its copies, for every run keeps one.
+/// The data of a posture. Copies share it, because every run keeps a copy.
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
     fields: PostureFields,
     geometry: PerContact<ContactGeometry>,
-    /// Pieces of terrain with ends: none, one list for all contacts, or one for each.
+    /// Pieces of terrain with ends: no list, one list for all contacts, or one for each contact.
     grounds: Vec<Vec<Piece>>,
     /// See [`Posture::point_of`].
     points: PerContact<usize>,
     /// The longest arm or ρ, in m.
     size: f64,
-    /// What may be wrong with the ground that the contacts have without a terrain.
+    /// The check of the straight grounds of the contacts, if there is no terrain.
     own_ground: Option<OwnGround>,
 }
 
-/// What a posture is made of, before validation. SI units.
+/// The fields of a posture, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PostureFields {
@@ -81,8 +81,8 @@ pub struct PostureFields {
     pub restitution: f64,
     /// Gravity g ≥ 0, downwards, in m/s².
     pub gravity: f64,
-    /// Vertices of the terrain, x increasing, world axes, in m: each contact meets the piece under it, and `slope` and
-    /// `segment` of the contacts follow. Without any each contact meets its own line alone, see [`Contact`].
+    /// Vertices of the terrain, x increasing, world axes, in m. Each contact touches the piece under it, and `slope` and `segment` of the
+    /// contacts follow from the terrain. If there are no vertices, each contact touches only its own line, see [`Contact`].
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -145,7 +145,7 @@ impl Posture {
             contact.validate(&at)?;
             let (tangent, normal) = (contact.tangent(), contact.normal());
             let arm = Vector2::from(contact.point) - Vector2::from(fields.center_of_mass);
-            // The impact matrix holds b²/ρ²: it must not overflow.
+            // The impact matrix contains b²/ρ², which must not overflow.
             let reach = arm.norm() / fields.gyration_radius;
             in_range(
                 format_args!("{at}point"),
@@ -203,29 +203,29 @@ impl Posture {
         Ok(posture)
     }
 
-    /// Contacts at one point of the body, on the same terrain and of the same surface, move as one. Each contact's, counted
-    /// from 0 in the order of the contacts.
+    /// Point of each contact, counted from 0 in the order of the contacts. Contacts at one point of the body, with the same terrain and the
+    /// same coefficients, have the same point number: they move as one.
     pub(crate) fn point_of(&self, contact: usize) -> usize {
         self.0.points[contact]
     }
 
-    /// A value for each contact: that of its point.
+    /// The values of the contacts, from the values of their points.
     pub(crate) fn per_contact<T>(&self, of: impl Fn(usize) -> T) -> impl Iterator<Item = T> {
         self.0.points.iter().map(move |&k| of(k))
     }
 
-    /// The contacts that are the first ones at their points.
+    /// The first contact at each point.
     pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
         let points = &self.0.points;
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
-    /// What may be wrong with the ground that the contacts have without a terrain; `None`: nothing.
+    /// The check of the straight grounds of the contacts; `None`: no check is needed.
     pub(crate) fn own_ground(&self) -> Option<&OwnGround> {
         self.0.own_ground.as_ref()
     }
 
-    /// The pieces of terrain that contact `i` may meet, from left to right; `None`: one without ends.
+    /// The pieces of terrain that contact `i` may touch, from left to right; `None`: one piece without ends.
     pub(crate) fn ground(&self, i: usize) -> Option<&[Piece]> {
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1))).map(Vec::as_slice)
     }
@@ -262,7 +262,7 @@ impl Posture {
         })
     }
 
-    /// A copy that shares nothing with this one.
+    /// A copy that shares no data with this posture.
     pub(crate) fn detached(&self) -> Self {
         Self(Arc::new(Parts::clone(&self.0)))
     }
@@ -313,7 +313,7 @@ impl Posture {
             .collect()
     }
 
-    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; where nothing is under a point, those over the nearest piece.
+    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; over the nearest piece where there is no piece under a point.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
         let turn = Turn::by(q.z);

@@ -29,7 +29,7 @@ impl State {
     /// [`Error::OutOfRange`], naming the component.
     pub fn validate(&self) -> Result<(), Error> {
         if self.q.iter().chain(&self.qdot).all(|value| value.abs() <= LARGEST) {
-            return Ok(()); // names cost more than the check
+            return Ok(()); // names are made only for an error, because they cost more than the check
         }
         for (name, value) in ["x", "y", "theta"].into_iter().zip(self.q.iter()) {
             finite(format_args!("q.{name}"), *value)?;

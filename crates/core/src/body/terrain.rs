@@ -1,13 +1,13 @@
-//! Terrain with ends: straight pieces side by side, and the one under a point of the body.
+//! Terrain with ends: adjacent straight pieces, and the choice of the piece under a point of the body.
 //!
 //! ```text
 //!          _____           from ≤ x < to: the piece under a point at x
-//!    \    /     \          a point meets the piece under it, from above;
-//!     \__/       \         where there is none it meets nothing
+//!    \    /     \          a point touches the piece under it, from above;
+//!     \__/       \         beyond the ends it touches nothing
 //! ```
 //!
-//! The ground is a function of x: it has no vertical faces and no overhangs. What has come under it from beside an end
-//! meets nothing until it has left the piece again or has risen out of it.
+//! The ground is a function of x: it has no vertical faces and no overhangs. A point that has come under a piece from beyond its end does
+//! not touch it until it has left the piece or has risen above it.
 
 use nalgebra::Vector2;
 use serde::de::Error as _;
@@ -32,10 +32,10 @@ pub(crate) struct Piece {
     slope: f64,
 }
 
-/// Where a point is over its terrain.
+/// The position of a point relative to the pieces of its terrain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Place {
-    /// The contact that this point is.
+    /// The contact of this point.
     pub(crate) contact: usize,
     /// The piece under it: −1 left of the first one, their number right of the last one.
     pub(crate) piece: isize,
@@ -80,7 +80,7 @@ impl Piece {
     }
 }
 
-/// Vertices that are given: none at all is a terrain that was left out by mistake.
+/// Checks that a terrain that is given has vertices: an empty list is a mistake.
 ///
 /// # Errors
 ///
@@ -132,7 +132,7 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Vec<Piece>, Error> {
         .collect()
 }
 
-/// What the terrain makes of a contact: its slope and segment. They may have been given, if they are these.
+/// Sets slope and segment of a contact from the terrain. If they are given, they must be equal to these.
 pub(crate) fn place_on(pieces: &[Piece], contact: &mut Contact, at: &str) -> Result<(), Error> {
     let [x, y] = contact.point;
     let Some(piece) = pieces.get(usize::try_from(find(pieces, x)).unwrap_or(usize::MAX)) else {
@@ -162,7 +162,7 @@ pub(crate) fn place_on(pieces: &[Piece], contact: &mut Contact, at: &str) -> Res
     Ok(())
 }
 
-/// The pieces of each contact's own terrain; none if all are endless.
+/// The pieces of each contact's own terrain; an empty list if no piece has ends.
 pub(crate) fn own(contacts: &[Contact]) -> Vec<Vec<Piece>> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Files: TOML and JSON texts with the line and column of an error, and writing that leaves a whole file or none.
+//! Files: TOML and JSON texts with the line and column of an error, and writing of whole files.
 
 pub(crate) mod text;
 pub(crate) mod write;

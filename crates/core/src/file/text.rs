@@ -20,7 +20,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// The table that a text is; [`Error::File`] has line, column and field of what is wrong.
+    /// Reads the table of a text; [`Error::File`] has the line, column and field of the error.
     pub(crate) fn read<T: DeserializeOwned>(self, text: &str) -> Result<T, Error> {
         match self {
             Self::Toml => of_toml(text),
@@ -114,7 +114,7 @@ fn entry(key: &str) -> Option<usize> {
     }
 }
 
-/// Where the value of a field begins, or else what is around it.
+/// The position at which the value of a field begins, or else that of the value around it.
 fn toml_start(text: &str, field: &str) -> Option<usize> {
     let root = DeTable::parse(text).ok()?;
     let mut start = root.span().start;
@@ -132,7 +132,7 @@ fn toml_start(text: &str, field: &str) -> Option<usize> {
     Some(start)
 }
 
-/// Where the value of a field begins, or else what is around it; `None`: the text is no JSON.
+/// The position at which the value of a field begins, or else that of the value around it; `None`: the text is not JSON.
 fn json_start(text: &str, field: &str) -> Option<usize> {
     let mut value: &RawValue = serde_json::from_str(text).ok()?;
     for key in field.split('.') {
@@ -169,7 +169,7 @@ fn malformed((line, column): (usize, usize), field: &str, said: &str) -> Error {
     }
 }
 
-/// What a parser expected, without the names of Rust.
+/// The expectation of a parser, without the names of Rust.
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" => "a number",

@@ -9,8 +9,8 @@ use crate::error::Error;
 
 /// Writes a file under a name of its own beside `path`, then renames it, so that it is complete or not there.
 ///
-/// A file that is there keeps its permissions, and one that may not be written stays as it is. A link keeps pointing where it
-/// does. What is no regular file (a device, a pipe) is written to as it is.
+/// An existing file keeps its permissions; one without write permission is not changed. A link still points to the same file. A device
+/// or a pipe is written to directly.
 ///
 /// # Errors
 ///
@@ -24,7 +24,7 @@ fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let (target, permissions) = match fs::metadata(path) {
         Ok(found) if !found.is_file() => return fs::write(path, bytes),
         Ok(found) => {
-            // Renaming asks for no leave to write the file; and who may do anything has none where nobody has.
+            // Renaming does not need write permission for the file, so it is checked here; also for the superuser.
             OpenOptions::new().append(true).open(path)?;
             if found.permissions().readonly() {
                 return Err(ErrorKind::PermissionDenied.into());

@@ -8,12 +8,12 @@
 //! sticks (|w_nt| ≤ μ w_tt): dv_t/dp = 0,               dv_n/dp = w_nn − w_nt²/w_tt,   P_t' = −w_nt/w_tt
 //! ```
 //!
-//! so that v_n(p) has two straight pieces at most, the second one rising, and one zero p_c: the end of compression.
+//! So v_n(p) has at most two straight pieces, of which the second one rises, and one zero p_c, the end of compression.
 
 use crate::options::Impact;
 use crate::tolerance::JAMMED_SLIDE;
 
-/// What a run with [`Impact::Newton`] says where a contact with friction is hit.
+/// The warning of a run with [`Impact::Newton`] in which a contact with friction is hit.
 pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
 
 /// Impact matrix of a contact, per unit mass.
@@ -24,7 +24,7 @@ pub(crate) struct Matrix {
     pub(crate) tt: f64,
 }
 
-/// What the contact is made of.
+/// Coefficients of friction and restitution of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Material {
     pub(crate) friction: f64,
@@ -63,7 +63,7 @@ impl Process {
         } else {
             let side = 1.0_f64.copysign(v_t);
             let slope = w.nt - side * mu * w.tt;
-            // Away from zero, or on for ever.
+            // The sliding speed grows, or never reaches zero.
             let stop = if side * slope < 0.0 { -v_t / slope } else { f64::INFINITY };
             (sliding(side), stop)
         };
@@ -125,7 +125,7 @@ impl Process {
 }
 
 /// The impulse (P_t, P_n), per unit mass, of a contact that approaches with v = (v_t, v_n), v_n < 0; `None` where the
-/// law has no answer.
+/// law has no solution.
 pub(crate) fn impulse(
     law: Impact,
     w: &Matrix,
@@ -176,7 +176,7 @@ pub(crate) fn impulse(
 
 /// The impulse (P_t, P_n), per unit mass, of a contact that slides at v_t without approaching, and whose normal force would
 /// pull it into the terrain (w_nn − σμ w_nt < 0, Painlevé): an impact without collision. Compression begins by itself and
-/// lasts beyond the end of sliding. `None` where that is not so, or the law knows no process.
+/// lasts beyond the end of sliding. `None` where w_nn − σμ w_nt ≥ 0, or where the law is not based on Routh's process.
 pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Option<[f64; 2]> {
     let Material { friction: mu, restitution: e, .. } = *material;
     let mut process = Process::new(w, [v_t, 0.0], mu);

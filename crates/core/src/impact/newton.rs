@@ -39,14 +39,15 @@ pub(crate) fn newton(model: &FrozenModel, i: usize, before: [f64; 2]) -> [f64; 2
 
 /// Both contacts at once: the impulses P ≥ 0 (as own-rate jumps) with u⁺ + e u⁻ ≥ 0 ⊥ P.
 ///
-/// Of the candidates {1, 2}, {1}, {2} the first that fits is taken; for a positive definite impact
-/// matrix only one does; of equal rows the impact that needs more is enough. And whether it is the first: then u⁺ = −e u⁻ at both.
+/// The first of the candidates {1, 2}, {1}, {2} that satisfies the conditions is taken. For a positive definite impact matrix
+/// exactly one does; for equal rows the impact at the contact that needs the larger impulse is enough. The flag in the result: both
+/// contacts have an impulse, and u⁺ = −e u⁻ at both.
 pub(crate) fn newton_together(model: &FrozenModel, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.solve_coupled(need);
     let rounding = UNLOADED * need[0].max(need[1]);
-    let more = need[1] + model.psi[0] * need[0]; // what contact 2 needs beside the impulse that contact 1 does
-    let meets = !model.is_parallel() || more.abs() <= rounding; // equal rows cannot meet different needs
+    let more = need[1] + model.psi[0] * need[0]; // impulse of contact 2 in addition to that of contact 1
+    let meets = !model.is_parallel() || more.abs() <= rounding; // equal rows cannot satisfy two different equations
     if jump[0] >= -rounding && jump[1] >= -rounding && meets {
         return (jump.map(|jump| jump.max(0.0)), true);
     }
@@ -68,15 +69,15 @@ pub(crate) enum SequenceEnd {
     Infinite,
 }
 
-/// Impacts after which a finite sequence in zero time is given up for infinite: with frequency
-/// f = π/n per impact, rounding no longer tells P from 2√e.
+/// Number of impacts in zero time after which a sequence counts as infinite. It has the frequency f = π/n per impact, at which P and
+/// 2√e are equal within rounding.
 const LONGEST: usize = 10_000_000;
 
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.
 ///
 /// From then on the contacts alternate. The impact speeds obey x_{k+1} = p x_k − e x_{k−1}, p = (1+e)ψ of
-/// the contact hit, so that the sequence is endless iff [`FrozenModel::chatters_from`]. Speeds are renormalised on
-/// the way: thousands of impacts underflow nothing but the result. `report` sees every impact.
+/// the contact hit; the sequence is infinite iff [`FrozenModel::chatters_from`]. Speeds are renormalised during the sequence, so that
+/// in thousands of impacts only the result can underflow. `report` is called for each impact.
 pub(crate) fn in_zero_time(
     model: &FrozenModel,
     first: usize,
@@ -111,7 +112,7 @@ pub(crate) fn in_zero_time(
     SequenceEnd::Infinite
 }
 
-/// Speeds below this are renormalised, by 2^RENORMALISE.
+/// Speeds below this are multiplied by 2^RENORMALISE.
 const TINY: f64 = 1e-150;
 const RENORMALISE: i32 = 400;
 

@@ -18,7 +18,7 @@ pub(crate) struct Ball {
 
 /// Bound of the relative error of a sum or a product of centres: 8u².
 const ROUNDING: f64 = 8.0 * (0.5 * f64::EPSILON) * (0.5 * f64::EPSILON);
-/// More than what numbers below the normal range lose.
+/// More than the rounding error of numbers below the normal range.
 const TINY: f64 = f64::MIN_POSITIVE;
 /// More than the roundings of a radius, computed from a few positive terms.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
@@ -57,7 +57,7 @@ impl Ball {
         Self { radius: 0.0, ..self }
     }
 
-    /// With all that is at most this far from it.
+    /// The ball enlarged by this radius.
     pub(crate) fn widened(self, by: f64) -> Self {
         Self { radius: (self.radius + by) * SLACK, ..self }
     }

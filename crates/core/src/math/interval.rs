@@ -62,7 +62,7 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// What lies at or above zero; `None` if nothing does.
+    /// The part at or above zero; `None` if it is empty.
     pub(crate) fn non_negative(self) -> Option<Self> {
         (self.hi >= 0.0).then(|| Self { lo: self.lo.max(0.0), hi: self.hi })
     }
@@ -73,13 +73,13 @@ impl Interval {
         Self { lo: (least * least).next_down().max(0.0), hi: (a.max(b) * a.max(b)).next_up() }
     }
 
-    /// The roots of what is not negative.
+    /// The square roots of its nonnegative numbers.
     pub(crate) fn sqrt(self) -> Self {
         let root = |x: f64| x.max(0.0).sqrt();
         Self { lo: root(self.lo).next_down().max(0.0), hi: root(self.hi).next_up() }
     }
 
-    /// Natural logarithms of what is positive, with an allowance of four ulps for the function of the library.
+    /// Natural logarithms of its positive numbers, with a margin of four ulps for the library function.
     pub(crate) fn ln(self) -> Self {
         let wide =
             |x: f64, side: f64| x + side * (4.0 * f64::EPSILON * x.abs() + f64::MIN_POSITIVE);

@@ -44,13 +44,13 @@ pub(crate) const ORDER: usize = 21;
 ///
 /// Descartes' rule in the Bernstein basis: no sign change, no root; one sign change, exactly one root;
 /// otherwise the interval is halved (de Casteljau), earlier half first. A double root that touches zero
-/// without crossing can be missed within rounding; it is no collision.
+/// without crossing can be missed within rounding; it is not a collision.
 ///
 /// `count`: coefficients beyond are zero.
 pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) -> Option<f64> {
     // Divide out the root at zero.
     let zeros = coefficients[..count].iter().position(|c| *c != 0.0)?;
-    // Of those beyond the last, powers of a large `end` make no numbers.
+    // Powers of a large `end` beyond the last coefficient may overflow.
     let degree = coefficients[..count].iter().rposition(|c| *c != 0.0)?;
     let count = degree + 1 - zeros;
     let mut scaled = [0.0; ORDER];
@@ -60,7 +60,7 @@ pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) ->
         power *= end;
     }
     if scaled[0] < 0.0 {
-        return None; // below zero from the start: the caller's business, not a crossing
+        return None; // negative from the start: not a crossing
     }
     if scaled[0] > scaled[1..count].iter().map(|c| c.abs()).sum() {
         return None; // all Bernstein coefficients are positive

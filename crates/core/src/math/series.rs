@@ -46,8 +46,8 @@ pub(crate) fn constant(value: f64) -> Series {
     series
 }
 
-/// Time up to which the last two terms of each series stay below `share` of its first three ones: these say how large the
-/// quantity is, even where it passes zero. With a unit of time in which the body turns by about a radian they count in
+/// Time up to which the last two terms of each series stay below `share` of its first three ones: these give the size of the
+/// quantity, also where it passes zero. With a unit of time in which the body turns by about a radian they count in
 /// full, but where forces soon grow beyond all bounds, only for as much as they are by then.
 pub(crate) fn radius<'s>(
     all: impl Iterator<Item = &'s Series> + Clone,

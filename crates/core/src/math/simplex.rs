@@ -4,12 +4,12 @@
 
 use crate::tolerance::SIMPLEX_ZERO;
 
-/// Pivots per column before the search is given up: Bland's rule ends, but rounding might not let it.
+/// Largest number of pivots for each column. Bland's rule ends in exact arithmetic; with rounding it might not.
 const PIVOTS: usize = 100;
 
 /// The solution of the programme with these rows (a, b).
 ///
-/// `None` if no x satisfies the rows, if the objective has no bound, or if rounding keeps it from an end.
+/// `None` if no x satisfies the rows, if the objective has no bound, or if rounding prevents convergence.
 pub(crate) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
     let (m, n) = (rows.len(), objective.len());
     // Columns: x, one artificial variable per row, right-hand side.

@@ -54,8 +54,8 @@ pub(crate) fn phase(omega: f64, t: f64) -> f64 {
 }
 
 impl Turn {
-    /// Angle of a flight, in rad, up to which it is solved for as a whole: the error of its last step grows with the angle. And
-    /// the rotation up to which arms are computed from it, whose rounding grows likewise.
+    /// Rotation of a flight, in rad, up to which its touchdown is solved for directly; the error of the last step grows with the rotation.
+    /// Also the rotation up to which arms are computed from it; their rounding error grows in the same way.
     pub(crate) const LARGEST: f64 = 32.0;
 
     /// The three functions at `x` (rad), to within 2 ulp each.

@@ -1,4 +1,4 @@
-//! The answer for one word: its motion, its forces, and the margin by which it meets each test.
+//! The solution of one word: its motion, its forces, and the margin of each test.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::outcome::ContactNumber;
 use crate::serial::numbers::AnyNumber;
 use crate::tolerance::{FIXED_ACCELERATION, TIE};
 
-/// Whether an acceleration that no force changes is a tie, and not zero for good.
+/// Whether an acceleration that no force changes is a tie, but larger than the rounding of an exact zero.
 pub(super) fn is_doubtful(value: f64) -> bool {
     value.abs() > FIXED_ACCELERATION && value.abs() <= TIE
 }
@@ -29,8 +29,8 @@ pub enum Condition {
     SlidesRight,
     /// L at v_t = 0: a_t < 0.
     SlidesLeft,
-    /// F, R, L: a_n = 0, where the other closed contacts leave it no choice; the margin is −|a_n|. Not put where it
-    /// holds up to rounding.
+    /// F, R, L: a_n = 0, where the other closed contacts determine a_n; the margin is −|a_n|. It is left out where it holds up to
+    /// rounding.
     Touches,
     /// F: a_t = 0, likewise.
     Sticks,
@@ -62,34 +62,33 @@ impl fmt::Display for Condition {
     }
 }
 
-/// How far a test is met: positive where it holds with room, negative where it fails. Dimensionless: relative to
-/// the load, in the mass metric.
+/// The margin of a test: positive where the test holds, negative where it fails. Dimensionless: relative to the load, in the
+/// mass metric.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// The contact.
     pub contact: ContactNumber,
     /// The test.
     pub condition: Condition,
-    /// By how much it holds.
+    /// The margin.
     pub value: f64,
 }
 
 impl Margin {
-    /// Whether the test is met, ties going to the closed word.
+    /// Whether the test holds; a tie counts for the closed word.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.condition.holds(self.value)
     }
 
-    /// Whether it is met or fails by no more than a tie.
+    /// Whether the test holds, or fails by no more than a tie.
     #[must_use]
     pub fn is_tie(&self) -> bool {
         self.value.abs() <= TIE
     }
 }
 
-/// Puts the tests of a contact in a mode to its scaled accelerations (tangential, normal) and its scaled force: each
-/// with its margin.
+/// The tests of a contact in a mode with their margins, for its scaled acceleration (tangential, normal) and its scaled force.
 #[inline(always)]
 pub(super) fn test(
     row: &Row,
@@ -126,17 +125,16 @@ pub(super) fn test(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Forces {
-    /// They do.
+    /// The equations determine the forces.
     Unique,
-    /// The word is hyperstatic: forces form a family, of which one is given.
+    /// The word is hyperstatic: the forces form a family, and one of it is given.
     Family,
-    /// The friction matrix is singular: there is no force, or again a family.
+    /// The friction matrix is singular: there is no force, or a family of forces.
     Singular,
-    /// Forces form a family, and with sliding friction the motion depends on which: the law does not say. The one with
-    /// the smallest forces is given.
+    /// The forces form a family, and with sliding friction the motion depends on the choice in it, which the law does not determine. The
+    /// motion with the smallest forces is given.
     Undetermined,
-    /// The accelerations that the word asks for exclude each other, or no force leads to them: there is no motion to
-    /// report, nor any margin.
+    /// The accelerations of the word contradict each other, or no force causes them: there is no motion and no margin.
     Impossible,
 }
 
@@ -148,25 +146,25 @@ pub struct ModeAnswer {
     pub word: Word,
     /// q̈ = (ẍ, ÿ, θ̈), in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
     pub acceleration: [f64; 3],
-    /// (f_t, f_n) by contact, in N (impulse level: N s). Of a consistent word with a family of forces: the smallest,
-    /// Σ|f|² (without the feature `qp`: of three or more contacts, one of them).
+    /// (f_t, f_n) by contact, in N (impulse level: N s). For a consistent word with a family of forces: the one with
+    /// the smallest Σ|f|² (without the feature `qp` and with three or more contacts: any of the family).
     pub forces: Vec<[f64; 2]>,
     /// How the forces are determined.
     pub determined: Forces,
     /// Two fixed contacts: the range of the internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to
-    /// contact 2, in N; ±∞ where friction holds any. It acts on nothing but the contacts: adding τ(e, −e) to
-    /// their forces changes no motion.
+    /// contact 2, in N; ±∞ where friction allows any. Adding τ(e, −e) to the forces of the contacts does not
+    /// change the motion.
     pub force_interval: Option<[f64; 2]>,
-    /// All tests, contact by contact; of a family of forces, those that meet them best.
+    /// All tests, contact by contact; for a family of forces, with the forces of the largest margins.
     pub margins: Vec<Margin>,
-    /// Whether everything holds.
+    /// Whether all tests hold.
     pub consistent: bool,
-    /// Whether its own friction matrix is singular, to rounding.
+    /// Whether the friction matrix of the word is singular, to rounding.
     pub(super) singular: bool,
 }
 
 impl ModeAnswer {
-    /// The tests that fail, or, where only ties stand against a word, those that hold by a tie; none of a consistent word.
+    /// The tests that fail. If a word is inconsistent only because of ties: the tests that hold by a tie. Empty for a consistent word.
     pub fn violated(&self) -> impl Iterator<Item = &Margin> {
         let fails = self.margins.iter().any(|margin| !margin.holds());
         let stands =
@@ -181,7 +179,7 @@ impl ModeAnswer {
         self.singular || self.margins.iter().any(Margin::is_tie)
     }
 
-    /// Whether only ties stand against it: every test holds, or would without [`TIE`].
+    /// Whether the word is inconsistent at most because of ties: each test holds, or would hold without [`TIE`].
     pub(super) fn holds_but_for_ties(&self) -> bool {
         let holds = |margin: &Margin| margin.holds() || margin.value > 0.0;
         self.determined != Forces::Impossible && self.margins.iter().all(holds)
@@ -194,7 +192,7 @@ impl ModeAnswer {
     }
 }
 
-/// A [`ModeAnswer`] as it is written: forces may be infinite, or none.
+/// A [`ModeAnswer`] in files: forces may be infinite, or absent.
 #[derive(Serialize, Deserialize)]
 struct Written {
     word: Word,

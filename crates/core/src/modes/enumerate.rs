@@ -1,10 +1,10 @@
-//! Every consistent mode, by enumeration: the solver of record.
+//! Every consistent mode, by enumeration. This is the reference solver.
 //!
-//! An acceleration belongs to one word at most: where it vanishes, where it opens and which way it slides decide
-//! every letter. Candidates are therefore not all 4ⁿ words but the flats of the arrangement of contact rows: the
-//! subspaces on which up to three rows vanish, and with them every row that depends on those. On a flat, each
-//! contact that stays closed and may slide either way cuts it in two, and each cell is one word. In the plane that
-//! makes O(n³) words; two contacts at rest in general position have ten.
+//! An acceleration belongs to at most one word, because the signs of its components at the contacts determine each letter.
+//! The candidates are therefore not all 4ⁿ words but the cells of the flats of the arrangement of contact rows. A flat is a subspace
+//! on which up to three rows vanish, and with them each row that depends on these. Each contact that stays closed on a flat and may
+//! slide in both directions divides it in two, and each cell is one word. In the plane this gives O(n³) words; two contacts at rest
+//! in general position have ten.
 
 use std::collections::BTreeSet;
 
@@ -19,13 +19,13 @@ use crate::modes::{hyperstatic, pair};
 use crate::outcome::ContactNumber;
 use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION};
 
-/// All words the contacts of the problem offer, each solved.
+/// All words that the state of the contacts allows, each solved.
 pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
     let rows = problem.rows();
     let mut words = BTreeSet::new();
     let mut still = false;
     let mut visit = |flat: &Flat| {
-        // Without bias all flats that are points are the same one.
+        // Without bias all flats that are points are equal.
         let is_origin = flat.rank == 3 && flat.point == Vector3::zeros();
         if !(is_origin && still) {
             flat.words(rows, &mut words);
@@ -77,7 +77,7 @@ pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
 
 /// The equations of a word and the forces that act: one row per unknown force.
 struct Equations {
-    /// Row and bias that vanish, by unknown.
+    /// Row and bias that vanish, for each unknown.
     planes: Vec<Plane>,
     /// Direction of the unknown force.
     directions: Vec<Vector3<f64>>,
@@ -152,7 +152,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         }
         _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };
-    answer.singular = square; // else it would have been solved
+    answer.singular = square; // a regular square system has been solved above
     if answer.determined != Forces::Impossible && !ties.is_empty() {
         answer.margins.extend(ties);
         answer.margins.sort_by_key(|margin| margin.contact);

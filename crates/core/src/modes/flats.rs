@@ -20,7 +20,7 @@ pub(super) fn tangent(row: &Row) -> Plane {
     (row.tangent, row.bias[0])
 }
 
-/// The accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
+/// The set of accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flat {
     pub(super) point: Vector3<f64>,
@@ -28,7 +28,7 @@ pub(super) struct Flat {
     pub(super) rank: usize,
 }
 
-/// What a row is on a flat.
+/// The values of a row on a flat.
 enum On {
     Constant(f64),
     Free,
@@ -48,7 +48,7 @@ impl Flat {
         rest
     }
 
-    /// Where this plane cuts the flat; `None` if it depends on the rows of the flat.
+    /// The intersection of this plane with the flat; `None` if it depends on the rows of the flat.
     pub(super) fn with(&self, (row, bias): Plane) -> Option<Self> {
         let rest = self.along(&row);
         let length = rest.norm();
@@ -63,7 +63,7 @@ impl Flat {
         Some(cut)
     }
 
-    /// Orthonormal rows that vanish on the flat and nowhere else.
+    /// Orthonormal rows that vanish exactly on the flat.
     pub(super) fn planes(&self) -> Vec<Plane> {
         self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
     }
@@ -81,14 +81,14 @@ impl Flat {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
 
-    /// Adds the words of the cells of this flat: with ties given to the static word, and as the signs say.
+    /// Adds the words of the cells of this flat, both with ties counted for the static word and by the signs alone.
     pub(super) fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
         if self.words_above(TIE, rows, words) {
             self.words_above(FIXED_ACCELERATION, rows, words);
         }
     }
 
-    /// Adds the words, accelerations up to `zero` counting as zero; says whether one of them is a tie.
+    /// Adds the words, where accelerations up to `zero` count as zero. Returns whether one of these is a tie.
     fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
         let mut doubtful = false;
         let mut constant = |value: f64| {
@@ -103,7 +103,7 @@ impl Flat {
             }
             match self.value(normal(row)) {
                 On::Constant(value) => match constant(value) {
-                    ..0.0 => return false, // into the ground on all of the flat
+                    ..0.0 => return false, // the contact enters the ground on the whole flat
                     0.0 => {}
                     _ => continue, // opens
                 },
@@ -137,7 +137,7 @@ impl Flat {
         doubtful
     }
 
-    /// The sign patterns of these planes on the open cells into which they cut the flat.
+    /// The sign patterns of these planes on the open cells into which they divide the flat.
     fn cells(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&[bool])) {
         match planes {
             [] => found(&[]),
@@ -146,7 +146,7 @@ impl Flat {
                 found(&[true]);
             }
             _ => {
-                // Every cell has a side on one of the planes, or the planes are all the same one.
+                // Each cell has a side on one of the planes, unless all planes are equal.
                 let mut signs = vec![false; planes.len()];
                 for &(_, plane) in planes {
                     let Some(side) = self.with(plane) else { continue };
@@ -169,7 +169,7 @@ impl Flat {
         }
     }
 
-    /// One point of each open piece into which the planes cut this flat, a line or a point.
+    /// One point of each open piece into which the planes divide this flat, which is a line or a point.
     fn inner_points(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&Vector3<f64>)) {
         if self.rank == 3 {
             return found(&self.point);

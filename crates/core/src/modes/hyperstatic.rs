@@ -1,8 +1,8 @@
 //! Words whose forces are not unique: more unknown forces than independent rows, or a singular friction matrix.
 //!
 //! Forces are sums of the generators of the friction cones with weights ≥ 0: N ± μT of a fixed contact, N ∓ μT of
-//! a sliding one. All weights at least t, all strict tests met by at least t: the largest such t says how well the
-//! word can be met at the best, a small linear programme. Of a consistent word the smallest force is reported.
+//! a sliding one. A small linear programme finds the largest t such that all weights and all margins of strict tests are at least
+//! t; the word is consistent if this t is large enough. For a consistent word the smallest force is reported.
 
 use nalgebra::Vector3;
 
@@ -21,8 +21,8 @@ struct Generator {
     force: [f64; 2],
 }
 
-/// `planes`: the rows of the word that vanish; `independent`: an orthonormal basis of them. If it has as many, only the
-/// friction matrix can be to blame.
+/// `planes`: the rows of the word that vanish; `independent`: an orthonormal basis of them. If both have the same number, only the
+/// friction matrix can be singular.
 pub(super) fn solve(
     problem: &ContactProblem,
     word: Word,
@@ -41,7 +41,7 @@ pub(super) fn solve(
                 Mode::Right => &[-1.0],
                 Mode::Left => &[1.0],
             };
-            // Both edges together weigh as much as the one of a sliding contact.
+            // Both edges together have the weight of the one edge of a sliding contact.
             let share = 1.0 / edges.len().max(1) as f64;
             edges.iter().map(move |side| {
                 let force = [side * row.friction * share, share];
@@ -107,11 +107,11 @@ pub(super) fn solve(
     let missed = planes.iter().map(|(row, bias)| (row.dot(&y) + bias).abs()).fold(0.0, f64::max);
     let size = forces.iter().flatten().fold(1.0_f64, |most, f| most.max(f.abs()));
     let determined = if missed <= DEPENDENT_ROW * size { determined } else { Forces::Impossible };
-    // Forces may be large and cancel: their rounding goes to them, not to the acceleration.
+    // Forces may be large and cancel. The acceleration is computed without their rounding errors.
     for (row, bias) in independent {
         y -= row * (row.dot(&y) + bias);
     }
-    // The motion depends on the forces chosen if some of them change it, and keep every plane.
+    // The motion depends on the choice of forces if some change of them keeps each plane and changes the motion.
     let directions: Vec<Vector3<f64>> =
         generators.iter().map(|g| g.direction.normalize()).collect(); // their lengths grow with μ
     let kept = |direction: &Vector3<f64>| {
@@ -144,7 +144,7 @@ pub(super) fn solve(
     answer
 }
 
-/// How many of the directions are independent.
+/// Number of independent directions.
 fn rank(directions: &[Vector3<f64>]) -> usize {
     let mut flat = Flat::everything();
     for direction in directions {

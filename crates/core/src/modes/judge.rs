@@ -8,7 +8,7 @@ use crate::modes::words::Word;
 use crate::outcome::ContactNumber;
 use crate::tolerance::{CONE_TIE_ACCELERATION, FIXED_ACCELERATION, TIE};
 
-/// Puts the word's tests to a solution.
+/// Tests a solution of a word.
 pub(super) fn judge(
     problem: &ContactProblem,
     word: Word,
@@ -52,7 +52,7 @@ pub(super) fn judge(
     }
 }
 
-/// Whether an acceleration that has to differ from zero owes it to a force that is in its cone by a tie only.
+/// Whether an acceleration that must differ from zero does so only because of a force that is inside its cone by a tie.
 pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
     let least = |strict: bool| {
         let of_kind = margins.iter().filter(|m| m.condition.is_strict() == strict);

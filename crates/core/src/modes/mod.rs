@@ -1,7 +1,7 @@
-//! Contact modes: what every contact may do next, by Coulomb's law [Or & Rimon 2008, Table I].
+//! Contact modes: the motions of a body in contact that Coulomb's law allows [Or & Rimon 2008, Table I].
 //!
-//! A body in contact goes on in a *mode*, a word with a letter per contact. More than one word may be consistent
-//! with the law, or none (Painlevé): both are answers.
+//! A *mode* of the body is a word with one letter for each contact. One word may be consistent with the law, or several, or none
+//! (Painlevé). Each of these is a result.
 
 mod answer;
 mod enumerate;
@@ -36,38 +36,38 @@ use crate::math::unsigned_zero::UnsignedZero;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// The cheapest: closed forms for one and two contacts, enumeration for up to [`MAX_ENUMERATED`] closed ones, for more a
-    /// consistent mode by programmes, and enumeration should they find none.
+    /// The cheapest method: closed forms for one and two contacts; enumeration for up to [`MAX_ENUMERATED`] closed contacts; for more
+    /// contacts one consistent mode by convex programmes, and enumeration if they find none.
     #[default]
     Auto,
-    /// Every word, one by one.
+    /// Enumeration of all words.
     Enumerate,
-    /// The first consistent word that a sequence of convex quadratic programmes leads to: for many contacts. It may
-    /// find none where there is one. Needs the cargo feature `qp` (on by default); without it [`contact_modes`] returns an error.
+    /// The first consistent word that a sequence of convex quadratic programmes finds; meant for many contacts. It may find none
+    /// although there is one. Needs the cargo feature `qp` (on by default); without it [`contact_modes`] returns an error.
     Qp,
 }
 
-/// Closed contacts up to which enumeration costs no more than programmes (`cargo bench -p standfast-benches --bench
+/// Number of closed contacts up to which enumeration costs no more than programmes (`cargo bench -p standfast-benches --bench
 /// modes`: 31 µs and 41 µs for 6 contacts, 60 µs and 46 µs for 7).
 pub const MAX_ENUMERATED: usize = 6;
 
-/// How many words are consistent.
+/// The number of consistent words, as a status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// Exactly one.
     Unique,
-    /// Several, or one that leaves the motion open ([`Forces::Undetermined`]): the law does not say which.
+    /// Several, or one whose motion is not determined ([`Forces::Undetermined`]).
     Ambiguous,
-    /// None: no motion with bounded forces obeys the law.
+    /// None: no motion with bounded forces satisfies the law.
     None,
-    /// At least one: it was searched for, and found.
+    /// At least one; a search that stops at the first has found it.
     Found,
-    /// The search ended without one; there may be some.
+    /// The search has found none; there may be some.
     NotFound,
 }
 
 impl Status {
-    /// Its name in the Python face.
+    /// Its name in Python.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -80,11 +80,11 @@ impl Status {
     }
 }
 
-/// All modes a problem offers, solved.
+/// The solved words of a problem.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     answers: Vec<ModeAnswer>,
-    /// Whether these are all there are.
+    /// Whether these are all words.
     complete: bool,
 }
 
@@ -103,7 +103,7 @@ impl Modes {
         Self { answers, complete }
     }
 
-    /// Every word offered, in the order S, F, R, L of its letters.
+    /// The words, in the order S, F, R, L of their letters.
     #[must_use]
     pub fn answers(&self) -> &[ModeAnswer] {
         &self.answers
@@ -114,7 +114,7 @@ impl Modes {
         self.answers.iter().filter(|answer| answer.consistent)
     }
 
-    /// How many are consistent.
+    /// The status: how many words are consistent.
     #[must_use]
     pub fn status(&self) -> Status {
         let undetermined = |answer: &ModeAnswer| answer.determined == Forces::Undetermined;
@@ -127,15 +127,15 @@ impl Modes {
         }
     }
 
-    /// The answer for one word, if it is offered.
+    /// The solution of one word, if the state of the contacts allows it.
     #[must_use]
     pub fn get(&self, word: Word) -> Option<&ModeAnswer> {
         self.answers.iter().find(|answer| answer.word == word)
     }
 }
 
-/// Every contact mode the problem offers, with its motion, forces and margins; by programmes ([`Method::Qp`], and
-/// [`Method::Auto`] beyond [`MAX_ENUMERATED`] contacts) one consistent mode.
+/// Every contact mode that the state of the contacts allows, with its motion, forces and margins. By programmes ([`Method::Qp`], and
+/// [`Method::Auto`] above [`MAX_ENUMERATED`] contacts) only one consistent mode.
 ///
 /// # Errors
 ///
@@ -167,7 +167,7 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
         None => enumerate::enumerate(problem),
     };
     if !answers.iter().any(|answer| answer.consistent) {
-        // The static word of a tie fails by more than a tie: the other one is the answer.
+        // The static word of a tie fails by more than a tie: the other word is taken.
         for answer in &mut answers {
             answer.consistent = answer.holds_but_for_ties();
         }

@@ -4,7 +4,7 @@ use crate::modes::problem::ContactProblem;
 use crate::modes::words::Mode;
 use crate::outcome::ContactNumber;
 
-/// How close a contact is to jamming while it slides: a normal force then no longer lifts it.
+/// How close a sliding contact is to jamming, that is to a state in which a normal force does not lift it.
 ///
 /// With b = t·d, c = n·d and σ the direction of sliding, a unit normal force changes a_n by
 ///
@@ -12,21 +12,21 @@ use crate::outcome::ContactNumber;
 /// P(μ) = (1/m)(1 + b(b + σμc)/ρ²)
 /// ```
 ///
-/// where P ≤ 0, sliding alone has no force or two, and motions may not exist or not be unique.
+/// Where P ≤ 0, a slide on this contact alone has no force or two, and a motion may not exist or not be unique.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jamming {
     /// The contact.
     pub contact: ContactNumber,
     /// R or L.
     pub direction: Mode,
-    /// P(μ)/P(0): one without friction, negative where the contact jams. Dimensionless.
+    /// P(μ)/P(0): 1 without friction, negative where the contact jams. Dimensionless.
     pub margin: f64,
-    /// The friction at which it is zero; ∞ if it never is.
+    /// The coefficient of friction at which P is zero; ∞ if there is none.
     pub critical_friction: f64,
 }
 
 impl ContactProblem {
-    /// For each closed contact, each direction in which it slides or may begin to.
+    /// One entry for each closed contact and each direction in which it slides or may begin to slide.
     #[must_use]
     pub fn jamming(&self) -> Vec<Jamming> {
         let mut all = Vec::new();

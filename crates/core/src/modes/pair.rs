@@ -26,7 +26,7 @@ pub struct PairMode {
     forces: [[f64; 2]; 2],
 }
 
-/// The words that one or two contacts offer, in no particular order.
+/// The words that the state of one or two contacts allows, in no particular order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairModes {
     // SS, six words with one contact closed, FF; a line on which both stay closed has three pieces, and two words pivot.
@@ -57,7 +57,7 @@ impl PairModes {
         self.iter().filter(|mode| mode.consistent)
     }
 
-    /// Whether no tie makes or breaks a consistent word.
+    /// Whether the consistent words are the same without ties.
     fn is_decided(&self) -> bool {
         let any = |test: fn(&PairMode) -> bool| self.iter().any(test);
         !self.leans && (any(|mode| mode.consistent) || !any(|mode| mode.near_degenerate))
@@ -83,7 +83,7 @@ impl PairModes {
 }
 
 impl PairMode {
-    /// Modes of the two contacts; of a contact that is not there: S.
+    /// Modes of the two contacts; S for an absent contact.
     #[must_use]
     pub fn letters(&self) -> [Mode; 2] {
         self.letters
@@ -99,7 +99,7 @@ impl PairMode {
         self.motion_of(problem.rows(), problem.load())
     }
 
-    /// Of three closed rows: where they vanish. Else Newton's law.
+    /// With three closed rows: the point where they vanish. Otherwise Newton's law.
     fn motion_of(&self, rows: &[Row], load: Vector3<f64>) -> Vector3<f64> {
         let apart = self.letters.contains(&Mode::Separate);
         match (rows, self.letters) {
@@ -129,7 +129,7 @@ impl PairMode {
         }
     }
 
-    /// The word and its tests: those of its answer to the bit, without allocation.
+    /// The word and its tests, with the bits of [`ModeAnswer`], without allocation.
     pub(crate) fn judged(&self, problem: &ContactProblem) -> Judged {
         let (rows, y) = (problem.rows(), self.motion(problem));
         let n = rows.len();
@@ -212,11 +212,11 @@ fn closed_letters(row: &Row) -> &'static [Mode] {
 }
 
 impl ContactProblem {
-    /// The modes of one or two contacts in closed form: what [`contact_modes`](crate::modes::contact_modes) finds, without
-    /// its margins and without allocation.
+    /// The modes of one or two contacts in closed form: the words of [`contact_modes`](crate::modes::contact_modes) without margins and
+    /// without allocation.
     ///
     /// `None` for more contacts, where rows of two contacts depend on each other (contacts at one point, or with a
-    /// normal in common), and where a tie decides whether a word is offered.
+    /// common normal), and where a tie decides which words exist.
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
         solve(self.rows(), self.load())
@@ -230,7 +230,7 @@ fn solve(rows: &[Row], load: Vector3<f64>) -> Option<PairModes> {
         [one, two] => [one, two],
         _ => return None,
     };
-    let mut found = Some(PairModes::none()); // as it is returned: moving it costs more than a word
+    let mut found = Some(PairModes::none()); // built in place, because moving it costs more than one word
     Solver::new(rows, load).words(found.as_mut()?)?;
     if !found.as_ref()?.is_decided() {
         return None;
@@ -238,8 +238,8 @@ fn solve(rows: &[Row], load: Vector3<f64>) -> Option<PairModes> {
     found
 }
 
-/// The one consistent word of up to two contacts and its scaled acceleration; `None` where there are more words, none, or
-/// no closed form.
+/// The one consistent word of up to two contacts and its scaled acceleration; `None` if there are several words or none,
+/// or no closed form.
 pub(crate) fn only_mode(rows: &[Row], load: Vector3<f64>) -> Option<([Mode; 2], Vector3<f64>)> {
     let found = solve(rows, load)?;
     let mut consistent = found.consistent();
@@ -253,7 +253,7 @@ pub(crate) fn only_mode(rows: &[Row], load: Vector3<f64>) -> Option<([Mode; 2], 
 struct Solver<'a> {
     rows: [&'a Row; 2],
     load: Vector3<f64>,
-    /// T_i·w + bias and N_i·w + bias: the accelerations that forces have to undo.
+    /// T_i·w + bias and N_i·w + bias: the accelerations that forces must cancel.
     need: [[f64; 2]; 2],
     /// N_i·T_i, N_i·T_j and T_i·T_i
     mixed: [f64; 2],
@@ -317,7 +317,7 @@ impl<'a> Solver<'a> {
         }
         let still = |row: &Row| row.sliding == Some(0) && row.bias == [0.0; 2];
         if still(one) && still(two) {
-            // Nothing pivots, and both slide along one motion, forwards or backwards.
+            // No contact pivots; both slide along one motion, forwards or backwards.
             self.both_fixed(found);
             return if volume[0] * volume[1] < 0.0 {
                 self.both_sliding([Mode::Right, Mode::Right], found)?;
@@ -330,10 +330,10 @@ impl<'a> Solver<'a> {
         self.words_in_motion(&line, found)
     }
 
-    /// The words in which both are closed, of contacts that slide or turn; `None` too if ties decide on them.
+    /// The words in which both contacts are closed and at least one slides; `None` also if ties decide which.
     #[inline(never)]
     fn words_in_motion(&self, line: &Vector3<f64>, found: &mut PairModes) -> Option<()> {
-        // A tie that no force decides.
+        // A tie that no force changes.
         for (fixed, other) in [(0, 1), (1, 0)].map(|(i, j)| (self.rows[i], self.rows[j])) {
             if fixed.sliding == Some(0)
                 && other.sliding == Some(0)
@@ -385,7 +385,7 @@ impl<'a> Solver<'a> {
     #[inline(always)]
     fn fixed(&self, i: usize, found: &mut PairModes) {
         let ([tangential, normal], mixed, own) = (self.need[i], self.mixed[i], self.own[i]);
-        let det = own - mixed * mixed; // its rounding is that of the numerators: they divide out
+        let det = own - mixed * mixed; // its rounding error is that of the numerators and cancels
         let force =
             [(mixed * normal - tangential) / det, (mixed * tangential - own * normal) / det];
         self.closed(i, Mode::Fixed, force, found);
@@ -405,7 +405,7 @@ impl<'a> Solver<'a> {
         Some(())
     }
 
-    /// Whether some acceleration that keeps both closed slides that way.
+    /// Whether an acceleration that keeps both contacts closed can slide in these directions.
     fn can_slide(&self, modes: [Mode; 2], line: &Vector3<f64>) -> bool {
         let [one, two] = self.rows;
         // Accelerations p + s·line keep both closed; T_i·(p + s·line) has to have the sign of its letter.
@@ -460,8 +460,8 @@ impl<'a> Solver<'a> {
         Some(())
     }
 
-    /// Contact `i` is fixed, the other slides: three rows determine the acceleration. `None` if the forces they
-    /// need do not follow.
+    /// Contact `i` is fixed, the other one slides: three rows determine the acceleration. `None` if the system for the forces is
+    /// singular.
     fn pivoting(&self, i: usize, mode: Mode, found: &mut PairModes) -> Option<()> {
         let (fixed, other) = (self.rows[i], self.rows[1 - i]);
         let y = pivot(fixed, other);
@@ -469,7 +469,7 @@ impl<'a> Solver<'a> {
         if other.sliding == Some(0) && along <= TIE {
             return Some(());
         }
-        // y − w = N f_n + T f_t + γ f: by the rows that are perpendicular to two of them each.
+        // y − w = N f_n + T f_t + γ f: each force by the row that is perpendicular to the two other directions.
         let slip = -mode.direction() * other.friction;
         let gamma = other.normal + other.tangent * slip;
         let volume = fixed.normal.cross(&fixed.tangent).dot(&gamma);
@@ -489,7 +489,7 @@ impl<'a> Solver<'a> {
         Some(())
     }
 
-    /// Both fixed: the acceleration by three rows, if it suits the fourth; forces well inside their cones.
+    /// Both fixed: the acceleration from three rows, if it satisfies the fourth; the forces are well inside their cones.
     #[inline(always)]
     fn both_fixed(&self, found: &mut PairModes) {
         let [one, two] = self.rows;
@@ -510,18 +510,18 @@ impl<'a> Solver<'a> {
 /// f_2 = e (R·e/2 − τ) + e⊥ (M − p_1 × R)/|p_2 − p_1|      f_1 = R − f_2
 /// ```
 struct Squeeze {
-    /// Scaled forces without internal force, and how they grow with it.
+    /// Scaled forces without internal force, and their derivative by it.
     base: [[f64; 2]; 2],
     slope: [[f64; 2]; 2],
-    /// Internal forces that friction allows; where none is, both are the one that comes closest.
+    /// Range of the internal forces that friction allows; if it allows none, both ends are the one that comes closest.
     low: f64,
     high: f64,
-    /// One of them, well inside if there is an inside.
+    /// One internal force of the range, in its interior if it has one.
     inside: f64,
 }
 
 impl Squeeze {
-    /// Forces that add `rest` = (R, M) to the load.
+    /// Forces whose sum and moment are `rest` = (R, M).
     #[inline(always)]
     fn between(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
         let [one, two] = rows;
@@ -559,7 +559,7 @@ impl Squeeze {
             (true, false) => low + 1.0 + low.abs(),
             _ => high - 1.0 - high.abs(),
         };
-        // Where friction allows just one internal force, none is better.
+        // If friction allows just one internal force, it is taken.
         if low != high && !(least(tests, inside) > TIE) {
             inside = best(tests, inside);
         }
@@ -569,8 +569,8 @@ impl Squeeze {
         Self { base, slope, low, high, inside }
     }
 
-    /// Every force has the same parts across the line between the contacts, and its parts along that line have the same
-    /// sum: the smallest are those with the least internal force.
+    /// The smallest forces. The components across the line between the contacts are given, and so is the sum of the components along
+    /// it: the smallest forces have the least internal force.
     fn smallest(&self) -> [[f64; 2]; 2] {
         self.forces(0.0_f64.max(self.low).min(self.high))
     }
@@ -588,7 +588,7 @@ fn least(tests: &[(f64, f64)], tau: f64) -> f64 {
     tests.iter().map(|(value, slope)| value + tau * slope).fold(f64::INFINITY, f64::min)
 }
 
-/// Where the smallest test is largest: two of them are equal there. `tau` is another guess.
+/// The internal force at which the smallest test is largest: two tests are equal there. `tau` is another candidate.
 #[cold]
 fn best(tests: &[(f64, f64)], tau: f64) -> f64 {
     let mut best = tau;
@@ -608,7 +608,7 @@ fn pivot(fixed: &Row, other: &Row) -> Vector3<f64> {
     meet([fixed.normal, fixed.tangent, other.normal], [fixed.bias[1], fixed.bias[0], other.bias[1]])
 }
 
-/// Where three planes row·y + bias = 0 meet.
+/// The intersection of three planes row·y + bias = 0.
 fn meet(rows: [Vector3<f64>; 3], bias: [f64; 3]) -> Vector3<f64> {
     if bias == [0.0; 3] {
         return Vector3::zeros();

@@ -1,7 +1,7 @@
-//! The contact-mode problem: which modes may a body in contact go on in?
+//! The contact-mode problem: which motions of a body in contact does Coulomb's law allow?
 //!
 //! ```text
-//! q̈ = a₀ + M⁻¹ Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)        a₀ the free acceleration: what the load alone does
+//! q̈ = a₀ + M⁻¹ Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)        a₀ the free acceleration, that of the load alone
 //! a_n,i = N_i q̈ + bias_n,i     a_t,i = T_i q̈ + bias_t,i
 //! N_i = (n_i, d_i × n_i)       T_i = (t_i, d_i × t_i)     n_i = t_i turned by +90°
 //! ```
@@ -19,7 +19,7 @@ use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{TOUCH, UNIT_TANGENT};
 
-/// What the unknowns of a contact-mode problem are.
+/// The kind of unknowns of a contact-mode problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -30,7 +30,7 @@ pub enum Level {
     Impulse,
 }
 
-/// A contact-mode problem as it is given. SI units; all lists have one entry per contact.
+/// The fields of a contact-mode problem. SI units; all lists have one entry for each contact.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProblemFields {
@@ -40,16 +40,16 @@ pub struct ProblemFields {
     pub gyration_radius: f64,
     /// Arms d_i from the centre of mass to the contact points as they are now, world axes, in m.
     pub arms: Vec<[f64; 2]>,
-    /// Unit tangents t_i of the terrain. A component of at most 2⁻⁵² is taken for zero: cos(π/2) is none in doubles.
+    /// Unit tangents t_i of the terrain. A component of at most 2⁻⁵² counts as zero, because cos(π/2) is not zero in doubles.
     pub tangents: Vec<[f64; 2]>,
     /// Coefficients of friction μ_i, from 0 to 1e12.
     pub friction: Vec<f64>,
-    /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated. At the impulse level 0: its mode
-    /// says how the contact slides after the impact.
+    /// Sign of the sliding velocity: 1, −1 or 0; `None` where the contact is separated. At the impulse level 0, where the
+    /// mode gives the direction of sliding after the impact.
     pub sliding: Vec<Option<i8>>,
     /// Added to J q̈ at each contact, (tangential, normal), in m/s² (impulse level: m/s).
     pub bias: Vec<[f64; 2]>,
-    /// What the body does without contact forces, (x, y, θ), in m/s² and rad/s² (impulse level: m/s, rad/s).
+    /// Acceleration without contact forces, (x, y, θ), in m/s² and rad/s² (impulse level: m/s, rad/s).
     pub free_acceleration: [f64; 3],
     /// Accelerations and forces, or velocities and impulses.
     #[serde(default)]
@@ -62,7 +62,7 @@ pub struct ProblemFields {
 /// use standfast::modes::{ContactProblem, ProblemFields, contact_modes, Method, Status};
 ///
 /// // A uniform rod of half-length 1 slides to the right on its lower end, leaning back by atan 2: Painlevé's
-/// // example. From friction 4/3 on it has no consistent mode.
+/// // example. With friction of 4/3 or more it has no consistent mode.
 /// let (sin, cos) = (2.0 / 5f64.sqrt(), 1.0 / 5f64.sqrt());
 /// let rod = |friction| {
 ///     ContactProblem::new(ProblemFields {
@@ -86,14 +86,14 @@ pub struct ProblemFields {
 pub struct ContactProblem {
     fields: ProblemFields,
     rows: Vec<Row>,
-    /// The largest of the load and the biases: unit of the scaled accelerations, in m/s² (m/s).
+    /// The largest of the load and the biases: the unit of the scaled accelerations, in m/s² (m/s).
     scale: f64,
     /// Scaled free acceleration (ẍ, ÿ, ρθ̈).
     load: Vector3<f64>,
 }
 
 /// One contact in the mass metric: coordinates (x, y, ρθ), rows divided by ν = √(1 + (d×n)²/ρ²), so that the
-/// normal row has length one; accelerations divided by ν and by the scale of the problem. Mass drops out.
+/// normal row has length one; accelerations are divided by ν and by the scale of the problem. The mass cancels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Row {
     pub(crate) normal: Vector3<f64>,
@@ -109,7 +109,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// A contact that is not there.
+    /// An absent contact.
     pub(crate) const ABSENT: Self = Self {
         normal: Vector3::new(0.0, 0.0, 0.0),
         tangent: Vector3::new(0.0, 0.0, 0.0),
@@ -165,7 +165,8 @@ pub(crate) fn scale(rows: &mut [Row], load: &Vector3<f64>) -> f64 {
     scale
 }
 
-/// Longest arm, in radii of gyration: rows of a longer one all but turn the body, and forces lose (|d|/ρ)² roundings.
+/// Longest arm, in radii of gyration. With longer arms the rows are nearly pure rotations, and the rounding errors of forces grow by
+/// (|d|/ρ)².
 pub(crate) const LONGEST_ARM: f64 = 1e4;
 
 impl TryFrom<ProblemFields> for ContactProblem {
@@ -182,8 +183,8 @@ impl From<ContactProblem> for ProblemFields {
     }
 }
 
-/// A component of a unit tangent; zero where it is the rounded sine or cosine of a multiple of π/2. Two walls that face each other
-/// would otherwise hold a body without friction, by forces of 1e16 times its weight.
+/// A component of a unit tangent; zero where it is the rounded sine or cosine of a multiple of π/2. Otherwise two walls that face
+/// each other would hold a body without friction, with forces of 1e16 times its weight.
 fn on_axis(component: f64) -> f64 {
     if component.abs() <= f64::EPSILON { 0.0 } else { component }
 }
@@ -311,12 +312,11 @@ impl ContactProblem {
     /// mass) in N and N m, and the curvature bias −(b_i, c_i) ω² of the true configuration.
     ///
     /// A contact is closed if its gap is within [`TOUCH`] of zero relative to the size of the body, and its
-    /// rate within the same of zero relative to the speeds of the body; a larger rate is that of a contact
-    /// that separates.
+    /// rate is within the same of zero relative to the speeds of the body. A contact with a larger rate separates.
     ///
     /// # Errors
     ///
-    /// A state that is not finite, a contact in the terrain, or one that approaches it: an impact is due.
+    /// A state that is not finite, a contact in the terrain, or a closed contact that approaches it, which means an impact.
     pub fn of_posture(posture: &Posture, state: &State, wrench: [f64; 3]) -> Result<Self, Error> {
         state.validate()?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! the multipliers are the forces along γ, and at a solution s_i = μ_i|a_t,i| at rest, −σ a_t,i where it slides.
-//! After each programme the word is read off and solved exactly: only that says whether it is consistent. If no word
-//! read off is, the letters whose tests fail worst are changed, then any single letter. The method finds a mode; it can
-//! never say that there is none, or no other.
+//! After each programme the word of its solution is solved exactly, and the exact solution decides whether the word is consistent. If no
+//! such word is, the letters with the worst margins are changed, then any single letter. The method can find a mode; it cannot show that
+//! there is no mode, or no other one.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -25,12 +25,12 @@ use crate::modes::problem::ContactProblem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::QP_ZERO;
 
-/// Sliding accelerations, relative to the load, that the search starts from: it may run in circles from one of them
-/// and not from the next.
+/// Sliding accelerations, relative to the load, from which the search starts. It may cycle from one of them and converge from
+/// another.
 const STARTS: [f64; 3] = [0.0, 1.0, 10.0];
-/// Programmes from each start.
+/// Largest number of programmes from each start.
 const ROUNDS: usize = 20;
-/// Words solved at the most: 0.1 ms each even where 64 contacts share their forces.
+/// Largest number of words that are solved. One takes 0.1 ms, also for 64 contacts.
 const WORDS: usize = 2000;
 
 /// One generator of a friction cone.
@@ -39,7 +39,7 @@ struct Generator {
     sigma: f64,
 }
 
-/// The first consistent word met, if any.
+/// The first consistent word that the search finds, if any.
 ///
 /// # Errors
 ///
@@ -109,7 +109,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
             solver.solve();
             if !matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)
             {
-                break; // no acceleration meets all bounds
+                break; // no acceleration satisfies all bounds
             }
             let y = Vector3::from_column_slice(&solver.solution.x);
             let mut forces = vec![[0.0; 2]; rows.len()];
@@ -132,7 +132,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
             }
         }
     }
-    // A word solved costs far less than a programme: those met are mended, and what comes of that again.
+    // Solving a word costs far less than a programme. The words found are repaired, and the repaired words again.
     let mut next = 0;
     while next < tried.failed.len() {
         let word = mended(problem, &tried.failed[next]);
@@ -161,7 +161,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
     Ok(None)
 }
 
-/// Words met so far, none of them consistent.
+/// Words solved so far, none of them consistent.
 struct Tried<'a> {
     problem: &'a ContactProblem,
     failed: Vec<ModeAnswer>,
@@ -182,7 +182,7 @@ impl Tried<'_> {
     }
 }
 
-/// The word with one letter changed, as the worst failure of its tests suggests.
+/// The word with the letter changed whose test has the worst margin.
 fn mended(problem: &ContactProblem, answer: &ModeAnswer) -> Option<Word> {
     let worst = answer.violated().min_by(|a, b| a.value.total_cmp(&b.value))?;
     let i = worst.contact.index();
@@ -193,13 +193,13 @@ fn mended(problem: &ContactProblem, answer: &ModeAnswer) -> Option<Word> {
         (Condition::InCone, _) if answer.forces[i][0] > 0.0 => Mode::Left,
         (Condition::InCone, _) => Mode::Right,
         (Condition::Opens | Condition::SlidesRight | Condition::SlidesLeft, _) => Mode::Fixed,
-        (Condition::Touches | Condition::Sticks, _) => return None, // for no force to change
+        (Condition::Touches | Condition::Sticks, _) => return None, // no force changes it
     };
     Some(answer.word.with(i, mode))
 }
 
-/// The word of an approximate solution: of two quantities of which one has to vanish, the smaller is taken to. What
-/// vanishes to within `blur` makes a static word.
+/// The word of an approximate solution. If one of two quantities must vanish, the smaller one is set to zero. An acceleration below
+/// `blur` counts as zero.
 fn read(problem: &ContactProblem, y: &Vector3<f64>, forces: &[[f64; 2]], blur: f64) -> Word {
     let rows = problem.rows();
     rows.iter().enumerate().fold(Word::separate(rows.len()), |word, (i, row)| {

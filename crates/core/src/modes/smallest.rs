@@ -1,11 +1,11 @@
-//! Where a hyperstatic word allows many forces, the smallest of them is reported.
+//! The smallest forces of a hyperstatic word, which allows many.
 //!
 //! ```text
 //! min ½ Σ|f_i|²   subject to   Σ (T_iᵀ f_t,i + N_iᵀ f_n,i) = M(q̈ − a₀),   f_i in the cone that the word asks for
 //! ```
 //!
-//! This programme is strictly convex: its force is one, and follows the load without a jump. Clarabel finds the edges
-//! of the cones that it lies on; with these known, it follows from three linear equations.
+//! This programme is strictly convex: its solution is unique and depends continuously on the load. Clarabel finds the active edges of the
+//! cones; with these, the forces follow from three linear equations.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -16,18 +16,18 @@ use crate::modes::problem::Row;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, FORCE_BALANCE, QP_ACCURACIES, TIE};
 
-/// Corrections of the smallest force: BBᵀ squares the condition of the wrenches, and a correction makes good what
-/// rounding left of them.
+/// Number of corrections of the smallest force. BBᵀ squares the condition of the wrenches, and a correction removes the rounding
+/// error that this causes.
 const REFINEMENTS: usize = 1;
 
-/// Changes of the set of edges that hold the forces, from a guess of it to the set whose edges all push.
+/// Largest number of changes of the set of active edges, from the first guess to the set in which all multipliers are positive.
 const CHANGES: usize = 16;
 
-/// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and what it does.
+/// An unknown: a force (tangential, normal) of size one, per m times the scale of the problem, and its effect.
 struct Unknown {
     contact: usize,
     force: [f64; 2],
-    /// What it adds to the planes.
+    /// Its contribution to the planes.
     wrench: Vector3<f64>,
 }
 
@@ -38,7 +38,7 @@ struct Edge {
 }
 
 /// The smallest forces (tangential, normal), scaled, under which these planes vanish; `None` if neither the programme nor
-/// its polish leads to them.
+/// the exact solution after it converges.
 pub(super) fn smallest(
     rows: &[Row],
     word: Word,
@@ -64,7 +64,7 @@ pub(super) fn smallest(
         needs.set_row(k, &row.transpose());
         rest[k] = -(row.dot(load) + bias);
     }
-    // Unknowns, if those edges are equations which say so.
+    // The unknowns, if those edges are equations.
     let unknowns = |active: &[bool]| {
         let mut all = Vec::new();
         for &(contact, mode) in &closed {
@@ -99,7 +99,7 @@ pub(super) fn smallest(
         let mut active = guess?;
         for _ in 0..CHANGES {
             let Some(found) = solve(rows.len(), &unknowns(&active), &rest) else { break };
-            // What a contact would push without edges: λ through its own rows.
+            // The force of a contact without edges: λ by its own rows.
             let free = |contact: usize| {
                 let (row, lambda) = (&rows[contact], needs.transpose() * found.lambda);
                 [row.tangent.dot(&lambda), row.normal.dot(&lambda)].map(|g| g * row.stretch)
@@ -114,7 +114,7 @@ pub(super) fn smallest(
                     if !active[k] {
                         return t * f_t + n * f_n < -limit * (1.0 + n);
                     }
-                    // An edge holds the force if it pushes: f − g = Σ z·edge with z ≥ 0.
+                    // An edge is active if its multiplier is positive: f − g = Σ z·edge with z ≥ 0.
                     let z = if mode != Mode::Fixed || mu == 0.0 {
                         mode.direction() * mu * g_t - g_n
                     } else if edges.iter().zip(&active).all(|(e, on)| e.contact != *contact || *on)
@@ -149,7 +149,7 @@ fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<S
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
     let gram =
         unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
-    // BBᵀ = Σ w vvᵀ; of a w that is none the unknowns do not move along v.
+    // BBᵀ = Σ w vvᵀ; for w = 0 the unknowns do not change along v.
     let eigen = gram.symmetric_eigen();
     let least = DEPENDENT_ROW * eigen.eigenvalues.amax();
     let inverse = |of: &Vector3<f64>| {
@@ -213,7 +213,7 @@ fn guess(
     .ok()?;
     solver.solve();
     let solution = &solver.solution;
-    // Of an inequality's multiplier and its slack one vanishes.
+    // Either the multiplier or the slack of an inequality vanishes.
     matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)
         .then(|| solution.z[3..].iter().zip(&solution.s[3..]).map(|(z, s)| z > s).collect())
 }

@@ -1,4 +1,4 @@
-//! Modes of contacts, and words of them.
+//! Modes of contacts, and words of modes.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,8 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::body::posture::MAX_CONTACTS;
 use crate::error::Error;
 
-/// What one contact does next. Every row gives its equations; what is left over is a test
-/// [Or & Rimon 2008, Table I].
+/// The mode of one contact. Each row gives its equations and its tests [Or & Rimon 2008, Table I].
 ///
 /// | mode     | letter | equations           | tests                                |
 /// | -------- | ------ | ------------------- | ------------------------------------ |
@@ -21,7 +20,7 @@ use crate::error::Error;
 pub enum Mode {
     /// S: the contact opens.
     Separate,
-    /// F: it stays where it is.
+    /// F: it is fixed.
     Fixed,
     /// R: it slides along +t.
     Right,
@@ -30,7 +29,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All of them, in the order S, F, R, L.
+    /// All modes, in the order S, F, R, L.
     pub const ALL: [Self; 4] = [Self::Separate, Self::Fixed, Self::Right, Self::Left];
 
     /// Its letter.
@@ -54,10 +53,10 @@ impl Mode {
     }
 }
 
-/// A mode for each contact, in their order: "FS", "RRL", …
+/// A mode for each contact, in the order of the contacts: "FS", "RRL", …
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word {
-    // Two bits of each letter, contact 0 in the highest: words are in the order of their letters.
+    // Two bits for each letter, contact 0 in the highest bits, so that words are ordered by their letters.
     letters: u128,
     len: u8,
 }

@@ -43,7 +43,7 @@ impl From<Extended> for f64 {
     }
 }
 
-/// A number that may be infinite, or none at all (NaN): that is null.
+/// A number that may be infinite, or NaN, which is written as null.
 #[derive(Serialize, Deserialize, Clone, Copy)]
 #[serde(transparent)]
 pub(crate) struct AnyNumber(Option<Extended>);

@@ -7,7 +7,7 @@ use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// A table: serde would take an array of its values for it, too.
+/// A table. Without this type serde would also accept an array of its values.
 #[derive(Deserialize)]
 #[serde(transparent, bound = "T: Deserialize<'de>")]
 pub(crate) struct Table<T>(#[serde(deserialize_with = "table")] pub(crate) T);
@@ -62,7 +62,7 @@ where
     deserializer.deserialize_seq(Reader(PhantomData))
 }
 
-/// Serde for one of a few words: an enumeration would be read from a table, too.
+/// Serde for one of a few words. Without this function serde would also read an enumeration from a table.
 pub(crate) fn word<'de, D, T>(deserializer: D) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,
@@ -95,7 +95,7 @@ where
     word(deserializer).map(Some)
 }
 
-/// Serde for an array of N values; a TOML array with more of them would lose the others.
+/// Serde for an array of N values. Without this function a longer TOML array would lose its other values.
 pub(crate) fn exactly<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
