@@ -24,7 +24,7 @@ check: EXTRA := test
 check: PROFILE := --profile quick
 check: wheel
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	cargo clippy --workspace --all-targets --profile quick --quiet -- -D warnings
 	$(RUST_TESTS) --lib --quiet
 	$(BIN)/ruff format --check --quiet python tests examples benches
 	$(BIN)/ruff check --quiet python tests examples benches
@@ -44,9 +44,9 @@ test:
 
 rust:
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets -- -D warnings
-	cargo check -p standfast --no-default-features --quiet
-	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --quiet
+	cargo clippy --workspace --all-targets --profile quick -- -D warnings
+	cargo check -p standfast --no-default-features --profile quick --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --profile quick --quiet
 	$(RUST_TESTS)
 
 # On the wheel that is installed.

@@ -795,3 +795,28 @@ def test_phases_count_the_impacts_inside_them():
     assert max(inside) > 3
     assert pickle.loads(pickle.dumps(run.phases)) == run.phases
     assert f"impacts={inside[0]})" in repr(run.phases[0])
+
+
+def unaligned(values):
+    """The same numbers at an odd address."""
+    values = np.asarray(values, float)
+    array = np.frombuffer(b"." + values.tobytes(), np.uint8)[1:].view(float)
+    assert not array.flags.aligned
+    return array.reshape(values.shape)
+
+
+def test_arrays_may_be_unaligned():
+    body, q = rod(), np.array([[0, 0.011, 0.002], [0, 0.012, -0.001]])
+    assert (body.gaps(unaligned(q)) == body.gaps(q)).all()
+    assert (body.gap_rates(unaligned(q), unaligned(q)) == body.gap_rates(q, q)).all()
+    runs = [
+        sf.simulate_many(body, states, (0, 0, 0), stop="zeno")
+        for states in (q, unaligned(q))
+    ]
+    assert (runs[0].zeno_time == runs[1].zeno_time).all()
+    values = [0.1, 0.2, 0.3]
+    maps = [
+        sf.sweep(body, {"restitution": axis}, "coupling")
+        for axis in (values, unaligned(values))
+    ]
+    assert maps[0].identical(maps[1])

@@ -303,7 +303,11 @@ pub(crate) fn doubles<'py>(
     let found = asarray.call1((value,)).map_err(|_| wrong())?;
     let dtype = found.getattr("dtype")?;
     let numbers = if is_real(&dtype)? {
-        asarray.call1((found, "float64"))?.cast_into::<PyArrayDyn<f64>>()?
+        let numbers = asarray.call1((found, "float64"))?;
+        // Rust must not read an unaligned array, such as one in a pickle's buffer.
+        let aligned = numbers.getattr("flags")?.getattr("aligned")?.is_truthy()?;
+        let numbers = if aligned { numbers } else { numbers.call_method0("copy")? };
+        numbers.cast_into::<PyArrayDyn<f64>>()?
     } else if dtype.getattr("kind")?.eq("O")? {
         let items = found.getattr("flat")?.try_iter()?;
         let numbers: PyResult<Vec<f64>> = items.map(|item| number(&item?)).collect();
