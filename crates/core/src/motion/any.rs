@@ -14,7 +14,7 @@ use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::Base;
 use crate::motion::nested::Limit;
-use crate::motion::record::{Moment, Motion, Record, ZenoRecord};
+use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
@@ -44,8 +44,12 @@ pub(crate) struct AnyContacts {
 }
 
 impl Coordinates for AnyContacts {
-    fn points(&self) -> ContactValues<(f64, f64)> {
-        self.state.points.iter().map(|p| (p.h, p.u)).collect()
+    fn count(&self) -> usize {
+        self.state.points.len()
+    }
+
+    fn point(&self, i: usize) -> (f64, f64) {
+        (self.state.points[i].h, self.state.points[i].u)
     }
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
@@ -70,9 +74,9 @@ impl Coordinates for AnyContacts {
     }
 
     fn watch_ground(driver: &mut Driver<'_, Self>) {
-        let Driver { body, options, watch, warnings, log, local, .. } = driver;
+        let Driver { body, record, options, watch, log, local, .. } = driver;
         let time = || options.clock(log.clock);
-        watch.look_at(&body.posture, &body.state, *local, time, warnings);
+        watch.look_at(&body.posture, &body.state, *local, time, &mut record.warnings);
     }
 
     fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
@@ -157,7 +161,7 @@ impl Coordinates for AnyContacts {
 
     fn last_warnings(driver: &mut Driver<'_, Self>) {
         let chatter = driver.chatter_warning();
-        driver.warnings.extend(chatter);
+        driver.record.warnings.extend(chatter);
     }
 }
 
@@ -187,7 +191,7 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(mut self) -> Option<Box<Record>> {
+    pub(crate) fn run(&mut self) -> Option<()> {
         self.write_flight(); // also for a run that ends at once
         self.run_on()
     }
@@ -218,10 +222,9 @@ impl<'a> Driver<'a, AnyContacts> {
 
     fn write_flight(&mut self) {
         if self.log.record {
-            let body = self.body.state.clone();
+            let body = Box::new(self.body.state.clone());
             let word = PerContact::from_elem(Mode::Separate, body.points.len());
-            let letters = body.letters(&word, &self.body.posture);
-            self.write(Motion::Modes(body, word), letters);
+            self.write(Motion::Modes(body, word));
         }
     }
 
@@ -234,8 +237,7 @@ impl<'a> Driver<'a, AnyContacts> {
     fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
         self.log.enter(&[Mode::Separate; 2]);
         if self.log.record {
-            let letters = before.letters(&[Mode::Separate; 2], &self.body.posture);
-            self.write(Motion::Cycles(before.clone()), letters);
+            self.write(Motion::Cycles(Box::new(before.clone())));
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
@@ -247,7 +249,8 @@ impl<'a> Driver<'a, AnyContacts> {
             p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
         }
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
-        if let Some(last) = self.zeno.last_mut().filter(|last| last.method == Method::Mixed) {
+        if let Some(last) = self.record.zeno.last_mut().filter(|last| last.method == Method::Mixed)
+        {
             last.method = if limit.repeats { Method::Nested } else { Method::Mixed };
         }
         outcome
@@ -278,7 +281,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let (clock, at) = (self.log.clock, AnyContacts::moment(self));
         let distinct =
             |closed: &[bool]| self.body.posture.distinct().filter(|&i| closed[i]).count();
-        match self.zeno.last_mut() {
+        match self.record.zeno.last_mut() {
             // The contacts of one accumulation come to rest one by one, within the rounding error of the clock.
             Some(last) if clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi => {
                 last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);

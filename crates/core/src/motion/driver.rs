@@ -17,18 +17,18 @@ use crate::body::posture::Posture;
 use crate::collisions::log::Log;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
-use crate::modes::{ContactProblem, Mode};
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::modes::Mode;
+use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Limit, NestedSequence};
-use crate::motion::record::{ListedImpact, Moment, Motion, Record, Span, ZenoRecord};
+use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 
 pub(crate) struct Driver<'a, C> {
-    pub(super) base: Base,
+    pub(crate) record: Box<Record>,
     pub(super) options: Options,
     pub(super) log: Log<'a>,
     /// The state of the body, in the coordinates in which it is computed.
@@ -43,14 +43,6 @@ pub(crate) struct Driver<'a, C> {
     fresh: bool,
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
-    pub(super) frames: Vec<Frame>,
-    pub(super) spans: Vec<Span>,
-    pub(super) impacts: Vec<ListedImpact>,
-    pub(super) zeno: Vec<ZenoRecord>,
-    pub(super) warnings: Vec<String>,
-    /// The contact-mode problem without a consistent word, or with several.
-    pub(super) undecided: Option<Box<ContactProblem>>,
-    acceleration: Option<[f64; 3]>,
 }
 
 pub(crate) enum DriverStep {
@@ -69,8 +61,11 @@ impl From<Option<Outcome>> for DriverStep {
 
 /// The coordinates of a body, and what the loop needs of them.
 pub(crate) trait Coordinates: Sized {
-    /// Gap (m) and rate (m/s) of each point.
-    fn points(&self) -> ContactValues<(f64, f64)>;
+    /// Number of points: one per contact, and a second one while it is in a vertex.
+    fn count(&self) -> usize;
+
+    /// Gap (m) and rate (m/s) of a point.
+    fn point(&self, i: usize) -> (f64, f64);
 
     /// Whether the body has left the neighbourhood of the run.
     fn has_left(driver: &mut Driver<'_, Self>) -> bool;
@@ -142,7 +137,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let points = body.points().len();
+        let points = body.count();
         Self {
             log: Log::new(options, points, cancel),
             resting: ContactValues::from_elem(false, points),
@@ -150,14 +145,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             fresh: true,
             nested: NestedSequence::default(),
             watch: GroundWatch::new(base.posture.as_ref()),
-            frames: Vec::new(),
-            spans: Vec::new(),
-            impacts: Vec::new(),
-            zeno: Vec::new(),
-            warnings,
-            undecided: None,
-            acceleration: None,
-            base,
+            record: Box::new(Record::new(base, warnings)),
             options: *options,
             body,
             local,
@@ -165,24 +153,14 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(super) fn run_on(mut self) -> Option<Box<Record>> {
+    pub(super) fn run_on(&mut self) -> Option<()> {
         let outcome = self.motion();
-        let end = self.arrive(outcome)?;
-        Some(Box::new(Record {
-            outcome,
-            base: self.base,
-            frames: self.frames,
-            spans: self.spans,
-            zeno: self.zeno,
-            warnings: self.warnings,
-            collisions: self.log.collisions,
-            bodies: self.log.bodies,
-            impacts: self.impacts,
-            hits: self.log.hits,
-            end,
-            acceleration: self.acceleration,
-            undecided: self.undecided,
-        }))
+        self.record.end = self.arrive(outcome)?;
+        self.record.outcome = outcome;
+        self.record.hits = self.log.hits;
+        self.record.collisions = std::mem::take(&mut self.log.collisions);
+        self.record.bodies = std::mem::take(&mut self.log.bodies);
+        Some(())
     }
 
     /// The state at the time limit, for the run of a summed tail; `None` if another outcome ends it.
@@ -194,7 +172,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
-        let zeno = self.zeno.first().map(|zeno| {
+        let zeno = self.record.zeno.first().map(|zeno| {
             let mut closed = (0..zeno.closed.len()).filter(|&i| zeno.closed[i]);
             let count = closed.clone().count();
             FirstZeno {
@@ -211,7 +189,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             state: end.state,
             zeno,
             collisions: self.log.hits,
-            warned: !self.warnings.is_empty(),
+            warned: !self.record.warnings.is_empty(),
         })
     }
 
@@ -223,16 +201,18 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         if outcome == Outcome::TimeLimit {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
         }
-        let mut end = match self.zeno.last() {
+        let mut end = match self.record.zeno.last() {
             Some(zeno) if outcome == Outcome::Zeno => zeno.at.clone(),
             _ => C::moment(self),
         };
         self.watch_moment(&end);
         C::last_warnings(self);
         if self.log.phase_lost {
-            self.warnings.push(LOST_PHASE.into());
-        } else if let Some(limit) = self.log.limit().filter(|_| outcome == Outcome::EventLimit) {
-            self.warnings.push(format!("{limit}: {}", C::last_impacts(self)));
+            self.record.warnings.push(LOST_PHASE.into());
+        } else if outcome == Outcome::EventLimit
+            && let Some(limit) = self.log.limit()
+        {
+            self.record.warnings.push(format!("{limit}: {}", C::last_impacts(self)));
         }
         if outcome == Outcome::Rest {
             end.state.qdot.fill(0.0);
@@ -242,7 +222,8 @@ impl<'a, C: Coordinates> Driver<'a, C> {
 
     /// Checks the ground at this state of the body.
     pub(super) fn watch_moment(&mut self, now: &Moment) {
-        let Self { watch, base, local, options, warnings, .. } = self;
+        let Self { watch, record, local, options, .. } = self;
+        let Record { base, warnings, .. } = &mut **record;
         let Some(posture) = base.posture.as_ref().filter(|_| watch.is_on()) else { return };
         let touches = |i: usize| now.gaps[i] == 0.0;
         watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
@@ -270,19 +251,25 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             return DriverStep::End(Outcome::Escape);
         }
         let fresh = std::mem::take(&mut self.fresh);
-        let points = self.body.points();
-        if points.iter().any(|(h, _)| *h == 0.0) {
+        let (mut touches, mut rests, mut coming) = (false, false, ContactValues::<usize>::new());
+        for i in 0..self.body.count() {
+            let (h, u) = self.body.point(i);
+            touches |= h == 0.0;
+            rests |= (h, u) == (0.0, 0.0);
+            if h == 0.0 && u < 0.0 {
+                coming.push(i);
+            }
+        }
+        if touches {
             C::watch_ground(self);
         }
-        let comes = |&i: &usize| points[i].0 == 0.0 && points[i].1 < 0.0;
-        let coming: ContactValues<usize> = (0..points.len()).filter(comes).collect();
         if !coming.is_empty() {
             return C::impact(self, &coming).into();
         }
-        let rests: ContactValues<bool> = points.iter().map(|point| *point == (0.0, 0.0)).collect();
-        if !rests.contains(&true) {
+        if !rests {
             return DriverStep::Flight;
         }
+        let rests = (0..self.body.count()).map(|i| self.body.point(i) == (0.0, 0.0)).collect();
         C::rest(self, rests, fresh)
     }
 
@@ -297,7 +284,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             Err(outcome) => return DriverStep::End(outcome),
         };
         // A clone of a posture is cheap: it shares its data.
-        let Some(posture) = self.base.posture.clone() else {
+        let Some(posture) = self.record.base.posture.clone() else {
             unreachable!("contact phases belong to a body");
         };
         let (options, tolerance) = (self.options, C::sliding_tolerance(self));
@@ -313,14 +300,14 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         while end == PhaseEnd::Thaw {
             let full = Snapshot::of_body(&phase.body, self.log.clock);
             phase.brief = false;
-            phase.body = self.base.body_state(&full, None).unwrap_or(phase.body);
+            phase.body = self.record.base.body_state(&full, None).unwrap_or(phase.body);
             phase.body.unfreeze();
             end = self.stretches(&mut phase, &posture);
         }
         self.cause = phase.cause;
-        self.warnings.extend(phase.warning.take());
-        self.undecided = phase.undecided.take().map(Box::new);
-        self.acceleration = phase.acceleration.take();
+        self.record.warnings.extend(phase.warning.take());
+        self.record.undecided = phase.undecided.take().map(Box::new);
+        self.record.acceleration = phase.acceleration.take();
         let body = phase.body;
         match end {
             PhaseEnd::Landing(i) => {
@@ -343,15 +330,15 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
-        let Self { log, spans, nested, watch, warnings, local, options, .. } = self;
-        let (record, first_collision) = (log.record, log.collisions.len());
+        let Self { log, record, nested, watch, local, options, .. } = self;
+        let (recorded, first_collision) = (log.record, log.collisions.len());
+        let Record { spans, warnings, .. } = &mut **record;
         let end = phase.run(log, &mut |body, word, clock, cause| {
             nested.hold(word, clock);
             watch.look_at(posture, body, *local, || options.clock(clock), warnings);
-            if record {
-                let letters = body.letters(word, posture);
-                let motion = Motion::Modes(body.clone(), word.into());
-                spans.push(Span { clock, motion, letters, cause, first_collision });
+            if recorded {
+                let motion = Motion::Modes(Box::new(body.clone()), word.into());
+                spans.push(Span { clock, motion, cause, first_collision });
             }
         });
         for (resting, mode) in self.resting.iter_mut().zip(&phase.word) {
@@ -369,7 +356,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         if let Some(step) = C::stop_slowly(self, b, &body) {
             return step;
         }
-        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
+        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
         let (clock, left) = (self.log.clock, self.log.left());
         let fastest = C::largest_speed(self);
         let Some(limit) = self.nested.land(b, &body, clock, size, fastest, left) else {
@@ -379,11 +366,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     /// Begins a span of the record.
-    pub(super) fn write(&mut self, motion: Motion, letters: impl IntoIterator<Item = u8>) {
-        self.spans.push(Span {
+    pub(super) fn write(&mut self, motion: Motion) {
+        self.record.spans.push(Span {
             clock: self.log.clock,
             motion,
-            letters: letters.into_iter().collect(),
             cause: self.cause,
             first_collision: self.log.collisions.len(),
         });
@@ -391,7 +377,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
 
     /// Records a Zeno point; an outcome: the run ends with it.
     pub(super) fn zeno_point(&mut self, zeno: ZenoRecord) -> Option<Outcome> {
-        self.zeno.push(zeno);
+        self.record.zeno.push(zeno);
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
     }
 }
@@ -415,7 +401,9 @@ mod tests {
     #[test]
     fn a_run_piece_by_piece_ends_in_the_bits_of_a_recorded_one() {
         for model in [Model::Local, Model::Full] {
-            let whole = fall(model, true).run().expect("a record");
+            let mut whole = fall(model, true);
+            whole.run().expect("an end");
+            let whole = whole.record;
             let mut pieces = fall(model, false);
             let mut outcome = None;
             while outcome.is_none() {

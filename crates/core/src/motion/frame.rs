@@ -114,7 +114,6 @@ pub(crate) struct Frame {
     pub(crate) spin: Spin,
     /// Translational impulse per unit mass, divided by the own-rate jump: ρ²/(b_i² + ρ²).
     fractions: [f64; 2],
-    body: Option<PairBody>,
 }
 
 /// Most corrections of a position: falls are up to 1e32 sizes of the body, each correction gains sixteen digits.
@@ -123,7 +122,7 @@ const AGREES: usize = 3;
 impl Frame {
     pub(crate) fn full(start: Snapshot) -> Self {
         let spin = start.spin;
-        Self { start, frozen: None, spin, fractions: [1.0; 2], body: None }
+        Self { start, frozen: None, spin, fractions: [1.0; 2] }
     }
 
     /// A frame with the geometry of `at`, frozen.
@@ -137,14 +136,13 @@ impl Frame {
             frozen: Some(model),
             spin: at.spin,
             fractions: [at.translational_fraction(0), at.translational_fraction(1)],
-            body: Some(at.body),
         }
     }
 
     /// A frame of a local model without a body.
     pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
         let frozen = Some(FrozenModel::new(model));
-        Self { start, frozen, spin: start.spin, fractions: [1.0; 2], body: None }
+        Self { start, frozen, spin: start.spin, fractions: [1.0; 2] }
     }
 
     /// Translational impulse per unit mass at contact `i`, divided by the own-rate jump.
@@ -153,7 +151,7 @@ impl Frame {
     }
 
     /// A snapshot of this frame in the coordinates of the full model.
-    pub(crate) fn to_full(&self, raw: &Snapshot) -> Snapshot {
+    pub(crate) fn to_full(&self, base: &Base, raw: &Snapshot) -> Snapshot {
         let Some(frozen) = &self.frozen else { return *raw };
         let (start, sum) = (&self.start, &raw.impulses);
         let dt = raw.clock.since(start.clock);
@@ -164,7 +162,7 @@ impl Frame {
             omega: start.spin.omega - (frozen.phi[0] * sum.jump[0] + frozen.phi[1] * sum.jump[1]),
         };
         full.center = start.center;
-        if let Some(body) = &self.body {
+        if let Some(body) = &base.body {
             full.center.fly(body.gravity, dt);
             for i in 0..2 {
                 let n = body.contacts[i].normal;
@@ -177,11 +175,17 @@ impl Frame {
     }
 
     /// q in the frozen geometry, without the correction of rounding errors.
-    pub(crate) fn place(&self, frozen: &FrozenModel, clock: Clock, path: [f64; 2]) -> Vector3<f64> {
+    pub(crate) fn place(
+        &self,
+        base: &Base,
+        frozen: &FrozenModel,
+        clock: Clock,
+        path: [f64; 2],
+    ) -> Vector3<f64> {
         let start = &self.start;
         let dt = clock.since(start.clock);
         let mut r = start.center.r + start.center.v * dt;
-        if let Some(body) = &self.body {
+        if let Some(body) = &base.body {
             r.y -= 0.5 * body.gravity * dt * dt;
             for i in 0..2 {
                 r += body.contacts[i].normal * (self.fractions[i] * path[i]);

@@ -26,8 +26,8 @@ impl Driver<'_, AnyContacts> {
                 "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
                 names.join(", ")
             );
-            if names.len() > 1 && !self.warnings.contains(&tie) {
-                self.warnings.push(tie);
+            if names.len() > 1 && !self.record.warnings.contains(&tie) {
+                self.record.warnings.push(tie);
             }
             if self.options.policy() == Simultaneous::Newton {
                 return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
@@ -47,7 +47,8 @@ impl Driver<'_, AnyContacts> {
         let Some([p_t, mut p_n]) =
             friction::impulse(law, &w, [self.body.state.slip(i), rate], &material)
         else {
-            self.warnings
+            self.record
+                .warnings
                 .push(format!("the law of impact has no solution at contact {}", owner + 1));
             return Some(Outcome::Inconsistent);
         };
@@ -97,8 +98,8 @@ impl Driver<'_, AnyContacts> {
             "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
             contact + 1
         );
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
+        if !self.record.warnings.contains(&warning) {
+            self.record.warnings.push(warning);
         }
         let (before, rate) = (self.rates(), self.body.state.points[i].u);
         self.apply_impulse(i, impulse);
@@ -106,7 +107,7 @@ impl Driver<'_, AnyContacts> {
             self.body.state.points[i].u = 0.0; // exact at the end of compression, without rounding error
         }
         self.resting[i] = false;
-        self.undecided = None;
+        self.record.undecided = None;
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
         self.write_down(i, before, rate, impulse);
@@ -146,7 +147,7 @@ impl Driver<'_, AnyContacts> {
             self.options.impact == Impact::Newton && self.body.state.points[i].friction > 0.0;
         if rubs && !self.body.friction_warned {
             self.body.friction_warned = true;
-            self.warnings.push(NO_FRICTION.into());
+            self.record.warnings.push(NO_FRICTION.into());
         }
         let ContactState { place, u, .. } = self.body.state.points[i];
         let contact = place.contact;
@@ -155,7 +156,7 @@ impl Driver<'_, AnyContacts> {
             let (clock, mut after) = (self.log.clock, self.rates());
             let at = self.body.posture.point_of(contact);
             (before[at], after[at]) = (rate, u);
-            self.impacts.push(ListedImpact { clock, contact, before, after, impulse });
+            self.record.impacts.push(ListedImpact { clock, contact, before, after, impulse });
         }
     }
 
@@ -184,7 +185,7 @@ impl Driver<'_, AnyContacts> {
         let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
         let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
         let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
-            self.warnings.push("the simultaneous impacts could not be solved".into());
+            self.record.warnings.push("the simultaneous impacts could not be solved".into());
             return Some(Outcome::Inconsistent);
         };
         for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {

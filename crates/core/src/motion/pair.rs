@@ -1,6 +1,8 @@
 //! One or two contacts with frictionless impacts on lines without ends, in gaps and impulses: with nominal geometry, with geometry
 //! frozen for the last moments of an accumulation, or with finite rotation.
 
+use nalgebra::Vector3;
+
 use crate::body::contact::ContactValues;
 use crate::collisions::full::FullState;
 use crate::collisions::local::are_one;
@@ -14,7 +16,7 @@ use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
 use crate::motion::pair_flight::Resume;
-use crate::motion::record::{InFrame, Moment, Motion, Record, Tail, ZenoRecord};
+use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
 use crate::sustained::BodyState;
@@ -76,16 +78,20 @@ impl Frame {
 }
 
 impl Coordinates for Pair {
-    fn points(&self) -> ContactValues<(f64, f64)> {
-        let gaps = self.gaps();
-        (0..self.count).map(|i| (gaps.h[i], gaps.u[i])).collect()
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn point(&self, i: usize) -> (f64, f64) {
+        let Gaps { h, u } = self.gaps();
+        (h[i], u[i])
     }
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
         let limit = driver.options.neighbourhood.min(DEPARTED);
         // Without a neighbourhood this takes longer than the age of the universe.
         let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
-        may && driver.base.body.is_some() && {
+        may && driver.record.base.body.is_some() && {
             let q = Base::state(&driver.full()).q;
             libm::hypot(q.x, q.y) > limit
         }
@@ -102,8 +108,8 @@ impl Coordinates for Pair {
     }
 
     fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
-        let start = &driver.base.start;
-        let Some(posture) = &driver.base.posture else { return 0.0 };
+        let start = &driver.record.base.start;
+        let Some(posture) = &driver.record.base.posture else { return 0.0 };
         libm::hypot(start.qdot.x, start.qdot.y)
             + posture.size() * start.qdot.z.abs()
             + posture.fields().gravity * driver.log.clock.hi
@@ -127,7 +133,7 @@ impl Coordinates for Pair {
 
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
         // For a body, a contact phase decides on contacts at rest; gravity decides at the start only.
-        let asked = fresh || driver.base.body.is_none();
+        let asked = fresh || driver.record.base.body.is_none();
         let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
             if held != [false; 2]
@@ -145,7 +151,7 @@ impl Coordinates for Pair {
             return DriverStep::End(outcome);
         }
         match held {
-            _ if driver.base.body.is_some() => driver.contact_phase(rests, fresh),
+            _ if driver.record.base.body.is_some() => driver.contact_phase(rests, fresh),
             [false, false] => DriverStep::Flight,
             [true, true] => DriverStep::End(driver.stay(held)),
             _ => driver.hold(held).into(),
@@ -162,7 +168,7 @@ impl Coordinates for Pair {
         if all && let Some(modes) = driver.stands(&full, frozen) {
             return Err(driver.stay_in(modes, full, frozen));
         }
-        let body = driver.base.body_state(&full, frozen);
+        let body = driver.record.base.body_state(&full, frozen);
         Ok(body.unwrap_or_else(|| unreachable!("contact phases belong to a body")))
     }
 
@@ -201,10 +207,10 @@ impl Coordinates for Pair {
 
     /// Impacts in these coordinates are frictionless.
     fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let Some(posture) = &driver.base.posture else { return };
+        let Some(posture) = &driver.record.base.posture else { return };
         let mut contacts = posture.contacts().iter().zip(driver.log.struck);
         if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
-            driver.warnings.push(NO_FRICTION.into());
+            driver.record.warnings.push(NO_FRICTION.into());
         }
     }
 }
@@ -223,11 +229,11 @@ impl<'a> Driver<'a, Pair> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(mut self) -> Option<Box<Record>> {
+    pub(crate) fn run(&mut self) -> Option<()> {
         if self.log.record {
-            self.frames.push(self.body.frame.clone());
+            self.record.frames.push(self.body.frame.clone());
         }
-        self.begin_span([false; 2], Motion::Flight); // impacts of the first instant need a span
+        self.begin_span(Motion::Flight); // impacts of the first instant need a span
         self.run_on()
     }
 
@@ -255,7 +261,7 @@ impl<'a> Driver<'a, Pair> {
             Tail::Bounce { contact } => {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
-                return Some(frame.to_full(&frame.smooth(base, &near, [false; 2], rest)));
+                return Some(frame.to_full(base, &frame.smooth(base, &near, [false; 2], rest)));
             }
             Tail::Cycle { ratio, duration } => {
                 let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
@@ -273,7 +279,7 @@ impl<'a> Driver<'a, Pair> {
         let mut own = frame.clone();
         own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
         let mut driver = Driver::<Pair>::new(own, base.clone(), &options, Vec::new(), &never);
-        driver.body.state = driver.body.frame.state(&driver.base, &near);
+        driver.body.state = driver.body.frame.state(&driver.record.base, &near);
         let full = driver.run_tail()?.full();
         Some(Snapshot { clock: raw.clock.after(dt), ..full })
     }
@@ -282,44 +288,60 @@ impl<'a> Driver<'a, Pair> {
     pub(super) fn note(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
         let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
         self.log.enter(&held.map(mode)[..self.body.count]);
-        self.begin_span(held, motion);
+        self.begin_span(motion);
     }
 
     /// Begins a span of the record, in the frame that was recorded last.
-    fn begin_span(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
+    fn begin_span(&mut self, motion: impl FnOnce(InFrame) -> Motion) {
         if self.log.record {
-            let motion = motion(InFrame { frame: self.frames.len() - 1, raw: self.raw() });
-            // Without a body motion along the terrain is not modelled: a held contact has the letter F.
-            let letter = |held: bool| if held { b'F' } else { b'S' };
-            self.write(motion, held.map(letter).into_iter().take(self.body.count));
+            let motion = motion(InFrame { frame: self.record.frames.len() - 1, raw: self.raw() });
+            self.write(motion);
         }
     }
 
     /// Sets and records the frame; the state is not changed.
     fn set_frame(&mut self, frame: Frame) {
         if self.log.record {
-            self.frames.push(frame.clone());
+            self.record.frames.push(frame.clone());
         }
         self.body.frame = frame;
     }
 
+    /// Checks the ground at the current state.
     #[inline(never)] // keeps the registers free for the collisions
     fn watch_from_here(&mut self) {
-        let Some(posture) = &self.base.posture else { return };
         let place = match &self.body.state {
             PairState::Full(state) => state.q(),
-            PairState::Frozen(state) => {
-                self.body.frame.place(&state.model, self.log.clock, state.sum.path)
-            }
+            PairState::Frozen(state) => self.body.frame.place(
+                &self.record.base,
+                &state.model,
+                self.log.clock,
+                state.sum.path,
+            ),
         };
-        if !self.watch.is_near(posture, &place) {
+        if self.has_moved(&place) {
             self.watch_moment(&Pair::moment(self));
         }
     }
 
+    /// As `watch_from_here`, at this state of a flight.
+    #[inline(never)]
+    pub(super) fn watch_flight(&mut self, state: &FullState) {
+        if self.has_moved(&state.q()) {
+            self.body.state = PairState::Full(*state);
+            self.watch_moment(&Pair::moment(self));
+        }
+    }
+
+    /// Whether the body at this q is so far from the last check of the ground that another one is needed.
+    fn has_moved(&self, q: &Vector3<f64>) -> bool {
+        let posture = self.record.base.posture.as_ref();
+        posture.is_some_and(|posture| !self.watch.is_near(posture, q))
+    }
+
     /// The state in the coordinates of the full model.
     pub(super) fn full(&self) -> Snapshot {
-        self.body.frame.to_full(&self.raw())
+        self.body.frame.to_full(&self.record.base, &self.raw())
     }
 
     /// Whether the full model is frozen for the last moments of an accumulation.
@@ -488,8 +510,8 @@ impl<'a> Driver<'a, Pair> {
     fn warn_of_tie(&mut self) {
         const TIE: &str = "contacts 1 and 2 collided at the same instant; the outcome depends on \
                            the policy `simultaneous`";
-        if !self.warnings.iter().any(|warning| warning == TIE) {
-            self.warnings.push(TIE.into());
+        if !self.record.warnings.iter().any(|warning| warning == TIE) {
+            self.record.warnings.push(TIE.into());
         }
     }
 
@@ -549,11 +571,11 @@ impl<'a> Driver<'a, Pair> {
             let frame = Frame::with(start, &state, *model);
             let clock = self.log.clock.after(t);
             if self.log.record {
-                self.frames.push(frame.clone());
-                self.begin_span([false; 2], |at| Motion::Tail(at, tail));
+                self.record.frames.push(frame.clone());
+                self.begin_span(|at| Motion::Tail(at, tail));
             }
             let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
-            let full = frame.to_full(&raw);
+            let full = frame.to_full(&self.record.base, &raw);
             self.log.clock = clock;
             let mut after = FullState::new(state.body, full.gaps, full.center, full.spin);
             after.turn_tail(
@@ -646,7 +668,7 @@ impl<'a> Driver<'a, Pair> {
     /// Sets the frame, and the state at its start.
     pub(super) fn begin_frame(&mut self, frame: Frame) {
         let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
-        self.body.state = frame.state(&self.base, &raw);
+        self.body.state = frame.state(&self.record.base, &raw);
         self.set_frame(frame);
     }
 }

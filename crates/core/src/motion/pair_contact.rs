@@ -61,7 +61,7 @@ impl Driver<'_, Pair> {
     /// The modes of a body that stays at rest: all contacts rest, and all speeds are rounding error. `None`: closed forms do not
     /// decide.
     pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
-        let (body, posture) = (self.base.body.as_ref()?, self.base.posture.as_ref()?);
+        let (body, posture) = (self.record.base.body.as_ref()?, self.record.base.posture.as_ref()?);
         let tolerance = STILL * Pair::largest_speed(self);
         let (v, omega) = (at.center.v, at.spin.omega);
         if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= tolerance) {
@@ -126,10 +126,9 @@ impl Driver<'_, Pair> {
             (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
         }
         full.impulses = Impulses::default();
-        if let Some(body) = self.base.body_state(&full, frozen).filter(|_| self.log.record) {
+        if let Some(body) = self.record.base.body_state(&full, frozen).filter(|_| self.log.record) {
             let modes = &modes[..self.body.count];
-            let letters = modes.iter().map(|mode| mode.letter() as u8);
-            self.write(Motion::Modes(body, modes.into()), letters);
+            self.write(Motion::Modes(Box::new(body), modes.into()));
         }
         let outcome = if self.options.stop == Stop::Time {
             self.log.clock = self.log.clock.after(self.log.left().max(0.0));
@@ -145,7 +144,7 @@ impl Driver<'_, Pair> {
     /// Contact `b` lands while another is held. If the speeds of the body are rounding error, it comes to rest; if the landing
     /// speed is, the contact does.
     pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
-        let size = self.base.posture.as_ref().map_or(0.0, Posture::size);
+        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = body.state().qdot;
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let fastest = Pair::largest_speed(self);
@@ -187,7 +186,7 @@ impl Driver<'_, Pair> {
     }
 
     fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {
-        let Some(body) = self.base.body else { unreachable!("friction belongs to a body") };
+        let Some(body) = self.record.base.body else { unreachable!("friction belongs to a body") };
         self.begin_frame(match frozen {
             Some(spin) => {
                 let geometry = FullState::new(body, full.gaps, full.center, spin);

@@ -64,8 +64,7 @@ impl Driver<'_, Pair> {
                     if let Flight::Full(state, _) = flight
                         && self.watch.is_on()
                     {
-                        self.body.state = PairState::Full(*state);
-                        Pair::watch_ground(self);
+                        self.watch_flight(state);
                     }
                     if let Some(halt) = halt {
                         break halt;
@@ -206,9 +205,9 @@ impl Driver<'_, Pair> {
     }
 
     pub(super) fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
-        let after = self.body.frame.smooth(&self.base, &self.raw(), held, dt);
+        let after = self.body.frame.smooth(&self.record.base, &self.raw(), held, dt);
         self.log.clock = after.clock;
-        self.body.state = self.body.frame.state(&self.base, &after);
+        self.body.state = self.body.frame.state(&self.record.base, &after);
     }
 
     /// The contacts on the ground, or the next landing and its speed, in words, with the current gravity into the contacts.

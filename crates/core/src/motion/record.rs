@@ -20,9 +20,22 @@ pub(crate) enum Motion {
     /// A summed tail of two contacts; its frame is frozen.
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
-    Modes(BodyState, PerContact<Mode>),
+    Modes(Box<BodyState>, PerContact<Mode>),
     /// The sum of infinitely many cycles of two contacts on the ground.
-    Cycles(BodyState),
+    Cycles(Box<BodyState>),
+}
+
+impl Motion {
+    /// The mode of each contact. Without a body, motion along the terrain is not modelled: a held contact has the letter F.
+    pub(crate) fn letters(&self, base: &Base) -> String {
+        match (self, &base.posture) {
+            (Self::Modes(body, word), Some(posture)) => body.letters(word, posture),
+            (Self::Held(_, held), _) => {
+                held.map(|held| if held { 'F' } else { 'S' }).iter().collect()
+            }
+            _ => "S".repeat(base.count),
+        }
+    }
 }
 
 /// A state in the coordinates of a frame of the record.
@@ -48,8 +61,6 @@ pub(crate) enum Tail {
 pub(crate) struct Span {
     pub(crate) clock: Clock,
     pub(crate) motion: Motion,
-    /// One letter per contact.
-    pub(crate) letters: PerContact<u8>,
     /// `None`: the phase of the previous span continues.
     pub(crate) cause: Option<Cause>,
     /// Index of the first plain collision after its start.
@@ -57,7 +68,7 @@ pub(crate) struct Span {
 }
 
 /// The body at an instant in the form of the results. Without a body only θ and ω are defined.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Moment {
     pub(crate) clock: Clock,
     pub(crate) state: State,
@@ -65,10 +76,18 @@ pub(crate) struct Moment {
     pub(crate) rates: PerContact<f64>,
 }
 
+/// The derived one clones numbers one by one.
+impl Clone for Moment {
+    fn clone(&self) -> Self {
+        let [gaps, rates] = [&self.gaps, &self.rates].map(|values| PerContact::from_slice(values));
+        Self { clock: self.clock, state: self.state, gaps, rates }
+    }
+}
+
 impl Moment {
     /// From a snapshot of the full model, for a body with `count` contacts.
     pub(crate) fn of_snapshot(full: &Snapshot, count: usize) -> Self {
-        let each = |pair: [f64; 2]| pair[..count].iter().map(|x| x.unsigned_zero()).collect();
+        let each = |pair: [f64; 2]| PerContact::from_slice(&pair.unsigned_zero()[..count]);
         Self {
             clock: full.clock,
             state: Base::state(full).unsigned_zero(),
@@ -129,6 +148,31 @@ pub(crate) struct Record {
 }
 
 impl Record {
+    /// Of a run from this start on; the run sets the fields of its end.
+    pub(crate) fn new(base: Base, warnings: Vec<String>) -> Self {
+        let end = Moment {
+            clock: Clock::default(),
+            state: base.start,
+            gaps: PerContact::new(),
+            rates: PerContact::new(),
+        };
+        Self {
+            outcome: Outcome::EventLimit,
+            base,
+            frames: Vec::new(),
+            spans: Vec::new(),
+            zeno: Vec::new(),
+            warnings,
+            collisions: Vec::new(),
+            bodies: Vec::new(),
+            impacts: Vec::new(),
+            hits: 0,
+            end,
+            acceleration: None,
+            undecided: None,
+        }
+    }
+
     /// Drops everything that only a recorded run keeps.
     pub(crate) fn forget(&mut self) {
         (self.frames, self.spans) = (Vec::new(), Vec::new());

@@ -102,7 +102,11 @@ impl Driver<'_, AnyContacts> {
         sequence.hits += 1;
         let point = &mut sequence.points[i];
         let before = (!point.rates.is_empty()).then_some(point.change);
-        let next = SinceLastHit { rates: rates.clone(), change: Vector3::zeros(), before };
+        let next = SinceLastHit {
+            rates: ContactValues::from_slice(&rates),
+            change: Vector3::zeros(),
+            before,
+        };
         let SinceLastHit { rates: start, change, before } = std::mem::replace(point, next);
         let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
         let ratio = rates[i] / start[i];

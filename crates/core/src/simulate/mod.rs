@@ -283,11 +283,13 @@ impl Start {
                 gravity: posture.fields().gravity,
                 frozen: local.then_some(0.0),
             };
-            let record = Driver::of_any(posture, start, base, options, warnings, cancel).run()?;
-            return Some(Run { model, record });
+            let mut driver = Driver::of_any(posture, start, base, options, warnings, cancel);
+            driver.run()?;
+            return Some(Run { model, record: driver.record });
         }
-        let record = self.driver(posture, state, options, cancel).run()?;
-        Some(Run { model, record })
+        let mut driver = self.driver(posture, state, options, cancel);
+        driver.run()?;
+        Some(Run { model, record: driver.record })
     }
 
     /// Whether a motion has at most two contacts, frictionless Newton impacts and terrain without ends. Two contacts at one
@@ -366,9 +368,12 @@ pub fn simulate_local_until(
     let base = Base::of_parameters(model, gaps, rates, [theta, omega]);
     let gaps = Gaps { h, u: rates };
     let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
-    let run = Driver::new(Frame::reduced(start, model), base, options, warnings, cancel).run();
-    let Some(run) = run else { return Ok(None) };
-    let run = Trajectory::new(run, Model::Local, "given by its parameters", *options);
+    let first = Frame::reduced(start, model);
+    let mut driver = Driver::new(first, base, options, warnings, cancel);
+    if driver.run().is_none() {
+        return Ok(None);
+    }
+    let run = Trajectory::new(driver.record, Model::Local, "given by its parameters", *options);
     if !options.certify {
         return Ok(Some(run));
     }

@@ -351,7 +351,7 @@ impl Trajectory {
         let mut starts: Vec<Clock> = Vec::new();
         for span in &self.record.spans {
             let (clock, cause) = (span.clock, span.cause);
-            let mode: String = span.letters.iter().map(|&letter| char::from(letter)).collect();
+            let mode = span.motion.letters(&self.record.base);
             let start = self.clock(clock);
             let held = mode.contains(|letter| letter != 'S');
             let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
@@ -418,7 +418,7 @@ impl Trajectory {
         let Record { base, frames, spans, .. } = &*self.record;
         let smooth = |at: &InFrame, held: [bool; 2]| {
             let frame = &frames[at.frame];
-            self.instant(&frame.to_full(&frame.smooth(base, &at.raw, held, dt)))
+            self.instant(&frame.to_full(base, &frame.smooth(base, &at.raw, held, dt)))
         };
         let of_body = |body: &BodyState| self.posture().map(|posture| body.instant(posture));
         let instant = match (&piece.flight, &spans[piece.span].motion) {

@@ -76,10 +76,10 @@ impl BodyState {
     pub(crate) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
-            let mut arc = self.side(i, side);
-            if arc.h == f64::INFINITY {
+            if self.points[i].place.sides[side] == f64::INFINITY {
                 continue;
             }
+            let mut arc = self.side(i, side);
             // At the end itself a rounding error would move the point to and fro between two pieces, each of which has it over
             // the other.
             let size = libm::hypot(arc.b, arc.c);

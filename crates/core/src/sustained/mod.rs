@@ -76,7 +76,7 @@ impl ContactState {
 }
 
 /// A body at an instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(crate) struct BodyState {
     pub(crate) points: PerContact<ContactState>,
     pub(crate) center: Center,
@@ -86,6 +86,15 @@ pub(crate) struct BodyState {
     pub(crate) gravity: f64,
     /// ω² at the moment at which b, c and the curvature of the paths were frozen; `None`: they are not frozen.
     pub(crate) frozen: Option<f64>,
+}
+
+/// The derived one clones the points one by one.
+impl Clone for BodyState {
+    fn clone(&self) -> Self {
+        let Self { center, spin, rho2, gravity, frozen, .. } = *self;
+        let points = PerContact::from_slice(&self.points);
+        Self { points, center, spin, rho2, gravity, frozen }
+    }
 }
 
 impl BodyState {
@@ -150,7 +159,7 @@ impl BodyState {
 
     /// One letter per contact. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
     /// piece it is on, F if it is on both.
-    pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> PerContact<u8> {
+    pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> String {
         let mut modes: PerContact<Mode> = word.into();
         for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
             let first = &mut modes[posture.point_of(p.place.contact)];
@@ -160,7 +169,7 @@ impl BodyState {
                 *first = Mode::Fixed;
             }
         }
-        posture.per_contact(|k| modes[k].letter() as u8).collect()
+        posture.per_contact(|k| modes[k].letter()).collect()
     }
 }
 
