@@ -814,6 +814,10 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
     let run =
         simulate(&posture, &start, &Options { event_limit: 5000, ..until(Stop::Zeno) }).unwrap();
     assert!(run.collisions() < 200, "{}", run.collisions());
+    let [zeno] = run.zeno_points() else { panic!("{:?}", run.zeno_points()) };
+    assert_eq!((zeno.method, zeno.contacts.len(), zeno.contacts[0].index()), ("bounce", 1, 0));
+    let State { q, qdot } = run.state();
+    assert!(1.0 - 2.0 * q.z.cos() * qdot.z * qdot.z < 0.0, "{qdot}");
     for t in run.sample_times(200).unwrap() {
         let at = run.at(t).unwrap();
         for gap in posture.gaps(&at.state.q) {

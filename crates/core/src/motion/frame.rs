@@ -49,8 +49,16 @@ pub(crate) struct Base {
     pub(crate) start: State,
     /// Number of contacts.
     pub(crate) count: usize,
-    /// A model without a body, its gaps and its rates.
-    pub(crate) reduced: Option<(LocalModel, [f64; 2], [f64; 2])>,
+    /// The start of a model without a body.
+    pub(crate) reduced: Option<Box<ReducedStart>>,
+}
+
+/// A model without a body, its gaps and its rates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ReducedStart {
+    pub(crate) model: LocalModel,
+    pub(crate) gaps: [f64; 2],
+    pub(crate) rates: [f64; 2],
 }
 
 impl Base {
@@ -71,7 +79,7 @@ impl Base {
         rates: [f64; 2],
         [theta, omega]: [f64; 2],
     ) -> Self {
-        let reduced = Some((*model, gaps, rates));
+        let reduced = Some(Box::new(ReducedStart { model: *model, gaps, rates }));
         let start = State::new([0.0, 0.0, theta], [0.0, 0.0, omega]);
         Self { posture: None, body: None, start, count: 2, reduced }
     }

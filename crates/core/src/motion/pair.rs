@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::body::contact::ContactValues;
+use crate::body::contact::{ContactValues, PerContact};
 use crate::collisions::full::FullState;
 use crate::collisions::local::are_one;
 use crate::collisions::log::Collision;
@@ -635,7 +635,7 @@ impl<'a> Driver<'a, Pair> {
             self.cause = Some(Cause::Zeno);
         }
         self.zeno_point(ZenoRecord {
-            closed: closed[..self.body.count].into(),
+            closed: PerContact::from_slice(&closed[..self.body.count]),
             method,
             certified,
             plastic: method == Method::Bounce && stops,

@@ -16,7 +16,6 @@ use crate::body::state::State;
 use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, finite, in_range};
-use crate::math::clock::Clock;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::frame::{Base, Frame, Snapshot};
@@ -318,13 +317,14 @@ impl Start {
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
             (gaps.h[i], gaps.u[i]) = (h, u);
         }
-        let start = FullState::new(body, gaps, base.center(), base.spin());
+        let (center, spin) = (base.center(), base.spin());
+        let start = Snapshot { gaps, center, spin, ..Snapshot::default() };
         let first = match model {
             Model::Local => {
                 let nominal = FullState::new(body, gaps, Center::default(), Spin::default());
-                Frame::frozen(Snapshot::of_full(&start, Clock::default()), &nominal)
+                Frame::frozen(start, &nominal)
             }
-            _ => Frame::full(Snapshot::of_full(&start, Clock::default())),
+            _ => Frame::full(start),
         };
         Driver::new(first, base, options, warnings, cancel)
     }

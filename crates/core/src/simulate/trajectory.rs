@@ -214,7 +214,8 @@ impl Trajectory {
     /// The model without a body, if the run has one, with the gaps (m) and rates (m/s) at the start.
     #[must_use]
     pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
-        self.record.base.reduced.as_ref().map(|(model, gaps, rates)| (model, *gaps, *rates))
+        let start = self.record.base.reduced.as_ref()?;
+        Some((&start.model, start.gaps, start.rates))
     }
 
     /// Time on the clock when the outcome was reached, in s.
