@@ -361,10 +361,13 @@ impl<'a> Shadow<'a> {
                 self.sum(*tail, point, &raw.gaps, end.since(self.clock), next.is_none())?;
                 self.clock = end;
             }
-            Motion::Held(..) | Motion::Cycles(_) => return Err(ENDS),
+            Motion::Held(..) | Motion::Cycles { .. } => return Err(ENDS),
         }
         for (n, c) in collisions.iter().enumerate() {
-            if *zeno > 0 && n % LOOK == LOOK - 1 && self.is_all_but_over(record, *zeno) {
+            if *zeno > 0
+                && n % CHECK_INTERVAL == CHECK_INTERVAL - 1
+                && self.is_all_but_over(record, *zeno)
+            {
                 return Err(ORDER);
             }
             let dt = c.elapsed.since(self.clock);

@@ -201,7 +201,7 @@ impl<'a> Driver<'a, AnyContacts> {
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
-        clock: Clock,
+        fastest: f64,
         base: &Base,
         options: &Options,
         dt: f64,
@@ -210,8 +210,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let mut run =
             Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        // The scale of speeds that count as zero, as gravity gives it in the run.
-        run.body.fastest = start.gravity * clock.hi;
+        run.body.fastest = fastest;
         run.run_tail().map(|run| run.body.state)
     }
 
@@ -237,7 +236,8 @@ impl<'a> Driver<'a, AnyContacts> {
     fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
         self.log.enter(&[Mode::Separate; 2]);
         if self.log.record {
-            self.write(Motion::Cycles(Box::new(before.clone())));
+            let (start, fastest) = (Box::new(before.clone()), self.body.fastest);
+            self.write(Motion::Cycles { start, fastest });
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;

@@ -21,8 +21,8 @@ pub(crate) enum Motion {
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
     Modes(Box<BodyState>, PerContact<Mode>),
-    /// The sum of infinitely many cycles of two contacts on the ground.
-    Cycles(Box<BodyState>),
+    /// The sum of infinitely many cycles of two contacts on the ground. `fastest`: bound of the speeds of the run until then.
+    Cycles { start: Box<BodyState>, fastest: f64 },
 }
 
 impl Motion {

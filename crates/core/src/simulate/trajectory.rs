@@ -431,13 +431,13 @@ impl Trajectory {
                 Driver::<Pair>::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
                     .map(|full| self.instant(&full))
             }
-            (None, Motion::Cycles(body)) => self
+            (None, Motion::Cycles { start, fastest }) => self
                 .posture()
                 .and_then(|p| {
                     Driver::<AnyContacts>::resimulate_cycles(
                         p,
-                        body,
-                        piece.clock,
+                        start,
+                        *fastest,
                         base,
                         &self.options,
                         dt,
@@ -594,7 +594,7 @@ impl Trajectory {
                 .map_or(record.collisions.len(), |next| next.first_collision);
             let start = match &span.motion {
                 Motion::Flight(at) | Motion::Held(at, _) | Motion::Tail(at, _) => Some(at),
-                Motion::Modes(..) | Motion::Cycles(_) => None,
+                Motion::Modes(..) | Motion::Cycles { .. } => None,
             };
             let mut now = start.copied();
             for index in span.first_collision..last {
