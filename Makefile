@@ -30,7 +30,7 @@ check: wheel
 	$(BIN)/ruff check --quiet python tests examples benches
 	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
-# With the binding, so that these tests and the wheel are built from the same dependencies.
+# With the binding, so that the tests, the wheel and the documentation are built from the same dependencies.
 RUST_TESTS := cargo test -p standfast -p standfast-python --profile quick
 
 # One build for all tests, with checks of overflows; then the tests in Rust and in Python side by side. The wheel that users install is
@@ -46,7 +46,7 @@ rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --profile quick -- -D warnings
 	cargo check -p standfast --no-default-features --profile quick --quiet
-	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --profile quick --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast -p standfast-python --no-deps --profile quick --quiet
 	$(RUST_TESTS)
 
 # On the wheel that is installed.
@@ -61,6 +61,7 @@ python:
 long: EXTRA := test
 long: wheel
 	cargo test -p standfast -- --ignored
+	STANDFAST_FUZZ_INPUTS=20000 cargo test -p standfast --test fuzz
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/motion/test_oracle.py
 	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=4000 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
@@ -70,7 +71,7 @@ long: wheel
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/stability/test_stability.py
 	STANDFAST_VERTICES=5000 STANDFAST_VERTICES_STEPPED=200 $(BIN)/python -m pytest -s tests/terrain/test_vertices.py
 	STANDFAST_ENDLESS=40000 $(BIN)/python -m pytest -s tests/motion/test_endless.py
-	STANDFAST_AUTO_SCENES=20000 $(BIN)/python -m pytest -s tests/motion/test_auto.py
+	STANDFAST_AUTO_SCENES=20000 STANDFAST_FRICTION_SCENES=500 $(BIN)/python -m pytest -s tests/motion/test_auto.py tests/motion/test_friction.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/modes/test_modes_brute.py
 	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/terrain/test_own_ground.py
 

@@ -90,7 +90,7 @@ def run(
     loaded = sf.load(scene)
     with _of(scene):
         result = loaded.simulate(**({} if plot is None else {"record": True}))
-    _say(story(result, scene.name))
+    _say(account(result, scene.name))
     if json is not None:
         result.to_json(json)
         _say(f"wrote {json}")
@@ -368,7 +368,7 @@ def estimate(seconds: float) -> str:
     return f"{whole}.{fraction:0<12}"
 
 
-def story(run: sf.Run, title: str) -> str:
+def account(run: sf.Run, title: str) -> str:
     """The report of a run, as text."""
     lines = [title]
 

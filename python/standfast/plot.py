@@ -347,8 +347,8 @@ def _headline(run: Run) -> str:
         touch = "touches" if len(resting[0].contacts) == 1 else "touch"
         who = contacts_named(resting[0].contacts)
         events = [f"{who} {touch} the ground from the start"]
-    story = "; " + ", ".join(events) if events else ""
-    return f"Outcome: {run.outcome} at t = {run.time:.12f} s{story}"
+    suffix = "; " + ", ".join(events) if events else ""
+    return f"Outcome: {run.outcome} at t = {run.time:.12f} s{suffix}"
 
 
 def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
@@ -383,13 +383,13 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     axes.set_ylim(low, high)
     if is_summed(point):
         axes.axvspan(left_at_last, shortest, color=SHADE, zorder=-1)
-        story = "summed, not simulated\nand so on, for ever \u2192"
+        caption = "summed, not simulated\nand so on, for ever \u2192"
     else:
-        story = "simulated until the time left\nis below the rounding of the clock"
+        caption = "simulated until the time left\nis below the rounding of the clock"
     axes.text(
         0.985,
         0.95,
-        story,
+        caption,
         transform=axes.transAxes,
         ha="right",
         va="top",

@@ -10,7 +10,7 @@ import standfast as sf
 from bodies import LAWS, draw_contacts, draw_order, lift
 
 #: Number of random scenes.
-SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "500"))
+SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "250"))
 #: Time limit, in units of √(size/g).
 TIME = 20
 #: Part of the scenes whose impacts have no end in time: they grow from the rounding error of an unstable state of rest, or

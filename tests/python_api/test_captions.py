@@ -12,7 +12,7 @@ import standfast as sf
 from matplotlib.patches import Polygon
 from plastic_scenes import IN_TURN, block, body, drop, local, rod
 from standfast import plot
-from standfast.cli import story
+from standfast.cli import account
 from standfast.table import is_infinite
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -191,41 +191,42 @@ def test_a_run_is_called_what_it_is(name):
     logarithmic = [a for a in axes if a.get_xscale() == "log"]
     assert len(logarithmic) == accumulates
     assert shown in repr(run)
-    told = story(run, name)
-    assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in told
+    printed = account(run, name)
+    assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in printed
     # Without infinitely many impacts no text mentions them or a Zeno point.
     infinite = any(is_infinite(p) for p in run.zeno_points)
     labels = " ".join(text.get_text() for text in axes[0].get_legend().get_texts())
-    for text in (labels, repr(run), told.replace("no Zeno point", "")):
+    for text in (labels, repr(run), printed.replace("no Zeno point", "")):
         assert ("Zeno point" in text) == infinite, text
-    assert ("nfinitely many" in told) == infinite
-    for text in (told, repr(run), *map(repr, run.zeno_points), labels, headline):
+    assert ("nfinitely many" in printed) == infinite
+    for text in (printed, repr(run), *map(repr, run.zeno_points), labels, headline):
         # Singular for one item, plural for several.
         assert not re.search(r"(?<![\d.])1 (impacts|collisions|landings|points)", text)
         assert not re.search(r"\bcontacts \d+ (?!and|to)|contact \d+ and", text), text
 
 
 def test_the_report_sums_nothing_up_in_a_plastic_landing():
-    told = story(drop(body([0.0])), "ball")
-    assert "  plastic  yes        no impact\n" in told
+    printed = account(drop(body([0.0])), "ball")
+    assert "  plastic  yes        no impact\n" in printed
     assert (
-        "    F     0.14278431229270644  0.14278431229270644  plastic landing\n" in told
+        "    F     0.14278431229270644  0.14278431229270644  plastic landing\n"
+        in printed
     )
-    assert "bounc" not in told
+    assert "bounc" not in printed
 
 
 def test_many_contacts_are_named_in_short():
     contacts = tuple(range(2, 21))
     run = drop(body([x / 10 for x in range(-10, 10)]), 0.02)
     assert run.zeno_points[-1].contacts == contacts
-    assert "  19-zeno  2 to 20   plastic" in story(run, "table")
+    assert "  19-zeno  2 to 20   plastic" in account(run, "table")
 
 
 def test_what_is_proved_of_a_plastic_landing():
     run = drop(body([0.0]), certify=True)
-    told = story(run, "ball")
-    assert "proved, after the start: 1 impact within" in told
-    assert "first plastic landing, of contact 1: from" in told
+    printed = account(run, "ball")
+    assert "proved, after the start: 1 impact within" in printed
+    assert "first plastic landing, of contact 1: from" in printed
     assert "1 impact, " in repr(run.enclosure)
 
 

@@ -61,7 +61,7 @@ def scene(tmp_path, *, old="", new=""):
     return path
 
 
-def test_run_tells_the_story(capsys):
+def test_run_prints_the_events(capsys):
     assert main(["run", str(ROD)]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""
@@ -374,7 +374,7 @@ def test_the_installed_command(tmp_path):
     assert done.stderr.count(b"\n") == 1
 
 
-def test_the_story_is_plain_ascii():
+def test_the_account_is_plain_ascii():
     done = command("run", ROD, env={**os.environ, "PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0
     assert done.stdout.isascii()

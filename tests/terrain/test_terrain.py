@@ -33,7 +33,7 @@ def particle(terrain, x, y, *, friction=0.0, restitution=0.0, gravity=G):
     )
 
 
-def story(run):
+def mode_events(run):
     return [(phase.mode, phase.cause) for phase in run.phases]
 
 
@@ -122,7 +122,7 @@ def test_off_a_table_onto_the_floor():
     fall = math.sqrt(2 * 2 / G)
     speed = math.sqrt(6)
     assert run.outcome == "rest"
-    assert story(run) == [
+    assert mode_events(run) == [
         ("R", "start"),
         ("S", "left-segment"),
         ("R", "zeno"),
@@ -140,7 +140,7 @@ def test_past_the_end_of_a_segment_there_is_nothing():
     posture = sf.Posture(1.0, 0.1, (0.0, 0.0), [contact], restitution=0.5, gravity=G)
     run = sf.simulate(posture, (0, 0, 0), (1, 0, 0))
     assert (run.outcome, run.time) == ("escape", 2.0)
-    assert story(run) == [("R", "start"), ("S", "left-segment")]
+    assert mode_events(run) == [("R", "start"), ("S", "left-segment")]
     assert run.gaps[0] == math.inf
     # The first bounce lands on the segment, the next one beyond its end.
     run = sf.simulate(posture, (0, 5, 0), (1.5, 0, 0), time_limit=4.0)

@@ -120,8 +120,10 @@ impl IoCause {
 /// The message of the system, without its number.
 impl Display for IoCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let said = self.0.to_string();
-        f.write_str(said.split_once(" (os error").map_or(said.as_str(), |(said, _)| said))
+        let message = self.0.to_string();
+        f.write_str(
+            message.split_once(" (os error").map_or(message.as_str(), |(message, _)| message),
+        )
     }
 }
 

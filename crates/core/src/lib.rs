@@ -36,8 +36,9 @@
 //! | [`sweep`] | the same questions on grids of parameters |
 //!
 //! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
-//! clattering), `sustained` (motion while contacts stay closed), `motion` (the loop over events), `auto` (choice of the model),
-//! `enclosure` (proved bounds). In the source each stands above those that use it, in the order of `lib.rs`.
+//! clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the motion until it ends), `motion` (the loop
+//! over events), `auto` (choice of the model), `enclosure` (proved bounds). In the source each stands above those that use it, in
+//! the order of `lib.rs`. `docs/architecture.md` lists them with their files.
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]

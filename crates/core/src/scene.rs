@@ -304,27 +304,27 @@ model = \"full\"
 "contact": [{"point": [-0.5, 0.0]}],
 "run": {"model": "full"}}"#;
 
-    /// What is said of a text with one part replaced. All of such messages: `tests/python_api/test_messages.py`.
-    fn said(read: fn(&str) -> Result<Scene, Error>, text: &str, old: &str, new: &str) -> String {
+    /// The error message for a text with one part replaced. All of such messages: `tests/python_api/test_messages.py`.
+    fn refusal(read: fn(&str) -> Result<Scene, Error>, text: &str, old: &str, new: &str) -> String {
         assert!(text.contains(old), "{old}");
         read(&text.replacen(old, new, 1)).unwrap_err().to_string()
     }
 
     #[test]
     fn a_number_out_of_range_has_its_line_and_column() {
-        for (old, new, message) in [
+        for (old, new, expected) in [
             ("mass = 1.0", "mass = 0.0", "scene: line 4, column 8: body.mass = 0.0 is"),
             ("-0.5, 0.0", "-0.5, nan", "scene: line 8, column 16: contact.1.point.y = NaN is"),
             ("0.011", "inf", "scene: line 10, column 11: start.q.y = inf is"),
             ("model = \"full\"", "time_limit = -1", "scene: line 12, column 14: run.time_limit ="),
         ] {
-            let said = said(Scene::from_toml, TOML, old, new);
-            assert!(said.starts_with(message), "{said}");
+            let message = refusal(Scene::from_toml, TOML, old, new);
+            assert!(message.starts_with(expected), "{message}");
         }
-        let said = said(Scene::from_json, JSON, "-0.5, 0.0", "-0.5, 1e200");
+        let message = refusal(Scene::from_json, JSON, "-0.5, 0.0", "-0.5, 1e200");
         assert!(
-            said.starts_with("scene: line 3, column 30: contact.1.point.y = 1e200 is"),
-            "{said}"
+            message.starts_with("scene: line 3, column 30: contact.1.point.y = 1e200 is"),
+            "{message}"
         );
     }
 
@@ -337,8 +337,8 @@ model = \"full\"
             ("model = \"full\"", "model = { full = 1 }"),
             ("[[contact]]", "[contact]"),
         ] {
-            let said = said(Scene::from_toml, TOML, old, new);
-            assert!(said.contains(": invalid type: "), "{said}");
+            let message = refusal(Scene::from_toml, TOML, old, new);
+            assert!(message.contains(": invalid type: "), "{message}");
         }
         for (old, new) in [
             (JSON, "[9.81, 0.1]"),
@@ -346,8 +346,8 @@ model = \"full\"
             ("{\"point\": [-0.5, 0.0]}", "[[-0.5, 0.0]]"),
             ("\"full\"", "{\"full\": null}"),
         ] {
-            let said = said(Scene::from_json, JSON, old, new);
-            assert!(said.contains(": invalid type: "), "{said}");
+            let message = refusal(Scene::from_json, JSON, old, new);
+            assert!(message.contains(": invalid type: "), "{message}");
         }
     }
 }

@@ -675,18 +675,18 @@ mod tests {
     #[test]
     fn wrong_questions_are_named() {
         let rod = rod();
-        let said =
+        let message =
             |path: &str, value: f64| Axis::new(path, vec![value], &rod).unwrap_err().to_string();
-        assert!(said("colour", 1.0).contains("over = \"colour\""));
-        assert!(said("contacts.3.slope", 0.0).contains("from 1 to 2"));
-        assert!(said("contacts.01.slope", 0.0).contains("from 1 to 2"));
-        assert!(said("mass", -1.0).contains("mass = -1.0"));
+        assert!(message("colour", 1.0).contains("over = \"colour\""));
+        assert!(message("contacts.3.slope", 0.0).contains("from 1 to 2"));
+        assert!(message("contacts.01.slope", 0.0).contains("from 1 to 2"));
+        assert!(message("mass", -1.0).contains("mass = -1.0"));
         for wrong in [0.0, f64::NAN, f64::INFINITY] {
             let error = Axis::new("mass", vec![1.0, wrong, 2.0], &rod).unwrap_err().to_string();
             assert!(error.contains(&format!("mass = {wrong:?}")), "{error}");
         }
-        assert!(said("contacts.2.slope", 2.0).contains("contacts.2.slope = 2.0"));
-        assert!(said("center_of_mass.x", f64::NAN).contains("center_of_mass.x = NaN"));
+        assert!(message("contacts.2.slope", 2.0).contains("contacts.2.slope = 2.0"));
+        assert!(message("center_of_mass.x", f64::NAN).contains("center_of_mass.x = NaN"));
         let axis = |path: &str| Axis::new(path, vec![0.5], &rod).unwrap();
         for (one, two) in [
             ("mass", "mass"),

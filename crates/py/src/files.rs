@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::error::to_py;
 
 /// Time between two checks for Ctrl-C.
-const LOOK: Duration = Duration::from_millis(10);
+const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Writes a file under another name and renames it: complete or not at all. Special files, such as pipes, are written directly.
 #[pyfunction]
@@ -21,7 +21,7 @@ pub(crate) fn write_whole(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyRes
     let writing = thread::spawn(move || standfast::write_whole(&path, &data));
     while !writing.is_finished() {
         py.check_signals()?;
-        py.detach(|| thread::sleep(LOOK));
+        py.detach(|| thread::sleep(CHECK_INTERVAL));
     }
     let written = writing.join().unwrap_or_else(|_| unreachable!("writing does not panic"));
     written.map_err(|e| to_py(&e))

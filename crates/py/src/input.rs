@@ -379,7 +379,7 @@ pub(crate) fn no_range(start: usize, stop: usize, size: usize) -> PyErr {
 }
 
 /// The error for q without qdot or the reverse, or for options without a start.
-pub(crate) fn half_a_start() -> PyErr {
+pub(crate) fn incomplete_start() -> PyErr {
     let allowed = "q and qdot together, and options of simulate only with them".into();
     to_py(&Error::Unusable { field: "q, qdot".into(), value: "only one of them".into(), allowed })
 }

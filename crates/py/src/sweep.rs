@@ -69,7 +69,7 @@ impl PySweep {
                 Some((State::new(input::q(q)?, input::qdot(qdot)?), chosen))
             }
             (None, None, None) => None,
-            _ => return Err(input::half_a_start()),
+            _ => return Err(input::incomplete_start()),
         };
         if sweep.needs_start() != given.is_some() {
             return Err(input::start_or_not(sweep.needs_start()));

@@ -42,7 +42,7 @@ use arm::{Angle, Arm};
 use slide::Until;
 
 /// Number of collisions between two checks of whether the remaining time is negligible.
-const LOOK: usize = 8;
+const CHECK_INTERVAL: usize = 8;
 
 /// Largest number of events of a local run, counted as in [`Options::event_limit`], and largest number of its
 /// collisions that the shadow follows. The full model also freezes its geometry in the last moments of an accumulation,

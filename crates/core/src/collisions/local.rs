@@ -51,9 +51,9 @@ pub(crate) enum LoopExit {
     Never,
 }
 
-/// After n collisions, the next test for a tail comes 1 + n/PATIENCE collisions later. The test costs as much as a collision,
+/// After n collisions, the next test for a tail comes 1 + n/CHECKS collisions later. The test costs as much as a collision,
 /// and only about this share of the collisions is simulated in vain.
-const PATIENCE: usize = 16;
+const CHECKS: usize = 16;
 /// Collisions by which the record grows at a time, an even number. To check at every collision whether the list has to grow
 /// costs half as much as the collision.
 const BLOCK: usize = 64;
@@ -301,7 +301,7 @@ impl LocalCollisions {
             if let Some(halt) = accumulates(m, self, log.end) {
                 return Some(halt);
             }
-            self.granted = log.chunk().min(1 + (log.hits - self.first) / PATIENCE);
+            self.granted = log.chunk().min(1 + (log.hits - self.first) / CHECKS);
             self.left = self.granted;
             if self.granted == 0 {
                 return Some(LoopExit::EventLimit);

@@ -54,11 +54,11 @@ fn of_toml<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
     };
     read().map(|table| table.0).map_err(|(field, error)| {
         let span = error.span().unwrap_or_default();
-        let said = match error.message() {
+        let message = match error.message() {
             "duplicate key" => format!("duplicate key `{}`", &text[span.clone()]),
-            said => said.to_owned(),
+            message => message.to_owned(),
         };
-        malformed(place(text, span.start), &field, &said)
+        malformed(place(text, span.start), &field, &message)
     })
 }
 
@@ -74,14 +74,15 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
         let lines = text.split_inclusive('\n').take(error.line().saturating_sub(1));
         let reached = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
         let value = if error.is_data() { json_start(text, &field) } else { None };
-        let said = error.to_string();
-        let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
-        let said = match said {
+        let message = error.to_string();
+        let message =
+            message.rsplit_once(" at line ").map_or(message.as_str(), |(message, _)| message);
+        let message = match message {
             "expected value" => "a value of JSON is needed: no NaN, no Infinity, no comment",
             "number out of range" => "a number within the range of doubles is needed",
-            said => said,
+            message => message,
         };
-        malformed(place(text, value.unwrap_or(reached)), &field, said)
+        malformed(place(text, value.unwrap_or(reached)), &field, message)
     })
 }
 
@@ -151,10 +152,10 @@ fn json_start(text: &str, field: &str) -> Option<usize> {
 }
 
 /// A parser's message, with the names of types as a reader of the file calls them.
-fn malformed((line, column): (usize, usize), field: &str, said: &str) -> Error {
-    let (found, expected) = match said.rsplit_once(", expected ") {
+fn malformed((line, column): (usize, usize), field: &str, message: &str) -> Error {
+    let (found, expected) = match message.rsplit_once(", expected ") {
         Some((found, expected)) => (found, format!(", expected {}", in_words(expected))),
-        None => (said, String::new()),
+        None => (message, String::new()),
     };
     let found = match found.trim_end_matches(" as i128").trim_end_matches(" as u128") {
         "invalid type: map" => "invalid type: table".into(),

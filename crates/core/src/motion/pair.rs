@@ -166,7 +166,7 @@ impl Coordinates for Pair {
         let (frozen, full) = (frame.frozen.is_some().then_some(frame.spin), driver.full());
         let all = (0..driver.body.count).all(|i| rests[i] && driver.resting[i]);
         if all && let Some(modes) = driver.stands(&full, frozen) {
-            return Err(driver.stay_in(modes, full, frozen));
+            return Err(driver.rest_in(modes, full, frozen));
         }
         let body = driver.record.base.body_state(&full, frozen);
         Ok(body.unwrap_or_else(|| unreachable!("contact phases belong to a body")))
@@ -531,7 +531,7 @@ impl<'a> Driver<'a, Pair> {
             || model.e[0] != model.e[1]
             || !(self.log.clock.hi + t <= self.log.end)
             || turns
-                && matches!(&self.body.state, PairState::Full(state) if !state.keeps_step(t, &self.log))
+                && matches!(&self.body.state, PairState::Full(state) if !state.stays_synchronous(t, &self.log))
         {
             return None;
         }

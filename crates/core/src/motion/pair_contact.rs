@@ -115,7 +115,7 @@ impl Driver<'_, Pair> {
     }
 
     /// Stays at rest in these modes.
-    pub(super) fn stay_in(
+    pub(super) fn rest_in(
         &mut self,
         modes: [Mode; 2],
         mut full: Snapshot,

@@ -43,7 +43,7 @@ pub(super) struct ChatterMonitor {
     largest: f64,
     before: f64,
     /// Two stretches had similar speeds.
-    goes_on: bool,
+    persistent: bool,
     /// Number of times that contacts have been set to rest because of that.
     ends: i32,
 }
@@ -74,7 +74,7 @@ impl ChatterMonitor {
             let alike = now <= SLOWER_STRETCH * before && before <= SLOWER_STRETCH * now;
             *self = Self {
                 before: now,
-                goes_on: self.goes_on || alike,
+                persistent: self.persistent || alike,
                 ends: self.ends,
                 ..Self::default()
             };
@@ -204,7 +204,7 @@ impl Driver<'_, AnyContacts> {
         let watched = self.body.chatter.limit(limit);
         self.body.chatter.follow(hit, &speeds, watched);
         // The speed below which contacts hit in turn stop.
-        let together = if self.body.chatter.goes_on {
+        let together = if self.body.chatter.persistent {
             watched
         } else if self.body.waiting > LISTED {
             HIT_IN_TURN * limit
@@ -233,14 +233,15 @@ impl Driver<'_, AnyContacts> {
             self.arrest(&stops);
             self.body.state.reconcile(self.body.posture.size());
             let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
-            if self.body.chatter.goes_on && v + self.body.posture.size() * omega.abs() <= watched {
+            if self.body.chatter.persistent && v + self.body.posture.size() * omega.abs() <= watched
+            {
                 self.body.state.stand();
             }
         }
         if stopped.is_empty() {
             return None;
         }
-        if self.body.chatter.goes_on {
+        if self.body.chatter.persistent {
             self.body.chatter.ends += 1;
             self.body
                 .stopped_chatter
@@ -249,7 +250,7 @@ impl Driver<'_, AnyContacts> {
             self.body.stopped_chatter.1 = watched;
         }
         self.body.waiting = 0;
-        self.body.chatter.goes_on = false;
+        self.body.chatter.persistent = false;
         self.settle(&stopped, false, error + self.nested.missing(self.body.state.gravity), by)
     }
 }
@@ -297,13 +298,13 @@ mod tests {
 
     #[test]
     fn impacts_of_constant_speed_go_on_and_those_that_shrink_do_not() {
-        for (ratio, goes_on) in [(1.0, true), (0.999, true), (0.99, false)] {
+        for (ratio, persistent) in [(1.0, true), (0.999, true), (0.99, false)] {
             let mut monitor = ChatterMonitor::default();
             for k in 0..4 * ChatterMonitor::STRETCH {
                 let speed = libm::pow(ratio, k as f64);
                 monitor.follow(speed, &[speed, 3.0], 2.0); // 3: too fast to be watched
             }
-            assert_eq!(monitor.goes_on, goes_on, "{ratio}");
+            assert_eq!(monitor.persistent, persistent, "{ratio}");
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::error::Error;
 use crate::outcome::ContactNumber;
 use crate::stability::clattering::clattering_bound;
-use crate::stability::reduced::{OrbitEnd, PATIENCE, ReducedMap, ReducedStep, Shape};
+use crate::stability::reduced::{CANCEL_INTERVAL, OrbitEnd, ReducedMap, ReducedStep, Shape};
 use crate::tolerance::{CYCLE_REACHED, RECURRENCE, SHAPE_LOST};
 
 /// The kind of end of a clattering motion.
@@ -197,7 +197,7 @@ impl ReducedMap {
             ..fate
         };
         for hits in 0..n {
-            if hits % PATIENCE == PATIENCE - 1 && cancel() {
+            if hits % CANCEL_INTERVAL == CANCEL_INTERVAL - 1 && cancel() {
                 return Ok(None);
             }
             if let Some(fate) = self.clatters(&shape, hits) {

@@ -296,7 +296,7 @@ impl Verdict {
         } else if found.chatter && strong {
             stable(Argument::Goyal)
         } else {
-            self.look_further(map)
+            self.apply_sharper_tests(map)
         };
         let mut margins = vec![found.equilibrium_margin / size];
         if found.equilibrium {
@@ -313,7 +313,7 @@ impl Verdict {
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
     }
 
-    fn look_further(&mut self, map: Option<&CornerMap>) -> (Stability, Option<Argument>) {
+    fn apply_sharper_tests(&mut self, map: Option<&CornerMap>) -> (Stability, Option<Argument>) {
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
             self.evidence = Evidence::Word(answer.word.to_string());

@@ -48,7 +48,7 @@ const LEAST_RESTITUTION: f64 = 1e-12;
 /// Limits of the ratio k_1g_1/(k_2g_2): this number and its inverse. Products of four such numbers are still doubles.
 const RATIO: f64 = 1e50;
 /// Number of impacts between two calls of `cancel`: some milliseconds.
-pub(crate) const PATIENCE: usize = 1 << 16;
+pub(crate) const CANCEL_INTERVAL: usize = 1 << 16;
 
 /// The state right after an impact, up to scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -400,7 +400,7 @@ impl ReducedMap {
         let mut means = Means::new(n);
         for k in 0..transient.saturating_add(n) {
             let Ok(shape) = next else { break };
-            if k % PATIENCE == PATIENCE - 1 && cancel() {
+            if k % CANCEL_INTERVAL == CANCEL_INTERVAL - 1 && cancel() {
                 return Ok(None);
             }
             next = self.step(&shape).map(|step| {

@@ -82,7 +82,7 @@ impl BodyState {
         let mut found = Vec::new();
         if self.is_dependent(&from.word) {
             for deep in 0..=DEEPEST {
-                self.let_go(from, ways, deep, &mut found, &mut search.tries);
+                self.release(from, ways, deep, &mut found, &mut search.tries);
                 if !found.is_empty() {
                     break;
                 }
@@ -110,7 +110,7 @@ impl BodyState {
     }
 
     /// Releases `deep` more contacts, in all ways, and collects the words in which the motion continues.
-    fn let_go(
+    fn release(
         &self,
         from: &Onward,
         ways: &[Option<i8>],
@@ -123,8 +123,8 @@ impl BodyState {
         }
         if deep == 0 {
             *tries -= 1;
-            let goes_on = |step: Step| step.goes_on(self, from, ways);
-            if Step::new(self, &from.word, ORDER).is_some_and(goes_on) {
+            let continues = |step: Step| step.continues(self, from, ways);
+            if Step::new(self, &from.word, ORDER).is_some_and(continues) {
                 found.push(from.clone());
             }
             return;
@@ -137,7 +137,7 @@ impl BodyState {
                 }
                 let mut to = from.clone();
                 (to.word[i], to.changed[i]) = (mode, true);
-                self.let_go(&to, ways, deep - 1, found, tries);
+                self.release(&to, ways, deep - 1, found, tries);
             }
         }
     }
@@ -177,7 +177,7 @@ impl Step {
 
     /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
     /// say (off the terrain, or along it in that direction), and the forces lie in their cones.
-    fn goes_on(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
+    fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
                 (_, None) | (Mode::Fixed, _) => return true,

@@ -336,7 +336,7 @@ impl FullState {
     }
 
     /// Whether both contacts, which bounce in step until they rest after `t`, keep landing together while the body turns.
-    pub(crate) fn keeps_step(&self, t: f64, log: &Log) -> bool {
+    pub(crate) fn stays_synchronous(&self, t: f64, log: &Log) -> bool {
         let [one, two] = FrozenModel::new(&self.frozen()).settle(&self.gaps, t).jump;
         let drift = self.drift(t, one.abs(), two.abs());
         let late = |i: usize| t * drift.gravity[i] / self.effective_gravity(i);
