@@ -8,7 +8,6 @@ use crate::body::contact::{ContactValues, PerContact};
 use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
-use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
