@@ -11,6 +11,8 @@
 //!
 //! Angles count counterclockwise, in rad. Pairs are always (tangential, normal).
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,7 +35,8 @@ pub struct Contact {
     /// The point in the nominal posture, world axes, in m. Its ground goes through it.
     #[serde(deserialize_with = "crate::serial::values::exactly")]
     pub point: [f64; 2],
-    /// Slope angle of the terrain, |slope| < π/2, in rad.
+    /// Slope angle of the terrain, −π < slope ≤ π, in rad: 0 is level ground, π/2 a wall on the right of the body, −π/2 one on its left,
+    /// π a ceiling. The doubles nearest to these angles stand for the angles themselves.
     #[serde(default)]
     pub slope: f64,
     /// Coulomb friction coefficient μ, from 0 to 1e12, dimensionless.
@@ -65,6 +68,22 @@ fn is_default_tangential_restitution(value: &f64) -> bool {
     *value == 0.0
 }
 
+/// (cos, sin) of a slope, exact for multiples of a right angle: with rounded ones, two walls without friction could hold a body between
+/// them by the tiny vertical parts of enormous forces.
+pub(crate) fn direction(slope: f64) -> Vector2<f64> {
+    match quarter_turns(slope) {
+        Some([cos, sin]) => Vector2::new(cos, sin),
+        None => Vector2::new(libm::cos(slope), libm::sin(slope)),
+    }
+}
+
+/// (cos, sin) of the slopes π/2, −π/2 and π.
+pub(crate) fn quarter_turns(slope: f64) -> Option<[f64; 2]> {
+    [(FRAC_PI_2, [0.0, 1.0]), (-FRAC_PI_2, [0.0, -1.0]), (PI, [-1.0, 0.0])]
+        .into_iter()
+        .find_map(|(angle, parts)| (slope == angle).then_some(parts))
+}
+
 impl Contact {
     /// A frictionless contact on level ground at `point`.
     #[must_use]
@@ -88,13 +107,14 @@ impl Contact {
     /// Unit tangent `t = (cos, sin)` of the terrain.
     #[must_use]
     pub fn tangent(&self) -> Vector2<f64> {
-        Vector2::new(libm::cos(self.slope), libm::sin(self.slope))
+        direction(self.slope)
     }
 
     /// Unit normal `n = (−sin, cos)`, out of the terrain.
     #[must_use]
     pub fn normal(&self) -> Vector2<f64> {
-        Vector2::new(-libm::sin(self.slope), libm::cos(self.slope))
+        let tangent = self.tangent();
+        Vector2::new(-tangent.y, tangent.x)
     }
 
     /// Checks every field; `at` is the path written in front of a field's name in an error.
@@ -103,14 +123,13 @@ impl Contact {
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
     pub fn validate(&self, at: &str) -> Result<(), Error> {
-        const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
         finite(format_args!("{at}point.x"), self.point[0])?;
         finite(format_args!("{at}point.y"), self.point[1])?;
         in_range(
             format_args!("{at}slope"),
             self.slope,
-            self.slope.abs() < RIGHT_ANGLE,
-            "|slope| < pi/2, so that the normal points up",
+            -PI < self.slope && self.slope <= PI,
+            "-pi < slope <= pi, in rad",
         )?;
         friction(format_args!("{at}friction"), self.friction)?;
         if let Some(value) = self.restitution {
@@ -146,11 +165,17 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_is_no_terrain() {
-        let wall = Contact::at(0.0, 0.0).on_slope(std::f64::consts::FRAC_PI_2);
-        let error = wall.validate("contacts.1.").unwrap_err().to_string();
-        assert!(error.contains("contacts.1.slope") && error.contains("pi/2"), "{error}");
-        assert!(Contact { segment: [0.0, 0.0], ..wall.on_slope(0.0) }.validate("").is_err());
+    fn slopes_reach_around_the_circle() {
+        let wall = Contact::at(0.0, 0.0).on_slope(FRAC_PI_2);
+        assert_eq!((wall.normal(), wall.on_slope(PI).normal().y), (Vector2::new(-1.0, 0.0), -1.0));
+        assert!(
+            [wall, wall.on_slope(PI), wall.on_slope(-3.1)].iter().all(|k| k.validate("").is_ok())
+        );
+        for slope in [-PI, 3.2, f64::NAN] {
+            let error = wall.on_slope(slope).validate("contacts.1.").unwrap_err().to_string();
+            assert!(error.contains("contacts.1.slope") && error.contains("pi"), "{error}");
+        }
+        assert!(Contact { segment: [0.0, 0.0], ..wall }.validate("").is_err());
         for friction in [f64::NAN, -0.1, 2e12] {
             assert!(Contact { friction, ..wall.on_slope(0.0) }.validate("").is_err());
         }

@@ -5,6 +5,7 @@
 //! Newton step proves, and any other gap that is positive at that time has been positive since the start. Where a gap is not
 //! concave, nothing is certain.
 
+use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure::{Claims, Gap, Model, NOTHING, ball};
@@ -140,7 +141,10 @@ fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<F
     let (feet, normals): (Vec<Foot>, Vec<[Ball; 2]>) = contacts
         .map(|(contact, geometry)| {
             let slope = sine.of(ball(contact.slope));
-            let (cos, sin) = (ball(1.0) - slope.one_minus_cos, slope.sin);
+            let [cos, sin] = match quarter_turns(contact.slope) {
+                Some(exact) => exact.map(ball),
+                None => [ball(1.0) - slope.one_minus_cos, slope.sin],
+            };
             let (tangent, normal) = ([cos, sin], [-sin, cos]);
             let d = [0, 1].map(|k| ball(contact.point[k]) - ball(fields.center_of_mass[k]));
             // R(θ)d − d

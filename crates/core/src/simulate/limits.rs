@@ -10,7 +10,7 @@ use crate::simulate::Start;
 /// stay in the range of doubles until the speeds have shrunk by all digits of the time.
 pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Result<(), Error> {
     let speed = |(h, u, g): (f64, f64, f64)| {
-        u.abs() + if h < f64::INFINITY { (2.0 * g).sqrt() * h.sqrt() } else { 0.0 }
+        u.abs() + if h < f64::INFINITY { (2.0 * g.abs()).sqrt() * h.sqrt() } else { 0.0 }
     };
     let fastest = starts.into_iter().map(speed).fold(0.0, f64::max);
     in_range(
