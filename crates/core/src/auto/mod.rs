@@ -56,9 +56,10 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
     let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
     let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
         posture.contacts().iter().enumerate().all(|(i, contact)| match posture.ground(i) {
-            Some(pieces) => {
-                pieces.iter().all(|piece| holds(&posture.on_piece(i, piece), contact.friction))
-            }
+            Some(ground) => ground
+                .pieces
+                .iter()
+                .all(|piece| holds(&posture.on_piece(i, piece), contact.friction)),
             None => holds(&posture.geometry()[i], contact.friction),
         })
     };

@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
-use crate::body::terrain::{Piece, Place, find, sides};
+use crate::body::terrain::{Ground, Piece, Place};
 use crate::tolerance::TOUCH;
 
 /// A contact on the piece of terrain under it.
@@ -21,22 +21,25 @@ impl Posture {
     /// Contact `i` on the piece of terrain under it at `q`. `frozen`: with the Jacobian rows of q = 0.
     pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
         let nominal = self.geometry()[i];
-        let Some(pieces) = self.ground(i) else {
+        let Some(ground) = self.ground(i) else {
             return Under { place: Place::anywhere(i), geometry: nominal, exists: true };
         };
         let arm = nominal.tangent * nominal.b + nominal.normal * nominal.c;
         let turned = if frozen {
-            -arm.y * q.z
+            Vector2::new(-arm.y, arm.x) * q.z
         } else {
-            let half = libm::sin(0.5 * q.z);
-            -arm.y * libm::sin(q.z) - 2.0 * arm.x * half * half
+            let (half, sin) = (libm::sin(0.5 * q.z), libm::sin(q.z));
+            Vector2::new(
+                -arm.y * sin - 2.0 * arm.x * half * half,
+                arm.x * sin - 2.0 * arm.y * half * half,
+            )
         };
-        let x = self.contacts()[i].point[0] + (q.x + turned);
-        let piece = find(pieces, x);
-        let near = piece.clamp(0, pieces.len() as isize - 1);
+        let at = Vector2::from(self.contacts()[i].point) + (q.xy() + turned);
+        let piece = ground.find(&at);
+        let near = piece.clamp(0, ground.pieces.len() as isize - 1);
         Under {
-            place: Place { contact: i, piece, sides: sides(pieces, piece, x) },
-            geometry: self.on_piece(i, &pieces[near as usize]),
+            place: ground.place(i, piece, &at),
+            geometry: self.on_piece(i, &ground.pieces[near as usize]),
             exists: piece == near,
         }
     }
@@ -59,33 +62,31 @@ impl Posture {
 
     /// Piece `k` of the terrain of a contact.
     pub(crate) fn piece(&self, contact: usize, k: isize) -> Option<&Piece> {
-        self.ground(contact)?.get(usize::try_from(k).ok()?)
+        self.ground(contact)?.pieces.get(usize::try_from(k).ok()?)
     }
 
     /// Constants of a contact on the piece of terrain nearest to it.
     pub(crate) fn on_nearest(&self, place: &Place) -> ContactGeometry {
-        let Some(pieces) = self.ground(place.contact) else {
+        let Some(ground) = self.ground(place.contact) else {
             return self.geometry()[place.contact];
         };
-        let near = place.piece.clamp(0, pieces.len() as isize - 1);
-        self.on_piece(place.contact, &pieces[near as usize])
+        let near = place.piece.clamp(0, ground.pieces.len() as isize - 1);
+        self.on_piece(place.contact, &ground.pieces[near as usize])
     }
 
     /// Height of the lowest vertex of the terrain; −∞ if a piece has no end.
     pub(crate) fn lowest_ground(&self) -> f64 {
         let count = self.contacts().len();
-        let pieces = (0..count).map(|i| self.ground(i));
-        let lowest = |pieces: Option<&[Piece]>| {
-            let end = |k: &Piece, x: f64| k.origin.y + (x - k.origin.x) * k.tangent.y / k.tangent.x;
-            pieces.map_or(f64::NEG_INFINITY, |pieces| {
-                let ends = pieces.iter().flat_map(|k| [end(k, k.from), end(k, k.to)]);
+        let lowest = |ground: Option<&Ground>| {
+            ground.map_or(f64::NEG_INFINITY, |ground| {
+                let ends = ground.pieces.iter().flat_map(|k| k.ends.map(|end| end.vertex.y));
                 ends.fold(
                     f64::INFINITY,
                     |low, y| if y.is_nan() { f64::NEG_INFINITY } else { low.min(y) },
                 )
             })
         };
-        pieces.map(lowest).fold(f64::INFINITY, f64::min)
+        (0..count).map(|i| lowest(self.ground(i))).fold(f64::INFINITY, f64::min)
     }
 
     /// Constants of contact `i` on a piece of terrain.

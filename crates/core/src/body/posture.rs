@@ -24,7 +24,7 @@ use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::LocalModel;
 use crate::body::own_ground::OwnGround;
 use crate::body::terrain;
-use crate::body::terrain::Piece;
+use crate::body::terrain::Ground;
 use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
@@ -56,7 +56,7 @@ struct Parts {
     fields: PostureFields,
     geometry: PerContact<ContactGeometry>,
     /// Pieces of terrain with ends: no list, one list for all contacts, or one for each contact.
-    grounds: Vec<Vec<Piece>>,
+    grounds: Vec<Ground>,
     /// See [`Posture::point_of`].
     points: PerContact<usize>,
     /// The longest arm or ρ, in m.
@@ -81,8 +81,9 @@ pub struct PostureFields {
     pub restitution: f64,
     /// Gravity g ≥ 0, downwards, in m/s².
     pub gravity: f64,
-    /// Vertices of the terrain, x increasing, world axes, in m. Each contact touches the piece under it, and `slope` and `segment` of the
-    /// contacts follow from the terrain. If there are no vertices, each contact touches only its own line, see [`Contact`].
+    /// Vertices of the terrain, world axes, in m: a polyline that does not meet itself, with the ground on its right. With x increasing it is
+    /// a ground without walls. Each contact touches the piece under it or, where there are walls, the nearest one; `slope` and `segment` of
+    /// the contacts follow from the terrain. If there are no vertices, each contact touches only its own line, see [`Contact`].
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -133,11 +134,11 @@ impl Posture {
         }
         let mut grounds = Vec::new();
         if !fields.terrain.is_empty() {
-            let pieces = terrain::polyline(&fields.terrain)?;
+            let ground = terrain::polyline(&fields.terrain)?;
             for (index, contact) in fields.contacts.iter_mut().enumerate() {
-                terrain::place_on(&pieces, contact, &format!("contacts.{}.", index + 1))?;
+                terrain::place_on(&ground, contact, &format!("contacts.{}.", index + 1))?;
             }
-            grounds.push(pieces);
+            grounds.push(ground);
         }
         let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
@@ -225,9 +226,9 @@ impl Posture {
         self.0.own_ground.as_ref()
     }
 
-    /// The pieces of terrain that contact `i` may touch, from left to right; `None`: one piece without ends.
-    pub(crate) fn ground(&self, i: usize) -> Option<&[Piece]> {
-        self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1))).map(Vec::as_slice)
+    /// The terrain that contact `i` may touch; `None`: one piece without ends.
+    pub(crate) fn ground(&self, i: usize) -> Option<&Ground> {
+        self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))
     }
 
     /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.

@@ -1,35 +1,70 @@
-//! Terrain with ends: adjacent straight pieces, and the choice of the piece under a point of the body.
+//! Terrain with ends: adjacent straight pieces, and the choice of the piece that a point of the body may touch.
 //!
 //! ```text
-//!          _____           from ≤ x < to: the piece under a point at x
-//!    \    /     \          a point touches the piece under it, from above;
-//!     \__/       \         beyond the ends it touches nothing
+//!          _____              the ground lies on the right of the polyline, the normal n points to its left
+//!    \    /     \   |          between pieces that face up, a vertical through their vertex separates
+//!     \__/       \__|          the points over the one from those over the other; elsewhere the bisector
 //! ```
 //!
-//! The ground is a function of x: it has no vertical faces and no overhangs. A point that has come under a piece from beyond its end does
-//! not touch it until it has left the piece or has risen above it.
+//! On the bisector of two pieces a point has the same distance to both lines, so that its gap does not jump where the piece changes. Beyond
+//! the ends of the terrain a point touches nothing. A point that has come behind a piece from beyond its end does not touch it until it has
+//! left the piece or has come to its front.
 
 use nalgebra::Vector2;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-use crate::body::contact::Contact;
+use crate::body::contact::{Contact, direction};
 use crate::error::{Error, finite};
 
 /// Largest number of vertices of a terrain.
 pub const MAX_VERTICES: usize = 1024;
 
-/// A straight piece of ground between two verticals.
+/// An end of a piece. A line through it separates the points that may touch this piece from those that may touch the next one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct End {
+    pub(crate) vertex: Vector2<f64>,
+    /// Unit normal of the separating line, along the terrain.
+    pub(crate) across: Vector2<f64>,
+    /// across·vertex
+    at: f64,
+}
+
+impl End {
+    fn new(vertex: Vector2<f64>, across: Vector2<f64>) -> Self {
+        // A piece without an end has it at ±∞, where a product with zero would be undefined.
+        let at = if across == Vector2::x() { vertex.x } else { across.dot(&vertex) };
+        Self { vertex, across, at }
+    }
+
+    /// Distance of a point beyond this end, along the terrain.
+    fn beyond(&self, point: &Vector2<f64>) -> f64 {
+        if self.across == Vector2::x() {
+            point.x - self.at
+        } else {
+            self.across.dot(point) - self.at
+        }
+    }
+}
+
+/// A straight piece of ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Piece {
-    /// x of its ends, in m.
-    pub(crate) from: f64,
-    pub(crate) to: f64,
+    /// Its start and its end.
+    pub(crate) ends: [End; 2],
     /// A point on it.
-    pub(crate) origin: Vector2<f64>,
+    origin: Vector2<f64>,
     pub(crate) tangent: Vector2<f64>,
     pub(crate) normal: Vector2<f64>,
     slope: f64,
+}
+
+/// The adjacent pieces that a contact may touch.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Ground {
+    pub(crate) pieces: Vec<Piece>,
+    /// Whether a piece does not face up: the ground is then no function of x, and pieces may face each other.
+    pub(crate) has_walls: bool,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -37,16 +72,18 @@ pub(crate) struct Piece {
 pub(crate) struct Place {
     /// The contact of this point.
     pub(crate) contact: usize,
-    /// The piece under it: −1 left of the first one, their number right of the last one.
+    /// The piece that it may touch: −1 before the first one, their number beyond the last one.
     pub(crate) piece: isize,
-    /// Horizontal distances to the ends on the left and on the right, in m.
+    /// Distances to the separating lines at the start and at the end of this piece, in m.
     pub(crate) sides: [f64; 2],
+    /// Unit normals of these lines, along the terrain.
+    pub(crate) across: [Vector2<f64>; 2],
 }
 
 impl Place {
     /// On terrain without ends.
     pub(crate) fn anywhere(contact: usize) -> Self {
-        Self { contact, piece: 0, sides: [f64::INFINITY; 2] }
+        Self { contact, piece: 0, sides: [f64::INFINITY; 2], across: [Vector2::x(); 2] }
     }
 }
 
@@ -55,21 +92,26 @@ impl Piece {
     fn of_contact(contact: &Contact) -> Self {
         let (tangent, normal) = (contact.tangent(), contact.normal());
         let origin = Vector2::from(contact.point);
-        let end = |along: f64| origin.x + along * tangent.x;
-        let [from, to] = contact.segment.map(end);
-        Self { from, to, origin, tangent, normal, slope: contact.slope }
+        let across = if tangent.x > 0.0 { Vector2::x() } else { tangent };
+        let ends = contact.segment.map(|along| match along.is_finite() {
+            true => End::new(origin + tangent * along, across),
+            false => End { vertex: tangent * along, across, at: along },
+        });
+        Self { ends, origin, tangent, normal, slope: contact.slope }
     }
 
     /// From one vertex to the next.
     fn between(a: [f64; 2], b: [f64; 2]) -> Self {
-        let slope = libm::atan2(b[1] - a[1], b[0] - a[0]);
-        let (sin, cos) = (libm::sin(slope), libm::cos(slope));
+        let slope = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
+        let tangent = direction(slope);
+        let end = |vertex: [f64; 2]| {
+            End::new(vertex.into(), if tangent.x > 0.0 { Vector2::x() } else { tangent })
+        };
         Self {
-            from: a[0],
-            to: b[0],
+            ends: [end(a), end(b)],
             origin: a.into(),
-            tangent: Vector2::new(cos, sin),
-            normal: Vector2::new(-sin, cos),
+            tangent,
+            normal: Vector2::new(-tangent.y, tangent.x),
             slope,
         }
     }
@@ -77,6 +119,81 @@ impl Piece {
     /// Height of a point at `at` over the line, n·(at − origin), in m.
     pub(crate) fn height(&self, at: &Vector2<f64>) -> f64 {
         self.normal.dot(&(at - self.origin))
+    }
+
+    /// Distances of a point from the separating lines at both ends, in m.
+    pub(crate) fn sides(&self, at: &Vector2<f64>) -> [f64; 2] {
+        [self.ends[0].beyond(at), -self.ends[1].beyond(at)]
+    }
+
+    /// Distances of a point along the piece from its two vertices, in m.
+    pub(crate) fn along(&self, at: &Vector2<f64>) -> [f64; 2] {
+        let [from, to] = self.ends.map(|end| self.tangent.dot(&(at - end.vertex)));
+        [from, -to]
+    }
+
+    /// Distance of a point from the nearest point of the piece, in m.
+    fn distance(&self, at: &Vector2<f64>) -> f64 {
+        let [before, after] = self.along(at).map(|side| (-side).max(0.0));
+        libm::hypot(self.height(at), before.max(after))
+    }
+
+    fn faces_up(&self) -> bool {
+        self.tangent.x > 0.0
+    }
+}
+
+impl Ground {
+    fn new(mut pieces: Vec<Piece>) -> Self {
+        for k in 1..pieces.len() {
+            let [one, two] = [pieces[k - 1], pieces[k]];
+            if !(one.faces_up() && two.faces_up()) {
+                let bisector = (one.tangent + two.tangent).normalize();
+                let end = End::new(two.ends[0].vertex, bisector);
+                (pieces[k - 1].ends[1], pieces[k].ends[0]) = (end, end);
+            }
+        }
+        let has_walls = !pieces.iter().all(Piece::faces_up);
+        Self { pieces, has_walls }
+    }
+
+    /// The piece that a point may touch: that under it or, where there are walls, the nearest one. A vertex belongs to the piece that
+    /// follows, the last one to the last piece.
+    pub(super) fn find(&self, at: &Vector2<f64>) -> isize {
+        let pieces = &self.pieces;
+        let last = pieces.len() - 1;
+        if !self.has_walls {
+            let after = pieces.partition_point(|piece| piece.ends[0].beyond(at) >= 0.0);
+            let beyond = pieces[last].ends[1].beyond(at) > 0.0;
+            return if beyond { last as isize + 1 } else { after as isize - 1 };
+        }
+        let least = pieces.iter().map(|k| k.distance(at)).fold(f64::INFINITY, f64::min);
+        let rounding = 4.0 * f64::EPSILON * (at.x.abs() + at.y.abs());
+        let near = |&k: &usize| last == 0 || pieces[k].distance(at) <= least + rounding;
+        let holds = |&k: &usize| pieces[k].sides(at).iter().all(|side| *side >= 0.0);
+        let candidates = || (0..=last).rev().filter(near);
+        let Some(k) = candidates().find(holds).or_else(|| candidates().next()) else { return 0 };
+        let [from, to] = pieces[k].sides(at);
+        if k == 0 && from < 0.0 {
+            -1
+        } else if k == last && to < 0.0 {
+            last as isize + 1
+        } else {
+            k as isize
+        }
+    }
+
+    /// Place of a point relative to piece `k`.
+    pub(crate) fn place(&self, contact: usize, k: isize, at: &Vector2<f64>) -> Place {
+        let ends = [&self.pieces[0], &self.pieces[self.pieces.len() - 1]];
+        let (sides, across) = match usize::try_from(k).ok().map(|k| self.pieces.get(k)) {
+            Some(Some(piece)) => (piece.sides(at), piece.ends.map(|end| end.across)),
+            Some(None) => {
+                ([ends[1].ends[1].beyond(at), f64::INFINITY], [ends[1].ends[1].across; 2])
+            }
+            None => ([f64::INFINITY, -ends[0].ends[0].beyond(at)], [ends[0].ends[0].across; 2]),
+        };
+        Place { contact, piece: k, sides, across }
     }
 }
 
@@ -97,8 +214,8 @@ where
     Ok(vertices)
 }
 
-/// Checks the vertices (x increasing) and returns the pieces between them.
-pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Vec<Piece>, Error> {
+/// Checks the vertices and returns the pieces between them.
+pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
     let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
         field,
         value,
@@ -113,38 +230,75 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Vec<Piece>, Error> {
         finite(format!("terrain.{}.x", k + 1), *x)?;
         finite(format!("terrain.{}.y", k + 1), *y)?;
     }
-    vertices
-        .windows(2)
-        .enumerate()
-        .map(|(k, pair)| {
-            let piece = Piece::between(pair[0], pair[1]);
-            let beyond = |axis: usize| format!("{:?} after {:?}", pair[1][axis], pair[0][axis]);
-            if !(pair[1][0] > pair[0][0]) {
-                let allowed = "x increasing from vertex to vertex: no walls, no overhangs";
-                return Err(unusable(format!("terrain.{}.x", k + 2), beyond(0), allowed));
-            }
-            if !(piece.slope.abs() < std::f64::consts::FRAC_PI_2) {
-                let allowed = "terrain that is not as steep as a wall, to the last bit";
-                return Err(unusable(format!("terrain.{}.y", k + 2), beyond(1), allowed));
-            }
-            Ok(piece)
-        })
-        .collect()
+    if let Some(k) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
+        let value = format!("{:?} twice", vertices[k]);
+        return Err(unusable(
+            format!("terrain.{}", k + 2),
+            value,
+            "another point than the vertex before",
+        ));
+    }
+    if let Some((i, j)) = meeting(vertices) {
+        let name = |k: usize| format!("the piece from vertex {} to vertex {}", k + 1, k + 2);
+        let value = format!("{} that meets {}", name(j), name(i));
+        return Err(unusable("terrain".into(), value, "a polyline that does not meet itself"));
+    }
+    let pieces = vertices.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
+    Ok(Ground::new(pieces))
+}
+
+/// The first two pieces of a polyline that meet, other than neighbours at their vertex.
+fn meeting(vertices: &[[f64; 2]]) -> Option<(usize, usize)> {
+    if vertices.windows(2).all(|pair| pair[1][0] > pair[0][0]) {
+        return None;
+    }
+    let point = |k: usize| Vector2::from(vertices[k]);
+    // Twice the area of a triangle: positive if the third corner lies on the left of the way from the first to the second.
+    let area = |a: usize, b: usize, c: usize| (point(b) - point(a)).perp(&(point(c) - point(a)));
+    let apart = |one: [f64; 2], other: [f64; 2]| {
+        let [[a, b], [c, d]] = [one, other].map(|[p, q]| [p.min(q), p.max(q)]);
+        b < c || d < a
+    };
+    let count = vertices.len() - 1;
+    (0..count).flat_map(|j| (0..j).map(move |i| (i, j))).find(|&(i, j)| {
+        if i + 1 == j {
+            let [one, two] = [point(j) - point(i), point(j + 1) - point(j)];
+            return one.perp(&two) == 0.0 && one.dot(&two) < 0.0; // it turns back on itself
+        }
+        let far = |axis: usize| {
+            apart(
+                [vertices[i][axis], vertices[i + 1][axis]],
+                [vertices[j][axis], vertices[j + 1][axis]],
+            )
+        };
+        let same_side = |a: usize, b: usize| area(a, a + 1, b) * area(a, a + 1, b + 1) > 0.0;
+        !(far(0) || far(1) || same_side(i, j) || same_side(j, i))
+    })
 }
 
 /// Sets slope and segment of a contact from the terrain. If they are given, they must be equal to these.
-pub(crate) fn place_on(pieces: &[Piece], contact: &mut Contact, at: &str) -> Result<(), Error> {
+pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Result<(), Error> {
     let [x, y] = contact.point;
-    let Some(piece) = pieces.get(usize::try_from(find(pieces, x)).unwrap_or(usize::MAX)) else {
-        let (low, high) = (pieces[0].from, pieces[pieces.len() - 1].to);
-        return Err(Error::Unusable {
-            field: format!("{at}point.x"),
-            value: format!("{x:?}"),
-            allowed: format!("from {low:?} to {high:?}, over the terrain"),
-        });
+    let (pieces, point) = (&ground.pieces, Vector2::from(contact.point));
+    let found = usize::try_from(ground.find(&point)).unwrap_or(usize::MAX);
+    let Some(piece) = pieces.get(found) else {
+        let (low, high) = (pieces[0].ends[0].vertex.x, pieces[pieces.len() - 1].ends[1].vertex.x);
+        let (field, value, allowed) = if ground.has_walls {
+            ("point", format!("({x:?}, {y:?})"), "a point between the ends of the terrain".into())
+        } else {
+            ("point.x", format!("{x:?}"), format!("from {low:?} to {high:?}, over the terrain"))
+        };
+        return Err(Error::Unusable { field: format!("{at}{field}"), value, allowed });
     };
-    let end = |end: f64| (end - x) / piece.tangent.x;
-    let (slope, segment) = (piece.slope, [end(piece.from), end(piece.to)]);
+    let end = |side: usize| {
+        let sign = if side == 0 { -1.0 } else { 1.0 };
+        if piece.faces_up() {
+            (piece.ends[side].vertex.x - x) / piece.tangent.x
+        } else {
+            sign * piece.along(&point)[side]
+        }
+    };
+    let (slope, segment) = (piece.slope, [end(0), end(1)]);
     let plain = Contact::at(x, y);
     for (field, given, left_out, own) in [
         ("slope", vec![contact.slope], vec![plain.slope], vec![slope]),
@@ -162,28 +316,10 @@ pub(crate) fn place_on(pieces: &[Piece], contact: &mut Contact, at: &str) -> Res
     Ok(())
 }
 
-/// The pieces of each contact's own terrain; an empty list if no piece has ends.
-pub(crate) fn own(contacts: &[Contact]) -> Vec<Vec<Piece>> {
+/// Each contact's own terrain; an empty list if no piece has ends.
+pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
         return Vec::new();
     }
-    contacts.iter().map(|contact| vec![Piece::of_contact(contact)]).collect()
-}
-
-/// The piece under x: a vertex belongs to the piece on its right, the last one to the last piece.
-pub(super) fn find(pieces: &[Piece], x: f64) -> isize {
-    let after = pieces.partition_point(|piece| piece.from <= x);
-    let last = pieces[pieces.len() - 1].to;
-    if x > last { pieces.len() as isize } else { after as isize - 1 }
-}
-
-/// Distances from x to the ends of piece `k`.
-pub(super) fn sides(pieces: &[Piece], k: isize, x: f64) -> [f64; 2] {
-    let first = &pieces[0];
-    let last = &pieces[pieces.len() - 1];
-    match usize::try_from(k).ok().map(|k| pieces.get(k)) {
-        Some(Some(piece)) => [x - piece.from, piece.to - x],
-        Some(None) => [x - last.to, f64::INFINITY],
-        None => [f64::INFINITY, first.from - x],
-    }
+    contacts.iter().map(|contact| Ground::new(vec![Piece::of_contact(contact)])).collect()
 }

@@ -39,6 +39,17 @@ pub(crate) fn determinant(m: &[[Series; 3]; 3], n: usize, order: usize) -> Serie
     }
 }
 
+/// The series about another time, Σ cₖ (t + by)ᵏ, by repeated synthetic division.
+pub(crate) fn shifted(series: &Series, by: f64) -> Series {
+    let mut shifted = *series;
+    for k in 0..ORDER {
+        for j in (k..ORDER - 1).rev() {
+            shifted[j] += by * shifted[j + 1];
+        }
+    }
+    shifted
+}
+
 /// The constant series.
 pub(crate) fn constant(value: f64) -> Series {
     let mut series = ZERO;

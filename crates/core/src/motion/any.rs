@@ -2,6 +2,7 @@
 //! when the speeds of its contacts are below the rounding error of the largest speed so far. Impacts in turn at one instant are
 //! summed, and so are cycles of two contacts on the ground that repeat themselves.
 
+use nalgebra::Vector2;
 use std::collections::BTreeSet;
 
 use crate::body::contact::{ContactValues, PerContact};
@@ -243,9 +244,12 @@ impl<'a> Driver<'a, AnyContacts> {
         // Each point stays on its piece. Its displacement has less rounding error than its position.
         for (p, old) in self.body.state.points.iter_mut().zip(&before.points) {
             let turn = self.body.state.spin.theta - before.spin.theta;
-            let way = self.body.state.center.r.x - before.center.r.x - old.arm().y * turn;
+            let arm = old.arm();
+            let way =
+                self.body.state.center.r - before.center.r + Vector2::new(-arm.y, arm.x) * turn;
             let [left, right] = old.place.sides;
-            p.place.sides = [left + way, right - way].map(|side| side.max(0.0));
+            let [one, two] = old.place.across.map(|across| across.dot(&way));
+            p.place.sides = [left + one, right - two].map(|side| side.max(0.0));
         }
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
         if let Some(last) = self.record.zeno.last_mut().filter(|last| last.method == Method::Mixed)
@@ -341,6 +345,13 @@ impl<'a> Driver<'a, AnyContacts> {
             .filter_map(|i| self.body.state.surfacing(i, t.min(left)).map(|t| (t, i)))
             .min_by(|x, y| x.0.total_cmp(&y.0));
         let t = surfacing.map_or(t, |(t, _)| t);
+        let strike = (0..n)
+            .filter(|_| !lost)
+            .filter_map(|i| {
+                self.body.state.strike(i, &self.body.posture, t.min(left)).map(|hit| (hit, i))
+            })
+            .min_by(|x, y| x.0.0.total_cmp(&y.0.0));
+        let t = strike.map_or(t, |((t, _), _)| t);
         // Events farther away than `DEPARTED` are never reached.
         let fall =
             |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
@@ -360,6 +371,10 @@ impl<'a> Driver<'a, AnyContacts> {
         self.log.clock = self.log.clock.after(t);
         if self.log.hits.is_multiple_of(REFRESH) {
             self.refresh();
+        }
+        if let Some(((_, k), i)) = strike {
+            self.body.state.put_on(i, &self.body.posture, k);
+            return None;
         }
         if let Some((_, i)) = surfacing {
             self.body.state.points[i].surfaces();

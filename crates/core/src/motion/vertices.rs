@@ -64,19 +64,28 @@ impl Driver<'_, AnyContacts> {
         let old = self.body.state.points[i];
         let mut p = old;
         let Place { contact, piece, .. } = old.place;
-        let next = if side == 0 { piece - 1 } else { piece + 1 };
-        let width = self.body.posture.piece(contact, next).map_or(f64::INFINITY, |k| k.to - k.from);
-        p.place = Place {
-            contact,
-            piece: next,
-            sides: if side == 0 { [width, 0.0] } else { [0.0, width] },
-        };
-        let Some(piece) = self.body.posture.piece(contact, next) else {
+        let step = if side == 0 { -1 } else { 1 };
+        let (arm, at) = (old.arm(), self.body.state.position(i, &self.body.posture));
+        let Some(ground) = self.body.posture.ground(contact) else { return old };
+        p.place = ground.place(contact, piece + step, &at);
+        // Where separating lines have crossed each other, the point has crossed several of them.
+        while ground.has_walls
+            && p.place.sides[side] < 0.0
+            && self.body.posture.piece(contact, p.place.piece).is_some()
+        {
+            p.place = ground.place(contact, p.place.piece + step, &at);
+        }
+        let is_next = p.place.piece == piece + step;
+        if is_next {
+            p.place.sides[1 - side] = 0.0;
+        }
+        let Some(piece) = self.body.posture.piece(contact, p.place.piece) else {
             (p.h, p.depth) = (f64::INFINITY, 0.0);
             return p;
         };
-        let com = Vector2::from(self.body.posture.fields().center_of_mass);
-        let arm = old.arm();
+        if !ground.has_walls {
+            p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
+        }
         let velocity = old.tangent * self.body.state.slip(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
@@ -84,10 +93,13 @@ impl Driver<'_, AnyContacts> {
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
         }
-        let turn = if self.body.state.frozen.is_some() { self.body.state.spin.theta } else { 0.0 };
-        let at = com + self.body.state.center.r + arm + Vector2::new(-arm.y, arm.x) * turn;
         let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
-        if old.h < f64::INFINITY && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
+        let known = old.h < f64::INFINITY && is_next;
+        if known && old.place.across[side] != Vector2::x() {
+            p.h = old.h; // on the bisector
+            return p;
+        }
+        if known && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
             p.h = old.h * p.normal.y / old.normal.y; // same height above the vertex
             return p;
         }
@@ -106,7 +118,7 @@ impl Driver<'_, AnyContacts> {
         let Some(piece) = self.body.posture.piece(old.place.contact, next) else { return false };
         let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
         let slip = self.body.state.slip(i);
-        let height = old.h + old.place.sides[side] / old.tangent.x;
+        let height = old.h + old.place.sides[side] / old.place.across[side].dot(&old.tangent);
         let square = slip * slip + old.u * old.u + 2.0 * self.body.state.gravity * height;
         let limit = self.wedged(i);
         // Without gravity a contact may be slow at any height.
@@ -150,8 +162,9 @@ impl Driver<'_, AnyContacts> {
                 break;
             }
             let i = self.body.posture.point_of(twin.place.contact);
-            let right = self.body.state.side(i, 0).u > 0.0;
-            if right == (twin.place.piece > self.body.state.points[i].place.piece) {
+            let twin_on_right = twin.place.piece > self.body.state.points[i].place.piece;
+            let away = self.body.state.side(i, usize::from(twin_on_right)).u > 0.0; // from the vertex
+            if !away {
                 self.body.state.points[i] = twin;
             }
         }

@@ -10,7 +10,7 @@ use crate::sustained::{BodyState, ContactState, Rounding, Step};
 use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, STILL};
 
 /// Time to the next zero of an arc.
-fn next(arc: &GapArc) -> Option<f64> {
+pub(super) fn next(arc: &GapArc) -> Option<f64> {
     if arc.omega == 0.0 {
         let t = parabola_touchdown(arc.h, arc.u, arc.g);
         return (t < f64::INFINITY).then_some(t);
@@ -59,17 +59,18 @@ impl BodyState {
         self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
     }
 
-    /// Distance of a point from the left (0) or right (1) end of the terrain under it, as an arc without gravity.
+    /// Distance of a point from the separating line at the start (0) or the end (1) of its piece of terrain, as an arc.
     pub(crate) fn side(&self, i: usize, side: usize) -> GapArc {
-        let sign = if side == 0 { 1.0 } else { -1.0 };
         let (p, spin) = (&self.points[i], self.spin.omega);
+        let axis = p.place.across[side] * if side == 0 { 1.0 } else { -1.0 };
         let arm = p.arm();
-        let u = sign * (self.center.v.x - arm.y * spin);
+        let lever = axis.dot(&Vector2::new(-arm.y, arm.x));
+        let u = axis.dot(&self.center.v) + lever * spin;
         let (b, c, omega) = match self.frozen {
             Some(_) => (0.0, 0.0, 0.0),
-            None => (-sign * arm.y, sign * arm.x, spin),
+            None => (lever, axis.dot(&arm), spin),
         };
-        GapArc { h: p.place.sides[side], u, g: 0.0, b, c, omega }
+        GapArc { h: p.place.sides[side], u, g: self.gravity * axis.y, b, c, omega }
     }
 
     /// When a point in flight comes to an end of the terrain under it, and to which end.
@@ -83,15 +84,17 @@ impl BodyState {
             // At the end itself a rounding error would move the point to and fro between two pieces, each of which has it over
             // the other.
             let size = libm::hypot(arc.b, arc.c);
-            let terms = self.center.v.x.abs() + size * self.spin.omega.abs();
+            let along = self.points[i].place.across[side].dot(&self.center.v);
+            let terms = along.abs() + size * self.spin.omega.abs();
             if arc.h <= f64::EPSILON * size && arc.u.abs() <= OVER_VERTEX * f64::EPSILON * terms {
                 (arc.h, arc.u) = (0.0, 0.0);
             }
-            // h = u t − c (ωt)²/2 − b (ωt)³/6 + …
+            // h = u t − (g + c ω²) t²/2 − b (ωt)³/6 + …
+            let (pull, square) = (arc.effective_gravity(), arc.omega * arc.omega);
             let outwards = if arc.u != 0.0 {
                 arc.u < 0.0
-            } else if arc.c.abs() > f64::EPSILON * size {
-                arc.c > 0.0 && arc.omega != 0.0
+            } else if pull.abs() > f64::EPSILON * (arc.g.abs() + size * square) {
+                pull > 0.0
             } else {
                 arc.b * arc.omega > 0.0
             };

@@ -118,6 +118,7 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) body: BodyState,
     /// Signs of sliding; `None` for separate contacts.
     ways: PerContact<Option<i8>>,
+    posture: Posture,
     mass: f64,
     /// Largest arm or ρ, in m.
     size: f64,
@@ -179,6 +180,8 @@ impl<'a> ContactPhase<'a> {
         Self {
             body,
             ways: PerContact::new(),
+            // A clone of a posture is cheap: it shares its data.
+            posture: posture.clone(),
             mass: posture.fields().mass,
             size: posture.size(),
             sliding_tolerance,
@@ -381,7 +384,7 @@ impl<'a> ContactPhase<'a> {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // If the rows leave no motion, the velocity is rounding error.
         let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
-        let body = &mut self.body;
+        let (body, posture) = (&mut self.body, &self.posture);
         if rests {
             (body.center.v, body.spin.omega) = (Vector2::zeros(), 0.0);
             for (p, mode) in body.points.iter_mut().zip(&mut self.word) {
@@ -442,7 +445,12 @@ impl<'a> ContactPhase<'a> {
                     _ => {}
                 }
                 let (t, end) = step.first_event(body, log.left());
-                Some((step, t, end))
+                let strike = |i: usize| Some((step.strike(body, i, posture, t)?, i));
+                let strikes = (0..body.points.len()).filter_map(strike);
+                Some(match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {
+                    Some(((t, k), i)) => (step, t, StepEnd::Strike(i, k)),
+                    None => (step, t, end),
+                })
             };
             let mut found = None;
             let soon = body.soon(&self.word, acceleration);
@@ -506,6 +514,10 @@ impl<'a> ContactPhase<'a> {
                             (p.h, p.u) = (0.0, p.u.min(0.0));
                         }
                     }
+                    return StretchEnd::End(PhaseEnd::Landing(i));
+                }
+                StepEnd::Strike(i, k) => {
+                    body.put_on(i, posture, k);
                     return StretchEnd::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Leave(i, side) => {

@@ -21,7 +21,7 @@ pub(super) struct Track {
     /// The other of two fixed points that hold a contact in a vertex.
     pub(super) partner: Option<usize>,
     /// Separate, but at the position of the other point of its contact, which is fixed.
-    pinned: bool,
+    pub(super) pinned: bool,
     pub(super) friction: f64,
     pub(super) b: Series,
     pub(super) c: Series,
@@ -48,7 +48,7 @@ pub(crate) struct Step {
     /// Sign of the determinant before this change; zero where it cannot vanish.
     pub(crate) side: f64,
     /// A power of two, in s. Coefficients then stay in range on any time scale, and scaling is exact.
-    unit: f64,
+    pub(super) unit: f64,
     /// Time up to which the series are accurate to the last digit, in units.
     reach: f64,
     pub(super) order: usize,
@@ -86,6 +86,8 @@ pub(crate) enum StepEnd {
     Slip(usize, Mode),
     /// The friction matrix becomes singular: forces grow without bounds (dynamic jam).
     Jam,
+    /// This contact hits a piece of terrain that does not adjoin its own.
+    Strike(usize, isize),
     /// This contact comes to an end of the piece of terrain under it: the left (0) or the right (1) one.
     Leave(usize, usize),
 }
@@ -375,38 +377,39 @@ impl Step {
         first.is_none_or(|c| c * track.mode.direction() > 0.0)
     }
 
-    /// Displacement of a point to the right since the start. A sliding point moves along its terrain; a fixed one does not
+    /// Displacement of a point in a direction since the start. A sliding point moves along its terrain; a fixed one does not
     /// move.
-    fn way(&self, i: usize, state: &BodyState) -> Series {
+    pub(super) fn way(&self, i: usize, state: &BodyState, across: Vector2<f64>) -> Series {
         let (track, p) = (&self.tracks[i], &state.points[i]);
+        let [t, n] = [p.tangent, p.normal].map(|axis| across.dot(&axis));
         let mut way = ZERO;
         match track.mode {
             Mode::Fixed if track.stuck => {}
             Mode::Separate => {
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
                     let turned = if state.frozen.is_some() {
-                        -p.arm().y * self.theta[k]
+                        across.perp(&p.arm()) * -self.theta[k]
                     } else {
-                        p.tangent.x * track.b[k] + p.normal.x * track.c[k]
+                        t * track.b[k] + n * track.c[k]
                     };
-                    *way = self.r[0][k] + turned;
+                    *way = across.x * self.r[0][k] + across.y * self.r[1][k] + turned;
                 }
             }
             _ => {
                 for k in 1..ORDER {
-                    way[k] = p.tangent.x * track.slip[k - 1] / k as f64;
+                    way[k] = t * track.slip[k - 1] / k as f64;
                 }
             }
         }
         way
     }
 
-    /// Distances of a point from the left and right ends of the terrain under it.
+    /// Distances of a point from the separating lines at the start and at the end of its piece of terrain.
     fn sides(&self, i: usize, state: &BodyState) -> [Series; 2] {
-        let way = self.way(i, state);
-        let [left, right] = state.points[i].place.sides;
-        let mut sides = [way, way.map(|k| -k)];
-        (sides[0][0], sides[1][0]) = (left, right);
+        let place = &state.points[i].place;
+        let [one, two] = place.across.map(|across| self.way(i, state, across));
+        let mut sides = [one, two.map(|k| -k)];
+        (sides[0][0], sides[1][0]) = (place.sides[0], place.sides[1]);
         sides
     }
 

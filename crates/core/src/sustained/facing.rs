@@ -1,0 +1,158 @@
+//! Pieces of terrain that a contact may hit although they do not adjoin its own piece: the walls of a channel, the roof of an overhang.
+//!
+//! A contact comes to a neighbour of its piece by crossing the line that separates them. All other pieces are followed here, each with the
+//! gap to its line: the contact hits it where the gap falls to zero between the two ends of the piece.
+
+use nalgebra::Vector2;
+
+use crate::body::posture::Posture;
+use crate::body::terrain::Piece;
+use crate::flight::{GapArc, parabola_touchdown};
+use crate::math::roots::first_root;
+use crate::math::series::shifted;
+use crate::modes::Mode;
+use crate::sustained::flight::next;
+use crate::sustained::{BodyState, Rounding, Step};
+use crate::tolerance::TOUCH;
+
+/// Largest number of crossings of a line beyond the ends of its piece that are followed.
+const CROSSINGS: usize = 64;
+
+/// The pieces of terrain that contact `i` does not reach over a vertex, with their numbers; none where the terrain has no walls.
+fn facing<'p>(
+    posture: &'p Posture,
+    state: &BodyState,
+    i: usize,
+) -> impl Iterator<Item = (isize, &'p Piece)> + use<'p> {
+    let place = state.points[i].place;
+    let ground = posture.ground(place.contact).filter(|ground| ground.has_walls);
+    let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
+    let far = move |(k, _): &(isize, &Piece)| (k - place.piece).abs() > 1;
+    pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
+}
+
+/// Whether a point on the line of a piece lies between its ends.
+fn is_between(piece: &Piece, at: &Vector2<f64>, size: f64) -> bool {
+    piece.along(at).iter().all(|side| *side >= -TOUCH * size)
+}
+
+impl BodyState {
+    /// World position of point `i`, in m.
+    pub(crate) fn position(&self, i: usize, posture: &Posture) -> Vector2<f64> {
+        let arm = self.points[i].arm();
+        let turn = if self.frozen.is_some() { self.spin.theta } else { 0.0 };
+        Vector2::from(posture.fields().center_of_mass)
+            + self.center.r
+            + arm
+            + Vector2::new(-arm.y, arm.x) * turn
+    }
+
+    /// The gap of point `i` to the line of a piece, as an arc.
+    fn arc_over(&self, i: usize, posture: &Posture, piece: &Piece) -> GapArc {
+        let (arm, spin) = (self.points[i].arm(), self.spin.omega);
+        let (b, c) = (piece.tangent.dot(&arm), piece.normal.dot(&arm));
+        let bent = self.frozen.map_or(0.0, |square| c * square);
+        GapArc {
+            h: piece.height(&self.position(i, posture)),
+            u: piece.normal.dot(&self.center.v) + b * spin,
+            g: self.gravity * piece.normal.y + bent,
+            b,
+            c,
+            omega: if self.frozen.is_some() { 0.0 } else { spin },
+        }
+    }
+
+    /// When a contact in flight hits a piece that does not adjoin its own, before `limit` (s), and the number of this piece.
+    pub(crate) fn strike(&self, i: usize, posture: &Posture, limit: f64) -> Option<(f64, isize)> {
+        let hit = |(k, piece): (isize, &Piece)| Some((self.hit(i, posture, piece, limit)?, k));
+        facing(posture, self, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+
+    fn hit(&self, i: usize, posture: &Posture, piece: &Piece, limit: f64) -> Option<f64> {
+        let (mut state, mut t, mut crossed) = (self.clone(), 0.0, None);
+        for _ in 0..CROSSINGS {
+            let arc = state.arc_over(i, posture, piece);
+            let behind = crossed.unwrap_or(arc.h < 0.0);
+            let GapArc { h, u, g, b, c, omega } = arc;
+            let arc =
+                if behind { GapArc { h: -h, u: -u, g: -g, b: -b, c: -c, omega } } else { arc };
+            // On the line that it has just crossed, the point moves away from it.
+            let arc =
+                if crossed.is_some() { GapArc { h: 0.0, u: arc.u.max(0.0), ..arc } } else { arc };
+            let dt = next(&arc)?;
+            t += dt;
+            if !(t < limit) {
+                return None;
+            }
+            state = state.flown(dt);
+            if !behind && is_between(piece, &state.position(i, posture), posture.size()) {
+                return Some(t);
+            }
+            crossed = Some(!behind);
+        }
+        None
+    }
+
+    /// Puts point `i` on a piece that it has hit.
+    pub(crate) fn put_on(&mut self, i: usize, posture: &Posture, k: isize) {
+        let at = self.position(i, posture);
+        let contact = self.points[i].place.contact;
+        let (Some(ground), Some(piece)) = (posture.ground(contact), posture.piece(contact, k))
+        else {
+            return;
+        };
+        let arc = self.arc_over(i, posture, piece);
+        let terms = self.center.r.norm() + arc.b.abs() + arc.c.abs() + posture.size();
+        let speeds = self.center.v.norm() + (arc.b * self.spin.omega).abs();
+        let p = &mut self.points[i];
+        (p.tangent, p.normal, p.b, p.c) = (piece.tangent, piece.normal, arc.b, arc.c);
+        (p.h, p.depth, p.u, p.held) = (0.0, 0.0, arc.u.min(0.0), None);
+        p.place = ground.place(contact, k, &at);
+        p.place.sides = p.place.sides.map(|side| side.max(0.0));
+        p.rounding = Rounding::new(terms, speeds);
+    }
+}
+
+impl Step {
+    /// As [`BodyState::strike`], within the step.
+    pub(crate) fn strike(
+        &self,
+        state: &BodyState,
+        i: usize,
+        posture: &Posture,
+        limit: f64,
+    ) -> Option<(f64, isize)> {
+        if self.tracks[i].mode != Mode::Separate || self.tracks[i].pinned {
+            return None;
+        }
+        let at = state.position(i, posture);
+        let hit = |(k, piece): (isize, &Piece)| {
+            let mut gap = self.way(i, state, piece.normal);
+            let mut along = self.way(i, state, piece.tangent);
+            (gap[0], along[0]) = (piece.height(&at), piece.along(&at)[0]);
+            let length = piece.along(&at).iter().sum::<f64>();
+            let slack = TOUCH * posture.size();
+            let (mut t, end) = (0.0, limit / self.unit);
+            let mut behind = gap[0] < 0.0;
+            for _ in 0..CROSSINGS {
+                let front = if behind { gap.map(|c| -c) } else { gap };
+                let dt = if end < f64::INFINITY {
+                    first_root(&front, self.order, end - t)?
+                } else {
+                    parabola_touchdown(front[0], front[1], -2.0 * front[2])
+                };
+                t += dt;
+                if !(t < end) {
+                    return None;
+                }
+                (gap, along) = (shifted(&gap, dt), shifted(&along, dt));
+                if !behind && along[0] >= -slack && along[0] <= length + slack {
+                    return Some((t * self.unit, k));
+                }
+                (gap[0], behind) = (0.0, !behind);
+            }
+            None
+        };
+        facing(posture, state, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+}
