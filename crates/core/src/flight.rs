@@ -174,11 +174,11 @@ impl GapArc {
         [gap, self.u.abs() + fall + self.omega.abs() * spun]
     }
 
-    /// Whether the arc is concave for ever: ω²|d| < g.
+    /// Whether the arc is concave for ever: ω²|d| < g. For g < −ω²|d| it is convex.
     #[inline]
     pub(crate) fn is_concave(&self) -> bool {
         let w2 = self.omega * self.omega;
-        w2 * w2 * (self.b * self.b + self.c * self.c) < self.g * self.g
+        self.g > 0.0 && w2 * w2 * (self.b * self.b + self.c * self.c) < self.g * self.g
     }
 
     /// The earliest touchdown at a time > 0: gap zero, coming from above; `None` if there is none.
@@ -223,6 +223,14 @@ impl GapArc {
         let threshold = self.g / (spin * spin * arm);
         if threshold >= 1.0 || threshold.is_nan() {
             return self.concave_piece(0.0, horizon, &f).and_then(found);
+        }
+        if threshold <= -1.0 {
+            // Convex for ever. From zero the gap first rises, or it falls at once.
+            return if self.h > 0.0 {
+                convex_piece(0.0, horizon, &f).and_then(found)
+            } else {
+                None
+            };
         }
         let (mut middle, half) = self.convex_window(threshold);
         let mut start = 0.0;
@@ -348,6 +356,12 @@ impl GapArc {
             return never;
         }
         let root = square.sqrt();
+        if self.g < 0.0 {
+            // Gravity raises the mean: it is high until it has fallen, and again after the horizon.
+            let falls = height > 0.0 && drift < 0.0;
+            let fall = 2.0 * height / (root - drift) * (1.0 - BRACKET_MARGIN);
+            return if falls { (0.0, fall) } else { never };
+        }
         let rise = if height >= 0.0 { 0.0 } else { -2.0 * height / (drift + root) };
         let fall =
             if drift > 0.0 { (drift + root) / self.g } else { 2.0 * height / (root - drift) };
@@ -365,6 +379,12 @@ impl GapArc {
         if self.g > 0.0 {
             parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + BRACKET_MARGIN)
                 + f64::MIN_POSITIVE
+        } else if self.g < 0.0 {
+            // The last time at which the mean is as low as −|d|.
+            let lowest = self.h - self.c - arm;
+            let square = drift * drift + 2.0 * self.g * lowest;
+            let last = if square > 0.0 { (square.sqrt() - drift) / -self.g } else { 0.0 };
+            last.max(0.0) * (1.0 + BRACKET_MARGIN) + f64::MIN_POSITIVE
         } else if self.omega == 0.0 {
             if drift < 0.0 { self.h / -drift * (1.0 + BRACKET_MARGIN) } else { 0.0 }
         } else {

@@ -69,13 +69,14 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
         && (falls || every(&|k, friction| friction == 0.0 || k.c == 0.0))
 }
 
-/// Whether a run can have a shadow: at most two contacts, impacts without friction, terrain of infinite lines, and no
+/// Whether a run can have a shadow: at most two contacts, impacts without friction, terrain of infinite lines that face up, and no
 /// limit of the neighbourhood.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
         && options.impact == Impact::Newton
         && options.neighbourhood == f64::INFINITY
         && posture.ground(0).is_none()
+        && posture.geometry().iter().all(|k| k.normal.y > 0.0)
 }
 
 /// Whether the requested motion comes to an end: at the first Zeno point, at a given time, or at rest on two contacts.

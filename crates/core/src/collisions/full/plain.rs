@@ -387,7 +387,8 @@ impl FullConstants<f64> {
         let side = |i: usize| {
             let k = &body.contacts[i];
             let (gravity, restitution) = (k.gravity, k.restitution);
-            let slow = gravity * gravity / (k.b * k.b + k.c * k.c);
+            // Zero where gravity does not pull the contact to its ground: such arcs are never concave.
+            let slow = gravity.max(0.0) * gravity / (k.b * k.b + k.c * k.c);
             Side { gravity, restitution, normal: k.normal.into(), arm: [k.b, k.c], slow }
         };
         let [one, two] = &body.contacts;
