@@ -183,6 +183,18 @@ impl Ground {
         }
     }
 
+    /// The piece between whose separating lines a point lies, from piece `k` on. It need not be the nearest one: a separating line goes on
+    /// where the pieces that it separates have ended.
+    pub(crate) fn between_lines(&self, mut k: isize, at: &Vector2<f64>) -> isize {
+        while self.place(0, k, at).sides[0] < 0.0 {
+            k -= 1;
+        }
+        while self.place(0, k, at).sides[1] < 0.0 {
+            k += 1;
+        }
+        k
+    }
+
     /// Place of a point relative to piece `k`.
     pub(crate) fn place(&self, contact: usize, k: isize, at: &Vector2<f64>) -> Place {
         let ends = [&self.pieces[0], &self.pieces[self.pieces.len() - 1]];

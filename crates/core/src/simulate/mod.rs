@@ -274,7 +274,7 @@ impl Start {
                     rounding,
                 }
             });
-            let start = BodyState {
+            let mut start = BodyState {
                 points: points.collect(),
                 center: base.center(),
                 spin: base.spin(),
@@ -282,6 +282,11 @@ impl Start {
                 gravity: posture.fields().gravity,
                 frozen: local.then_some(0.0),
             };
+            for i in 0..start.points.len() {
+                if start.points[i].h > 0.0 {
+                    start.put_between_lines(i, posture);
+                }
+            }
             let mut driver = Driver::of_any(posture, start, base, options, warnings, cancel);
             driver.run()?;
             return Some(Run { model, record: driver.record });

@@ -93,6 +93,28 @@ impl BodyState {
         None
     }
 
+    /// Places point `i`, which is off the terrain and was over the nearest piece, between separating lines.
+    pub(crate) fn put_between_lines(&mut self, i: usize, posture: &Posture) {
+        let (at, place) = (self.position(i, posture), self.points[i].place);
+        let Some(ground) = posture.ground(place.contact).filter(|ground| ground.has_walls) else {
+            return;
+        };
+        let k = ground.between_lines(place.piece, &at);
+        if k == place.piece {
+            return;
+        }
+        let over =
+            posture.piece(place.contact, k).map(|piece| (piece, self.arc_over(i, posture, piece)));
+        let p = &mut self.points[i];
+        p.place = ground.place(place.contact, k, &at);
+        (p.h, p.depth) = (f64::INFINITY, 0.0);
+        if let Some((piece, arc)) = over {
+            (p.tangent, p.normal, p.b, p.c, p.u) =
+                (piece.tangent, piece.normal, arc.b, arc.c, arc.u);
+            (p.h, p.depth) = if arc.h >= 0.0 { (arc.h, 0.0) } else { (f64::INFINITY, -arc.h) };
+        }
+    }
+
     /// Puts point `i` on a piece that it has hit.
     pub(crate) fn put_on(&mut self, i: usize, posture: &Posture, k: isize) {
         let at = self.position(i, posture);
