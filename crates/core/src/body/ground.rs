@@ -36,12 +36,8 @@ impl Posture {
         };
         let at = Vector2::from(self.contacts()[i].point) + (q.xy() + turned);
         let piece = ground.find(&at);
-        let near = piece.clamp(0, ground.pieces.len() as isize - 1);
-        Under {
-            place: ground.place(i, piece, &at),
-            geometry: self.on_piece(i, &ground.pieces[near as usize]),
-            exists: piece == near,
-        }
+        let (near, exists) = ground.nearest(piece);
+        Under { place: ground.place(i, piece, &at), geometry: self.on_piece(i, near), exists }
     }
 
     /// Constants of contact `i` on the piece of terrain under it at `q`. If the contact is in a vertex, within [`TOUCH`] of the size of the
@@ -70,8 +66,7 @@ impl Posture {
         let Some(ground) = self.ground(place.contact) else {
             return self.geometry()[place.contact];
         };
-        let near = place.piece.clamp(0, ground.pieces.len() as isize - 1);
-        self.on_piece(place.contact, &ground.pieces[near as usize])
+        self.on_piece(place.contact, ground.nearest(place.piece).0)
     }
 
     /// Height of the lowest vertex of the terrain; −∞ if a piece has no end.

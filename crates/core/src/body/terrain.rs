@@ -183,6 +183,12 @@ impl Ground {
         }
     }
 
+    /// Piece `k`, or the one at the end beyond which `k` lies; and whether it is piece `k`.
+    pub(crate) fn nearest(&self, k: isize) -> (&Piece, bool) {
+        let near = k.clamp(0, self.pieces.len() as isize - 1);
+        (&self.pieces[near as usize], near == k)
+    }
+
     /// The piece between whose separating lines a point lies, from piece `k` on. It need not be the nearest one: a separating line goes on
     /// where the pieces that it separates have ended.
     pub(crate) fn between_lines(&self, mut k: isize, at: &Vector2<f64>) -> isize {

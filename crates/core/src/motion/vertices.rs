@@ -79,10 +79,11 @@ impl Driver<'_, AnyContacts> {
         if is_next {
             p.place.sides[1 - side] = 0.0;
         }
-        let Some(piece) = self.body.posture.piece(contact, p.place.piece) else {
+        let (piece, exists) = ground.nearest(p.place.piece);
+        if !exists && piece.normal == old.normal {
             (p.h, p.depth) = (f64::INFINITY, 0.0);
             return p;
-        };
+        }
         if !ground.has_walls {
             p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
         }
@@ -92,6 +93,10 @@ impl Driver<'_, AnyContacts> {
         (p.held, p.depth) = (None, 0.0);
         if p.normal != old.normal {
             p.u = p.normal.dot(&velocity);
+        }
+        if !exists {
+            p.h = f64::INFINITY;
+            return p;
         }
         let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
         let known = old.h < f64::INFINITY && is_next;

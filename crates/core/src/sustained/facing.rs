@@ -103,16 +103,16 @@ impl BodyState {
         if k == place.piece {
             return;
         }
-        let over =
-            posture.piece(place.contact, k).map(|piece| (piece, self.arc_over(i, posture, piece)));
+        let (piece, exists) = ground.nearest(k);
+        let arc = self.arc_over(i, posture, piece);
         let p = &mut self.points[i];
         p.place = ground.place(place.contact, k, &at);
-        (p.h, p.depth) = (f64::INFINITY, 0.0);
-        if let Some((piece, arc)) = over {
-            (p.tangent, p.normal, p.b, p.c, p.u) =
-                (piece.tangent, piece.normal, arc.b, arc.c, arc.u);
-            (p.h, p.depth) = if arc.h >= 0.0 { (arc.h, 0.0) } else { (f64::INFINITY, -arc.h) };
-        }
+        (p.tangent, p.normal, p.b, p.c, p.u) = (piece.tangent, piece.normal, arc.b, arc.c, arc.u);
+        (p.h, p.depth) = match (exists, arc.h >= 0.0) {
+            (true, true) => (arc.h, 0.0),
+            (true, false) => (f64::INFINITY, -arc.h),
+            (false, _) => (f64::INFINITY, 0.0),
+        };
     }
 
     /// Puts point `i` on a piece that it has hit.
