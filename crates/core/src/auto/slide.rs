@@ -105,7 +105,7 @@ impl Shadow<'_> {
             let way = (word[i] != Mode::Separate).then_some(0);
             rows[i] = Row::new(k.tangent, arm / rho, [0.0; 2], k.friction, way);
         }
-        only_mode_of(&mut rows[..n], -self.fall.y, rho)
+        only_mode_of(&mut rows[..n], Vector2::new(0.0, self.fall.y), rho)
             .is_some_and(|(letters, _)| letters[..n] == word[..n])
     }
 

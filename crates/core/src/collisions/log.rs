@@ -49,6 +49,13 @@ impl Center {
         self.r.y -= 0.5 * g * dt * dt;
         self.v.y -= g * dt;
     }
+
+    /// Moves by a flight of `dt` with this acceleration of free fall.
+    pub(crate) fn fall(&mut self, fall: Vector2<f64>, dt: f64) {
+        self.r += self.v * dt;
+        self.r += fall * 0.5 * dt * dt;
+        self.v += fall * dt;
+    }
 }
 
 /// Collisions between two checks of the limits and of the cancel flag.

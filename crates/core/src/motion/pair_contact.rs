@@ -51,6 +51,7 @@ impl Base {
             center: at.center,
             spin: at.spin,
             rho2: body.rho2,
+            fall: Vector2::new(0.0, -body.gravity),
             gravity: body.gravity,
             frozen: frozen.map(|spin| spin.omega * spin.omega),
         })
@@ -100,7 +101,7 @@ impl Driver<'_, Pair> {
             );
         }
         let (mut modes, [ax, ay, turn]) =
-            only_mode_of(&mut rows[..self.body.count], body.gravity, rho)?;
+            only_mode_of(&mut rows[..self.body.count], Vector2::new(0.0, -body.gravity), rho)?;
         let most = ax.abs().max(ay.abs()).max(posture.size() * turn.abs());
         if !(most <= STILL * body.gravity) {
             return None;

@@ -8,6 +8,8 @@ pub(crate) mod trajectory;
 pub use batch::{Resources, simulate_many, simulate_many_until};
 pub use trajectory::Trajectory;
 
+use nalgebra::Vector2;
+
 use crate::body::contact::PerContact;
 use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::LocalModel;
@@ -279,6 +281,7 @@ impl Start {
                 center: base.center(),
                 spin: base.spin(),
                 rho2: posture.gyration_squared(),
+                fall: Vector2::new(0.0, -posture.fields().gravity),
                 gravity: posture.fields().gravity,
                 frozen: local.then_some(0.0),
             };

@@ -1,6 +1,8 @@
 //! Motions that never end. Paths in the plane of θ and ω do not cross, so a closed path encloses every motion that starts
 //! inside it.
 
+use nalgebra::Vector2;
+
 use crate::collisions::log::Spin;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState};
@@ -129,11 +131,10 @@ impl Swing {
         }
         // The centre of mass is at −(t b + n c) from the contact.
         let arm = p.arm();
-        let height = -arm.y;
         let inertia = p.b * p.b + p.c * p.c + body.rho2;
-        let energy = 0.5 * omega * omega * inertia + body.gravity * height;
+        let energy = 0.5 * omega * omega * inertia + body.fall.dot(&arm);
         let turned = [body.spin.theta; 2];
-        let (turns_left, hangs_left) = (omega > 0.0, arm.x > 0.0);
+        let (turns_left, hangs_left) = (omega > 0.0, body.fall.perp(&arm) > 0.0);
         Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
 
@@ -145,8 +146,8 @@ impl Swing {
         let arm = body.points[self.contact].arm();
         let bounds = |theta: f64| {
             let (sin, cos) = libm::sincos(theta - body.spin.theta);
-            let height = -(arm.x * sin + arm.y * cos);
-            body.gravity * height >= later.energy - SWING_REPEATS * later.energy.abs()
+            let arm = Vector2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos);
+            body.fall.dot(&arm) >= later.energy - SWING_REPEATS * later.energy.abs()
         };
         self.is_like(later) && less && self.turned.into_iter().all(bounds)
     }

@@ -55,7 +55,7 @@ impl BodyState {
         GapArc {
             h: piece.height(&self.position(i, posture)),
             u: piece.normal.dot(&self.center.v) + b * spin,
-            g: self.gravity * piece.normal.y + bent,
+            g: bent - self.fall.dot(&piece.normal),
             b,
             c,
             omega: if self.frozen.is_some() { 0.0 } else { spin },

@@ -53,10 +53,10 @@ impl Rounding {
 }
 
 impl BodyState {
-    /// Acceleration of the free body into the terrain of a contact, without rotation: g n_y, plus c ω² in frozen geometry.
+    /// Acceleration of the free body into the terrain of a contact, without rotation: −n·(acceleration of free fall), plus c ω² in frozen geometry.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
-        self.gravity * p.normal.y + self.frozen.map_or(0.0, |square| p.c * square)
+        -self.fall.dot(&p.normal) + self.frozen.map_or(0.0, |square| p.c * square)
     }
 
     /// Distance of a point from the separating line at the start (0) or the end (1) of its piece of terrain, as an arc.
@@ -70,7 +70,7 @@ impl BodyState {
             Some(_) => (0.0, 0.0, 0.0),
             None => (lever, axis.dot(&arm), spin),
         };
-        GapArc { h: p.place.sides[side], u, g: self.gravity * axis.y, b, c, omega }
+        GapArc { h: p.place.sides[side], u, g: -self.fall.dot(&axis), b, c, omega }
     }
 
     /// When a point in flight comes to an end of the terrain under it, and to which end.
@@ -170,7 +170,7 @@ impl BodyState {
             }
         }
         after.spin.theta += self.spin.omega * dt;
-        after.center.fly(self.gravity, dt);
+        after.center.fall(self.fall, dt);
         after
     }
 

@@ -62,7 +62,7 @@ impl BodyState {
             let row = |k: usize| {
                 let p = &self.points[rows[k].unknown.contact];
                 let centripetal = if rows[k].unknown.tangential { p.b } else { p.c };
-                let weight = self.gravity * rows[k].whole.y;
+                let weight = -self.fall.dot(&rows[k].whole.xy());
                 left[k] * (centripetal * omega * omega + weight) / rows[k].whole.norm()
             };
             (0..n).map(row).sum()

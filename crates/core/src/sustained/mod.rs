@@ -84,6 +84,8 @@ pub(crate) struct BodyState {
     pub(crate) spin: Spin,
     /// ρ²
     pub(crate) rho2: f64,
+    /// Acceleration of free fall in the frame of the ground, in m/s², and its size.
+    pub(crate) fall: Vector2<f64>,
     pub(crate) gravity: f64,
     /// ω² at the moment at which b, c and the curvature of the paths were frozen; `None`: they are not frozen.
     pub(crate) frozen: Option<f64>,
@@ -92,9 +94,9 @@ pub(crate) struct BodyState {
 /// The derived one clones the points one by one.
 impl Clone for BodyState {
     fn clone(&self) -> Self {
-        let Self { center, spin, rho2, gravity, frozen, .. } = *self;
+        let Self { center, spin, rho2, fall, gravity, frozen, .. } = *self;
         let points = PerContact::from_slice(&self.points);
-        Self { points, center, spin, rho2, gravity, frozen }
+        Self { points, center, spin, rho2, fall, gravity, frozen }
     }
 }
 

@@ -46,7 +46,7 @@ impl BodyState {
                 .iter()
                 .map(|p| [-p.b * omega_squared, -p.c * omega_squared])
                 .collect(),
-            free_acceleration: [0.0, -self.gravity, 0.0],
+            free_acceleration: [self.fall.x, self.fall.y, 0.0],
             ..self.fields(mass)
         })
     }
@@ -70,7 +70,7 @@ impl BodyState {
                 ways[i],
             );
         }
-        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.gravity, rho)?;
+        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.fall, rho)?;
         Some((letters[..n].into(), acceleration))
     }
 
@@ -94,11 +94,11 @@ impl BodyState {
     }
 }
 
-/// The only consistent word of up to two contacts under gravity, and its q̈, by closed forms. `None` beyond the range of a problem,
+/// The only consistent word of up to two contacts under this acceleration of free fall, and its q̈, by closed forms. `None` beyond the range of a problem,
 /// which then has the error.
 pub(crate) fn only_mode_of(
     rows: &mut [Row],
-    gravity: f64,
+    fall: Vector2<f64>,
     rho: f64,
 ) -> Option<([Mode; 2], [f64; 3])> {
     let in_range = |row: &Row| {
@@ -108,7 +108,7 @@ pub(crate) fn only_mode_of(
     if !rows.iter().all(in_range) {
         return None;
     }
-    let load = Vector3::new(0.0, -gravity, 0.0);
+    let load = Vector3::new(fall.x, fall.y, 0.0);
     let scale = scale(rows, &load);
     let (letters, y) = only_mode(rows, load / scale)?;
     Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))

@@ -173,7 +173,7 @@ impl Step {
         order: usize,
         unit: f64,
     ) -> Option<Self> {
-        let pull = Vector2::new(0.0, -state.gravity * unit * unit);
+        let pull = state.fall * unit * unit;
         let mut tracks: Vec<Track> = (0..state.points.len())
             .map(|i| {
                 let p = &state.points[i];
@@ -686,6 +686,7 @@ mod tests {
             center: Center::default(),
             spin: Spin { theta, omega: 0.0 },
             rho2: 0.16,
+            fall: Vector2::new(0.0, -9.81),
             gravity: 9.81,
             frozen: None,
         }
