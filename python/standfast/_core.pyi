@@ -33,7 +33,7 @@ _Outcome: TypeAlias = Literal[
 _Kind: TypeAlias = str
 _End: TypeAlias = Literal["1-zeno", "tie"]
 _Cause: TypeAlias = Literal[
-    "start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment"
+    "start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment", "kick", "ground-motion"
 ]
 _Stability: TypeAlias = Literal["stable", "unstable", "undecided"]
 _NoBound: TypeAlias = Literal[
@@ -59,6 +59,8 @@ __all__ = [
     "Enclosure",
     "Exponents",
     "Fate",
+    "GroundMotion",
+    "Kick",
     "LocalModel",
     "Modes",
     "Orbit",
@@ -303,6 +305,37 @@ class Scene:
     def save(self, path: _Path) -> None: ...
     def to_toml(self) -> str: ...
     def to_json(self) -> str: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Kick:
+    def __new__(
+        cls, time: float, impulse: _Pair, point: _Pair | None = None
+    ) -> Kick: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def impulse(self) -> tuple[float, float]: ...
+    @property
+    def point(self) -> tuple[float, float] | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class GroundMotion:
+    def __new__(
+        cls,
+        times: Sequence[float] | npt.NDArray[np.float64],
+        acceleration: npt.ArrayLike | None = None,
+        tilt: Sequence[float] | npt.NDArray[np.float64] | None = None,
+    ) -> GroundMotion: ...
+    @property
+    def times(self) -> list[float]: ...
+    @property
+    def acceleration(self) -> list[tuple[float, float]] | None: ...
+    @property
+    def tilt(self) -> list[float] | None: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -643,6 +676,8 @@ def simulate(
     q: _Triple,
     qdot: _Triple,
     *,
+    kicks: Sequence[Kick] = (),
+    ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "newton",
     simultaneous: _Simultaneous | None = None,

@@ -556,6 +556,8 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
 CAUSES = {
     "lift-off": "lift-off of contact {}",
     "impact": "impact of contact {}",
+    "ground-motion": "the motion of the ground changes",
+    "kick": "kick",
     "left-segment": "end of the ground under contact {}",
     "slip": "contact {} breaks loose",
     "stop": "contact {} stops sliding",

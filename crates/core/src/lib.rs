@@ -29,6 +29,7 @@
 //! | --- | --- |
 //! | [`body`] | postures, contacts, terrain, states, the local model of two contacts |
 //! | [`options`], [`outcome`] | what a run is asked for; what it hands back: impacts, Zeno points, phases |
+//! | [`excitation`] | kicks, and the motion of the ground, during a run |
 //! | [`flight`] | the gap of a contact in flight and its guaranteed earliest touchdown |
 //! | [`modes`] | which contacts separate, stay fixed or slide: every consistent answer, none or several |
 //! | [`simulate`](mod@simulate) | one run, many runs at once, runs of the local model |
@@ -51,6 +52,7 @@ pub mod error;
 mod file;
 pub mod body;
 pub mod options;
+pub mod excitation;
 pub mod outcome;
 pub mod flight;
 mod zeno;

@@ -192,6 +192,10 @@ pub enum Cause {
     Slip(ContactNumber),
     /// This contact has reached the end of a piece of its terrain.
     LeftSegment(ContactNumber),
+    /// A kick of the body.
+    Kick,
+    /// The acceleration or the tilt of the ground has changed.
+    GroundMotion,
 }
 
 impl Cause {
@@ -206,6 +210,8 @@ impl Cause {
             Self::Stop(_) => "stop",
             Self::Slip(_) => "slip",
             Self::LeftSegment(_) => "left-segment",
+            Self::Kick => "kick",
+            Self::GroundMotion => "ground-motion",
         }
     }
 
@@ -213,7 +219,7 @@ impl Cause {
     #[must_use]
     pub fn contact(self) -> Option<ContactNumber> {
         match self {
-            Self::Start | Self::Zeno => None,
+            Self::Start | Self::Zeno | Self::Kick | Self::GroundMotion => None,
             Self::Impact(contact)
             | Self::LiftOff(contact)
             | Self::Stop(contact)

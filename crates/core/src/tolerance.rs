@@ -7,6 +7,10 @@
 
 // --- Starts and terrain ---
 
+/// Change of the gap rate of a closed contact by a kick that counts as zero. Unit: roundings of the size of its three terms. A kick along the
+/// ground would otherwise lift a contact, or hit it, by its rounding error. Range: 2 to 16.
+pub(crate) const KICK_ROUNDINGS: f64 = 4.0;
+
 /// Gap of a contact that counts as touching, at the start and at vertices of the terrain. Unit: size of the body.
 /// Positions in doubles carry rounding of about 1e-16 of their size. A larger value would hide a wrong start, a smaller one refuse a
 /// right one. Range: 1e-14 to 1e-9.

@@ -181,7 +181,7 @@ arguments! {
     real -> f64: mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance;
     optional -> Option<f64>: time_limit;
-    reals -> [f64; 2]: point, segment, center_of_mass, psi, phi, gaps, rates;
+    reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
@@ -189,6 +189,39 @@ arguments! {
     word -> &'a str: model, impact, stop, method, level;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
+}
+
+/// A point, or None.
+pub(crate) fn some_point(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
+    if value.is_none() { Ok(None) } else { point(value).map(Some) }
+}
+
+/// A sequence of any length.
+fn sequence<T>(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    if length(value)?.is_none() {
+        return Err(wrong_type(field, value, "a sequence is needed"));
+    }
+    let items = value.try_iter()?.enumerate();
+    items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
+}
+
+/// The times of a motion of the ground.
+pub(crate) fn times(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    sequence("times", value, real)
+}
+
+/// The accelerations of the ground, or None.
+pub(crate) fn accelerations(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<[f64; 2]>>> {
+    if value.is_none() { Ok(None) } else { sequence("acceleration", value, reals).map(Some) }
+}
+
+/// The tilts of the ground, or None.
+pub(crate) fn tilt(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<f64>>> {
+    if value.is_none() { Ok(None) } else { sequence("tilt", value, real).map(Some) }
 }
 
 /// The restitution of a contact; None for that of the posture.

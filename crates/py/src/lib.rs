@@ -10,6 +10,7 @@ mod interrupt;
 mod input;
 mod options;
 mod posture;
+mod excitation;
 mod modes;
 mod enclosure;
 mod run;
@@ -30,6 +31,8 @@ mod _core {
     use crate::enclosure::PyEnclosure;
     #[pymodule_export]
     use crate::error::SolverError;
+    #[pymodule_export]
+    use crate::excitation::{PyGroundMotion, PyKick};
     #[pymodule_export]
     use crate::files::write_whole;
     #[pymodule_export]
@@ -59,6 +62,8 @@ mod _core {
     use crate::input;
     use crate::options::of_call;
     use crate::run::stopped;
+    use standfast::excitation::Excitation;
+    use standfast::simulate::simulate_excited_until;
     use standfast::{Options, State};
 
     /// The motion of a posture from a state on, event by event.
@@ -84,6 +89,9 @@ mod _core {
     /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
     /// (run.enclosure); for one or two contacts, impact="newton" and terrain without ends.
     ///
+    /// kicks : sequence of Kick, impulses on the body. ground_motion : GroundMotion, the motion of the ground, or None. With either,
+    /// "auto" takes the full model, and a state of rest is left at the next kick or change of the ground.
+    ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///
     /// >>> import standfast as sf
@@ -92,18 +100,24 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, **options), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
+        kicks: Vec<PyRef<'_, PyKick>>,
+        ground_motion: Option<PyRef<'_, PyGroundMotion>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
         let state = State::new(q, qdot);
         let body = posture.0.clone();
-        stopped(py, |cancel| standfast::simulate::simulate_until(&body, &state, &options, cancel))
+        let excitation = Excitation {
+            kicks: kicks.iter().map(|kick| kick.0).collect(),
+            ground_motion: ground_motion.map(|motion| motion.0.clone()),
+        };
+        stopped(py, |cancel| simulate_excited_until(&body, &state, &options, &excitation, cancel))
     }
 
     #[pymodule_init]

@@ -11,6 +11,7 @@ use standfast::{Error, Trajectory};
 use crate::convert::{array, counted, local_model, question, vector, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
+use crate::excitation::{PyGroundMotion, PyKick};
 use crate::files::write_whole;
 use crate::input::{MOST_SAMPLES, doubles, whole};
 use crate::interrupt::interruptible;
@@ -24,7 +25,7 @@ use crate::posture::PyPosture;
 /// mode : one letter for each contact: S separate, F fixed, R or L sliding right or left at the start of the phase. A LocalModel
 /// has no tangential motion and always has F. start, end : s. cause : the event at its start: "start", "impact", "zeno",
 /// "lift-off" (a normal force became zero), "stop" (a sliding speed became zero), "slip" (a force reached the edge of its cone) or
-/// "left-segment" (a contact reached the end of a piece of its terrain). contact : the number of the contact of this event, or
+/// "left-segment" (a contact reached the end of a piece of its terrain), "kick" or "ground-motion" (the motion of the ground changed). contact : the number of the contact of this event, or
 /// None. impacts : the number of `run.impacts` strictly between start and end; impacts that are summed in a Zeno point are not
 /// counted.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast")]
@@ -297,6 +298,10 @@ impl PyRun {
         let posture = run.posture().cloned().map(PyPosture);
         let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
         let simulate = py.import("standfast")?.getattr("simulate")?;
+        if !run.excitation().is_none() {
+            keywords.set_item("kicks", self.kicks())?;
+            keywords.set_item("ground_motion", self.ground_motion())?;
+        }
         Ok((question(simulate, &keywords)?, (posture, q, qdot).into_pyobject(py)?))
     }
 
@@ -383,6 +388,18 @@ impl PyRun {
     #[getter]
     fn collisions(&self) -> usize {
         self.0.collisions()
+    }
+
+    /// The kicks of the run.
+    #[getter]
+    fn kicks(&self) -> Vec<PyKick> {
+        self.0.excitation().kicks.iter().map(|kick| PyKick(*kick)).collect()
+    }
+
+    /// The motion of the ground of the run, or None.
+    #[getter]
+    fn ground_motion(&self) -> Option<PyGroundMotion> {
+        self.0.excitation().ground_motion.clone().map(PyGroundMotion)
     }
 
     /// The posture; None for a run of a LocalModel given by parameters.

@@ -219,7 +219,7 @@ impl<'a> Driver<'a, AnyContacts> {
         self.write_flight();
     }
 
-    fn write_flight(&mut self) {
+    pub(super) fn write_flight(&mut self) {
         if self.log.record {
             let body = Box::new(self.body.state.clone());
             let word = PerContact::from_elem(Mode::Separate, body.points.len());

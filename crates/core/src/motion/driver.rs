@@ -40,7 +40,7 @@ pub(crate) struct Driver<'a, C> {
     /// The last event; `None`: it changes no mode.
     pub(super) cause: Option<Cause>,
     /// Whether no event has occurred yet.
-    fresh: bool,
+    pub(super) fresh: bool,
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
 }
@@ -155,6 +155,11 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     /// Runs to the outcome; `None` if cancelled.
     pub(super) fn run_on(&mut self) -> Option<()> {
         let outcome = self.motion();
+        self.close(outcome)
+    }
+
+    /// Completes the record of a run with this outcome; `None` if cancelled.
+    pub(crate) fn close(&mut self, outcome: Outcome) -> Option<()> {
         self.record.end = self.arrive(outcome)?;
         self.record.outcome = outcome;
         self.record.hits = self.log.hits;
@@ -229,7 +234,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
     }
 
-    fn motion(&mut self) -> Outcome {
+    pub(super) fn motion(&mut self) -> Outcome {
         loop {
             let end = match self.piece() {
                 DriverStep::Piece => None,

@@ -11,6 +11,7 @@ mod pair_flight;
 pub(crate) mod record;
 mod nested;
 mod slow;
+mod stages;
 mod vertices;
 mod without_body;
 

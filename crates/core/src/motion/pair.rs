@@ -230,11 +230,15 @@ impl<'a> Driver<'a, Pair> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(&mut self) -> Option<()> {
+        self.begin();
+        self.run_on()
+    }
+
+    pub(super) fn begin(&mut self) {
         if self.log.record {
             self.record.frames.push(self.body.frame.clone());
         }
         self.begin_span(Motion::Flight); // impacts of the first instant need a span
-        self.run_on()
     }
 
     /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many

@@ -1,11 +1,13 @@
 //! Runs: checks of start and options, choice of the model, and call of the event loops.
 
 pub(crate) mod batch;
+mod excited;
 mod limits;
 pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
 pub use batch::{Resources, simulate_many, simulate_many_until};
+pub use excited::{simulate_excited, simulate_excited_until};
 pub use trajectory::Trajectory;
 
 use nalgebra::Vector2;
@@ -22,7 +24,7 @@ use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::record::Record;
-use crate::motion::{Driver, Pair};
+use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Impact, Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
@@ -235,68 +237,87 @@ impl Start {
     ) -> Option<Run> {
         let model = self.model;
         if !Self::is_pair(posture, options) {
-            let Self { heights, rates, warnings, .. } = self;
-            let local = model == Model::Local;
-            let body = PairBody::new(
-                posture.geometry(),
-                posture.gyration_squared(),
-                posture.fields().gravity,
-            );
-            let base = Base::of_body(posture, body, state);
-            let theta = if local { 0.0 } else { state.q.z };
-            let turn = Turn::by(theta);
-            let points = posture.distinct().map(|i| {
-                let under = posture.under(i, &state.q, local);
-                let ContactGeometry { tangent, normal, .. } = under.geometry;
-                let (b, c) = under.geometry.turned(&turn);
-                let friction = posture.contacts()[i].friction;
-                let (mut place, h, u) = (under.place, heights[i], rates[i]);
-                if (h, u) == (0.0, 0.0) {
-                    let [known, _] =
-                        under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
-                    let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
-                    place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
-                }
-                let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
-                let rounding = Rounding::new(
-                    state.q.xy().norm() + place_terms,
-                    state.qdot.xy().norm() + spin.abs(),
-                );
-                ContactState {
-                    normal,
-                    tangent,
-                    friction,
-                    b,
-                    c,
-                    held: None,
-                    place,
-                    h,
-                    depth: 0.0,
-                    u,
-                    rounding,
-                }
-            });
-            let mut start = BodyState {
-                points: points.collect(),
-                center: base.center(),
-                spin: base.spin(),
-                rho2: posture.gyration_squared(),
-                fall: Vector2::new(0.0, -posture.fields().gravity),
-                gravity: posture.fields().gravity,
-                frozen: local.then_some(0.0),
-            };
-            for i in 0..start.points.len() {
-                if start.points[i].h > 0.0 {
-                    start.put_between_lines(i, posture);
-                }
-            }
-            let mut driver = Driver::of_any(posture, start, base, options, warnings, cancel);
+            let mut driver = self.any_driver(posture, state, options, cancel);
             driver.run()?;
             return Some(Run { model, record: driver.record });
         }
         let mut driver = self.driver(posture, state, options, cancel);
         driver.run()?;
         Some(Run { model, record: driver.record })
+    }
+
+    /// The driver of a motion with any number of contacts, every law and every terrain.
+    fn any_driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c, AnyContacts> {
+        let Self { model, heights, rates, warnings } = self;
+        let body =
+            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
+        let start = Self::body_state(posture, state, &heights, &rates, model == Model::Local);
+        Driver::of_any(posture, start, base, options, warnings, cancel)
+    }
+
+    /// The state of the body, with these gaps (m) and rates (m/s) of its contacts.
+    fn body_state(
+        posture: &Posture,
+        state: &State,
+        heights: &[f64],
+        rates: &[f64],
+        local: bool,
+    ) -> BodyState {
+        let theta = if local { 0.0 } else { state.q.z };
+        let turn = Turn::by(theta);
+        let points = posture.distinct().map(|i| {
+            let under = posture.under(i, &state.q, local);
+            let ContactGeometry { tangent, normal, .. } = under.geometry;
+            let (b, c) = under.geometry.turned(&turn);
+            let friction = posture.contacts()[i].friction;
+            let (mut place, h, u) = (under.place, heights[i], rates[i]);
+            if (h, u) == (0.0, 0.0) {
+                let [known, _] =
+                    under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
+                place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
+            }
+            let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
+            let rounding = Rounding::new(
+                state.q.xy().norm() + place_terms,
+                state.qdot.xy().norm() + spin.abs(),
+            );
+            ContactState {
+                normal,
+                tangent,
+                friction,
+                b,
+                c,
+                held: None,
+                place,
+                h,
+                depth: 0.0,
+                u,
+                rounding,
+            }
+        });
+        let mut start = BodyState {
+            points: points.collect(),
+            center: Center { r: state.q.xy(), v: state.qdot.xy() },
+            spin: Spin { theta: state.q.z, omega: state.qdot.z },
+            rho2: posture.gyration_squared(),
+            fall: Vector2::new(0.0, -posture.fields().gravity),
+            gravity: posture.fields().gravity,
+            frozen: local.then_some(0.0),
+        };
+        for i in 0..start.points.len() {
+            if start.points[i].h > 0.0 {
+                start.put_between_lines(i, posture);
+            }
+        }
+        start
     }
 
     /// Whether a motion has at most two contacts, frictionless Newton impacts and terrain without ends. Two contacts at one

@@ -10,6 +10,7 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::advance;
 use crate::error::Error;
+use crate::excitation::{Excitation, GroundMotion, Kick};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -21,7 +22,7 @@ use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
 };
-use crate::simulate::{simulate, simulate_local};
+use crate::simulate::{simulate_excited, simulate_local};
 use crate::sustained::BodyState;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
@@ -53,6 +54,7 @@ pub struct Trajectory {
     model: Model,
     model_reason: &'static str,
     enclosure: Option<Box<Enclosure>>,
+    excitation: Excitation,
     // Computed at the first access.
     expanded: OnceLock<Expanded>,
     impacts: OnceLock<Vec<ImpactRecord>>,
@@ -83,6 +85,8 @@ struct Written<'a> {
     enclosure: Option<&'a Enclosure>,
     warnings: &'a [String],
     options: &'a Options,
+    #[serde(flatten)]
+    excitation: &'a Excitation,
     posture: Option<&'a Posture>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_model: Option<&'a LocalModel>,
@@ -104,6 +108,10 @@ struct Question {
     local_model: Option<LocalModel>,
     start: WrittenStart,
     options: Options,
+    #[serde(default)]
+    kicks: Vec<Kick>,
+    #[serde(default)]
+    ground_motion: Option<GroundMotion>,
     outcome: Outcome,
     elapsed: f64,
     q: Option<[f64; 3]>,
@@ -144,11 +152,16 @@ impl Trajectory {
             model,
             model_reason,
             enclosure: None,
+            excitation: Excitation::default(),
             expanded: OnceLock::new(),
             impacts: OnceLock::new(),
             zeno_points: OnceLock::new(),
             phases: OnceLock::new(),
         }
+    }
+
+    pub(crate) fn excited_by(self, excitation: Excitation) -> Self {
+        Self { excitation, ..self }
     }
 
     /// Adds proved bounds of its times, and a warning if rounding errors have grown so far that the run is outside them.
@@ -191,6 +204,12 @@ impl Trajectory {
     #[must_use]
     pub fn model_reason(&self) -> &'static str {
         self.model_reason
+    }
+
+    /// The kicks and the motion of the ground of the run.
+    #[must_use]
+    pub fn excitation(&self) -> &Excitation {
+        &self.excitation
     }
 
     /// The options of the run, with the policy that it used for simultaneous touchdowns in [`Options::simultaneous`].
@@ -529,6 +548,7 @@ impl Trajectory {
             enclosure: self.enclosure(),
             warnings: self.warnings(),
             options: &self.options,
+            excitation: &self.excitation,
             posture: self.posture(),
             local_model: local.map(|(model, ..)| model),
             start: local.map_or(WrittenStart::Body(start), |(_, gaps, rates)| spin(gaps, rates)),
@@ -637,7 +657,9 @@ impl<'de> Deserialize<'de> for Trajectory {
         let asked = Question::deserialize(deserializer)?;
         let run = match (&asked.posture, &asked.local_model, asked.start) {
             (Some(posture), None, WrittenStart::Body(start)) => {
-                simulate(posture, &start, &asked.options)
+                let excitation =
+                    Excitation { kicks: asked.kicks, ground_motion: asked.ground_motion };
+                simulate_excited(posture, &start, &asked.options, &excitation)
             }
             (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
                 simulate_local(model, gaps, rates, theta, omega, &asked.options)

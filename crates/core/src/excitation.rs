@@ -1,0 +1,182 @@
+//! What acts on a body during a run besides gravity and contact: kicks, and the motion of the ground.
+//!
+//! ```text
+//! kick J at a point with arm a:    q̇⁺ = q̇ + M⁻¹(J, a × J),  M = diag(m, m, mρ²)
+//! ground with acceleration A:      in its frame a body falls with (0, −g) − A
+//! ground tilted by τ:              in its frame gravity is turned by −τ: g (−sin τ, −cos τ)
+//! ```
+//!
+//! Positions and velocities of such a run are those relative to the ground. A is constant from one of the times to the next, so that the
+//! motion between two of them is computed as any other.
+
+use nalgebra::Vector2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{self, Error, finite};
+
+/// An impulse on the body at an instant. A contact that it drives into the ground is hit at the same instant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Kick {
+    /// Time on the clock, in s, not before the start.
+    pub time: f64,
+    /// Impulse (x, y), in N s.
+    pub impulse: [f64; 2],
+    /// The point of the body that it acts on, at its place in the nominal posture, in m; the centre of mass unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 2]>,
+}
+
+/// A motion of the ground by steps: `acceleration` or `tilt` has an entry for each of the `times`, which holds from there to the next one.
+/// Before the first time the ground is at rest and level.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GroundMotion {
+    /// Times on the clock, increasing, in s.
+    pub times: Vec<f64>,
+    /// Acceleration (x, y) of the ground, in m/s².
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub acceleration: Vec<[f64; 2]>,
+    /// Angle of the ground, counterclockwise, in rad. Steps of the angle are infinitely slow: only the direction of gravity changes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tilt: Vec<f64>,
+}
+
+/// The kicks and the motion of the ground of a run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Excitation {
+    /// The kicks. Those at one time act one after the other, in the order of this list, before the contacts react.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub kicks: Vec<Kick>,
+    /// The motion of the ground, if it moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground_motion: Option<GroundMotion>,
+}
+
+/// A change of the excitation at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Change {
+    /// Time since the start of the run, in s.
+    pub(crate) elapsed: f64,
+    /// The new acceleration of free fall, if it changes.
+    pub(crate) fall: Option<Vector2<f64>>,
+    pub(crate) kicks: Vec<Kick>,
+}
+
+impl GroundMotion {
+    /// Checks every field. `gravity`: of the posture, in m/s².
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub fn validate(&self, gravity: f64) -> Result<(), Error> {
+        let count = self.times.len();
+        let unusable = |field: &str, value: String, allowed: &str| Error::Unusable {
+            field: format!("ground_motion.{field}"),
+            value,
+            allowed: allowed.into(),
+        };
+        if self.acceleration.is_empty() == self.tilt.is_empty() {
+            let value = format!("{} of each", self.tilt.len());
+            return Err(unusable("acceleration, tilt", value, "one of the two"));
+        }
+        for (field, entries) in
+            [("acceleration", self.acceleration.len()), ("tilt", self.tilt.len())]
+        {
+            if entries != 0 && entries != count {
+                let value = format!("[{entries} entries]");
+                return Err(unusable(field, value, &format!("{count} entries, as many as times")));
+            }
+        }
+        for (k, time) in self.times.iter().enumerate() {
+            finite(format!("ground_motion.times.{}", k + 1), *time)?;
+        }
+        if let Some(k) = self.times.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let value = format!("{:?} after {:?}", self.times[k + 1], self.times[k]);
+            return Err(unusable(&format!("times.{}", k + 2), value, "increasing times"));
+        }
+        for k in 0..count {
+            let at = |field: &str| format!("ground_motion.{field}.{}", k + 1);
+            if let Some(tilt) = self.tilt.get(k) {
+                finite(at("tilt"), *tilt)?;
+            }
+            if let Some([x, y]) = self.acceleration.get(k) {
+                finite(format!("{}.x", at("acceleration")), *x)?;
+                finite(format!("{}.y", at("acceleration")), *y)?;
+                error::gravity(
+                    format!("fall in the frame of {}", at("acceleration")),
+                    self.fall(gravity, k).norm(),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The acceleration of free fall in the frame of the ground from time `k` on.
+    fn fall(&self, gravity: f64, k: usize) -> Vector2<f64> {
+        match self.tilt.get(k) {
+            Some(tilt) => Vector2::new(-libm::sin(*tilt), -libm::cos(*tilt)) * gravity,
+            None => Vector2::new(-self.acceleration[k][0], -gravity - self.acceleration[k][1]),
+        }
+    }
+}
+
+impl Excitation {
+    /// Whether nothing acts.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.kicks.is_empty() && self.ground_motion.is_none()
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub(crate) fn validate(&self, start: f64, gravity: f64) -> Result<(), Error> {
+        for (k, kick) in self.kicks.iter().enumerate() {
+            let at = |field: &str| format!("kicks.{}.{field}", k + 1);
+            error::in_range(
+                at("time"),
+                kick.time,
+                kick.time >= start && kick.time < f64::INFINITY,
+                "finite, not before the start",
+            )?;
+            for ([x, y], field) in [(Some(kick.impulse), "impulse"), (kick.point, "point")]
+                .into_iter()
+                .filter_map(|(pair, field)| Some((pair?, field)))
+            {
+                finite(at(&format!("{field}.x")), x)?;
+                finite(at(&format!("{field}.y")), y)?;
+            }
+        }
+        self.ground_motion.as_ref().map_or(Ok(()), |motion| motion.validate(gravity))
+    }
+
+    /// The changes in the order of their times; the first one is at the start if the excitation has begun before.
+    pub(crate) fn changes(&self, start: f64, gravity: f64) -> Vec<Change> {
+        let mut changes: Vec<Change> = Vec::new();
+        if let Some(motion) = &self.ground_motion {
+            let begun = motion.times.partition_point(|time| *time <= start);
+            for k in begun.saturating_sub(1)..motion.times.len() {
+                let elapsed = (motion.times[k] - start).max(0.0);
+                changes.push(Change {
+                    elapsed,
+                    fall: Some(motion.fall(gravity, k)),
+                    kicks: Vec::new(),
+                });
+            }
+        }
+        for kick in &self.kicks {
+            let elapsed = kick.time - start;
+            let at = changes.partition_point(|change| change.elapsed < elapsed);
+            if changes.get(at).is_none_or(|change| change.elapsed != elapsed) {
+                changes.insert(at, Change { elapsed, fall: None, kicks: Vec::new() });
+            }
+            changes[at].kicks.push(*kick);
+        }
+        changes
+    }
+}

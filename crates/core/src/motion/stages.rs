@@ -1,0 +1,128 @@
+//! Runs in stages: something acts on the body, or the ground changes its motion, and the run continues.
+
+use nalgebra::Vector2;
+
+use crate::excitation::{Change, Kick};
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::pair::Pair;
+use crate::motion::record::{Moment, Motion};
+use crate::options::{Options, Stop};
+use crate::outcome::{Cause, Outcome};
+use crate::sustained::BodyState;
+use crate::tolerance::KICK_ROUNDINGS;
+
+impl<'a, C: Coordinates> Driver<'a, C> {
+    /// Moves up to the time `end` (s since the start), through states of rest, or to an earlier outcome; `None` if cancelled.
+    fn stage(&mut self, end: f64) -> Option<Outcome> {
+        if self.options.stop == Stop::Rest {
+            self.options.stop = Stop::Time;
+        }
+        self.log.end = end;
+        let outcome = self.motion();
+        if self.log.cancelled {
+            return None;
+        }
+        if outcome == Outcome::TimeLimit {
+            self.log.clock.hi = end;
+            self.log.clock.lo = 0.0;
+        }
+        Some(outcome)
+    }
+}
+
+impl<'a> Driver<'a, Pair> {
+    /// The first stage, and the state at its end or its outcome; `None` if cancelled.
+    pub(crate) fn first_stage(&mut self, end: f64) -> Option<Result<Moment, Outcome>> {
+        self.begin();
+        let outcome = self.stage(end)?;
+        Some(if outcome == Outcome::TimeLimit { Ok(Pair::moment(self)) } else { Err(outcome) })
+    }
+}
+
+impl<'a> Driver<'a, AnyContacts> {
+    /// Continues a run of two contacts at most from this state of the body.
+    pub(crate) fn after_pair(mut self, before: Driver<'a, Pair>) -> Self {
+        self.resting = before.resting;
+        (self.record, self.log, self.watch) = (before.record, before.log, before.watch);
+        self.fresh = false;
+        self
+    }
+
+    /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
+    pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
+        if self.fresh {
+            self.write_flight();
+        }
+        for change in changes {
+            if change.elapsed >= options.end() {
+                break;
+            }
+            if change.elapsed > self.log.clock.hi {
+                let outcome = self.stage(change.elapsed)?;
+                if outcome != Outcome::TimeLimit {
+                    return self.close(outcome);
+                }
+            }
+            self.change(change);
+        }
+        (self.options.stop, self.log.end) = (options.stop, options.end());
+        self.run_on()
+    }
+
+    fn change(&mut self, change: &Change) {
+        if let Some(fall) = change.fall {
+            self.body.state.set_fall(fall);
+            self.cause = Some(Cause::GroundMotion);
+        }
+        for kick in &change.kicks {
+            let posture = &self.body.posture;
+            let f = posture.fields();
+            let point = kick.point.unwrap_or(f.center_of_mass);
+            let arm = Vector2::from(point) - Vector2::from(f.center_of_mass);
+            self.body.state.kick(kick, arm, f.mass);
+            self.cause = Some(Cause::Kick);
+        }
+        for (resting, p) in self.resting.iter_mut().zip(&self.body.state.points) {
+            *resting &= p.h == 0.0 && p.u == 0.0;
+        }
+        if self.log.record {
+            self.write_stage();
+        }
+    }
+
+    /// The span that begins with a change, so that its cause is recorded also where an impact follows at once.
+    fn write_stage(&mut self) {
+        let body = Box::new(self.body.state.clone());
+        let word = (0..body.points.len()).map(|_| crate::modes::Mode::Separate).collect();
+        self.write(Motion::Modes(body, word));
+    }
+}
+
+impl BodyState {
+    /// Sets the acceleration of free fall.
+    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>) {
+        (self.fall, self.gravity) = (fall, fall.norm());
+    }
+
+    /// q̇⁺ = q̇ + M⁻¹(J, a × J). `arm`: of its point in the nominal posture; `mass`: in kg.
+    fn kick(&mut self, kick: &Kick, arm: Vector2<f64>, mass: f64) {
+        let impulse = Vector2::from(kick.impulse) / mass;
+        let (sin, cos) =
+            if self.frozen.is_some() { (0.0, 1.0) } else { libm::sincos(self.spin.theta) };
+        let arm = Vector2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos);
+        let spin = arm.perp(&impulse) / self.rho2;
+        self.center.v += impulse;
+        self.spin.omega += spin;
+        for p in &mut self.points {
+            let terms = [p.normal.x * impulse.x, p.normal.y * impulse.y, p.b * spin];
+            let change: f64 = terms.iter().sum();
+            let size = terms.iter().map(|term| term.abs()).sum::<f64>();
+            // A kick along the ground does not lift a contact by its rounding error.
+            let still =
+                p.h == 0.0 && p.u == 0.0 && change.abs() <= KICK_ROUNDINGS * f64::EPSILON * size;
+            p.u += if still { 0.0 } else { change };
+            p.rounding.rate += f64::EPSILON * size;
+        }
+    }
+}

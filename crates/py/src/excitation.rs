@@ -1,0 +1,135 @@
+//! Kick and GroundMotion.
+
+use pyo3::prelude::*;
+use standfast::Error;
+use standfast::excitation::{GroundMotion, Kick};
+
+use crate::convert::{float, pair_text};
+use crate::error::to_py;
+use crate::input;
+
+/// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant.
+///
+/// time : s, on the clock of the run. impulse : (2,) N s. point : (2,) m, the point of the body that it acts on, at its place in the
+/// nominal posture; None: the centre of mass.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.25, restitution=0.5)
+/// >>> lift = sf.Kick(time=1.0, impulse=(0.0, 1.0))
+/// >>> run = sf.simulate(rod, q=(0, 0, 0), qdot=(0, 0, 0), kicks=[lift])
+/// >>> round(run.time - 1.0, 9)                         # 2v/(g(1 − e)) after the kick
+/// 0.407747197
+#[pyclass(frozen, eq, name = "Kick", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyKick(pub(crate) Kick);
+
+#[pymethods]
+impl PyKick {
+    #[new]
+    #[pyo3(signature = (time, impulse, point=None))]
+    fn new(
+        #[pyo3(from_py_with = input::time)] time: f64,
+        #[pyo3(from_py_with = input::impulse)] impulse: [f64; 2],
+        #[pyo3(from_py_with = input::some_point)] point: Option<[f64; 2]>,
+    ) -> Self {
+        Self(Kick { time, impulse, point })
+    }
+
+    #[getter]
+    fn time(&self) -> f64 {
+        self.0.time
+    }
+
+    #[getter]
+    fn impulse(&self) -> (f64, f64) {
+        self.0.impulse.into()
+    }
+
+    #[getter]
+    fn point(&self) -> Option<(f64, f64)> {
+        self.0.point.map(Into::into)
+    }
+
+    fn __repr__(&self) -> String {
+        let Kick { time, impulse, point } = self.0;
+        let at = point.map_or(String::new(), |point| format!(", point={}", pair_text(point)));
+        format!("Kick(time={}, impulse={}{at})", float(time), pair_text(impulse))
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, (f64, [f64; 2], Option<[f64; 2]>)) {
+        let Kick { time, impulse, point } = self.0;
+        (py.get_type::<Self>().into_any().unbind(), (time, impulse, point))
+    }
+}
+
+/// A motion of the ground by steps. An entry of `acceleration` or `tilt` holds from its time to the next one; before the first time the
+/// ground is at rest and level. All positions and velocities of the run are relative to the ground.
+///
+/// times : (k,) s, increasing. acceleration : (k, 2) m/s², (x, y). tilt : (k,) rad, counterclockwise, instead of acceleration; the steps of
+/// the angle are so slow that only the direction of gravity changes.
+///
+/// >>> import standfast as sf
+/// >>> feet = [sf.Contact(point=(x, 0), friction=1) for x in (-1, 1)]
+/// >>> block = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 2), contacts=feet, restitution=0, gravity=10)
+/// >>> shake = sf.GroundMotion(times=[0, 1], acceleration=[(4, 0), (0, 0)])     # less than g b/h = 5: it does not rock
+/// >>> [phase.mode for phase in sf.simulate(block, (0, 0, 0), (0, 0, 0), ground_motion=shake).phases]
+/// ['FF']
+#[pyclass(frozen, eq, name = "GroundMotion", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyGroundMotion(pub(crate) GroundMotion);
+
+#[pymethods]
+impl PyGroundMotion {
+    #[new]
+    #[pyo3(signature = (times, acceleration=None, tilt=None))]
+    fn new(
+        #[pyo3(from_py_with = input::times)] times: Vec<f64>,
+        #[pyo3(from_py_with = input::accelerations)] acceleration: Option<Vec<[f64; 2]>>,
+        #[pyo3(from_py_with = input::tilt)] tilt: Option<Vec<f64>>,
+    ) -> PyResult<Self> {
+        let both_or_none = acceleration.is_some() == tilt.is_some();
+        if both_or_none {
+            return Err(to_py(&Error::Unusable {
+                field: "acceleration, tilt".into(),
+                value: if tilt.is_some() { "both" } else { "none" }.into(),
+                allowed: "one of the two".into(),
+            }));
+        }
+        let (acceleration, tilt) = (acceleration.unwrap_or_default(), tilt.unwrap_or_default());
+        let motion = GroundMotion { times, acceleration, tilt };
+        motion.validate(0.0).map_err(|e| to_py(&e))?;
+        Ok(Self(motion))
+    }
+
+    #[getter]
+    fn times(&self) -> Vec<f64> {
+        self.0.times.clone()
+    }
+
+    #[getter]
+    fn acceleration(&self) -> Option<Vec<(f64, f64)>> {
+        let entries = &self.0.acceleration;
+        (!entries.is_empty()).then(|| entries.iter().map(|&pair| pair.into()).collect())
+    }
+
+    #[getter]
+    fn tilt(&self) -> Option<Vec<f64>> {
+        (!self.0.tilt.is_empty()).then(|| self.0.tilt.clone())
+    }
+
+    fn __repr__(&self) -> String {
+        let what = if self.0.tilt.is_empty() { "acceleration" } else { "tilt" };
+        format!("<GroundMotion: {what} in {} steps>", self.0.times.len())
+    }
+
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
+    fn __reduce__(
+        &self,
+        py: Python<'_>,
+    ) -> (Py<PyAny>, (Vec<f64>, Option<Vec<(f64, f64)>>, Option<Vec<f64>>)) {
+        (
+            py.get_type::<Self>().into_any().unbind(),
+            (self.times(), self.acceleration(), self.tilt()),
+        )
+    }
+}
