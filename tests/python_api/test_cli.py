@@ -249,8 +249,8 @@ def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
         ("point = [0.5, 0.0]", "point = [0.5]", ["point"]),
         (
             "point = [0.5, 0.0]",
-            "point = [0.5, 0.0]\nslope = 2.0",
-            ["slope", "2", "pi/2"],
+            "point = [0.5, 0.0]\nslope = 4.0",
+            ["slope", "4", "pi"],
         ),
         (
             "point = [0.5, 0.0]",

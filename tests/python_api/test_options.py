@@ -8,6 +8,8 @@ import pytest
 import standfast as sf
 
 # Functions that take options: the options that they leave out, and their own defaults.
+# Keywords that are no options of a run.
+NO_OPTIONS = {"threads", "kicks", "ground_motion"}
 OWN_OF_A_BODY = {"model", "impact", "neighbourhood", "tolerance"}
 CALLS = {
     "simulate": (set(), {}),
@@ -27,7 +29,7 @@ def expected(name):
 
 
 def keywords(name):
-    """Keyword-only parameters of the function at run time, except the number of threads."""
+    """The options of the function at run time."""
     function = sf
     for part in name.split("."):
         function = getattr(function, part)
@@ -35,12 +37,12 @@ def keywords(name):
     return {
         p.name: p.default
         for p in parameters
-        if p.kind is inspect.Parameter.KEYWORD_ONLY and p.name != "threads"
+        if p.kind is inspect.Parameter.KEYWORD_ONLY and p.name not in NO_OPTIONS
     }
 
 
 def stub_keywords(name):
-    """Keyword-only parameters of the function in the type stubs."""
+    """The options of the function in the type stubs."""
     body = ast.parse(
         (Path(sf.__file__).parent / "_core.pyi").read_text(encoding="utf-8")
     ).body
@@ -53,7 +55,7 @@ def stub_keywords(name):
         n for n in body if isinstance(n, ast.FunctionDef) and n.name == function
     )
     pairs = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
-    return {a.arg: ast.literal_eval(d) for a, d in pairs if a.arg != "threads"}
+    return {a.arg: ast.literal_eval(d) for a, d in pairs if a.arg not in NO_OPTIONS}
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -243,10 +243,9 @@ def test_values_print_copy_and_compare(value):
         (lambda: body(contacts=[]), ["contacts"]),
         (lambda: body(contacts=[sf.Contact((0, 0))]).psi, ["contacts", "2"]),
         (
-            lambda: body(contacts=[sf.Contact((0, 0), slope=math.pi / 2)]),
-            ["slope", "pi/2"],
+            lambda: body(contacts=[sf.Contact((0, 0), slope=-math.pi)]),
+            ["slope", "-pi < slope"],
         ),
-        (lambda: body(contacts=[sf.Contact((0, 0), slope=3.0)]), ["slope", "3"]),
         (lambda: body(contacts=[sf.Contact((0, 0), segment=(1.0, 2.0))]), ["segment"]),
         (lambda: local(psi=(2.0, 2.0)), ["psi"]),
         (lambda: local(gravity=(1.0, -1.0)), ["gravity", "-1"]),

@@ -515,8 +515,8 @@ def test_a_scene_with_terrain_survives_its_file(tmp_path):
     ("terrain", "text"),
     [
         ([(0, 0)], "terrain"),
-        ([(0, 0), (0, 1)], "terrain.2.x"),
-        ([(0, 0), (1, 0), (0.5, 1)], "terrain.3.x"),
+        ([(0, 0), (0, 0)], "terrain.2"),
+        ([(0, 0), (1, 0), (0.5, 0)], "meet"),
         ([(0, 0), (math.nan, 1)], "terrain.2.x"),
         ([(0, 0), (1, 2, 3)], "terrain.2"),
         ([(1, 0), (2, 0)], "contacts.1.point.x"),

@@ -130,12 +130,12 @@ impl Excitation {
         self.kicks.is_empty() && self.ground_motion.is_none()
     }
 
-    /// Checks every field.
+    /// Checks every field. `start`: time on the clock at the start of the run, in s. `gravity`: of the posture, in m/s².
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
-    pub(crate) fn validate(&self, start: f64, gravity: f64) -> Result<(), Error> {
+    pub fn validate(&self, start: f64, gravity: f64) -> Result<(), Error> {
         for (k, kick) in self.kicks.iter().enumerate() {
             let at = |field: &str| format!("kicks.{}.{field}", k + 1);
             error::in_range(

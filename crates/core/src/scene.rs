@@ -11,11 +11,12 @@ use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::body::terrain;
 use crate::error::{Error, quoted};
+use crate::excitation::{Excitation, GroundMotion, Kick};
 use crate::file::text::Format;
 use crate::file::write::write_whole;
 use crate::options::Options;
 use crate::serial::values;
-use crate::simulate::simulate;
+use crate::simulate::simulate_excited;
 use crate::simulate::trajectory::Trajectory;
 
 /// Largest scene file that is read, in bytes. A scene with 64 contacts has a few thousand.
@@ -48,8 +49,10 @@ pub struct Scene {
     pub posture: Posture,
     /// The start.
     pub start: State,
-    /// The keywords of [`simulate`].
+    /// The keywords of [`simulate`](crate::simulate()).
     pub options: Options,
+    /// The kicks and the motion of the ground.
+    pub excitation: Excitation,
 }
 
 /// The tables of the file.
@@ -61,7 +64,7 @@ struct File {
     gravity: f64,
     /// Coefficient of restitution e in [0, 1) of each contact without a coefficient in its table.
     restitution: f64,
-    /// Vertices (x, y) of the terrain, x increasing, in m; without any each contact meets only its own line, of its slope through its point.
+    /// Vertices (x, y) of the terrain, with the ground on the right of the polyline, in m; without any each contact meets only its own line, of its slope through its point.
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -77,6 +80,12 @@ struct File {
     start: StartTable,
     #[serde(default, deserialize_with = "values::table")]
     run: Options,
+    /// Impulses on the body during the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    kick: Vec<Kick>,
+    /// The motion of the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ground_motion: Option<GroundMotion>,
 }
 
 /// A vertex of the terrain.
@@ -210,9 +219,9 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// As [`simulate`].
+    /// As [`simulate_excited`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        simulate(&self.posture, &self.start, &self.options)
+        simulate_excited(&self.posture, &self.start, &self.options, &self.excitation)
     }
 
     fn read(format: Format, text: &str) -> Result<Self, Error> {
@@ -235,7 +244,10 @@ impl Scene {
         file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
         let start = State::new(file.start.q, file.start.qdot);
         start.validate().map_err(|e| e.renamed(|field| format!("start.{field}")))?;
-        Ok(Self { posture, start, options: file.run })
+        let excitation = Excitation { kicks: file.kick, ground_motion: file.ground_motion };
+        let gravity = posture.fields().gravity;
+        excitation.validate(file.run.time, gravity).map_err(|e| e.renamed(of_excitation))?;
+        Ok(Self { posture, start, options: file.run, excitation })
     }
 
     fn to_file(&self) -> File {
@@ -252,6 +264,8 @@ impl Scene {
             terrain: f.terrain.iter().copied().map(Vertex).collect(),
             start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
             run: self.options,
+            kick: self.excitation.kicks.clone(),
+            ground_motion: self.excitation.ground_motion.clone(),
         }
     }
 }
@@ -265,6 +279,14 @@ impl Serialize for Scene {
 impl<'de> Deserialize<'de> for Scene {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::of_file(File::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+/// A field of an excitation as the file names it.
+fn of_excitation(field: &str) -> String {
+    match field.strip_prefix("kicks.") {
+        Some(of_one) => format!("kick.{of_one}"),
+        None => field.into(),
     }
 }
 

@@ -6,6 +6,7 @@ use random::Random;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use standfast::body::LocalModel;
+use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Simultaneous};
 use standfast::simulate::simulate_local;
@@ -116,6 +117,14 @@ fn a_scene_is_written_as_its_file() {
         posture: Random(1).posture(3),
         start: State::new([0.0, 2.0, -0.0], [0.1, 0.2, 1e-300]),
         options: Options { time_limit: Some(3.0), neighbourhood: 4.0, ..Options::default() },
+        excitation: Excitation {
+            kicks: vec![Kick { time: 0.5, impulse: [0.1, 0.3], point: None }],
+            ground_motion: Some(GroundMotion {
+                times: vec![0.0, 0.1],
+                tilt: vec![0.01, 0.02],
+                ..GroundMotion::default()
+            }),
+        },
     };
     assert_eq!(json(&scene), scene.to_json());
     assert_eq!(back(&scene).to_toml(), scene.to_toml());

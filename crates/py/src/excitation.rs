@@ -2,11 +2,22 @@
 
 use pyo3::prelude::*;
 use standfast::Error;
-use standfast::excitation::{GroundMotion, Kick};
+use standfast::excitation::{Excitation, GroundMotion, Kick};
 
 use crate::convert::{float, pair_text};
 use crate::error::to_py;
 use crate::input;
+
+/// The excitation of a run.
+pub(crate) fn excitation(
+    kicks: &[PyRef<'_, PyKick>],
+    ground_motion: Option<&PyRef<'_, PyGroundMotion>>,
+) -> Excitation {
+    Excitation {
+        kicks: kicks.iter().map(|kick| kick.0).collect(),
+        ground_motion: ground_motion.map(|motion| motion.0.clone()),
+    }
+}
 
 /// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant.
 ///
@@ -56,6 +67,7 @@ impl PyKick {
         format!("Kick(time={}, impulse={}{at})", float(time), pair_text(impulse))
     }
 
+    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
     fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, (f64, [f64; 2], Option<[f64; 2]>)) {
         let Kick { time, impulse, point } = self.0;
         (py.get_type::<Self>().into_any().unbind(), (time, impulse, point))
@@ -73,7 +85,7 @@ impl PyKick {
 /// >>> block = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 2), contacts=feet, restitution=0, gravity=10)
 /// >>> shake = sf.GroundMotion(times=[0, 1], acceleration=[(4, 0), (0, 0)])     # less than g b/h = 5: it does not rock
 /// >>> [phase.mode for phase in sf.simulate(block, (0, 0, 0), (0, 0, 0), ground_motion=shake).phases]
-/// ['FF']
+/// ['FF', 'FF']
 #[pyclass(frozen, eq, name = "GroundMotion", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyGroundMotion(pub(crate) GroundMotion);

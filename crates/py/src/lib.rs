@@ -59,10 +59,10 @@ mod _core {
 
     use pyo3::types::PyDict;
 
+    use crate::excitation::excitation;
     use crate::input;
     use crate::options::of_call;
     use crate::run::stopped;
-    use standfast::excitation::Excitation;
     use standfast::simulate::simulate_excited_until;
     use standfast::{Options, State};
 
@@ -113,10 +113,7 @@ mod _core {
         let options = of_call("simulate", Options::default(), &[], options)?;
         let state = State::new(q, qdot);
         let body = posture.0.clone();
-        let excitation = Excitation {
-            kicks: kicks.iter().map(|kick| kick.0).collect(),
-            ground_motion: ground_motion.map(|motion| motion.0.clone()),
-        };
+        let excitation = excitation(&kicks, ground_motion.as_ref());
         stopped(py, |cancel| simulate_excited_until(&body, &state, &options, &excitation, cancel))
     }
 

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
+use standfast::simulate::simulate_excited_until;
 use standfast::{Options, Scene, State};
 
 use crate::convert::{float, vector};
 use crate::error::to_py;
+use crate::excitation::{PyGroundMotion, PyKick, excitation};
 use crate::input;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
@@ -15,7 +17,8 @@ use crate::run::{PyRun, stopped};
 
 /// A posture, its start, and the options of its run.
 ///
-/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`.
+/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`, but for kicks : sequence of Kick, and
+/// ground_motion : GroundMotion or None.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -29,12 +32,14 @@ pub(crate) struct PyScene(pub(crate) Scene);
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (posture, q, qdot, options=None))]
+    #[pyo3(signature = (posture, q, qdot, options=None, kicks=Vec::new(), ground_motion=None), text_signature = "(posture, q, qdot, options=None, kicks=(), ground_motion=None)")]
     fn new(
         #[pyo3(from_py_with = posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         options: Option<&Bound<'_, PyAny>>,
+        kicks: Vec<PyRef<'_, PyKick>>,
+        ground_motion: Option<PyRef<'_, PyGroundMotion>>,
     ) -> PyResult<Self> {
         let mut chosen = Options::default();
         if let Some(keywords) = options.map(input::options).transpose()?.flatten() {
@@ -42,7 +47,9 @@ impl PyScene {
         }
         let start = State::new(q, qdot);
         start.validate().map_err(|e| to_py(&e))?;
-        Ok(Self(Scene { posture: posture.0.clone(), start, options: chosen }))
+        let excitation = excitation(&kicks, ground_motion.as_ref());
+        excitation.validate(chosen.time, posture.0.fields().gravity).map_err(|e| to_py(&e))?;
+        Ok(Self(Scene { posture: posture.0.clone(), start, options: chosen, excitation }))
     }
 
     #[getter]
@@ -65,6 +72,18 @@ impl PyScene {
         get(py, &self.0.options)
     }
 
+    /// The kicks of the run.
+    #[getter]
+    fn kicks(&self) -> Vec<PyKick> {
+        self.0.excitation.kicks.iter().map(|kick| PyKick(*kick)).collect()
+    }
+
+    /// The motion of the ground, or None.
+    #[getter]
+    fn ground_motion(&self) -> Option<PyGroundMotion> {
+        self.0.excitation.ground_motion.clone().map(PyGroundMotion)
+    }
+
     /// Runs the scene. Keywords of `standfast.simulate` override the options of the scene.
     #[pyo3(signature = (**r#override))]
     fn simulate(&self, py: Python<'_>, r#override: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
@@ -74,7 +93,8 @@ impl PyScene {
         }
         let scene = &self.0;
         stopped(py, |cancel| {
-            standfast::simulate::simulate_until(&scene.posture, &scene.start, &options, cancel)
+            let Scene { posture, start, excitation, .. } = scene;
+            simulate_excited_until(posture, start, &options, excitation, cancel)
         })
     }
 
@@ -96,23 +116,28 @@ impl PyScene {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let triple = |v: [f64; 3]| format!("({})", v.map(float).join(", "));
         Ok(format!(
-            "Scene({}, q={}, qdot={}, options={})",
+            "Scene({}, q={}, qdot={}, options={}{}{})",
             self.posture().into_pyobject(py)?.repr()?,
             triple(self.0.start.q.into()),
             triple(self.0.start.qdot.into()),
-            get(py, &self.0.options)?.repr()?
+            get(py, &self.0.options)?.repr()?,
+            match self.kicks() {
+                none if none.is_empty() => String::new(),
+                kicks => format!(", kicks={}", kicks.into_pyobject(py)?.repr()?),
+            },
+            match self.ground_motion() {
+                None => String::new(),
+                Some(motion) => format!(", ground_motion={}", motion.into_pyobject(py)?.repr()?),
+            }
         ))
     }
 
-    #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Py<PyAny>, (PyPosture, [f64; 3], [f64; 3], Bound<'py, PyDict>))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Py<PyAny>, Bound<'py, PyTuple>)> {
         let start = &self.0.start;
         let options = get(py, &self.0.options)?;
-        let arguments = (self.posture(), start.q.into(), start.qdot.into(), options);
-        Ok((py.get_type::<Self>().into_any().unbind(), arguments))
+        let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
+        let arguments = (self.posture(), q, qdot, options, self.kicks(), self.ground_motion());
+        Ok((py.get_type::<Self>().into_any().unbind(), arguments.into_pyobject(py)?))
     }
 }
 

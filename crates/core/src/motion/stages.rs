@@ -2,15 +2,13 @@
 
 use nalgebra::Vector2;
 
-use crate::excitation::{Change, Kick};
+use crate::excitation::Change;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::pair::Pair;
 use crate::motion::record::{Moment, Motion};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
-use crate::sustained::BodyState;
-use crate::tolerance::KICK_ROUNDINGS;
 
 impl<'a, C: Coordinates> Driver<'a, C> {
     /// Moves up to the time `end` (s since the start), through states of rest, or to an earlier outcome; `None` if cancelled.
@@ -96,33 +94,5 @@ impl<'a> Driver<'a, AnyContacts> {
         let body = Box::new(self.body.state.clone());
         let word = (0..body.points.len()).map(|_| crate::modes::Mode::Separate).collect();
         self.write(Motion::Modes(body, word));
-    }
-}
-
-impl BodyState {
-    /// Sets the acceleration of free fall.
-    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>) {
-        (self.fall, self.gravity) = (fall, fall.norm());
-    }
-
-    /// q̇⁺ = q̇ + M⁻¹(J, a × J). `arm`: of its point in the nominal posture; `mass`: in kg.
-    fn kick(&mut self, kick: &Kick, arm: Vector2<f64>, mass: f64) {
-        let impulse = Vector2::from(kick.impulse) / mass;
-        let (sin, cos) =
-            if self.frozen.is_some() { (0.0, 1.0) } else { libm::sincos(self.spin.theta) };
-        let arm = Vector2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos);
-        let spin = arm.perp(&impulse) / self.rho2;
-        self.center.v += impulse;
-        self.spin.omega += spin;
-        for p in &mut self.points {
-            let terms = [p.normal.x * impulse.x, p.normal.y * impulse.y, p.b * spin];
-            let change: f64 = terms.iter().sum();
-            let size = terms.iter().map(|term| term.abs()).sum::<f64>();
-            // A kick along the ground does not lift a contact by its rounding error.
-            let still =
-                p.h == 0.0 && p.u == 0.0 && change.abs() <= KICK_ROUNDINGS * f64::EPSILON * size;
-            p.u += if still { 0.0 } else { change };
-            p.rounding.rate += f64::EPSILON * size;
-        }
     }
 }

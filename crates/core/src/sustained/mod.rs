@@ -13,6 +13,7 @@
 //! to any order. A step is a polynomial, and its events are roots of polynomials.
 
 mod endless;
+mod excitation;
 mod facing;
 mod flight;
 mod jam;
