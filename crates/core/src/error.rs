@@ -211,6 +211,12 @@ pub(crate) fn gravity(field: impl Display, value: f64) -> Result<f64, Error> {
     in_range(field, value, holds, "finite and >= 0: 0, or from 1e-150 to 1e150")
 }
 
+/// As [`gravity`], of either sign: along the normal of a contact, gravity may point away from its ground.
+pub(crate) fn effective_gravity(field: impl Display, value: f64) -> Result<f64, Error> {
+    let holds = value == 0.0 || (1.0 / LARGEST..=LARGEST).contains(&value.abs());
+    in_range(field, value, holds, "finite: 0, or from 1e-150 to 1e150 in size")
+}
+
 /// The largest coefficient of friction. In the sum of a normal row and μ times the tangential row, the normal row keeps four digits.
 const ROUGHEST: f64 = 1e12;
 

@@ -27,7 +27,7 @@ const STATES: usize = 256;
 
 /// The reduced, frictionless, linearised model of a two-contact posture [Or & Rimon 2008], given by its parameters.
 ///
-/// gravity : (g_1, g_2) m/s², ≥ 0. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
+/// gravity : (g_1, g_2) m/s²; negative where gravity points away from the ground. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
 /// restitution : e, or (e_1, e_2), in [0, 1).
 ///
 /// >>> import standfast as sf

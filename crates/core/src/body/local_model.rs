@@ -72,7 +72,7 @@ impl LocalModel {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] naming the parameter: gravity finite ≥ 0, ψ_1 and ψ_2 of one sign with
+    /// [`Error::OutOfRange`] naming the parameter: gravity finite, ψ_1 and ψ_2 of one sign with
     /// ψ_1ψ_2 ≤ 1 (the impact matrix is positive semidefinite), φ finite, restitution in [0, 1).
     pub fn new(
         gravity: [f64; 2],
@@ -82,7 +82,7 @@ impl LocalModel {
     ) -> Result<Self, Error> {
         for i in 0..2 {
             let number = i + 1;
-            error::gravity(format!("gravity.{number}"), gravity[i])?;
+            error::effective_gravity(format!("gravity.{number}"), gravity[i])?;
             finite(format!("psi.{number}"), psi[i])?;
             finite(format!("phi.{number}"), phi[i])?;
             self::restitution(format!("restitution.{number}"), restitution[i])?;

@@ -258,7 +258,11 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
     }
     if let Some((i, j)) = meeting(vertices) {
         let value = format!("[pieces {} and {} meet]", i + 1, j + 1);
-        return Err(unusable("terrain".into(), value, "a polyline that does not meet itself; piece k goes from vertex k to the next one"));
+        return Err(unusable(
+            "terrain".into(),
+            value,
+            "a polyline that does not meet itself; piece k goes from vertex k to the next one",
+        ));
     }
     let pieces = vertices.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
     Ok(Ground::new(pieces))
