@@ -61,7 +61,7 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
     let mut region = [f64::INFINITY, f64::NEG_INFINITY];
     let mut take = |x: f64| region = [region[0].min(x), region[1].max(x)];
     for (k, u) in edges.iter().enumerate() {
-        if u.u.x == 0.0 {
+        if u.u.x == 0.0 && u.u.y > 0.0 {
             take(u.moment / u.u.y);
         }
         for v in &edges[k + 1..] {
