@@ -77,9 +77,9 @@ pub(crate) fn direction(slope: f64) -> Vector2<f64> {
     }
 }
 
-/// (cos, sin) of the slopes π/2, −π/2 and π.
+/// (cos, sin) of the slopes 0, π/2, −π/2 and π.
 pub(crate) fn quarter_turns(slope: f64) -> Option<[f64; 2]> {
-    [(FRAC_PI_2, [0.0, 1.0]), (-FRAC_PI_2, [0.0, -1.0]), (PI, [-1.0, 0.0])]
+    [(0.0, [1.0, 0.0]), (FRAC_PI_2, [0.0, 1.0]), (-FRAC_PI_2, [0.0, -1.0]), (PI, [-1.0, 0.0])]
         .into_iter()
         .find_map(|(angle, parts)| (slope == angle).then_some(parts))
 }

@@ -35,11 +35,12 @@ pub struct Conditions {
     pub kinematic_margin: f64,
     /// ψ.
     pub coupling: f64,
-    /// Whether (10) holds.
+    /// Whether (10) holds and the forces of the contacts without friction, D⁻¹(g_1, g_2), are positive. They always are for ψ > 0 on
+    /// ground that faces up.
     pub clattering: bool,
     /// ψ less the bound of (10).
     pub clattering_margin: f64,
-    /// Whether Goyal's bound holds.
+    /// Whether Goyal's bound holds and these forces are positive.
     pub chatter: bool,
     /// ψ less Goyal's bound.
     pub chatter_margin: f64,
@@ -207,6 +208,9 @@ impl Words {
         let equilibrium = equilibrium_margin >= 0.0;
         let e = [0, 1].map(|i| posture.geometry()[i].restitution);
         let coupling = coupling(psi);
+        let [one, two] = [0, 1].map(|i| posture.geometry()[i].normal.y);
+        let pressed = one.min(two) >= 0.0 && one.max(two) > 0.0
+            || two + psi[0] * one > 0.0 && one + psi[1] * two > 0.0;
         let clattering_margin = coupling - clattering_bound(e);
         let chatter_margin = coupling - chatter_bound(e);
         Conditions {
@@ -218,9 +222,9 @@ impl Words {
             unambiguous: equilibrium && self.holds && !self.leaves,
             kinematic_margin: self.margin.unsigned_zero(),
             coupling: coupling.unsigned_zero(),
-            clattering: clattering_margin > 0.0,
+            clattering: clattering_margin > 0.0 && pressed,
             clattering_margin,
-            chatter: coupling > 0.0 && chatter_margin >= 0.0,
+            chatter: coupling > 0.0 && chatter_margin >= 0.0 && pressed,
             chatter_margin,
         }
     }

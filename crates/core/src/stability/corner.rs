@@ -17,6 +17,7 @@
 //!
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
 
+use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::impact::newton;
 use crate::math::interval::Interval;
@@ -256,10 +257,9 @@ impl Local {
         let rho2 = exact(f.gyration_radius).square();
         let mut rows = Vec::new();
         for contact in [first, second] {
-            let (sin, cos) = if contact.slope == 0.0 {
-                (I::ZERO, I::ONE)
-            } else {
-                (I::near(libm::sin(contact.slope)), I::near(libm::cos(contact.slope)))
+            let [cos, sin] = match quarter_turns(contact.slope) {
+                Some(parts) => parts.map(exact),
+                None => [libm::cos(contact.slope), libm::sin(contact.slope)].map(I::near),
             };
             let arm: [I; 2] =
                 std::array::from_fn(|k| exact(contact.point[k]) - exact(f.center_of_mass[k]));
