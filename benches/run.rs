@@ -65,6 +65,7 @@ fn ball() -> Posture {
         restitution: 0.8,
         gravity: 9.81,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap_or_else(|e| panic!("{e}"))
 }

@@ -134,6 +134,7 @@ class Posture:
         restitution: float,
         gravity: float = 9.81,
         terrain: _Pairs | None = None,
+        ground: Literal["own", "shared"] = "own",
     ) -> Self: ...
     @staticmethod
     def rod(
@@ -143,6 +144,31 @@ class Posture:
         friction: float = 0.0,
         gravity: float = 9.81,
     ) -> Posture: ...
+    @staticmethod
+    def box(
+        width: float,
+        height: float,
+        mass: float = 1.0,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        gravity: float = 9.81,
+        tangential_restitution: float = 0.0,
+        terrain: _Pairs | None = None,
+    ) -> Posture: ...
+    @staticmethod
+    def polygon(
+        vertices: npt.ArrayLike,
+        mass: float = 1.0,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        gravity: float = 9.81,
+        tangential_restitution: float = 0.0,
+        terrain: _Pairs | None = None,
+    ) -> Posture: ...
+    @property
+    def ground(self) -> Literal["own", "shared"]: ...
+    def replace(self, **parameters: float) -> Posture: ...
+    def touching(self, contact: int, theta: float) -> _Floats: ...
     @property
     def mass(self) -> float: ...
     @property

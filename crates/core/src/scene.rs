@@ -7,7 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::contact::Contact;
-use crate::body::posture::{Posture, PostureFields};
+use crate::body::posture::{GroundKind, Posture, PostureFields};
 use crate::body::state::State;
 use crate::body::terrain;
 use crate::error::{Error, quoted};
@@ -71,6 +71,14 @@ struct File {
         deserialize_with = "terrain::deserialize_some"
     )]
     terrain: Vec<Vertex>,
+    /// Without a terrain: "own", each contact has its own line, or "shared", all contacts meet one line without ends, of their slope, through
+    /// the lowest of them.
+    #[serde(
+        default,
+        skip_serializing_if = "GroundKind::is_own",
+        deserialize_with = "values::word"
+    )]
+    ground: GroundKind,
     #[serde(deserialize_with = "values::table")]
     body: BodyTable,
     /// The contacts, numbered from 1.
@@ -239,6 +247,7 @@ impl Scene {
             restitution: file.restitution,
             gravity: file.gravity,
             terrain: file.terrain.into_iter().map(|vertex| vertex.0).collect(),
+            ground: file.ground,
         })
         .map_err(|e| e.renamed(of_posture))?;
         file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
@@ -262,6 +271,7 @@ impl Scene {
             },
             contact: f.contacts.clone(),
             terrain: f.terrain.iter().copied().map(Vertex).collect(),
+            ground: f.ground,
             start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
             run: self.options,
             kick: self.excitation.kicks.clone(),

@@ -332,6 +332,31 @@ pub struct Sweep {
     size: usize,
 }
 
+/// A posture with other values of parameters, by their paths.
+///
+/// # Errors
+///
+/// [`Error::Unusable`] if there is no such parameter; the errors of [`Posture::new`] for a value.
+pub fn replaced(posture: &Posture, values: &[(String, f64)]) -> Result<Posture, Error> {
+    let mut fields = posture.fields().clone();
+    if !fields.terrain.is_empty() {
+        off_the_terrain(&mut fields);
+    }
+    for (path, value) in values {
+        let field = Field::parse(path, fields.contacts.len());
+        field.ok_or_else(|| unknown(path, &fields))?.set(&mut fields, *value);
+    }
+    Posture::new(fields)
+}
+
+/// Slopes and segments follow from the terrain again, wherever a contact is put.
+fn off_the_terrain(fields: &mut PostureFields) {
+    for contact in &mut fields.contacts {
+        contact.slope = 0.0;
+        contact.segment = [f64::NEG_INFINITY, f64::INFINITY];
+    }
+}
+
 impl Axis {
     /// The values of a parameter of `posture`, by its path: `mass`, `center_of_mass.x`, `contacts.1.slope`, ….
     ///
@@ -351,7 +376,8 @@ impl Axis {
         }
         // The allowed values are an interval, so its ends are checked. Over a terrain it depends on other parameters whether a point
         // lies on it; this is checked later.
-        let mut probe = PostureFields { terrain: Vec::new(), ..fields.clone() };
+        let ground = crate::body::GroundKind::Own;
+        let mut probe = PostureFields { terrain: Vec::new(), ground, ..fields.clone() };
         let ends = [
             values.iter().copied().fold(values[0], f64::min),
             values.iter().copied().fold(values[0], f64::max),
@@ -422,11 +448,7 @@ impl Sweep {
         let size = grid_size(&lengths)?;
         let mut fields = posture.fields().clone();
         if !fields.terrain.is_empty() {
-            // Slopes and segments follow from the terrain again, wherever a contact is put.
-            for contact in &mut fields.contacts {
-                contact.slope = 0.0;
-                contact.segment = [f64::NEG_INFINITY, f64::INFINITY];
-            }
+            off_the_terrain(&mut fields);
         }
         Ok(Self { fields, axes, quantities, run: None, size })
     }

@@ -41,6 +41,7 @@ fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
                 restitution: e,
                 gravity: 9.81,
                 terrain: Vec::new(),
+                ground: standfast::body::GroundKind::default(),
             });
             let height = 10_f64.powf(w.between(-5.0, -1.0));
             let turn = w.between(-0.9, 0.9) * height;
@@ -154,6 +155,7 @@ fn nothing_depends_on_the_record() {
             restitution: 0.5 + 0.45 * share(),
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let state = State::new([0.0, 0.02 * share(), 0.0], [0.0, -share(), 0.0]);

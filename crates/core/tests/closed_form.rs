@@ -36,6 +36,7 @@ fn ball(e: f64, g: f64) -> Posture {
         restitution: e,
         gravity: g,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap()
 }
@@ -402,6 +403,7 @@ fn coincident_contacts_act_as_one() {
             restitution: e,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap()
     };
@@ -441,6 +443,7 @@ fn feet_that_land_together_for_ever_come_to_rest() {
             restitution: 0.5,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         for spin in [0.0, 1e-236] {
@@ -486,6 +489,7 @@ fn tall(e: f64, g: f64) -> Posture {
         restitution: e,
         gravity: g,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap()
 }
@@ -806,6 +810,7 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
         restitution: 0.4,
         gravity: 1.0,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     // At θ = 0 contact 1 is above the centre of mass (c = 0.5) and contact 2 below: c ω² = −2·1.2² < −g. At θ = π the
@@ -913,6 +918,7 @@ fn time_and_length_have_no_scale_of_their_own() {
             restitution: 0.5,
             gravity: 9.81 * length / time / time,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let start = State::at_rest([0.0, 0.084_384_598_778_461_83 * length, 0.2]);
@@ -940,6 +946,7 @@ fn a_body_laid_down_without_gravity_stays() {
         restitution: 0.0,
         gravity: 0.0,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let start = State::new(
@@ -1026,6 +1033,7 @@ fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
         restitution: 0.539_692_309_037_840_4,
         gravity: 0.3,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let start = State::new(
@@ -1059,6 +1067,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
         restitution: 0.0,
         gravity: 0.3,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let start = State::new([0.0; 3], [0.0, -1.524_977_574_835_2, 0.0]);
@@ -1092,6 +1101,7 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
         restitution: 0.143_396_946_191_887_78,
         gravity: 2.608_691_494_064_001,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let run = simulate(&body, &State::at_rest([0.0, 1.0, 0.0]), &until(Stop::Rest)).unwrap();
@@ -1115,6 +1125,7 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
             restitution: 0.183,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let options = Options { model: Model::Full, ..until(Stop::Zeno) };
@@ -1143,6 +1154,7 @@ fn of_two_feet_one_above_the_other_the_upper_one_holds() {
             restitution: 0.3,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let options = Options { time_limit: Some(until), ..Options::default() };
@@ -1172,6 +1184,7 @@ fn nothing_slides_beyond_all_bounds() {
             restitution: 0.9,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let options = Options { model: Model::Full, ..Options::default() };
@@ -1216,6 +1229,7 @@ fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
         restitution: 0.753,
         gravity: 9.81,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let (start, v) = ([0.1356, 1e30, 0.0], 1e40);
@@ -1241,6 +1255,7 @@ fn one_point_twice_is_one_contact() {
                     restitution: 0.0,
                     gravity: 9.81,
                     terrain: Vec::new(),
+                    ground: standfast::body::GroundKind::default(),
                 })
                 .unwrap();
                 let options = Options { time_limit: Some(0.6), ..Options::default() };
@@ -1269,6 +1284,7 @@ fn bounds_are_cancelled() {
         restitution: 0.999,
         gravity: 9.81,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     for model in [Model::Local, Model::Full] {
@@ -1301,6 +1317,7 @@ fn a_foot_that_bounces_without_an_impulse() {
             restitution: e,
             gravity: g,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         for model in [Model::Local, Model::Full] {
@@ -1324,6 +1341,7 @@ fn an_instant_centre_without_friction_slides_off() {
         restitution: 0.0,
         gravity: 9.81,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let options = Options { model: Model::Full, time_limit: Some(3.0), ..Options::default() };
@@ -1352,6 +1370,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
             restitution: 0.0,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let options = Options {
@@ -1378,6 +1397,7 @@ fn a_pivot_under_a_load_of_1e94_times_its_own_stays() {
         restitution: 0.0,
         gravity: 1e94,
         terrain: Vec::new(),
+        ground: standfast::body::GroundKind::default(),
     })
     .unwrap();
     let options = Options {

@@ -145,6 +145,7 @@ fn body() -> impl Strategy<Value = PostureFields> {
                 restitution,
                 gravity,
                 terrain: Vec::new(),
+                ground: standfast::body::GroundKind::default(),
             }
         })
 }

@@ -94,6 +94,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
             restitution: 0.0,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap();
         let problem =

@@ -49,6 +49,7 @@ impl Random {
             restitution: self.between(0.0, 0.5),
             gravity: 10.0,
             terrain: Vec::new(),
+            ground: standfast::body::GroundKind::default(),
         })
         .unwrap()
     }

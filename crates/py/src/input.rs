@@ -178,15 +178,15 @@ macro_rules! arguments {
 }
 
 arguments! {
-    real -> f64: mass, gyration_radius, restitution, gravity, half_length, slope, friction;
+    real -> f64: width, height, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
-    count -> usize: event_limit, trials, seed;
-    word -> &'a str: model, impact, stop, method, level;
+    count -> usize: contact, event_limit, trials, seed;
+    word -> &'a str: ground, model, impact, stop, method, level;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }
@@ -217,6 +217,16 @@ pub(crate) fn times(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 /// The accelerations of the ground, or None.
 pub(crate) fn accelerations(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<[f64; 2]>>> {
     if value.is_none() { Ok(None) } else { sequence("acceleration", value, reals).map(Some) }
+}
+
+/// The corners of a polygon.
+pub(crate) fn vertices(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    sequence("vertices", value, reals)
+}
+
+/// A parameter of a posture, by its path.
+pub(crate) fn parameter(path: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    real(path, value)
 }
 
 /// The tilts of the ground, or None.

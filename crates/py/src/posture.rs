@@ -2,9 +2,11 @@
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use standfast::body::Lamina;
 use standfast::{Contact, Error, Posture, PostureFields, State};
 
-use crate::convert::{array, float, local_model, pair_text};
+use crate::convert::{array, call, float, local_model, pair_text, vector, word};
 use crate::error::to_py;
 use crate::input;
 
@@ -118,8 +120,10 @@ impl PyContact {
 ///
 /// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
 /// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
-/// terrain : vertices (x, y), m, x increasing. Each contact meets the straight piece under it, and no ground beyond the ends; its
-/// slope and segment are computed. None: each contact has the line of its own slope and segment.
+/// terrain : vertices (x, y), m, of a polyline with the ground on its right: x increases where there are no walls. Each contact meets the
+/// straight piece under it (with walls: the nearest one), and no ground beyond the ends; its
+/// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one
+/// line without ends for all contacts, of their slope, through the lowest of them.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
@@ -136,7 +140,8 @@ pub(crate) struct PyPosture(pub(crate) Posture);
 #[pymethods]
 impl PyPosture {
     #[new]
-    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new()), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None)")]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own"), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\")")]
     fn new(
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
@@ -145,6 +150,7 @@ impl PyPosture {
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::ground)] ground: &str,
     ) -> PyResult<Self> {
         Posture::new(PostureFields {
             mass,
@@ -154,6 +160,7 @@ impl PyPosture {
             restitution,
             gravity,
             terrain,
+            ground: call("ground", ground)?,
         })
         .map(Self)
         .map_err(|e| to_py(&e))
@@ -178,6 +185,61 @@ impl PyPosture {
         Posture::rod(half_length, gyration_radius, restitution, friction, gravity)
             .map(Self)
             .map_err(|e| to_py(&e))
+    }
+
+    /// A box of uniform density that stands on its lower side. The origin is the middle of this side. The contacts are its corners, from the
+    /// lower left one on counterclockwise; gyration_radius² = (width² + height²)/12.
+    ///
+    /// width, height : m, > 0. mass : kg. friction, restitution, tangential_restitution : of all corners. gravity : m/s². terrain : as of
+    /// Posture; None: one level ground, y = 0.
+    ///
+    /// >>> import standfast as sf
+    /// >>> crate = sf.Posture.box(width=1.0, height=3.0)
+    /// >>> [contact.point for contact in crate.contacts]
+    /// [(-0.5, 0.0), (0.5, 0.0), (0.5, 3.0), (-0.5, 3.0)]
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
+    #[pyo3(name = "box", signature = (width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new()), text_signature = "(width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    fn block(
+        #[pyo3(from_py_with = input::width)] width: f64,
+        #[pyo3(from_py_with = input::height)] height: f64,
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
+        #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+    ) -> PyResult<Self> {
+        let lamina =
+            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
+    }
+
+    /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The contacts are its convex corners, in
+    /// the order given.
+    ///
+    /// vertices : (k, 2) m, corners in the nominal posture, in either direction. The other arguments are those of `box`; without
+    /// terrain all corners meet one level ground through the lowest one.
+    ///
+    /// >>> import standfast as sf
+    /// >>> wedge = sf.Posture.polygon([(0, 0), (3, 0), (0, 3)])
+    /// >>> wedge.center_of_mass, len(wedge.contacts)
+    /// ((1.0, 1.0), 3)
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
+    #[pyo3(signature = (vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new()), text_signature = "(vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    fn polygon(
+        #[pyo3(from_py_with = input::vertices)] vertices: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
+        #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+    ) -> PyResult<Self> {
+        let lamina =
+            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        Posture::polygon(&vertices, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
     #[getter]
@@ -215,6 +277,45 @@ impl PyPosture {
     fn terrain(&self) -> Option<Vec<(f64, f64)>> {
         let vertices = &self.0.fields().terrain;
         (!vertices.is_empty()).then(|| vertices.iter().map(|&vertex| vertex.into()).collect())
+    }
+
+    /// "own": without terrain each contact has its own line; "shared": all contacts meet one line.
+    #[getter]
+    fn ground(&self) -> String {
+        word(&self.0.fields().ground)
+    }
+
+    /// A copy with other parameters, by their paths as in `sweep`: {"restitution": 0.2, "contacts.1.friction": 0.4}.
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    /// >>> rod.replace(mass=2.0, **{"contacts.2.point.x": 0.6}).contacts[1].point
+    /// (0.6, 0.0)
+    #[pyo3(signature = (**parameters))]
+    fn replace(&self, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut values = Vec::new();
+        for (path, value) in parameters.into_iter().flatten() {
+            let path = path.to_string();
+            let value = input::parameter(&path, &value)?;
+            values.push((path, value));
+        }
+        standfast::sweep::replaced(&self.0, &values).map(Self).map_err(|e| to_py(&e))
+    }
+
+    /// The configuration q, (3,), in which contact number `contact` is on its ground with the body turned by theta (rad): a vertical
+    /// displacement from the nominal posture. ValueError where another contact is then below the ground.
+    ///
+    /// >>> import standfast as sf
+    /// >>> crate = sf.Posture.box(width=1.0, height=3.0)
+    /// >>> crate.touching(contact=2, theta=-0.1).round(4).tolist()
+    /// [0.0, 0.0424, -0.1]
+    fn touching<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = input::contact)] contact: usize,
+        #[pyo3(from_py_with = input::theta)] theta: f64,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f64>>> {
+        self.0.touching(contact, theta).map(|q| vector(py, &q)).map_err(|e| to_py(&e))
     }
 
     /// Couplings (ψ_1, ψ_2) of the gap rates at q = 0, dimensionless. Two contacts only.
@@ -294,8 +395,12 @@ impl PyPosture {
                 vertices.into_iter().map(|vertex| pair_text(vertex.into())).collect();
             format!(", terrain=[{}]", vertices.join(", "))
         });
+        let ground = match self.ground().as_str() {
+            "own" => String::new(),
+            ground => format!(", ground='{ground}'"),
+        };
         format!(
-            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain})",
+            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain}{ground})",
             float(f.mass),
             float(f.gyration_radius),
             pair_text(f.center_of_mass),
@@ -309,7 +414,8 @@ impl PyPosture {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Option<Vec<(f64, f64)>>)) {
+    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Option<Vec<(f64, f64)>>, String))
+    {
         let f = self.0.fields();
         let arguments = (
             f.mass,
@@ -319,6 +425,7 @@ impl PyPosture {
             f.restitution,
             f.gravity,
             self.terrain(),
+            self.ground(),
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }

@@ -597,6 +597,7 @@ mod tests {
             restitution: 0.3,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: crate::body::GroundKind::default(),
         })
         .unwrap()
     }

@@ -6,12 +6,14 @@ mod ground;
 pub(crate) mod local_model;
 pub(crate) mod own_ground;
 pub(crate) mod posture;
+mod shape;
 pub(crate) mod state;
 pub(crate) mod terrain;
 
 pub use crate::tolerance::TOUCH;
 pub use contact::Contact;
 pub use local_model::LocalModel;
-pub use posture::{MAX_CONTACTS, Posture, PostureFields};
+pub use posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
+pub use shape::Lamina;
 pub use state::State;
 pub use terrain::MAX_VERTICES;

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
 use crate::body::geometry::{ContactGeometry, couplings};
+use crate::body::ground::Under;
 use crate::body::local_model::LocalModel;
 use crate::body::own_ground::OwnGround;
 use crate::body::terrain;
@@ -30,6 +31,11 @@ use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::TOUCH;
+
+/// Largest number of pieces of terrain that are tried for a contact.
+const TOUCHING: usize = 64;
+/// Least |n_y| of a ground that a vertical displacement reaches.
+const STEEPEST: f64 = 1e-6;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -90,6 +96,31 @@ pub struct PostureFields {
         deserialize_with = "terrain::deserialize_some"
     )]
     pub terrain: Vec<[f64; 2]>,
+    /// Without a terrain: whether each contact has its own line, or all share one.
+    #[serde(
+        default,
+        skip_serializing_if = "GroundKind::is_own",
+        deserialize_with = "crate::serial::values::word"
+    )]
+    pub ground: GroundKind,
+}
+
+/// The ground of a posture without a terrain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GroundKind {
+    /// Each contact meets only the line of its own slope through its own point.
+    #[default]
+    Own,
+    /// All contacts meet one straight line without ends. It has their slope, which must be one, and goes through the lowest contact.
+    Shared,
+}
+
+impl GroundKind {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+    pub(crate) fn is_own(&self) -> bool {
+        *self == Self::Own
+    }
 }
 
 impl TryFrom<PostureFields> for Posture {
@@ -140,6 +171,9 @@ impl Posture {
             }
             grounds.push(ground);
         }
+        if fields.ground == GroundKind::Shared {
+            grounds.push(terrain::shared(&fields)?);
+        }
         let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
             let at = format!("contacts.{}.", index + 1);
@@ -169,7 +203,7 @@ impl Posture {
             grounds = terrain::own(&fields.contacts);
         }
         let longest = size(&geometry, fields.gyration_radius);
-        let on_polyline = !fields.terrain.is_empty();
+        let on_polyline = !fields.terrain.is_empty() || fields.ground == GroundKind::Shared;
         let points = PerContact::new();
         let own_ground =
             (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
@@ -260,6 +294,7 @@ impl Posture {
             restitution,
             gravity,
             terrain: Vec::new(),
+            ground: GroundKind::default(),
         })
     }
 
@@ -312,6 +347,51 @@ impl Posture {
                 }
             })
             .collect()
+    }
+
+    /// The configuration with contact `number` (from 1) on its ground and the body turned by `theta`, by a vertical displacement from the
+    /// nominal posture.
+    ///
+    /// # Errors
+    ///
+    /// No such contact, a ground without a height under it (a wall), or another contact below its ground.
+    pub fn touching(&self, number: usize, theta: f64) -> Result<Vector3<f64>, Error> {
+        let unusable = |value: String, allowed: String| {
+            Err(Error::Unusable { field: "contact".into(), value, allowed })
+        };
+        finite("theta", theta)?;
+        let count = self.contacts().len();
+        if !(1..=count).contains(&number) {
+            return unusable(format!("{number}"), format!("a number from 1 to {count}"));
+        }
+        let i = number - 1;
+        let (mut q, turn) = (Vector3::new(0.0, 0.0, theta), Turn::by(theta));
+        // On a terrain, another piece may be under the contact at another height.
+        for _ in 0..TOUCHING {
+            let Under { geometry, exists, .. } = self.under(i, &q, false);
+            if !exists || !(geometry.normal.y.abs() > STEEPEST) {
+                return unusable(
+                    format!("{number}"),
+                    "a contact over a ground that is no wall".into(),
+                );
+            }
+            let gap = geometry.gap(&q, &turn);
+            q.y -= gap / geometry.normal.y;
+            if gap.abs() <= TOUCH * self.size() {
+                break;
+            }
+        }
+        for (k, gap) in self.gaps(&q).into_iter().enumerate() {
+            if gap < -TOUCH * self.size() {
+                let allowed = format!(
+                    "a contact and a theta with all contacts on or above the ground; contact {} lies {:?} m below",
+                    k + 1,
+                    -gap
+                );
+                return unusable(format!("{number}"), allowed);
+            }
+        }
+        Ok(q)
     }
 
     /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; over the nearest piece where there is no piece under a point.
@@ -419,6 +499,7 @@ mod tests {
             restitution: 0.3,
             gravity: 9.81,
             terrain: Vec::new(),
+            ground: GroundKind::default(),
         };
         let posture = Posture::new(fields).unwrap();
         let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));

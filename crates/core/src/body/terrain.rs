@@ -15,6 +15,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
 use crate::body::contact::{Contact, direction};
+use crate::body::posture::PostureFields;
 use crate::error::{Error, finite};
 
 /// Largest number of vertices of a terrain.
@@ -256,7 +257,7 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
             "another point than the vertex before",
         ));
     }
-    if let Some((i, j)) = meeting(vertices) {
+    if let Some((i, j)) = meeting(vertices, false) {
         let value = format!("[pieces {} and {} meet]", i + 1, j + 1);
         return Err(unusable(
             "terrain".into(),
@@ -268,29 +269,34 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
     Ok(Ground::new(pieces))
 }
 
-/// The first two pieces of a polyline that meet, other than neighbours at their vertex.
-fn meeting(vertices: &[[f64; 2]]) -> Option<(usize, usize)> {
-    if vertices.windows(2).all(|pair| pair[1][0] > pair[0][0]) {
+/// The first two pieces of a polyline that meet, other than neighbours at their vertex. `closed`: with a piece from the last vertex to
+/// the first one.
+pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usize)> {
+    if !closed && vertices.windows(2).all(|pair| pair[1][0] > pair[0][0]) {
         return None;
     }
-    let point = |k: usize| Vector2::from(vertices[k]);
+    let total = vertices.len();
+    let point = |k: usize| Vector2::from(vertices[k % total]);
     // Twice the area of a triangle: positive if the third corner lies on the left of the way from the first to the second.
     let area = |a: usize, b: usize, c: usize| (point(b) - point(a)).perp(&(point(c) - point(a)));
     let apart = |one: [f64; 2], other: [f64; 2]| {
         let [[a, b], [c, d]] = [one, other].map(|[p, q]| [p.min(q), p.max(q)]);
         b < c || d < a
     };
-    let count = vertices.len() - 1;
+    let turns_back = |i: usize, j: usize| {
+        let [one, two] = [point(j) - point(i), point(j + 1) - point(j)];
+        one.perp(&two) == 0.0 && one.dot(&two) <= 0.0
+    };
+    let count = if closed { total } else { total - 1 };
     (0..count).flat_map(|j| (0..j).map(move |i| (i, j))).find(|&(i, j)| {
         if i + 1 == j {
-            let [one, two] = [point(j) - point(i), point(j + 1) - point(j)];
-            return one.perp(&two) == 0.0 && one.dot(&two) < 0.0; // it turns back on itself
+            return turns_back(i, j);
+        }
+        if closed && i == 0 && j + 1 == count {
+            return turns_back(j, count);
         }
         let far = |axis: usize| {
-            apart(
-                [vertices[i][axis], vertices[i + 1][axis]],
-                [vertices[j][axis], vertices[j + 1][axis]],
-            )
+            apart([point(i)[axis], point(i + 1)[axis]], [point(j)[axis], point(j + 1)[axis]])
         };
         let same_side = |a: usize, b: usize| area(a, a + 1, b) * area(a, a + 1, b + 1) > 0.0;
         !(far(0) || far(1) || same_side(i, j) || same_side(j, i))
@@ -335,6 +341,49 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
     }
     (contact.slope, contact.segment) = (slope, segment);
     Ok(())
+}
+
+/// The line of the contacts' slope through the lowest contact.
+pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
+    let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
+        field,
+        value,
+        allowed: allowed.into(),
+    };
+    if !fields.terrain.is_empty() {
+        let value = "shared".into();
+        return Err(unusable(
+            "ground".into(),
+            value,
+            "left out where there is a terrain, which is shared anyway",
+        ));
+    }
+    let first = &fields.contacts[0];
+    let normal = first.normal();
+    let mut lowest = first;
+    for (i, contact) in fields.contacts.iter().enumerate() {
+        let at = |field: &str| format!("contacts.{}.{field}", i + 1);
+        if contact.slope != first.slope {
+            let value = format!("{:?}", contact.slope);
+            return Err(unusable(
+                at("slope"),
+                value,
+                "the slope of contacts.1, because the ground is shared",
+            ));
+        }
+        if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
+            let value = format!("{:?}", contact.segment);
+            return Err(unusable(
+                at("segment"),
+                value,
+                "left out, because the ground is shared and has no ends",
+            ));
+        }
+        if normal.dot(&(Vector2::from(contact.point) - Vector2::from(lowest.point))) < 0.0 {
+            lowest = contact;
+        }
+    }
+    Ok(Ground::new(vec![Piece::of_contact(lowest)]))
 }
 
 /// Each contact's own terrain; an empty list if no piece has ends.

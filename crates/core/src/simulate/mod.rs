@@ -452,6 +452,7 @@ mod tests {
             restitution: 1.0 - f64::EPSILON,
             gravity: 10.0,
             terrain: Vec::new(),
+            ground: crate::body::GroundKind::default(),
         };
         let options = Options { model: Model::Full, record, event_limit, ..Options::default() };
         let posture = Posture::new(fields).unwrap();

@@ -477,6 +477,7 @@ mod tests {
             restitution: 0.0,
             gravity: 1.0,
             terrain: Vec::new(),
+            ground: crate::body::GroundKind::default(),
         })
         .unwrap()
     }

@@ -390,6 +390,7 @@ mod tests {
             restitution,
             gravity: 1.0,
             terrain: Vec::new(),
+            ground: crate::body::GroundKind::default(),
         })
         .unwrap()
     }

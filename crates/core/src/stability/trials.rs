@@ -55,8 +55,13 @@ pub fn trials(
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
     let straight =
         contacts.iter().map(|contact| Contact { segment: endless, ..*contact }).collect();
-    let fields =
-        PostureFields { contacts: straight, terrain: Vec::new(), ..posture.fields().clone() };
+    let ground = crate::body::GroundKind::Own;
+    let fields = PostureFields {
+        contacts: straight,
+        terrain: Vec::new(),
+        ground,
+        ..posture.fields().clone()
+    };
     let posture = &Posture::new(fields)?;
     let (size, gravity) = (posture.size(), posture.fields().gravity);
     let speed = KICK * (gravity * size).sqrt();

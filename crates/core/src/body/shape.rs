@@ -1,0 +1,135 @@
+//! Bodies of uniform density: boxes and polygons.
+//!
+//! ```text
+//! A = ½ Σ p_k × p_{k+1},   x = (1/6A) Σ (p_k + p_{k+1}) (p_k × p_{k+1}),   ρ² = (1/12A) Σ (p_k² + p_k·p_{k+1} + p_{k+1}²) (p_k × p_{k+1})
+//! ```
+//!
+//! with p relative to the first corner for A and x, and relative to x for ρ², so that no large terms cancel.
+
+use nalgebra::Vector2;
+
+use crate::body::contact::Contact;
+use crate::body::posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
+use crate::body::terrain::meeting;
+use crate::error::{Error, finite, positive};
+
+/// What a body of uniform density has beside its shape. SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lamina {
+    /// Mass m > 0, in kg.
+    pub mass: f64,
+    /// Coefficient of friction of all corners.
+    pub friction: f64,
+    /// Coefficient of restitution of all corners.
+    pub restitution: f64,
+    /// Tangential restitution of all corners; only some laws of impact use it.
+    pub tangential_restitution: f64,
+    /// Gravity g ≥ 0, in m/s².
+    pub gravity: f64,
+    /// Vertices of the terrain; none: the level line through the lowest corner.
+    pub terrain: Vec<[f64; 2]>,
+}
+
+impl Posture {
+    /// A box of uniform density that stands on its lower side. The origin is the middle of this side; the contacts are its corners, from the
+    /// lower left one on counterclockwise. ρ² = (w² + h²)/12.
+    ///
+    /// # Errors
+    ///
+    /// As [`Posture::new`]; `width` and `height` must be finite and > 0, in m.
+    pub fn block(width: f64, height: f64, lamina: &Lamina) -> Result<Self, Error> {
+        positive("width", width)?;
+        positive("height", height)?;
+        let half = 0.5 * width;
+        let corners = [[-half, 0.0], [half, 0.0], [half, height], [-half, height]];
+        lamina.posture(
+            [0.0, 0.5 * height],
+            libm::hypot(width, height) / 12.0_f64.sqrt(),
+            corners.to_vec(),
+        )
+    }
+
+    /// A polygon of uniform density, in its nominal posture. `vertices`: its corners in order, in m, in either direction. The contacts are
+    /// its convex corners in this order.
+    ///
+    /// # Errors
+    ///
+    /// As [`Posture::new`]; fewer than three vertices, edges that meet, no area, more than [`MAX_CONTACTS`] convex corners.
+    pub fn polygon(vertices: &[[f64; 2]], lamina: &Lamina) -> Result<Self, Error> {
+        let unusable = |value: String, allowed: &str| Error::Unusable {
+            field: "vertices".into(),
+            value,
+            allowed: allowed.into(),
+        };
+        for (k, [x, y]) in vertices.iter().enumerate() {
+            finite(format!("vertices.{}.x", k + 1), *x)?;
+            finite(format!("vertices.{}.y", k + 1), *y)?;
+        }
+        let count = vertices.len();
+        if count < 3 {
+            return Err(unusable(format!("[{count} vertices]"), "3 or more vertices"));
+        }
+        if let Some((i, j)) = meeting(vertices, true) {
+            let allowed = "a polygon whose edges meet only at its vertices; edge k goes from vertex k to the next one";
+            return Err(unusable(format!("[edges {} and {} meet]", i + 1, j + 1), allowed));
+        }
+        let from = Vector2::from(vertices[0]);
+        let relative = |to: Vector2<f64>| -> Vec<Vector2<f64>> {
+            vertices.iter().map(|vertex| Vector2::from(*vertex) - to).collect()
+        };
+        let sum = |points: &[Vector2<f64>], term: &dyn Fn(&Vector2<f64>, &Vector2<f64>) -> f64| {
+            (0..count).map(|k| term(&points[k], &points[(k + 1) % count])).sum::<f64>()
+        };
+        let points = relative(from);
+        let double_area = sum(&points, &|p, q| p.perp(q));
+        let moment = |axis: usize| sum(&points, &|p, q| (p[axis] + q[axis]) * p.perp(q));
+        let center = from + Vector2::new(moment(0), moment(1)) / (3.0 * double_area);
+        let points = relative(center);
+        let square = sum(&points, &|p, q| (p.dot(p) + p.dot(q) + q.dot(q)) * p.perp(q))
+            / (6.0 * double_area);
+        if !(square > 0.0 && square.is_finite()) {
+            return Err(unusable(
+                format!("[area {:?}]", 0.5 * double_area),
+                "a polygon with an area",
+            ));
+        }
+        let turns = |k: usize| {
+            let [before, here, after] =
+                [(k + count - 1) % count, k, (k + 1) % count].map(|k| points[k]);
+            (here - before).perp(&(after - here)) * double_area.signum()
+        };
+        let convex: Vec<[f64; 2]> =
+            (0..count).filter(|&k| turns(k) > 0.0).map(|k| vertices[k]).collect();
+        if convex.len() > MAX_CONTACTS {
+            let allowed = format!("at most {MAX_CONTACTS} convex corners");
+            return Err(unusable(format!("[{} convex corners]", convex.len()), &allowed));
+        }
+        lamina.posture(center.into(), square.sqrt(), convex)
+    }
+}
+
+impl Lamina {
+    fn posture(
+        &self,
+        center: [f64; 2],
+        gyration_radius: f64,
+        corners: Vec<[f64; 2]>,
+    ) -> Result<Posture, Error> {
+        let contact = |[x, y]: [f64; 2]| Contact {
+            friction: self.friction,
+            tangential_restitution: self.tangential_restitution,
+            ..Contact::at(x, y)
+        };
+        let shared = self.terrain.is_empty();
+        Posture::new(PostureFields {
+            mass: self.mass,
+            gyration_radius,
+            center_of_mass: center,
+            contacts: corners.into_iter().map(contact).collect(),
+            restitution: self.restitution,
+            gravity: self.gravity,
+            terrain: self.terrain.clone(),
+            ground: if shared { GroundKind::Shared } else { GroundKind::Own },
+        })
+    }
+}
