@@ -54,7 +54,7 @@ from standfast._core import (
     stability,
     static_forces,
 )
-from standfast.maps import sweep
+from standfast.maps import plot_map, sweep
 
 __all__ = [
     "Contact",
@@ -85,6 +85,7 @@ __all__ = [
     "friction_margin",
     "load",
     "neimark_sacker",
+    "plot_map",
     "schema",
     "self_similar",
     "simulate",

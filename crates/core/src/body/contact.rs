@@ -11,6 +11,8 @@
 //!
 //! Angles count counterclockwise, in rad. Pairs are always (tangential, normal).
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,6 +53,9 @@ pub struct Contact {
     #[schemars(with = "[crate::serial::numbers::Extended; 2]")]
     pub segment: [f64; 2],
 }
+
+/// The largest slope, in degrees, that is taken for one in degrees by mistake.
+const FULL_TURN: f64 = 360.0;
 
 fn everywhere() -> [f64; 2] {
     [f64::NEG_INFINITY, f64::INFINITY]
@@ -106,6 +111,17 @@ impl Contact {
         const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
         finite(format_args!("{at}point.x"), self.point[0])?;
         finite(format_args!("{at}point.y"), self.point[1])?;
+        if PI < self.slope.abs() && self.slope.abs() <= FULL_TURN {
+            let degrees = self.slope;
+            return Err(Error::Unusable {
+                field: format!("{at}slope"),
+                value: format!("{degrees:?}"),
+                allowed: format!(
+                    "an angle in rad is needed; did you mean math.radians({degrees}) = {:?}?",
+                    degrees.to_radians()
+                ),
+            });
+        }
         in_range(
             format_args!("{at}slope"),
             self.slope,
