@@ -61,7 +61,8 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app.register_install_completion_command(
-    help="Install completion of commands and options for the shell in use; see --install-completion --help."
+    help="Install the completion of commands and options for bash, zsh, fish or PowerShell. This adds a line to the start file of"
+    " the shell."
 )
 
 
@@ -292,6 +293,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
+    except SystemExit:
+        # --install-completion does not know the shell, and has said so.
+        return 2
     except BrokenPipeError:
         # The reader has closed the pipe, as in `standfast ... | head`.
         return 1
