@@ -12,7 +12,7 @@ from decimal import ROUND_UP, Decimal
 from io import TextIOWrapper
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol, TypeAlias
 
 import numpy as np
 from cyclopts import (
@@ -74,9 +74,18 @@ def _path(_: object, tokens: Sequence[Token]) -> Path:
 
 
 def _output(hint: object, tokens: Sequence[Token]) -> Path:
-    """As `_path`; "-" is standard output, and "./-" a file of that name."""
-    path = _path(hint, tokens)
-    return path.absolute() if path == STDOUT and tokens[0].value != "-" else path
+    """As `_path`; "-" is standard output, and "./-" a file of that name. A forgotten path must not make a path of the next option."""
+    path, text = _path(hint, tokens), tokens[0].value
+    if text != "-" and text.startswith("-"):
+        raise ValueError(f"{text} is an option; a path is needed, or -")
+    return path.absolute() if path == STDOUT and text != "-" else path
+
+
+#: The option --json.
+_Json: TypeAlias = Annotated[
+    Path | None,
+    Parameter(negative=(), converter=_output, allow_leading_hyphen=True),
+]
 
 
 def _whole(_: object, tokens: Sequence[Token]) -> int:
@@ -91,7 +100,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
 def run(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: _Json = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and print a report of the run.
@@ -122,7 +131,7 @@ def run(
 def modes(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: _Json = None,
 ) -> None:
     """Print the contact modes that Coulomb's law allows at the start of a scene.
 
@@ -150,7 +159,7 @@ def stability(
     *,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: _Json = None,
 ) -> None:
     """Print whether the posture of a scene is stable, with the reason.
 

@@ -108,7 +108,7 @@ def test_outputs_are_written(tmp_path, capsys):
 
 @pytest.mark.parametrize("command", ["run", "modes", "stability"])
 def test_json_alone_on_standard_output(tmp_path, capsys, command):
-    path = scene(tmp_path, old="q = [0.0, 0.011, 0.002]", new="q = [0.0, 0.0, 0.0]")
+    path = scene(tmp_path, old="q = [0.0, 0.011, 0.0020000013333357335]", new="")
     loaded = sf.load(path)
     result = {
         "run": lambda: loaded.simulate(),

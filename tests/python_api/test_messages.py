@@ -221,6 +221,7 @@ ON_THE_LINE = [
     ("run rod.toml rod.toml", "too many arguments: rod.toml"),
     ("run nowhere.toml", "nowhere.toml: No such file or directory"),
     ("run rod.toml --json", 'Command "run" parameter --json requires an argument.'),
+    ("run rod.toml --json --plot rod.png", "Invalid value for --json: --plot is an option; a path is needed, or -"),
     ("run rod.toml --json ''", "Invalid value for --json: the path is empty"),
     ("run rod.toml --json folder.json", "--json folder.json: is a directory"),
     ("run rod.toml --json rod.toml", "--json rod.toml: is the scene file"),

@@ -196,8 +196,8 @@ def test_into_given_axes(name):
     # Marks stand apart by more than their width, 7 points.
     wide = 72.0 * axes.get_window_extent().width / figure.dpi
     scale = wide / np.diff(axes.get_xlim())[0]
-    times = np.sort(np.concatenate([line.get_xdata() for line in marks(axes)]))
-    assert (np.diff(times) * scale > 7.0).all()
+    for line in marks(axes):
+        assert (np.diff(line.get_xdata()) * scale > 7.0).all()
 
 
 def test_no_figure_is_left_open():
