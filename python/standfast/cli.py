@@ -12,7 +12,7 @@ from decimal import ROUND_UP, Decimal
 from io import TextIOWrapper
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeAlias
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from cyclopts import (
@@ -82,10 +82,7 @@ def _output(hint: object, tokens: Sequence[Token]) -> Path:
 
 
 #: The option --json.
-_Json: TypeAlias = Annotated[
-    Path | None,
-    Parameter(negative=(), converter=_output, allow_leading_hyphen=True),
-]
+_JSON = Parameter(negative=(), converter=_output, allow_leading_hyphen=True)
 
 
 def _whole(_: object, tokens: Sequence[Token]) -> int:
@@ -100,7 +97,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
 def run(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: _Json = None,
+    json: Annotated[Path | None, _JSON] = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and print a report of the run.
@@ -131,7 +128,7 @@ def run(
 def modes(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: _Json = None,
+    json: Annotated[Path | None, _JSON] = None,
 ) -> None:
     """Print the contact modes that Coulomb's law allows at the start of a scene.
 
@@ -159,7 +156,7 @@ def stability(
     *,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
-    json: _Json = None,
+    json: Annotated[Path | None, _JSON] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, with the reason.
 
