@@ -56,7 +56,7 @@ from standfast._core import (
     stability,
     static_forces,
 )
-from standfast.maps import sweep
+from standfast.maps import plot_map, sweep
 
 __all__ = [
     "Contact",
@@ -89,6 +89,7 @@ __all__ = [
     "friction_margin",
     "load",
     "neimark_sacker",
+    "plot_map",
     "schema",
     "self_similar",
     "simulate",

@@ -1,7 +1,6 @@
 """The command line: `standfast run SCENE`, `modes`, `stability`, `map`, `schema`.
 
-Exit codes. 0: there is a result, whatever its outcome. 1: a solver failed. 2: wrong input; one line on
-stderr names it. 130: interrupted.
+`EXIT_CODES` has the exit codes.
 """
 
 import math
@@ -11,8 +10,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from decimal import ROUND_UP, Decimal
 from io import TextIOWrapper
+from json import dumps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from cyclopts import (
@@ -24,6 +24,7 @@ from cyclopts import (
 )
 
 import standfast as sf
+from standfast._core import write_whole
 from standfast.table import (
     ROWS,
     aligned,
@@ -40,13 +41,28 @@ PICTURES = (".png", ".pdf", ".svg")
 #: Largest number of values of a parameter of a map. More values are a mistake, and their array would fill the memory.
 MOST_VALUES = 10_000_000
 
+#: The path that stands for standard output.
+STDOUT = Path("-")
+
+#: The end of every help page.
+EXIT_CODES = """Exit codes:
+  0: there is a result, whatever its outcome.
+  1: a solver failed, or the reader of standard output closed it.
+  2: wrong input; one line on standard error names it.
+  130: interrupted."""
+
 app = App(
     name="standfast",
     help="Exact motion of planar rigid bodies on frictional contacts, and the stability of their postures.",
     version=sf.__version__,
+    help_epilogue=EXIT_CODES,
     help_format="plaintext",
     help_formatter="plain",
     suppress_keyboard_interrupt=False,
+)
+app.register_install_completion_command(
+    help="Install the completion of commands and options for bash, zsh, fish or PowerShell. This adds a line to the start file of"
+    " the shell."
 )
 
 
@@ -55,6 +71,18 @@ def _path(_: object, tokens: Sequence[Token]) -> Path:
     if not tokens[0].value:
         raise ValueError("the path is empty")
     return Path(tokens[0].value)
+
+
+def _output(hint: object, tokens: Sequence[Token]) -> Path:
+    """As `_path`; "-" is standard output, and "./-" a file of that name. A forgotten path must not make a path of the next option."""
+    path, text = _path(hint, tokens), tokens[0].value
+    if text != "-" and text.startswith("-"):
+        raise ValueError(f"{text} is an option; a path is needed, or -")
+    return path.absolute() if path == STDOUT and text != "-" else path
+
+
+#: The option --json.
+_JSON = Parameter(negative=(), converter=_output, allow_leading_hyphen=True)
 
 
 def _whole(_: object, tokens: Sequence[Token]) -> int:
@@ -69,7 +97,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
 def run(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    json: Annotated[Path | None, _JSON] = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and print a report of the run.
@@ -79,7 +107,7 @@ def run(
     scene
         Scene file, TOML or JSON.
     json
-        Write the whole run to this file.
+        Write the whole run to this file, as JSON. With "-" the JSON goes to standard output and the report to standard error.
     plot
         Draw the run into this file: .png, .pdf or .svg. Needs matplotlib.
     """
@@ -90,31 +118,36 @@ def run(
     loaded = sf.load(scene)
     with _of(scene):
         result = loaded.simulate(**({} if plot is None else {"record": True}))
-    _say(account(result, scene.name))
-    if json is not None:
-        result.to_json(json)
-        _say(f"wrote {json}")
+    _tell(result, account(result, scene.name), json)
     if plot is not None:
         result.plot(plot)
-        _say(f"wrote {plot}")
+        _report(f"wrote {plot}", json)
 
 
 @app.command
-def modes(scene: Annotated[Path, Parameter(converter=_path)]) -> None:
+def modes(
+    scene: Annotated[Path, Parameter(converter=_path)],
+    *,
+    json: Annotated[Path | None, _JSON] = None,
+) -> None:
     """Print the contact modes that Coulomb's law allows at the start of a scene.
 
     Parameters
     ----------
     scene
         Scene file, TOML or JSON.
+    json
+        Write the modes with their motion, forces and margins to this file, as JSON. With "-" the JSON goes to standard output
+        and the report to standard error.
     """
+    _writable(json, "--json", scene)
     start = sf.load(scene)
     asked = (start.posture, start.q, start.qdot)
     with _of(scene):
         found = sf.contact_modes(*asked)
         if found.status == "found":  # a search gives one word; the table needs all
             found = sf.contact_modes(*asked, method="enumerate")
-    _say(f"{scene.name}\n{found}")
+    _tell(found, f"{scene.name}\n{found}", json)
 
 
 @app.command
@@ -123,7 +156,7 @@ def stability(
     *,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    json: Annotated[Path | None, _JSON] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, with the reason.
 
@@ -136,16 +169,14 @@ def stability(
     seed
         Seed of the random numbers of these kicks.
     json
-        Write the verdict with its evidence to this file, as JSON.
+        Write the verdict with its evidence to this file, as JSON. With "-" the JSON goes to standard output and the report to
+        standard error.
     """
     _writable(json, "--json", scene)
     posture = sf.load(scene).posture
     with _of(scene):
         verdict = sf.stability(posture, trials=trials, seed=seed)
-    _say(f"{scene.name}\n{verdict}")
-    if json is not None:
-        verdict.to_json(json)
-        _say(f"wrote {json}")
+    _tell(verdict, f"{scene.name}\n{verdict}", json)
 
 
 @app.command(name="map")
@@ -155,6 +186,7 @@ def sweep(
     over: Annotated[list[str], Parameter(negative=())],
     quantity: Annotated[list[str] | None, Parameter(negative=())] = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+    netcdf: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
     cache: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Map a quantity of a scene over one or more of its parameters.
@@ -169,10 +201,18 @@ def sweep(
         Such as stability, theorem_3, clattering_margin, fate; repeat the option for another quantity.
     plot
         Draw the map into this file: .png, .pdf or .svg. Needs matplotlib.
+    netcdf
+        Write the map to this file, as NetCDF, for xarray and other programs. Needs scipy.
     cache
         Folder for finished parts; the same command then computes only the missing parts.
     """
     _drawable(plot, scene)
+    _writable(netcdf, "--netcdf", scene)
+    if netcdf is not None:
+        try:
+            import scipy  # type: ignore[import-untyped]  # noqa: F401
+        except ImportError as error:
+            raise ValueError("--netcdf needs scipy: pip install scipy") from error
     axes: dict[str, np.ndarray[Any, Any]] = {}
     for text in over:
         path, values = _axis(text)
@@ -181,9 +221,10 @@ def sweep(
         axes[path] = values
     names = quantity or ["stability"]
     if plot is not None:
-        from standfast import map_plot
+        from standfast.map_plot import refuse
+        from standfast.plot import save
 
-        map_plot.refuse(list(axes))
+        refuse(list(axes))
     loaded = sf.load(scene)
     start: dict[str, Any] = {}
     if {"fate", "zeno_time"} & set(names):
@@ -196,8 +237,11 @@ def sweep(
         raise ValueError(f"{_culprit(str(error), over, scene)}: {error}") from error
     _say("\n".join([scene.name, *map_table(grid)]))
     if plot is not None:
-        map_plot.draw(grid, plot, posture=loaded.posture)
+        save(sf.plot_map(grid, posture=loaded.posture), plot)
         _say(f"wrote {plot}")
+    if netcdf is not None:
+        write_whole(netcdf, bytes(grid.to_netcdf(engine="scipy")))
+        _say(f"wrote {netcdf}")
 
 
 def _culprit(problem: str, over: Sequence[str], scene: Path) -> str:
@@ -255,6 +299,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
+    except SystemExit:
+        # --install-completion does not know the shell, and has said so.
+        return 2
     except BrokenPipeError:
         # The reader has closed the pipe, as in `standfast ... | head`.
         return 1
@@ -300,6 +347,31 @@ def _say(text: str) -> None:
     print(text, flush=True)
 
 
+class _Result(Protocol):
+    """A run, modes or a verdict."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self, path: Path) -> None: ...
+
+
+def _tell(result: _Result, report: str, json: Path | None) -> None:
+    """Print a report, and write the result to the file of --json if there is one."""
+    _report(report, json)
+    if json == STDOUT:
+        _say(dumps(result.to_dict(), indent=2))
+    elif json is not None:
+        result.to_json(json)
+        _say(f"wrote {json}")
+
+
+def _report(text: str, json: Path | None) -> None:
+    """Print a text on standard output, or on standard error if the JSON is on standard output."""
+    if json != STDOUT:
+        _say(text)
+    elif sys.stderr is not None:
+        print(text, file=sys.stderr, flush=True)
+
+
 def _complain(problem: str, code: int) -> int:
     if sys.stderr is not None:
         print(f"standfast: {_one_line(problem)}", file=sys.stderr)
@@ -313,7 +385,7 @@ def _one_line(text: str) -> str:
 
 def _writable(path: Path | None, option: str, scene: Path) -> None:
     """Refuse an output file that cannot be written, or that is the scene file, before the computation starts."""
-    if path is None:
+    if path is None or path == STDOUT:
         return
     if path.exists() and scene.exists() and path.samefile(scene):
         raise ValueError(f"{option} {path}: is the scene file")

@@ -11,16 +11,19 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from standfast import _core
 from standfast._core import Posture, Sweep, write_whole
+from standfast.suggest import keywords, nearest
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Number of chunks of a grid, unless they would then have fewer than `SMALLEST` points.
 CHUNKS, SMALLEST = 128, 256
@@ -105,6 +108,9 @@ def sweep(
     "zeno_time" (time of its first Zeno point in s; NaN if there is none). q, qdot, options : start and keywords of
     `simulate` for "fate" and "zeno_time".
 
+    A quantity of words has a second variable with their numbers, such as "stability_code" (int8; its attributes
+    flag_values and flag_meanings have the words): `grid["stability_code"].plot()` draws it.
+
     threads : number of threads; None uses all cores. executor : any concurrent.futures.Executor, such as a
     ProcessPoolExecutor or that of a Dask client, instead of threads. cache : folder for finished chunks; a later
     call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
@@ -134,7 +140,7 @@ def sweep(
     if unknown:
         raise TypeError(
             f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep; those of simulate are"
-            f" {', '.join(sorted(OPTIONS))}"
+            f" {', '.join(sorted(OPTIONS))}{nearest(unknown[0], [*keywords('sweep'), *OPTIONS])}"
         )
     if not (
         cache is None or (isinstance(cache, str | os.PathLike) and os.fspath(cache))
@@ -354,6 +360,65 @@ def _shown(
             yield start, columns
 
 
+@overload
+def plot_map(
+    dataset: "xarray.Dataset",
+    ax: None = None,
+    colors: Mapping[str, Any] | None = None,
+    labels: Mapping[str, str] | None = None,
+    *,
+    posture: Posture | None = None,
+) -> "Figure": ...
+@overload
+def plot_map(
+    dataset: "xarray.Dataset",
+    ax: "Axes",
+    colors: Mapping[str, Any] | None = None,
+    labels: Mapping[str, str] | None = None,
+    *,
+    posture: Posture | None = None,
+) -> "Axes": ...
+def plot_map(
+    dataset: "xarray.Dataset",
+    ax: "Axes | None" = None,
+    colors: Mapping[str, Any] | None = None,
+    labels: Mapping[str, str] | None = None,
+    *,
+    posture: Posture | None = None,
+) -> "Figure | Axes":
+    """Draw the quantities of a sweep over one or two parameters.
+
+    dataset : the result of `sweep`. Its first parameter is on the horizontal axis. Words and flags are drawn as areas; the legend
+    has the share of the points of each. Numbers are drawn as colours, with a line where they change their sign, or as a curve if
+    there is one parameter.
+
+    ax : None, or matplotlib axes for a dataset of one quantity, such as `grid[["stability"]]`. Without it every quantity has a panel
+    of 3.4 inches (one column of a paper) in a new figure, which a notebook shows once: it is not left open in pyplot, so that
+    `plt.show()` does not show it. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+
+    colors : for a word ("yes" and "no" for flags) a colour, for a quantity of numbers a map of colours, as matplotlib takes them. The
+    defaults can be told apart with every kind of colour vision. labels : texts for names of parameters, quantities and words.
+    posture : if it is given and the parameters are center_of_mass.x and center_of_mass.y, its contacts are drawn, too.
+
+    Raises ValueError for more than two parameters, for several quantities with `ax`, for a name in `colors` or `labels` that the
+    dataset does not have, and for a word without a colour; TypeError for another kind of argument. Needs matplotlib (extra `plot`).
+
+    >>> import numpy as np
+    >>> import standfast as sf
+    >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+    >>> places = {"center_of_mass.x": np.linspace(-0.6, 0.6, 25), "center_of_mass.y": np.linspace(0, 1, 20)}
+    >>> figure = sf.plot_map(sf.sweep(rod, places), colors={"stable": "teal"}, labels={"stable": "returns to rest"})
+    >>> figure.savefig("map.png")                                        # doctest: +SKIP
+    """
+    try:
+        from standfast import map_plot
+    except ImportError as error:
+        raise ImportError(
+            "plot_map needs matplotlib: pip install 'standfast[plot]'"
+        ) from error
+    return map_plot.draw(dataset, ax, colors, labels, posture)
+
+
 def described(name: str) -> tuple[str, str]:
     """The description of a path or a quantity, and its unit.
 
@@ -372,6 +437,25 @@ def _attributes(name: str) -> dict[str, str]:
     return {"long_name": text, "units": unit or "1"}
 
 
+def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
+    """The attributes of a variable with the numbers of words, as the conventions CF have them (section 3.5, "Flags").
+
+    The long name has the words, too, so that xarray writes them beside the scale of colours.
+    """
+    numbered = ", ".join(f"{code}={word}" for code, word in enumerate(words))
+    return {
+        "long_name": f"{described(name)[0]}: {numbered}",
+        "flag_values": np.arange(len(words), dtype=np.int8),
+        "flag_meanings": " ".join(words),
+    }
+
+
+def quantities(grid: "xarray.Dataset") -> list[str]:
+    """The names of the quantities of a sweep, without the variables that have the numbers of words."""
+    names = [str(name) for name in grid.data_vars]
+    return [name for name in names if name not in {f"{of}_code" for of in names}]
+
+
 def _dataset(
     posture: Posture,
     axes: list[tuple[str, npt.NDArray[Any]]],
@@ -381,16 +465,18 @@ def _dataset(
 ) -> "xarray.Dataset":
     paths = [path for path, _ in axes]
     shape = tuple(len(values) for _, values in axes)
-    variables = {}
+    variables: dict[str, tuple[list[str], npt.NDArray[Any], dict[str, Any]]] = {}
     for name, words, parts in zip(names, question.words, columns, strict=True):
         values = np.concatenate(parts).reshape(shape)
-        attributes: dict[str, Any] = _attributes(name)
-        if words is not None:
-            values = np.array(words)[values]
-            attributes = {"long_name": attributes["long_name"], "words": words}
-        elif values.dtype == bool:
+        attributes = _attributes(name)
+        if words is not None or values.dtype == bool:
             del attributes["units"]
-        variables[name] = (paths, values, attributes)
+        if words is None:
+            variables[name] = (paths, values, attributes)
+        else:
+            variables[name] = (paths, np.array(words)[values], attributes)
+            codes = values.astype(np.int8)
+            variables[f"{name}_code"] = (paths, codes, _flags(name, words))
     coordinates = {
         path: (path, np.asarray(values, dtype=np.float64), _attributes(path))
         for path, values in axes

@@ -38,6 +38,8 @@ TURN = 20
 MARKS = 500
 #: Least distance between marks on the time axis, as a share of the run: about the width of a marker.
 APART = 0.015
+#: Least distance between marks in axes that are given, in inches.
+MARK = 0.12
 #: Where the curve of the approach ends after the last simulated impact: the share of the time then left.
 BEYOND = 1e-3
 #: Largest number of entries in a legend: more would not fit beside the axes.
@@ -65,36 +67,64 @@ LABELS = 0.9
 FOLLOWED = 1e-3
 
 
-def plot(run: Run, path: str | PathLike[str] | None = None) -> Figure:
-    """Draw a run and, if `path` is given, save the figure there. The suffix of `path` determines the format.
+def _png(figure: Figure) -> bytes:
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return picture.getvalue()
 
-    The figure has up to three panels:
+
+#: A figure that is not managed by pyplot. A notebook shows it where it is the value of a cell, and only there. (A class statement would
+#: get a method `set` from matplotlib that stubtest refuses.)
+Picture: type[Figure] = type("Picture", (Figure,), {"_repr_png_": _png})
+
+
+def axes_or_none(ax: object) -> Axes | None:
+    """`ax` if it is None or matplotlib axes; else raises TypeError."""
+    if ax is None or isinstance(ax, Axes):
+        return ax
+    raise TypeError(
+        f"ax = {ax!r} cannot be used: None or matplotlib axes, such as those of plt.subplots(), are allowed"
+    )
+
+
+def plot(
+    run: Run, path: str | PathLike[str] | None = None, ax: object = None
+) -> Figure | Axes:
+    """Draw a run into a new figure, and save it if `path` is given; or draw its gaps over time into the axes `ax`.
+
+    The suffix of `path` determines the format. The figure has up to three panels:
 
     1. the gaps over time, with the impacts marked on the terrain;
     2. if impacts accumulate, the gaps against the time left until the last Zeno point of an accumulation, with two logarithmic
        axes: accumulating impacts are evenly spaced here;
     3. if the run has a posture, the body over its terrain at some instants, to scale.
     """
+    axes = axes_or_none(ax)
+    if axes is not None:
+        if path is not None:
+            raise ValueError(
+                f"path = {str(path)!r} cannot be used: None is allowed with ax; save the figure of the axes instead"
+            )
+        width = axes.get_window_extent().width / axes.figure.dpi
+        draw_gaps(axes, run, max(APART, MARK / width), ABOVE)
+        return axes
     point = accumulation(run)
     view = None if run.posture is None else View(run)
     heights = [3.2] + [3.5] * (point is not None)
     if view is not None:
         heights.append(view.height + LABELS)
     size = (WIDTH, sum(heights) + 0.3 * len(heights))
-    if path is None:
-        import matplotlib.pyplot as plt
-
-        figure = plt.figure(figsize=size, dpi=110, layout="constrained")
-    else:
-        figure = Figure(figsize=size, dpi=110, layout="constrained")
+    figure = Picture(figsize=size, dpi=110, layout="constrained")
     grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
-    axes = iter([figure.add_subplot(grid[row]) for row in range(len(heights))])
+    panels = iter([figure.add_subplot(grid[row]) for row in range(len(heights))])
 
-    draw_gaps(next(axes), run)
+    top = next(panels)
+    draw_gaps(top, run, APART, BY_SIDE if len(run.gaps) > FEW else AMONG)
+    top.set_title(_headline(run), loc="left", fontsize=11)
     if point is not None:
-        draw_approach(next(axes), run, point)
+        draw_approach(next(panels), run, point)
     if view is not None:
-        draw_body(next(axes), view)
+        draw_body(next(panels), view)
     if path is not None:
         save(figure, path)
     return figure
@@ -232,8 +262,20 @@ def _style(index: int) -> int:
     return (index + index // 4) % 4
 
 
-def draw_gaps(axes: Axes, run: Run) -> None:
-    """Gaps over time; markers on the terrain for the impacts that were simulated.
+#: Places of a legend: among the curves, beside the axes where many lines leave no room among the curves, and above the axes.
+AMONG = {"loc": "best", "framealpha": 0.9, "fontsize": 9}
+BY_SIDE = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
+ABOVE = {
+    "loc": "lower left",
+    "bbox_to_anchor": (0.0, 1.0),
+    "frameon": False,
+    "fontsize": 8,
+    "borderpad": 0.2,
+}
+
+
+def draw_gaps(axes: Axes, run: Run, spacing: float, place: dict[str, Any]) -> None:
+    """Gaps over time; markers on the terrain for the impacts that were simulated. `spacing`: see `APART`; `place`: of the legend.
 
     Impacts and Zeno points that would be drawn over one another are left out, and the legend says so.
     """
@@ -242,7 +284,7 @@ def draw_gaps(axes: Axes, run: Run) -> None:
         if not run.elapsed:  # one point needs a marker
             look |= {"marker": MARKERS[_style(index)], "clip_on": False}
         axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
-    least = APART * run.elapsed
+    least = spacing * run.elapsed
     impacts = run.impacts
     shown = impacts[marked(impacts, least)]
     for index, _ in _contacts(run):
@@ -269,8 +311,7 @@ def draw_gaps(axes: Axes, run: Run) -> None:
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", fontsize=9)
     axes.set_xlabel("time / s")
     axes.set_ylabel("gap / m")
-    axes.set_title(_headline(run), loc="left", fontsize=11)
-    _draw_legend(axes, beside=len(run.gaps) > FEW)
+    _draw_legend(axes, place)
     _bare(axes)
 
 
@@ -288,18 +329,15 @@ def _draw_times(
         label = None
 
 
-def _draw_legend(axes: Axes, beside: bool) -> None:
-    """The legend of the gaps; beside the axes where many lines leave no room among the curves."""
-    place: dict[str, Any] = {"loc": "best", "framealpha": 0.9}
-    if beside:
-        place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+def _draw_legend(axes: Axes, place: dict[str, Any]) -> None:
+    """The legend of the gaps at a place: among the curves, beside the axes or above them."""
     entries = list(zip(*axes.get_legend_handles_labels(), strict=True))
     if len(entries) > LEGEND:
-        place["title"] = f"the first {LEGEND} of {len(entries)}"
+        place = {**place, "title": f"the first {LEGEND} of {len(entries)}"}
         # Vertical lines, which are few, come first: they are not among those left out.
         entries.sort(key=lambda entry: "contact" in entry[1] or "impact on" in entry[1])
     handles, labels = zip(*entries[:LEGEND], strict=True)
-    axes.legend(handles, labels, frameon=True, fontsize=9, labelspacing=0.3, **place)
+    axes.legend(handles, labels, labelspacing=0.3, **place)
 
 
 def _count(number: int, shown: int, what: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import standfast as sf
-from standfast.maps import described
+from standfast.maps import described, quantities
 
 if TYPE_CHECKING:
     import xarray
@@ -323,9 +323,9 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
         lines.append(
             f"  over     {text}: {counted(values.size, 'value')} from {low:zg} to {high:zg} {unit}".rstrip()
         )
-    for name, variable in grid.data_vars.items():
-        values = variable.values
-        lines.append(f"  {described(str(name))[0]}")
+    for name in quantities(grid):
+        values = grid[name].values
+        lines.append(f"  {described(name)[0]}")
         if values.dtype.kind == "f":
             known = values[np.isfinite(values)]
             rows = [("from", "to", "points")]

@@ -69,7 +69,10 @@ FALLS = [
         0.1,
         (8.82182263180578, 2.47135226453317),
         (-1.58917000135259, -0.741042141740903, -0.876727544485022),
-        [(1.10650584111750, -0.228186985830061), (1.01567609029376, -0.513172111921251)],
+        [
+            (1.10650584111750, -0.228186985830061),
+            (1.01567609029376, -0.513172111921251),
+        ],
         (0.965257320837192, 0.586682856007756, -1.45562810615946),
     ),
     (
@@ -85,7 +88,9 @@ FALLS = [
 ]
 
 
-@pytest.mark.parametrize(("friction", "forces", "acceleration", "states", "lost"), FALLS)
+@pytest.mark.parametrize(
+    ("friction", "forces", "acceleration", "states", "lost"), FALLS
+)
 def test_a_falling_ladder(friction, forces, acceleration, states, lost):
     """The foot slides away, the top slides down, until the wall is lost."""
     posture = ladder(friction, friction)
@@ -104,7 +109,9 @@ def test_a_falling_ladder(friction, forces, acceleration, states, lost):
     assert (first.mode, second.mode, second.cause) == ("LL", "LS", "lift-off")
     assert second.start == pytest.approx(time, abs=1e-12)
     q, qdot = run.at(second.start)
-    assert (math.radians(65) + q[2], qdot[2]) == pytest.approx((angle, omega), abs=1e-12)
+    assert (math.radians(65) + q[2], qdot[2]) == pytest.approx(
+        (angle, omega), abs=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -205,7 +212,9 @@ def ends_of_programme(posture):
         if abs(cos) < 1e-15 or abs(sin) < 1e-15:
             cos, sin = round(cos), round(sin)
         for side in (1, -1):
-            edge = np.array([-sin, cos]) + side * contact.friction * np.array([cos, sin])
+            edge = np.array([-sin, cos]) + side * contact.friction * np.array(
+                [cos, sin]
+            )
             edges.append(edge)
             moments.append(contact.point[0] * edge[1] - contact.point[1] * edge[0])
     found = []
@@ -252,7 +261,9 @@ def test_stable_verdicts_between_walls_withstand_kicks():
         side = 1 if slope > 0 else -1
         posture = stance(
             (side * rng.uniform(-0.2, 1), rng.uniform(0, 1.5)),
-            sf.Contact((0, 0), slope=rng.uniform(-0.3, 0.3), friction=rng.uniform(0, 1)),
+            sf.Contact(
+                (0, 0), slope=rng.uniform(-0.3, 0.3), friction=rng.uniform(0, 1)
+            ),
             sf.Contact(
                 (side * rng.uniform(0.2, 1), rng.uniform(0.5, 2)),
                 slope=slope,
@@ -268,7 +279,9 @@ def test_stable_verdicts_between_walls_withstand_kicks():
             far = 0.0
             for _ in range(8):
                 qdot = size * rng.normal(size=3)
-                run = sf.simulate(posture, (0, 0, 0), qdot, model="local", time_limit=100.0)
+                run = sf.simulate(
+                    posture, (0, 0, 0), qdot, model="local", time_limit=100.0
+                )
                 assert run.outcome == "rest", f"{posture!r}, {qdot}: {run}"
                 far = max(far, np.abs(run.q).max())
             moved.append(far)

@@ -150,7 +150,7 @@ impl Scene {
     /// # Errors
     ///
     /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is not a regular file, is empty or larger than 1 MiB, is not a text
-    /// or does not hold a scene.
+    /// or does not hold a scene. The error names the kind of a file that is a result, a map, a picture or a schema.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         use std::io::Read;
         let path = path.as_ref();
@@ -173,17 +173,26 @@ impl Scene {
         let mut bytes = Vec::new();
         let file = std::fs::File::open(path).map_err(io)?;
         file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
+        let other = other_kind(&bytes);
+        let other = other.map(|kind| problem(format!("is {kind}, not a scene file")));
         if bytes.len() as u64 > LARGEST_FILE {
-            return Err(problem("is larger than 1 MiB, the most a scene file may have".into()));
+            let large = "is larger than 1 MiB, the most a scene file may have";
+            return Err(other.unwrap_or_else(|| problem(large.into())));
         }
-        let text = String::from_utf8(bytes)
-            .map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
+        let text = match std::str::from_utf8(&bytes) {
+            Ok(text) => text,
+            Err(e) => {
+                let no_text = || problem(format!("is no UTF-8 text: {e}"));
+                return Err(other.unwrap_or_else(no_text));
+            }
+        };
         let (scene, read_as) = match path.extension() {
-            _ if is_json(path) => (Self::from_json(&text), ""),
-            Some(name) if name.eq_ignore_ascii_case("toml") => (Self::from_toml(&text), ""),
-            _ => (Self::from_toml(&text), "read as TOML, "),
+            _ if is_json(path) => (Self::from_json(text), ""),
+            Some(name) if name.eq_ignore_ascii_case("toml") => (Self::from_toml(text), ""),
+            _ => (Self::from_toml(text), "read as TOML, "),
         };
         scene.map_err(|e| match e {
+            _ if other.is_some() => other.unwrap_or(e),
             Error::File { problem, error, .. } => {
                 Error::File { path: name.clone(), problem: format!("{read_as}{problem}"), error }
             }
@@ -307,6 +316,26 @@ fn of_posture(field: &str) -> String {
         ("mass" | "gyration_radius" | "center_of_mass", _) => format!("body.{field}"),
         _ => field.into(),
     }
+}
+
+/// What kind of file this is, if its bytes show that it is one of standfast's other files.
+fn other_kind(bytes: &[u8]) -> Option<&'static str> {
+    match bytes {
+        [b'C', b'D', b'F', ..] | [0x89, b'H', b'D', b'F', ..] => {
+            return Some("a NetCDF file (such as a map)");
+        }
+        [0x89, b'P', b'N', b'G', ..] | [b'%', b'P', b'D', b'F', ..] => return Some("a picture"),
+        _ => {}
+    }
+    let text = String::from_utf8_lossy(bytes);
+    let kinds = [
+        ("\"model_reason\"", "the result of a run (JSON)"),
+        ("\"frictional_stability\"", "a verdict on stability (JSON)"),
+        ("\"consistent\"", "a table of contact modes (JSON)"),
+        ("\"title\": \"standfast scene\"", "the JSON Schema of scene files"),
+        ("<svg", "a picture"),
+    ];
+    kinds.into_iter().find(|(mark, _)| text.contains(mark)).map(|(_, kind)| kind)
 }
 
 fn is_json(path: &Path) -> bool {

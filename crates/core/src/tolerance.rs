@@ -7,6 +7,10 @@
 
 // --- Starts and terrain ---
 
+/// Least |n_y| of a ground onto which a contact is put by a vertical displacement. Dimensionless. On a steeper one the displacement would be
+/// a million times the gap. Range: 1e-9 to 1e-3.
+pub(crate) const STEEPEST_REACHED: f64 = 1e-6;
+
 /// Change of the gap rate of a closed contact by a kick that counts as zero. Unit: roundings of the size of its three terms. A kick along the
 /// ground would otherwise lift a contact, or hit it, by its rounding error. Range: 2 to 16.
 pub(crate) const KICK_ROUNDINGS: f64 = 4.0;

@@ -282,14 +282,27 @@ pub(crate) fn options<'a, 'py>(
     dict.map(Some).map_err(|_| wrong_type("options", value, "None or a dict is needed"))
 }
 
-/// The error for an unknown option.
+/// The error for an unknown option, with the nearest known one.
 pub(crate) fn no_option(name: &str, value: &Bound<'_, PyAny>) -> PyErr {
-    wrong_type(
-        name,
-        value,
-        "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit, neighbourhood, \
-         tolerance, record, certify",
-    )
+    let suggest = value.py().import("standfast.suggest");
+    let allowed = suggest.and_then(|m| m.call_method1("no_option", (name,))?.extract::<String>());
+    allowed.map_or_else(|error| error, |allowed| wrong_type(name, value, allowed))
+}
+
+/// The error for a keyword that a function of the package does not have, with the nearest one that it has.
+pub(crate) fn no_keyword(py: Python<'_>, function: &str, name: &str) -> PyErr {
+    let suggest = py.import("standfast.suggest");
+    let message =
+        suggest.and_then(|m| m.call_method1("unexpected", (function, name))?.extract::<String>());
+    message.map_or_else(|error| error, PyTypeError::new_err)
+}
+
+/// The error for the first keyword that a function of the package does not have, if there is one.
+pub(crate) fn no_keywords(function: &str, unknown: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    match unknown.into_iter().flatten().next() {
+        Some((name, _)) => Err(no_keyword(name.py(), function, &name.to_string())),
+        None => Ok(()),
+    }
 }
 
 /// The index of one of `count` runs; a negative one counts from the end.

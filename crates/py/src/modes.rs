@@ -1,16 +1,18 @@
 //! Contact modes.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyIterator, PyList};
+use pyo3::types::{IntoPyDict, PyDict, PyIterator, PyList};
 use standfast::State;
 use standfast::modes::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields};
 
 use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
+use crate::files::write_whole;
 use crate::input;
 use crate::posture::PyPosture;
 
@@ -334,6 +336,16 @@ impl PyModes {
         word(&self.question.problem.fields().level)
     }
 
+    /// The status, the consistent words, and the words with their motion, forces and margins as plain dictionaries, lists and numbers.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.modes.to_json(),))
+    }
+
+    /// Writes the dictionary of `to_dict` as JSON.
+    fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        write_whole(py, path, self.modes.to_json().into_bytes())
+    }
+
     fn __len__(&self) -> usize {
         self.modes.answers().len()
     }
@@ -405,7 +417,7 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 /// >>> sf.contact_modes(table, wrench=(6, 0, 0)).consistent      # pushed hard, it tips over the right foot
 /// ['SF']
 #[pyfunction]
-#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3]), text_signature = "(posture, q=(0.0, 0.0, 0.0), qdot=(0.0, 0.0, 0.0), *, method=\"auto\", wrench=(0.0, 0.0, 0.0))")]
+#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3], **unknown), text_signature = "(posture, q=(0.0, 0.0, 0.0), qdot=(0.0, 0.0, 0.0), *, method=\"auto\", wrench=(0.0, 0.0, 0.0))")]
 pub(crate) fn contact_modes(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,
@@ -413,7 +425,9 @@ pub(crate) fn contact_modes(
     #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
     #[pyo3(from_py_with = input::method)] method: &str,
     #[pyo3(from_py_with = input::wrench)] wrench: [f64; 3],
+    unknown: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyModes> {
+    input::no_keywords("contact_modes", unknown)?;
     let method = call("method", method)?;
     let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
         let problem = ContactProblem::of_posture(&posture.get().0, &State::new(q, qdot), wrench);

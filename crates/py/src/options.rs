@@ -1,6 +1,5 @@
 //! Options by name.
 
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::Options;
@@ -51,9 +50,7 @@ pub(crate) fn of_call(
     for (key, value) in keywords.into_iter().flatten() {
         let name = key.to_string();
         if without.contains(&name.as_str()) || !assign(&mut options, &name, &value)? {
-            return Err(PyTypeError::new_err(format!(
-                "{function}() got an unexpected keyword argument '{name}'"
-            )));
+            return Err(input::no_keyword(key.py(), function, &name));
         }
     }
     Ok(options)

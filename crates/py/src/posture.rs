@@ -31,7 +31,7 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY]), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999))")]
+    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], **unknown), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999))")]
     fn new(
         #[pyo3(from_py_with = input::point)] point: [f64; 2],
         #[pyo3(from_py_with = input::slope)] slope: f64,
@@ -39,7 +39,9 @@ impl PyContact {
         #[pyo3(from_py_with = input::own_restitution)] restitution: Option<f64>,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::segment)] segment: [f64; 2],
+        unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        input::no_keywords("Contact", unknown)?;
         let contact =
             Contact { point, slope, friction, restitution, tangential_restitution, segment };
         contact.validate("").map_err(|e| to_py(&e))?;
@@ -141,7 +143,7 @@ pub(crate) struct PyPosture(pub(crate) Posture);
 impl PyPosture {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own"), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\")")]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own", **unknown), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\")")]
     fn new(
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
@@ -151,7 +153,9 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         #[pyo3(from_py_with = input::ground)] ground: &str,
+        unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        input::no_keywords("Posture", unknown)?;
         Posture::new(PostureFields {
             mass,
             gyration_radius,
@@ -174,14 +178,16 @@ impl PyPosture {
     /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).psi
     /// (0.0, 0.0)
     #[staticmethod]
-    #[pyo3(signature = (half_length, gyration_radius, restitution, friction=0.0, gravity=9.81))]
+    #[pyo3(signature = (half_length, gyration_radius, restitution, friction=0.0, gravity=9.81, **unknown), text_signature = "(half_length, gyration_radius, restitution, friction=0.0, gravity=9.81)")]
     fn rod(
         #[pyo3(from_py_with = input::half_length)] half_length: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::friction)] friction: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        input::no_keywords("Posture.rod", unknown)?;
         Posture::rod(half_length, gyration_radius, restitution, friction, gravity)
             .map(Self)
             .map_err(|e| to_py(&e))

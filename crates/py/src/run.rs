@@ -506,12 +506,22 @@ impl PyRun {
         array(py, values.map_err(|e| to_py(&e))?, t.as_array().shape())
     }
 
-    /// Draw the gaps over time, the gaps before a Zeno point, and the body; see `standfast.plot`.
+    /// Draw the run. Without `ax`: a new figure with the gaps over time, the gaps before a Zeno point if impacts accumulate, and the
+    /// body if the run has a posture. Returns the matplotlib.figure.Figure, which a notebook shows once: it is not left open in
+    /// pyplot, so that `plt.show()` does not show it. With `ax`: the gaps over time in these axes, without a title. Returns `ax`.
     ///
-    /// path : file of the figure; the suffix determines the format. Needs matplotlib.
-    #[pyo3(signature = (path=None))]
-    fn plot<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("standfast.plot")?.call_method1("plot", (slf, path))
+    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes; for a window use `fig, ax =
+    /// plt.subplots(); run.plot(ax=ax); plt.show()`.
+    ///
+    /// Raises ValueError for a run without record (record=False), for a suffix that is no picture format, and for both `path` and
+    /// `ax`; TypeError if `ax` is no axes; OSError if the file cannot be written. Needs matplotlib (extra `plot`).
+    #[pyo3(signature = (path=None, *, ax=None))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        path: Option<PathBuf>,
+        ax: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.plot")?.call_method1("plot", (slf, path, ax))
     }
 
     /// The run as plain dictionaries, lists and numbers.

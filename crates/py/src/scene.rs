@@ -143,7 +143,8 @@ impl PyScene {
 
 /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
 ///
-/// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error.
+/// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error. If the file is not a scene but a
+/// result, a map, a picture or the schema, the error names this kind.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))

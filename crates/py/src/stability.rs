@@ -244,13 +244,15 @@ impl PyVerdict {
 /// >>> sf.stability(rod, trials=100).trials
 /// {'seed': 0, 'kicks': 100, 'rest': 100, 'others': {}}
 #[pyfunction]
-#[pyo3(signature = (posture, *, trials=0, seed=0))]
+#[pyo3(signature = (posture, *, trials=0, seed=0, **unknown), text_signature = "(posture, *, trials=0, seed=0)")]
 pub(crate) fn stability(
     py: Python<'_>,
     #[pyo3(from_py_with = posture)] posture: PyPosture,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
+    unknown: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyVerdict> {
+    input::no_keywords("stability", unknown)?;
     let posture = posture.0.clone();
     let mut verdict = standfast::stability(&posture).map_err(|e| to_py(&e))?;
     if trials > 0 {

@@ -55,6 +55,9 @@ pub struct Contact {
     pub segment: [f64; 2],
 }
 
+/// The largest slope, in degrees, that is taken for one in degrees by mistake.
+const FULL_TURN: f64 = 360.0;
+
 fn everywhere() -> [f64; 2] {
     [f64::NEG_INFINITY, f64::INFINITY]
 }
@@ -125,6 +128,17 @@ impl Contact {
     pub fn validate(&self, at: &str) -> Result<(), Error> {
         finite(format_args!("{at}point.x"), self.point[0])?;
         finite(format_args!("{at}point.y"), self.point[1])?;
+        if PI < self.slope.abs() && self.slope.abs() <= FULL_TURN {
+            let degrees = self.slope;
+            return Err(Error::Unusable {
+                field: format!("{at}slope"),
+                value: format!("{degrees:?}"),
+                allowed: format!(
+                    "-pi < slope <= pi, in rad; did you mean math.radians({degrees}) = {:?}?",
+                    degrees.to_radians()
+                ),
+            });
+        }
         in_range(
             format_args!("{at}slope"),
             self.slope,

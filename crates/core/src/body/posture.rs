@@ -30,12 +30,10 @@ use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::tolerance::TOUCH;
+use crate::tolerance::{STEEPEST_REACHED, TOUCH};
 
 /// Largest number of pieces of terrain that are tried for a contact.
 const TOUCHING: usize = 64;
-/// Least |n_y| of a ground that a vertical displacement reaches.
-const STEEPEST: f64 = 1e-6;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -369,7 +367,7 @@ impl Posture {
         // On a terrain, another piece may be under the contact at another height.
         for _ in 0..TOUCHING {
             let Under { geometry, exists, .. } = self.under(i, &q, false);
-            if !exists || !(geometry.normal.y.abs() > STEEPEST) {
+            if !exists || !(geometry.normal.y.abs() > STEEPEST_REACHED) {
                 return unusable(
                     format!("{number}"),
                     "a contact over a ground that is no wall".into(),

@@ -58,7 +58,7 @@ fn of_toml<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
             "duplicate key" => format!("duplicate key `{}`", &text[span.clone()]),
             message => message.to_owned(),
         };
-        malformed(place(text, span.start), &field, &message)
+        malformed(Format::Toml, place(text, span.start), &field, &message)
     })
 }
 
@@ -82,7 +82,7 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
             "number out of range" => "a number within the range of doubles is needed",
             message => message,
         };
-        malformed(place(text, value.unwrap_or(reached)), &field, message)
+        malformed(Format::Json, place(text, value.unwrap_or(reached)), &field, message)
     })
 }
 
@@ -152,9 +152,12 @@ fn json_start(text: &str, field: &str) -> Option<usize> {
 }
 
 /// A parser's message, with the names of types as a reader of the file calls them.
-fn malformed((line, column): (usize, usize), field: &str, message: &str) -> Error {
+fn malformed(format: Format, (line, column): (usize, usize), field: &str, message: &str) -> Error {
     let (found, expected) = match message.rsplit_once(", expected ") {
-        Some((found, expected)) => (found, format!(", expected {}", in_words(expected))),
+        Some((found, expected)) => {
+            let meant = meant(format, found, expected);
+            (found, format!(", expected {}{meant}", in_words(expected)))
+        }
         None => (message, String::new()),
     };
     let found = match found.trim_end_matches(" as i128").trim_end_matches(" as u128") {
@@ -169,6 +172,24 @@ fn malformed((line, column): (usize, usize), field: &str, message: &str) -> Erro
         error: None,
     }
 }
+
+/// A question for the known field or word that is nearest to an unknown one; empty if none is near.
+fn meant(format: Format, found: &str, expected: &str) -> String {
+    let unknown = found.split_once('`').filter(|(start, _)| start.starts_with("unknown "));
+    let Some((_, unknown)) = unknown else { return String::new() };
+    let likeness = |known: &&str| strsim::jaro_winkler(unknown.trim_end_matches('`'), known);
+    // Every second part is a name in backticks.
+    let nearest = expected.split('`').skip(1).step_by(2);
+    match nearest.max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
+        Some(known) if likeness(&known) < ALIKE => String::new(),
+        Some("contact") if format == Format::Toml => "; did you mean `[[contact]]`?".into(),
+        Some(known) => format!("; did you mean `{known}`?"),
+        None => String::new(),
+    }
+}
+
+/// Least likeness (Jaro and Winkler's, from 0 to 1) of an unknown name to a known one that is suggested.
+const ALIKE: f64 = 0.8;
 
 /// The expectation of a parser, without the names of Rust.
 fn in_words(expected: &str) -> &str {

@@ -127,6 +127,25 @@ impl Modes {
         }
     }
 
+    /// The modes as JSON: the status, the consistent words, and the words with their motion, forces and margins. Infinities are the
+    /// strings "inf" and "-inf", undefined numbers null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        #[derive(Serialize)]
+        struct Written<'a> {
+            status: &'a str,
+            consistent: Vec<Word>,
+            modes: &'a [ModeAnswer],
+        }
+        let written = Written {
+            status: self.status().name(),
+            consistent: self.consistent().map(|mode| mode.word).collect(),
+            modes: &self.answers,
+        };
+        serde_json::to_string_pretty(&written)
+            .unwrap_or_else(|e| unreachable!("modes are JSON: {e}"))
+    }
+
     /// The solution of one word, if the state of the contacts allows it.
     #[must_use]
     pub fn get(&self, word: Word) -> Option<&ModeAnswer> {
