@@ -39,10 +39,11 @@ def unexpected(function: str, name: str) -> str:
 
 
 def no_option(name: str) -> str:
-    """What is allowed instead of an unknown option of a run: the keywords of `simulate` after the posture and the start.
+    """What is allowed instead of an unknown option of a run: the other keywords of `simulate`.
 
     >>> no_option("modle")
     "the options of simulate are model, impact, ..., certify; did you mean 'model'?"
     """
-    _, _, _, *options = keywords("simulate")
+    not_an_option = ("posture", "q", "qdot", "kicks", "ground_motion")
+    options = [one for one in keywords("simulate") if one not in not_an_option]
     return f"the options of simulate are {', '.join(options)}{nearest(name, options)}"

@@ -205,7 +205,7 @@ impl PyPosture {
     /// [(-0.5, 0.0), (0.5, 0.0), (0.5, 3.0), (-0.5, 3.0)]
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(name = "box", signature = (width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new()), text_signature = "(width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    #[pyo3(name = "box", signature = (width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), **unknown), text_signature = "(width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
     fn block(
         #[pyo3(from_py_with = input::width)] width: f64,
         #[pyo3(from_py_with = input::height)] height: f64,
@@ -215,9 +215,11 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let lamina =
             Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        input::no_keywords("Posture.box", unknown)?;
         Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
@@ -233,7 +235,7 @@ impl PyPosture {
     /// ((1.0, 1.0), 3)
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new()), text_signature = "(vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    #[pyo3(signature = (vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), **unknown), text_signature = "(vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
     fn polygon(
         #[pyo3(from_py_with = input::vertices)] vertices: Vec<[f64; 2]>,
         #[pyo3(from_py_with = input::mass)] mass: f64,
@@ -242,9 +244,11 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let lamina =
             Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        input::no_keywords("Posture.polygon", unknown)?;
         Posture::polygon(&vertices, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
