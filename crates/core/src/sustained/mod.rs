@@ -14,6 +14,7 @@
 
 mod endless;
 mod flight;
+mod forces;
 mod jam;
 pub(crate) mod next_order;
 pub(crate) mod phase;
