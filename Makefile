@@ -66,6 +66,7 @@ long: wheel
 	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=4000 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_energy.py
+	STANDFAST_FORCES_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_forces.py
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/motion/test_relations.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_FUZZ_EVENTS=1000000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/stability/test_stability.py

@@ -481,10 +481,48 @@ impl PyRun {
         })
     }
 
-    /// (gaps, rates), each (..., n) in m and m/s, at times t : (...) s of the run. See `at`.
+    /// Gaps (..., n) in m and gap rates (..., n) in m/s, as the pair (gaps, rates), at times t : (...) s of the run. See `at`.
     fn gaps_at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let n = self.0.gaps().len();
         self.instants(py, t, n, |instant| (instant.gaps, instant.rates))
+    }
+
+    /// World positions (x, y) of the contact points, (..., n, 2) m, at times t : (...) s of the run. In the full model
+    /// x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in the local model x_i + r + θ (−d_y, d_x). NaN without a body.
+    /// See `at`.
+    fn points_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.pairs(py, t, |t| self.0.points(t))
+    }
+
+    /// Contact forces of the smooth motion, (..., n, 2) N, (tangential, normal), at times t : (...) s of the run. Each pair is in the axes
+    /// of the piece of terrain that the contact touches. The forces satisfy M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i), with
+    /// M = diag(m, m, mρ²) and the rows N_i = (n_i, b_i), T_i = (t_i, −c_i), which the local model takes at q = 0.
+    ///
+    /// They are zero in flight. Impacts have impulses instead (`run.impacts`). At the time of an impact or of a change of the contact
+    /// modes, the forces are those after it. Where this equation allows several forces, these are the ones with the smallest Σ|f|² in the
+    /// friction cones. (A real body chooses by its elasticity.) In a vertex of the terrain a contact touches two pieces: it has the sum
+    /// of their forces, in the axes of the first piece.
+    ///
+    /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end of a run that does not determine
+    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous. Raises ValueError as `at`.
+    ///
+    /// >>> import math
+    /// >>> import standfast as sf
+    /// >>> block = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 1), gravity=10, restitution=0,
+    /// ...                    contacts=[sf.Contact(point=(-1, 0), friction=0.5), sf.Contact(point=(3, 0), friction=0.5)])
+    /// >>> run = sf.simulate(block, q=(0, 0, 0), qdot=(0, 0, 0), stop="time", time_limit=1.0)
+    /// >>> run.forces_at(0.5)[:, 1]      # lever rule: 3/4 and 1/4 of 20 N
+    /// array([15.,  5.])
+    fn forces_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.pairs(py, t, |t| self.0.forces(t))
     }
 
     /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot (n, 3).
@@ -595,6 +633,25 @@ impl PyRun {
         let mut shape = t.as_array().shape().to_vec();
         shape.push(width);
         Ok((array(py, first, &shape)?, array(py, second, &shape)?))
+    }
+}
+
+impl PyRun {
+    /// Pairs of numbers for each contact, (..., n, 2).
+    fn pairs<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        of: impl Fn(f64) -> Result<Vec<[f64; 2]>, Error>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let t = doubles("t", t)?;
+        let mut values = Vec::new();
+        for &t in t.as_array() {
+            values.extend(of(t).map_err(|e| to_py(&e))?.into_iter().flatten());
+        }
+        let mut shape = t.as_array().shape().to_vec();
+        shape.extend([self.0.gaps().len(), 2]);
+        array(py, values, &shape)
     }
 }
 

@@ -253,6 +253,19 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
+    /// Positions of the contact points at `q`. `frozen`: with the Jacobian rows of q = 0.
+    pub(crate) fn points(&self, q: &Vector3<f64>, frozen: bool) -> Vec<[f64; 2]> {
+        let turn = Turn::by(q.z);
+        let (sin, less) = if frozen { (q.z, 0.0) } else { (turn.sin, turn.one_minus_cos) };
+        let [cx, cy] = self.fields().center_of_mass;
+        let point = |contact: &Contact| {
+            let [x, y] = contact.point;
+            let (dx, dy) = (x - cx, y - cy);
+            [x + (q.x - dy * sin - dx * less), y + (q.y + dx * sin - dy * less)]
+        };
+        self.contacts().iter().map(point).collect::<Vec<_>>().unsigned_zero()
+    }
+
     /// The check of the straight grounds of the contacts; `None`: no check is needed.
     pub(crate) fn own_ground(&self) -> Option<&OwnGround> {
         self.0.own_ground.as_ref()

@@ -83,7 +83,7 @@ pub(crate) struct Log<'a> {
     /// Changes of the contact modes so far.
     changes: usize,
     /// The current contact-mode word; empty before the first piece.
-    word: PerContact<Mode>,
+    pub(crate) word: PerContact<Mode>,
     /// Number of events at the last step, and number of steps without a new event.
     seen: usize,
     steps: usize,

@@ -153,6 +153,13 @@ impl Modes {
     }
 }
 
+/// The forces (tangential, normal) of the contacts in this word, in N, whatever the tests of the word say: the smallest where the equations
+/// allow several. `None`: no forces cause the motion of the word.
+pub(crate) fn forces(problem: &ContactProblem, word: Word) -> Option<Vec<[f64; 2]>> {
+    let answer = enumerate::solve(problem, word);
+    (answer.determined != Forces::Impossible).then_some(answer.forces)
+}
+
 /// Every contact mode that the state of the contacts allows, with its motion, forces and margins. By programmes ([`Method::Qp`], and
 /// [`Method::Auto`] above [`MAX_ENUMERATED`] contacts) only one consistent mode.
 ///

@@ -196,8 +196,8 @@ impl<'a> Driver<'a, AnyContacts> {
         self.run_on()
     }
 
-    /// The state at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events come before.
-    /// `options`: of the run.
+    /// The state and the modes at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events
+    /// come before. `options`: of the run.
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
@@ -205,13 +205,13 @@ impl<'a> Driver<'a, AnyContacts> {
         base: &Base,
         options: &Options,
         dt: f64,
-    ) -> Option<BodyState> {
+    ) -> Option<(BodyState, PerContact<Mode>)> {
         let options = options.of_resimulated_tail(dt);
         let mut run =
             Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         run.body.fastest = fastest;
-        run.run_tail().map(|run| run.body.state)
+        run.run_tail().map(|run| (run.body.state, run.log.word))
     }
 
     fn note_flight(&mut self) {

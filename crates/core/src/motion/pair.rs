@@ -241,8 +241,8 @@ impl<'a> Driver<'a, Pair> {
         self.begin_span(Motion::Flight); // impacts of the first instant need a span
     }
 
-    /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model; `None` if too many
-    /// collisions come before. `options`: of the run.
+    /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model, and the modes of the
+    /// contacts; `None` if too many collisions come before. `options`: of the run.
     pub(crate) fn resimulate_tail(
         frame: &Frame,
         base: &Base,
@@ -250,7 +250,7 @@ impl<'a> Driver<'a, Pair> {
         raw: &Snapshot,
         tail: Tail,
         dt: f64,
-    ) -> Option<Snapshot> {
+    ) -> Option<(Snapshot, PerContact<Mode>)> {
         let frozen = frame.frozen.as_ref()?;
         let mut near = *raw;
         let mut skip = |t: f64, gaps: Gaps, own: Impulses| {
@@ -265,7 +265,8 @@ impl<'a> Driver<'a, Pair> {
             Tail::Bounce { contact } => {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
-                return Some(frame.to_full(base, &frame.smooth(base, &near, [false; 2], rest)));
+                let full = frame.to_full(base, &frame.smooth(base, &near, [false; 2], rest));
+                return Some((full, PerContact::from_elem(Mode::Separate, base.count)));
             }
             Tail::Cycle { ratio, duration } => {
                 let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
@@ -284,8 +285,9 @@ impl<'a> Driver<'a, Pair> {
         own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
         let mut driver = Driver::<Pair>::new(own, base.clone(), &options, Vec::new(), &never);
         driver.body.state = driver.body.frame.state(&driver.record.base, &near);
-        let full = driver.run_tail()?.full();
-        Some(Snapshot { clock: raw.clock.after(dt), ..full })
+        let driver = driver.run_tail()?;
+        let full = Snapshot { clock: raw.clock.after(dt), ..driver.full() };
+        Some((full, driver.log.word))
     }
 
     /// Begins a motion in which these contacts are held.

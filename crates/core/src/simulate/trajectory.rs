@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::body::contact::PerContact;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -14,7 +15,7 @@ use crate::excitation::{Excitation, GroundMotion, Kick};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::ContactProblem;
+use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::Snapshot;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::motion::{AnyContacts, Driver, Pair};
@@ -34,6 +35,9 @@ struct Piece {
     /// The flight after a collision of the span; `None`: the motion with which the span begins.
     flight: Option<InFrame>,
 }
+
+/// A body with contacts on the ground, and the mode of each of its points.
+type Held = (BodyState, PerContact<Mode>);
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
 #[derive(Debug, Clone, Default)]
@@ -416,6 +420,18 @@ impl Trajectory {
     /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
     /// impacts that more than 100 000 events of the sum come before it.
     pub fn at(&self, t: f64) -> Result<Instant, Error> {
+        let piece = self.piece_at(t)?;
+        if t == self.time() {
+            return Ok(self.record.end.instant());
+        }
+        piece
+            .and_then(|(piece, dt)| self.moving(piece, dt))
+            .map(|now| now.0)
+            .ok_or_else(|| too_deep(t))
+    }
+
+    /// The piece of the motion at time `t`, and the time since its start; `None` if the run ends at its start.
+    fn piece_at(&self, t: f64) -> Result<Option<(&Piece, f64)>, Error> {
         let pieces = self.pieces()?;
         let (start, end) = (self.options.time, self.time());
         if !(t >= start && t <= end) {
@@ -426,7 +442,8 @@ impl Trajectory {
             });
         }
         if t == end {
-            return Ok(self.record.end.instant());
+            let last = pieces.last();
+            return Ok(last.map(|piece| (piece, self.record.end.clock.since(piece.clock).max(0.0))));
         }
         let elapsed = t - start;
         let next = pieces.partition_point(|piece| piece.clock.hi <= elapsed);
@@ -434,37 +451,94 @@ impl Trajectory {
         // The clock of the pieces is more precise than `t`: no piece is followed beyond its end.
         let end = pieces.get(next).map_or(self.record.end.clock, |next| next.clock);
         let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.clock);
-        let dt = dt.min(end.since(piece.clock)).max(0.0);
+        Ok(Some((piece, dt.min(end.since(piece.clock)).max(0.0))))
+    }
+
+    /// The motion `dt` after the start of a piece, and the body with the modes of its points unless all contacts are in flight; `None`
+    /// if too many events of a sum come before.
+    fn moving(&self, piece: &Piece, dt: f64) -> Option<(Instant, Option<Held>)> {
         let Record { base, frames, spans, .. } = &*self.record;
         let smooth = |at: &InFrame, held: [bool; 2]| {
             let frame = &frames[at.frame];
-            self.instant(&frame.to_full(base, &frame.smooth(base, &at.raw, held, dt)))
+            (self.instant(&frame.to_full(base, &frame.smooth(base, &at.raw, held, dt))), None)
         };
-        let of_body = |body: &BodyState| self.posture().map(|posture| body.instant(posture));
-        let instant = match (&piece.flight, &spans[piece.span].motion) {
+        let of_body = |(body, modes): Held| {
+            self.posture().map(|posture| (body.instant(posture), Some((body, modes))))
+        };
+        match (&piece.flight, &spans[piece.span].motion) {
             (Some(at), _) | (None, Motion::Flight(at)) => Some(smooth(at, [false; 2])),
             (None, Motion::Held(at, held)) => Some(smooth(at, *held)),
-            (None, Motion::Modes(body, modes)) => of_body(&body.moved(modes, dt)),
+            (None, Motion::Modes(body, modes)) => of_body((body.moved(modes, dt), modes.clone())),
             (None, Motion::Tail(at, tail)) => {
                 let frame = &frames[at.frame];
-                Driver::<Pair>::resimulate_tail(frame, base, &self.options, &at.raw, *tail, dt)
-                    .map(|full| self.instant(&full))
+                let (full, modes) = Driver::<Pair>::resimulate_tail(
+                    frame,
+                    base,
+                    &self.options,
+                    &at.raw,
+                    *tail,
+                    dt,
+                )?;
+                let body = base.body_state(&full, Some(frame.spin));
+                Some((self.instant(&full), body.map(|body| (body, modes))))
             }
-            (None, Motion::Cycles { start, fastest }) => self
-                .posture()
-                .and_then(|p| {
-                    Driver::<AnyContacts>::resimulate_cycles(
-                        p,
-                        start,
-                        *fastest,
-                        base,
-                        &self.options,
-                        dt,
-                    )
-                })
-                .and_then(|body| of_body(&body)),
+            (None, Motion::Cycles { start, fastest }) => {
+                let (options, posture) = (&self.options, self.posture()?);
+                of_body(Driver::<AnyContacts>::resimulate_cycles(
+                    posture, start, *fastest, base, options, dt,
+                )?)
+            }
+        }
+    }
+
+    /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact in N, each in the axes of the piece of terrain
+    /// that the contact touches. They satisfy the equation of motion with the rows of the contacts,
+    ///
+    /// ```text
+    /// M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)
+    /// ```
+    ///
+    /// and are zero in flight. Impacts have impulses instead, see [`Trajectory::impacts`]; at the time of an impact or of a change of the
+    /// contact modes, the forces are those after it. Where the equation allows several forces (hyperstatic phases), these are the ones with
+    /// the least Σ|f|² in the friction cones (in a build without the feature `qp` and with three or more contacts: any). In a vertex, where a
+    /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
+    ///
+    /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
+    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), and if it is inconsistent or ambiguous.
+    ///
+    /// # Errors
+    ///
+    /// As [`Trajectory::at`].
+    pub fn forces(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
+        let unknown = vec![[f64::NAN; 2]; self.count()];
+        let piece = self.piece_at(t)?;
+        let Some(posture) = self.posture() else { return Ok(unknown) };
+        let of_sum = |piece: &Piece| {
+            let motion = &self.record.spans[piece.span].motion;
+            piece.flight.is_none() && matches!(motion, Motion::Tail(..) | Motion::Cycles { .. })
         };
-        instant.ok_or_else(|| too_deep(t))
+        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
+        let undetermined = |piece: &Piece| open.contains(&self.outcome()) || of_sum(piece);
+        match piece {
+            Some((piece, _)) if t == self.time() && undetermined(piece) => Ok(unknown),
+            Some((piece, dt)) => match self.moving(piece, dt).ok_or_else(|| too_deep(t))?.1 {
+                Some((body, modes)) => body.forces(posture, &modes),
+                None => Ok(vec![[0.0; 2]; self.count()]),
+            },
+            None => Ok(unknown),
+        }
+    }
+
+    /// The positions (x, y) of the contact points at time `t`, world axes, in m: x_i + r + (R(θ) − 1) d_i, in the local model
+    /// x_i + r + θ (−d_y, d_x). NaN for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`Trajectory::at`].
+    pub fn points(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
+        let state = self.at(t)?.state;
+        let points = |p: &Posture| p.points(&state.q, self.model == Model::Local);
+        Ok(self.posture().map_or_else(|| vec![[f64::NAN; 2]; self.count()], points))
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.

@@ -16,6 +16,7 @@ mod endless;
 mod excitation;
 mod facing;
 mod flight;
+mod forces;
 mod jam;
 pub(crate) mod next_order;
 pub(crate) mod phase;
