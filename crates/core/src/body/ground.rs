@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
-use crate::body::terrain::{Ground, Piece, Place};
+use crate::body::terrain::{End, Ground, Piece, Place};
 use crate::tolerance::TOUCH;
 
 /// A contact on the piece of terrain under it.
@@ -74,11 +74,9 @@ impl Posture {
         let count = self.contacts().len();
         let lowest = |ground: Option<&Ground>| {
             ground.map_or(f64::NEG_INFINITY, |ground| {
-                let ends = ground.pieces.iter().flat_map(|k| k.ends.map(|end| end.vertex.y));
-                ends.fold(
-                    f64::INFINITY,
-                    |low, y| if y.is_nan() { f64::NEG_INFINITY } else { low.min(y) },
-                )
+                let low =
+                    |end: End| if end.is_endless() { f64::NEG_INFINITY } else { end.vertex.y };
+                ground.pieces.iter().flat_map(|k| k.ends.map(low)).fold(f64::INFINITY, f64::min)
             })
         };
         (0..count).map(|i| lowest(self.ground(i))).fold(f64::INFINITY, f64::min)

@@ -38,6 +38,11 @@ impl End {
         Self { vertex, across, at }
     }
 
+    /// Whether there is no end on this side.
+    pub(crate) fn is_endless(&self) -> bool {
+        self.at.is_infinite()
+    }
+
     /// Distance of a point beyond this end, along the terrain.
     fn beyond(&self, point: &Vector2<f64>) -> f64 {
         if self.across == Vector2::x() {
@@ -96,7 +101,11 @@ impl Piece {
         let across = if tangent.x > 0.0 { Vector2::x() } else { tangent };
         let ends = contact.segment.map(|along| match along.is_finite() {
             true => End::new(origin + tangent * along, across),
-            false => End { vertex: tangent * along, across, at: along },
+            false => {
+                let far =
+                    |axis: usize| if tangent[axis] == 0.0 { 0.0 } else { tangent[axis] * along };
+                End { vertex: origin + Vector2::new(far(0), far(1)), across, at: along }
+            }
         });
         Self { ends, origin, tangent, normal, slope: contact.slope }
     }

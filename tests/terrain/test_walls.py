@@ -1,0 +1,207 @@
+"""Terrain with walls and overhangs: a particle between walls in closed form, and random polylines that nothing may enter."""
+
+import math
+import os
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import standfast as sf
+
+G = 9.81
+#: Number of random scenes; `make long` has more.
+SCENES = int(os.environ.get("STANDFAST_WALL_SCENES", "200"))
+LAWS = ("newton", "poisson", "stronge", "chatterjee-ruina", "moreau")
+
+
+def particle(terrain, at, restitution):
+    return sf.Posture(
+        mass=1,
+        gyration_radius=0.1,
+        center_of_mass=at,
+        contacts=[sf.Contact(at)],
+        restitution=restitution,
+        gravity=G,
+        terrain=terrain,
+    )
+
+
+def bounces(y, vx, vy, e, count):
+    """Times and normal speeds of the bounces of a particle between walls at x = −1 and 1, from x = 0."""
+    x, t, found = 0.0, 0.0, []
+    while len(found) < count:
+        wall = (math.copysign(1, vx) - x) / vx
+        floor = (vy + math.sqrt(vy * vy + 2 * G * y)) / G
+        dt = min(wall, floor)
+        t, x, y, vy = t + dt, x + vx * dt, y + vy * dt - G * dt * dt / 2, vy - G * dt
+        if wall < floor:
+            found.append((t, abs(vx)))
+            x, vx = math.copysign(1, vx), -e * vx
+        else:
+            found.append((t, -vy))
+            y, vy = 0.0, -e * vy
+    return found
+
+
+@pytest.mark.parametrize("speed", [5.0, -7.3, 40.0])
+def test_a_particle_between_walls(speed):
+    box = [(-1, 20), (-1, 0), (1, 0), (1, 20)]
+    posture = particle(box, (0.0, 0.5), 0.8)
+    run = sf.simulate(
+        posture, (0, 0.3, 0), (speed, 0, 0), model="full", stop="time", time_limit=2.5
+    )
+    expected = bounces(0.8, speed, 0.0, 0.8, 8)
+    found = [(float(i["time"]), -float(i["rates_before"][0])) for i in run.impacts[:8]]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_gaps_between_walls():
+    box = [(-1, 2), (-1, 0), (1, 0), (1, 2)]
+    posture = particle(box, (0.0, 0.5), 0.5)
+    for q, gap in (
+        ((0, 0, 0), 0.5),
+        ((0.9, 0, 0), 0.1),
+        ((-0.7, 1, 0), 0.3),
+        ((0, -0.5, 0), 0.0),
+    ):
+        assert posture.gaps(q) == pytest.approx([gap], abs=1e-15)
+
+
+def test_a_particle_slides_around_a_corner():
+    """Down a ramp, over a ledge, into a shaft: it hits the wall of the shaft from inside, and rests on its floor."""
+    shaft = [(-3, 2), (-1, 0), (0, 0), (0, -2), (1, -2), (1, 3)]
+    run = sf.simulate(
+        particle(shaft, (-2.0, 1.0), 0.0), (0, 0, 0), (0, 0, 0), impact="moreau"
+    )
+    assert run.outcome == "sliding" or run.outcome == "rest"
+    x, y = np.array([-2.0, 1.0]) + run.q[:2]
+    assert y == pytest.approx(-2, abs=1e-12)
+    assert 0 <= x <= 1
+
+
+def test_an_overhang_is_hit_from_below():
+    """A roof over the floor: a particle thrown up hits it after the time at which it reaches the height."""
+    roof = [(-3, 0), (2, 0), (2, 1), (-3, 1)]
+    run = sf.simulate(
+        particle(roof, (0.0, 0.0), 0.5),
+        (0, 0, 0),
+        (0, 6, 0),
+        model="full",
+        stop="time",
+        time_limit=0.5,
+    )
+    hit = (6 - math.sqrt(36 - 2 * G)) / G
+    assert float(run.impacts[0]["time"]) == pytest.approx(hit, rel=1e-12)
+
+
+def random_terrain(rng):
+    while True:
+        vertices, heading = [np.array([-4.0, rng.uniform(-1, 1)])], 0.0
+        for _ in range(rng.integers(3, 9)):
+            heading = rng.choice(
+                [
+                    0.0,
+                    math.pi / 2,
+                    -math.pi / 2,
+                    rng.uniform(-2.6, 2.6),
+                    rng.uniform(-1, 1),
+                ]
+            )
+            way = np.round([math.cos(heading), math.sin(heading)], 12)
+            vertices.append(vertices[-1] + rng.uniform(0.3, 3) * way)
+        vertices = [tuple(map(float, v)) for v in vertices]
+        try:
+            particle(vertices, vertices[1], 0.0)
+        except ValueError as error:
+            if "meet" in str(error):
+                continue
+            raise
+        return vertices
+
+
+def random_scene(rng):
+    while True:
+        terrain = random_terrain(rng)
+        x, y = rng.uniform(-4, 4), rng.uniform(-1, 4)
+        friction = rng.choice([0.0, rng.uniform(0, 1.5)])
+        contacts = [
+            sf.Contact(np.add((x, y), rng.uniform(-0.5, 0.5, 2)), friction=friction)
+            for _ in range(rng.integers(1, 4))
+        ]
+        try:
+            posture = sf.Posture(
+                mass=1,
+                gyration_radius=rng.uniform(0.1, 0.7),
+                center_of_mass=np.add((x, y), rng.uniform(-0.3, 0.3, 2)),
+                contacts=contacts,
+                restitution=rng.choice([0.0, rng.uniform(0, 0.9)]),
+                gravity=G,
+                terrain=terrain,
+            )
+        except ValueError:
+            continue  # a contact is in the ground
+        options = {
+            "model": "full",
+            "impact": str(rng.choice(LAWS)),
+            "time_limit": float(rng.uniform(0.5, 4)),
+            "stop": str(rng.choice(["rest", "time"])),
+            "event_limit": 20_000,
+        }
+        return terrain, posture, rng.normal(size=3) * 3, options
+
+
+def entries(terrain, posture, run):
+    """The contacts and pieces that a contact has crossed from its front, away from its ends, at 1000 times."""
+    q = np.array([run.at(t)[0] for t in np.linspace(0, run.time, 1000)])
+    center, found = np.array(posture.center_of_mass), []
+    cos, sin = np.cos(q[:, 2]), np.sin(q[:, 2])
+    for i, contact in enumerate(posture.contacts):
+        arm = np.array(contact.point) - center
+        at = (
+            center
+            + q[:, :2]
+            + np.stack(
+                [cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]], axis=1
+            )
+        )
+        for k, (a, b) in enumerate(pairwise(terrain)):
+            length = math.dist(a, b)
+            tangent = np.subtract(b, a) / length
+            along = (at - a) @ tangent
+            height = (at - a) @ (-tangent[1], tangent[0])
+            inside = (along > 1e-3) & (along < length - 1e-3)
+            front, behind = height[:-1] > -1e-8, height[1:] < -1e-6
+            if (front & behind & inside[:-1] & inside[1:]).any():
+                found.append((i + 1, k + 1))
+    return found
+
+
+def test_nothing_enters_walls_and_overhangs():
+    """And no run gains energy, except with Moreau's law, which may in an impact."""
+    outcomes = Counter()
+    for seed in range(SCENES):
+        terrain, posture, qdot, options = random_scene(np.random.default_rng([7, seed]))
+        run = sf.simulate(posture, (0, 0, 0), qdot, **options)
+        outcomes[run.outcome] += 1
+        assert not entries(terrain, posture, run), seed
+        if options["impact"] == "moreau":
+            continue
+        energies = [run.energy(t) for t in np.linspace(0, run.time, 200)]
+        rise = np.max(np.diff(energies), initial=0.0)
+        assert rise <= 1e-9 * (1 + np.abs(energies).max()), seed
+    print(outcomes)
+    assert outcomes["event-limit"] <= 0.01 * SCENES
+
+
+@pytest.mark.parametrize(
+    ("terrain", "text"),
+    [
+        ([(0, 0), (2, 0), (1, 0)], "pieces 1 and 2 meet"),
+        ([(-1, 0), (2, 0), (2, 2), (1, 2), (1, -1)], "pieces 1 and 4 meet"),
+        ([(-1, 0), (1, 0), (1, 1), (-1, 1), (-1, 0)], "pieces 1 and 4 meet"),
+    ],
+)
+def test_a_terrain_that_meets_itself_is_refused(terrain, text):
+    with pytest.raises(ValueError, match=text):
+        particle(terrain, (0.0, 0.0), 0.5)
