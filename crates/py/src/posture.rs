@@ -15,7 +15,8 @@ use crate::input;
 /// each other. For one ground for all contacts use Posture(terrain=...), which gives slope and segment.
 ///
 /// point : (2,) m, position in the nominal posture; there it touches its line (or is above its terrain of several pieces).
-/// slope : rad, −π < slope ≤ π: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left, π a ceiling; the terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
+/// slope : rad, −π < slope ≤ π: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left,
+/// π a ceiling. The terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
 /// restitution : in [0, 1), or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
 /// along t, m.
 ///
