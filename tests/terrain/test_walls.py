@@ -68,6 +68,15 @@ def test_gaps_between_walls():
         assert posture.gaps(q) == pytest.approx([gap], abs=1e-15)
 
 
+def test_a_contact_above_a_ledge_may_be_nearest_to_its_end():
+    box = sf.Posture.box(
+        1, 2, friction=0.5, terrain=[(-9, 5), (-9, 0), (0, 0), (0, -3), (9, -3), (9, 5)]
+    )
+    assert box.gaps((-3, 0, 0))[:2] == pytest.approx((0, 0))
+    run = sf.simulate(box, (-3, 1, 0.3), (5, 0, 2), impact="poisson")
+    assert run.outcome == "rest"
+
+
 def test_a_particle_slides_around_a_corner():
     """Down a ramp, over a ledge, into a shaft: it hits the wall of the shaft from inside, and rests on its floor."""
     shaft = [(-3, 2), (-1, 0), (0, 0), (0, -2), (1, -2), (1, 3)]

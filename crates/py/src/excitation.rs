@@ -2,21 +2,29 @@
 
 use pyo3::prelude::*;
 use standfast::Error;
-use standfast::excitation::{Excitation, GroundMotion, Kick};
+use standfast::excitation::{GroundMotion, Kick};
 
 use crate::convert::{float, pair_text};
 use crate::error::to_py;
 use crate::input;
 
-/// The excitation of a run.
-pub(crate) fn excitation(
-    kicks: &[PyRef<'_, PyKick>],
-    ground_motion: Option<&PyRef<'_, PyGroundMotion>>,
-) -> Excitation {
-    Excitation {
-        kicks: kicks.iter().map(|kick| kick.0).collect(),
-        ground_motion: ground_motion.map(|motion| motion.0.clone()),
+/// Reads the kicks of a run.
+pub(crate) fn kicks(value: &Bound<'_, PyAny>) -> PyResult<Vec<Kick>> {
+    input::sequence("kicks", value, |field, item| {
+        let kick = item.cast::<PyKick>();
+        Ok(kick.map_err(|_| input::wrong_type(field, item, "a Kick is needed"))?.get().0)
+    })
+}
+
+/// Reads the motion of the ground of a run, or None.
+pub(crate) fn ground_motion(value: &Bound<'_, PyAny>) -> PyResult<Option<GroundMotion>> {
+    if value.is_none() {
+        return Ok(None);
     }
+    let motion = value.cast::<PyGroundMotion>();
+    let allowed = "None or a GroundMotion is needed";
+    let motion = motion.map_err(|_| input::wrong_type("ground_motion", value, allowed))?;
+    Ok(Some(motion.get().0.clone()))
 }
 
 /// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant.

@@ -197,7 +197,7 @@ pub(crate) fn some_point(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>>
 }
 
 /// A sequence of any length.
-fn sequence<T>(
+pub(crate) fn sequence<T>(
     field: &str,
     value: &Bound<'_, PyAny>,
     read: impl Fn(&str, &Bound<'_, PyAny>) -> PyResult<T>,

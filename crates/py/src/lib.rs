@@ -59,10 +59,10 @@ mod _core {
 
     use pyo3::types::PyDict;
 
-    use crate::excitation::excitation;
     use crate::input;
     use crate::options::of_call;
     use crate::run::stopped;
+    use standfast::excitation::{Excitation, GroundMotion, Kick};
     use standfast::simulate::simulate_excited_until;
     use standfast::{Options, State};
 
@@ -106,14 +106,16 @@ mod _core {
         #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
-        kicks: Vec<PyRef<'_, PyKick>>,
-        ground_motion: Option<PyRef<'_, PyGroundMotion>>,
+        #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
+        #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
+            GroundMotion,
+        >,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
         let state = State::new(q, qdot);
         let body = posture.0.clone();
-        let excitation = excitation(&kicks, ground_motion.as_ref());
+        let excitation = Excitation { kicks, ground_motion };
         stopped(py, |cancel| simulate_excited_until(&body, &state, &options, &excitation, cancel))
     }
 

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::simulate::simulate_excited_until;
 use standfast::{Options, Scene, State};
 
 use crate::convert::{float, vector};
 use crate::error::to_py;
-use crate::excitation::{PyGroundMotion, PyKick, excitation};
+use crate::excitation::{PyGroundMotion, PyKick};
 use crate::input;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
@@ -38,8 +39,10 @@ impl PyScene {
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
         #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
         options: Option<&Bound<'_, PyAny>>,
-        kicks: Vec<PyRef<'_, PyKick>>,
-        ground_motion: Option<PyRef<'_, PyGroundMotion>>,
+        #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
+        #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
+            GroundMotion,
+        >,
     ) -> PyResult<Self> {
         let mut chosen = Options::default();
         if let Some(keywords) = options.map(input::options).transpose()?.flatten() {
@@ -47,7 +50,7 @@ impl PyScene {
         }
         let start = State::new(q, qdot);
         start.validate().map_err(|e| to_py(&e))?;
-        let excitation = excitation(&kicks, ground_motion.as_ref());
+        let excitation = Excitation { kicks, ground_motion };
         excitation.validate(chosen.time, posture.0.fields().gravity).map_err(|e| to_py(&e))?;
         Ok(Self(Scene { posture: posture.0.clone(), start, options: chosen, excitation }))
     }

@@ -327,14 +327,16 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
         return Err(Error::Unusable { field: format!("{at}{field}"), value, allowed });
     };
     let end = |side: usize| {
-        let sign = if side == 0 { -1.0 } else { 1.0 };
         if piece.faces_up() {
             (piece.ends[side].vertex.x - x) / piece.tangent.x
+        } else if side == 0 {
+            -piece.along(&point)[0]
         } else {
-            sign * piece.along(&point)[side]
+            piece.along(&point)[1]
         }
     };
-    let (slope, segment) = (piece.slope, [end(0), end(1)]);
+    // Where there are walls, the nearest point of the piece may be its end.
+    let (slope, segment) = (piece.slope, [end(0).min(0.0), end(1).max(0.0)]);
     let plain = Contact::at(x, y);
     for (field, given, left_out, own) in [
         ("slope", vec![contact.slope], vec![plain.slope], vec![slope]),
