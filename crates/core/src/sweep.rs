@@ -707,7 +707,7 @@ mod tests {
             let error = Axis::new("mass", vec![1.0, wrong, 2.0], &rod).unwrap_err().to_string();
             assert!(error.contains(&format!("mass = {wrong:?}")), "{error}");
         }
-        assert!(message("contacts.2.slope", 2.0).contains("contacts.2.slope = 2.0"));
+        assert!(message("contacts.2.slope", 4.0).contains("contacts.2.slope = 4.0"));
         assert!(message("center_of_mass.x", f64::NAN).contains("center_of_mass.x = NaN"));
         let axis = |path: &str| Axis::new(path, vec![0.5], &rod).unwrap();
         for (one, two) in [
