@@ -12,6 +12,7 @@ use crate::body::state::State;
 use crate::body::terrain;
 use crate::error::{Error, quoted};
 use crate::excitation::{Excitation, GroundMotion, Kick};
+use crate::file::read::{in_file, read_whole};
 use crate::file::text::Format;
 use crate::file::write::write_whole;
 use crate::options::Options;
@@ -152,27 +153,10 @@ impl Scene {
     /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is not a regular file, is empty or larger than 1 MiB, is not a text
     /// or does not hold a scene. The error names the kind of a file that is a result, a map, a picture or a schema.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        use std::io::Read;
         let path = path.as_ref();
         let name = quoted(path);
         let problem = |problem: String| Error::File { path: name.clone(), problem, error: None };
-        let io = |e: std::io::Error| Error::io(path, e);
-        let found = std::fs::metadata(path).map_err(io)?;
-        // A file of /proc has no length, and reading it may block.
-        if found.is_file() && found.len() == 0 {
-            return Err(problem("is empty".into()));
-        }
-        if found.is_dir() {
-            return Err(problem("is a directory, not a scene file".into()));
-        }
-        // Opening a pipe or reading a device may block for ever.
-        if !found.is_file() {
-            return Err(problem("is a pipe or a device; a scene file is a regular file".into()));
-        }
-        // One byte more than allowed: the length of a file may change.
-        let mut bytes = Vec::new();
-        let file = std::fs::File::open(path).map_err(io)?;
-        file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(io)?;
+        let bytes = read_whole(path, "scene file", Some(LARGEST_FILE))?;
         let other = other_kind(&bytes);
         let other = other.map(|kind| problem(format!("is {kind}, not a scene file")));
         if bytes.len() as u64 > LARGEST_FILE {
@@ -193,10 +177,7 @@ impl Scene {
         };
         scene.map_err(|e| match e {
             _ if other.is_some() => other.unwrap_or(e),
-            Error::File { problem, error, .. } => {
-                Error::File { path: name.clone(), problem: format!("{read_as}{problem}"), error }
-            }
-            other => problem(other.to_string()),
+            e => in_file(path, read_as, e),
         })
     }
 

@@ -567,6 +567,61 @@ impl PyRun {
         py.import("json")?.call_method1("loads", (self.0.to_json(),))
     }
 
+    /// The collisions of `run.impacts` as one-dimensional columns, a dict for pandas.DataFrame(run.impact_table()).
+    ///
+    /// time, elapsed : s. contact : its number, from 1. rate_before, rate_after : gap rate of the contact that is hit, m/s.
+    /// impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates of the other contacts are in
+    /// `run.impacts`.
+    ///
+    /// >>> import standfast as sf
+    /// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 0),
+    /// ...                   contacts=[sf.Contact(point=(0, 0))], restitution=0.5, gravity=10)
+    /// >>> run = sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0), stop="time", time_limit=2.25)
+    /// >>> run.impact_table()["impulse_normal"]        # m (1 + e) times the speed, 10 m/s and 5 m/s
+    /// array([30., 15.])
+    fn impact_table<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.series")?.call_method1("impact_table", (slf,))
+    }
+
+    /// The motion over time as an xarray.Dataset.
+    ///
+    /// t : (k,) s of the run. None: a thousand times as those of `sample`, the times of all impacts, and the starts and ends of all
+    /// phases. At the time of an event the values are those after it.
+    ///
+    /// Variables over time: q, qdot (coordinate: x, y, theta), gaps, rates and mode (contact, from 1; mode is the letter of `phases`),
+    /// points (contact, axis: x, y), forces (contact, direction: tangential, normal). Attributes: units and long_name of each variable;
+    /// outcome, model, model_reason, posture and the version of standfast of the dataset. NaN as in `at`, `points_at` and `forces_at`.
+    /// Needs xarray: the extra `map`. Raises ValueError as `at`.
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    /// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
+    /// >>> run.to_xarray([0.0, run.time]).forces.sel(direction="normal").values
+    /// array([[0.   , 0.   ],
+    ///        [4.905, 4.905]])
+    #[pyo3(signature = (t=None))]
+    fn to_xarray<'py>(
+        slf: &Bound<'py, Self>,
+        t: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.series")?.call_method1("to_xarray", (slf, t))
+    }
+
+    /// Writes the run to a file that `load` reads: JSON, as `to_json`.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.to_json(py, path)
+    }
+
+    /// Reads a file of `save` or `to_json`: simulates the run again, with the start and the options of the file, and compares the result
+    /// with every number of the file, to the last bit.
+    ///
+    /// Raises OSError if the file cannot be read, and ValueError naming the file and what is wrong in it, or the first value in which the
+    /// run differs from it. Another version of standfast may compute other last digits.
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        stopped(py, |cancel| Trajectory::load_until(path, cancel))
+    }
+
     /// Writes the run as JSON.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.0.to_json().into_bytes())

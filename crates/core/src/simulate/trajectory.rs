@@ -4,14 +4,17 @@ use std::sync::OnceLock;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::Value;
 
 use crate::body::contact::PerContact;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::advance;
-use crate::error::Error;
+use crate::error::{Error, quoted};
 use crate::excitation::{Excitation, GroundMotion, Kick};
+use crate::file::read::{in_file, read_whole};
+use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -23,7 +26,7 @@ use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
 };
-use crate::simulate::{simulate_excited, simulate_local};
+use crate::simulate::{simulate_excited_until, simulate_local_until};
 use crate::sustained::BodyState;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
@@ -49,8 +52,8 @@ struct Expanded {
 /// A run: its outcome, its events, and the motion at any time of it.
 ///
 /// Serde writes it in the form of [`to_json`](Self::to_json). To read it, the run is simulated again from the same start, which
-/// gives the same run to the last bit. The outcome, the final state and the number of collisions are compared with the file; a
-/// file from another version of this crate may therefore be refused. Only self-describing formats such as JSON can hold it.
+/// gives the same run to the last bit. Every number of the file is compared with it; a file from another version of this crate may
+/// therefore be refused. Only self-describing formats such as JSON can hold it.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     record: Box<Record>,
@@ -105,7 +108,7 @@ enum WrittenStart {
     Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
 }
 
-/// The fields of a run that are read: those that define it, and those that are compared.
+/// The fields of a run that are read: those that define it, and the others, which are compared.
 #[derive(Deserialize)]
 struct Question {
     posture: Option<Posture>,
@@ -116,13 +119,69 @@ struct Question {
     kicks: Vec<Kick>,
     #[serde(default)]
     ground_motion: Option<GroundMotion>,
-    outcome: Outcome,
-    elapsed: f64,
-    q: Option<[f64; 3]>,
-    qdot: Option<[f64; 3]>,
-    theta: f64,
-    omega: f64,
-    collisions: usize,
+    #[serde(flatten)]
+    results: serde_json::Map<String, Value>,
+}
+
+/// Results that are sentences. They may be worded differently in another version.
+const SENTENCES: [&str; 2] = ["model_reason", "warnings"];
+
+impl Question {
+    /// Simulates the run again and compares it with what the file says. `None` if it was cancelled.
+    fn answer(self, cancel: &dyn Fn() -> bool) -> Result<Option<Trajectory>, Error> {
+        let run = match (&self.posture, &self.local_model, self.start) {
+            (Some(posture), None, WrittenStart::Body(start)) => {
+                let excitation =
+                    Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
+                simulate_excited_until(posture, &start, &self.options, &excitation, cancel)?
+            }
+            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
+                simulate_local_until(model, gaps, rates, theta, omega, &self.options, cancel)?
+            }
+            _ => {
+                return Err(Error::Unusable {
+                    field: "start".into(),
+                    value: "given".into(),
+                    allowed: "q and qdot with a posture, or gaps, rates, theta and omega with a local_model".into(),
+                });
+            }
+        };
+        let Some(run) = run else { return Ok(None) };
+        let made = serde_json::to_value(run.written());
+        let made = made.unwrap_or_else(|e| unreachable!("a run is JSON: {e}"));
+        let numbers =
+            self.results.into_iter().filter(|(key, _)| !SENTENCES.contains(&key.as_str()));
+        match difference(&made, &Value::Object(numbers.collect()), "") {
+            Some((field, made, read)) => Err(Error::Unusable {
+                field,
+                value: read,
+                allowed: format!(
+                    "the run from this start has {made}; the file was changed, or written by another version"
+                ),
+            }),
+            None => Ok(Some(run)),
+        }
+    }
+}
+
+/// The first value of a file that differs from the run: its path, the value of the run, and that of the file.
+fn difference(made: &Value, read: &Value, path: &str) -> Option<(String, String, String)> {
+    let at = |key: &str| if path.is_empty() { key.into() } else { format!("{path}.{key}") };
+    match (made, read) {
+        (Value::Object(made), Value::Object(read)) => read.iter().find_map(|(key, value)| {
+            difference(made.get(key).unwrap_or(&Value::Null), value, &at(key))
+        }),
+        (Value::Array(made), Value::Array(read)) => {
+            let mut pairs = made.iter().zip(read).enumerate();
+            pairs
+                .find_map(|(k, (made, read))| difference(made, read, &at(&(k + 1).to_string())))
+                .or_else(|| {
+                    let entries = |list: &[Value]| format!("{} entries", list.len());
+                    (made.len() != read.len()).then(|| (path.into(), entries(made), entries(read)))
+                })
+        }
+        _ => (made != read).then(|| (path.into(), made.to_string(), read.to_string())),
+    }
 }
 
 /// The state at `t`, within a sum, cannot be computed.
@@ -645,6 +704,37 @@ impl Trajectory {
         crate::file::write::write_whole(path.as_ref(), self.to_json().as_bytes())
     }
 
+    /// Reads a file of [`save`](Self::save) and simulates the run again, with the same start and options. Every number of the file is
+    /// compared with the run, to the last bit.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if the file cannot be read; [`Error::File`] if it does not hold a run, or if the run differs from it: the error names
+    /// the first value that does. A file of another version of this crate may differ.
+    pub fn load(path: impl AsRef<std::path::Path>) -> Result<Self, Error> {
+        Self::load_until(path, &|| false)
+            .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
+    }
+
+    /// As [`load`](Self::load). `cancel` is called from time to time; once it returns true, the result is `None`.
+    ///
+    /// # Errors
+    ///
+    /// As [`load`](Self::load).
+    pub fn load_until(
+        path: impl AsRef<std::path::Path>,
+        cancel: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, Error> {
+        let path = path.as_ref();
+        let problem = |problem: String| Error::File { path: quoted(path), problem, error: None };
+        let bytes = read_whole(path, "file of a run", None)?;
+        let text = String::from_utf8(bytes);
+        let text = text.map_err(|e| problem(format!("is no UTF-8 text: {}", e.utf8_error())))?;
+        let question = Format::Json.read::<Question>(&text);
+        let question = question.map_err(|e| in_file(path, "holds no run: ", e))?;
+        question.answer(cancel).map_err(|e| in_file(path, "", e))
+    }
+
     fn count(&self) -> usize {
         self.record.base.count
     }
@@ -728,40 +818,8 @@ impl Serialize for Trajectory {
 
 impl<'de> Deserialize<'de> for Trajectory {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let asked = Question::deserialize(deserializer)?;
-        let run = match (&asked.posture, &asked.local_model, asked.start) {
-            (Some(posture), None, WrittenStart::Body(start)) => {
-                let excitation =
-                    Excitation { kicks: asked.kicks, ground_motion: asked.ground_motion };
-                simulate_excited(posture, &start, &asked.options, &excitation)
-            }
-            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
-                simulate_local(model, gaps, rates, theta, omega, &asked.options)
-            }
-            _ => {
-                return Err(D::Error::custom(
-                    "a run has a posture and starts with q and qdot, or it has a local_model and starts with gaps, rates, theta and omega",
-                ));
-            }
-        }
-        .map_err(D::Error::custom)?;
-        let made = run.written();
-        let same = (made.outcome, made.elapsed, made.q, made.qdot)
-            == (asked.outcome, asked.elapsed, asked.q, asked.qdot)
-            && (made.theta, made.omega, made.collisions)
-                == (asked.theta, asked.omega, asked.collisions);
-        if same {
-            Ok(run)
-        } else {
-            Err(D::Error::custom(format!(
-                "does not match its start, which leads to {} after {:?} s and {} collisions, the file says {} after {:?} s and {} collisions; it was changed, or written by another version",
-                made.outcome.as_str(),
-                made.elapsed,
-                made.collisions,
-                asked.outcome.as_str(),
-                asked.elapsed,
-                asked.collisions,
-            )))
-        }
+        let run = Question::deserialize(deserializer)?.answer(&|| false);
+        let run = run.map_err(D::Error::custom)?;
+        Ok(run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
     }
 }

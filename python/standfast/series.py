@@ -1,0 +1,106 @@
+"""Runs as tables: the motion over time as an xarray.Dataset, and the impacts as columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast import _core
+from standfast._core import Run
+
+if TYPE_CHECKING:
+    import xarray
+
+#: Number of times of a dataset besides the events.
+SAMPLES = 1000
+
+
+def impact_table(run: Run) -> dict[str, npt.NDArray[Any]]:
+    """The impacts of a run as one-dimensional columns; see `Run.impact_table`."""
+    hits = run.impacts
+    hit = np.arange(len(hits)), hits["index"]
+    columns = {name: hits[name] for name in ("time", "elapsed", "contact")}
+    columns |= {
+        f"rate_{when}": hits[f"rates_{when}"][hit] for when in ("before", "after")
+    }
+    for k, name in enumerate(("tangential", "normal")):
+        columns[f"impulse_{name}"] = hits["impulse"][:, k]
+    return {name: column.copy() for name, column in columns.items()}
+
+
+def _times(run: Run) -> npt.NDArray[np.float64]:
+    bounds = [t for phase in run.phases for t in (phase.start, phase.end)]
+    return np.unique(
+        np.concatenate([run.sample(SAMPLES)[0], run.impacts["time"], bounds])
+    )
+
+
+def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
+    """The motion of a run over time; see `Run.to_xarray`."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError(
+            "to_xarray needs xarray: pip install 'standfast[map]'"
+        ) from error
+    times = np.asanyarray(_times(run) if t is None else t)
+    if times.ndim != 1:
+        raise ValueError(
+            f"t = array of shape {times.shape} cannot be used: times in one dimension are allowed"
+        )
+    q, qdot = run.at(times)
+    gaps, rates = run.gaps_at(times)
+    starts = [phase.start for phase in run.phases]
+    letters = np.array([list(phase.mode) for phase in run.phases])
+    mode = letters[np.searchsorted(starts, times, side="right") - 1]
+    variables = {
+        "q": (
+            "coordinate",
+            q,
+            "displacement of the centre of mass, rotation",
+            "m, m, rad",
+        ),
+        "qdot": ("coordinate", qdot, "velocity", "m/s, m/s, rad/s"),
+        "gaps": ("contact", gaps, "gap", "m"),
+        "rates": ("contact", rates, "gap rate", "m/s"),
+        "points": (
+            "contact axis",
+            run.points_at(times),
+            "position of the contact point",
+            "m",
+        ),
+        "forces": ("contact direction", run.forces_at(times), "contact force", "N"),
+        "mode": (
+            "contact",
+            mode,
+            "contact mode: S separate, F fixed, R or L sliding right or left",
+            None,
+        ),
+    }
+    about = {
+        "outcome": run.outcome,
+        "model": run.model,
+        "model_reason": run.model_reason,
+        "posture": repr(run.posture),
+        "standfast": _core.__version__,
+    }
+    return xarray.Dataset(
+        {
+            name: (["time", *dimensions.split()], values, _attributes(text, unit))
+            for name, (dimensions, values, text, unit) in variables.items()
+        },
+        {
+            "time": ("time", times, _attributes("time on the clock", "s")),
+            "coordinate": ["x", "y", "theta"],
+            "contact": np.arange(1, gaps.shape[1] + 1),
+            "axis": ["x", "y"],
+            "direction": ["tangential", "normal"],
+        },
+        about,
+    )
+
+
+def _attributes(text: str, unit: str | None) -> dict[str, str]:
+    return {"long_name": text} | ({"units": unit} if unit else {})
