@@ -61,7 +61,8 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 app.register_install_completion_command(
-    help="Install completion of commands and options for the shell in use; see --install-completion --help."
+    help="Install the completion of commands and options for bash, zsh, fish or PowerShell. This adds a line to the start file of"
+    " the shell."
 )
 
 
@@ -73,9 +74,15 @@ def _path(_: object, tokens: Sequence[Token]) -> Path:
 
 
 def _output(hint: object, tokens: Sequence[Token]) -> Path:
-    """As `_path`; "-" is standard output, and "./-" a file of that name."""
-    path = _path(hint, tokens)
-    return path.absolute() if path == STDOUT and tokens[0].value != "-" else path
+    """As `_path`; "-" is standard output, and "./-" a file of that name. A forgotten path must not make a path of the next option."""
+    path, text = _path(hint, tokens), tokens[0].value
+    if text != "-" and text.startswith("-"):
+        raise ValueError(f"{text} is an option; a path is needed, or -")
+    return path.absolute() if path == STDOUT and text != "-" else path
+
+
+#: The option --json.
+_JSON = Parameter(negative=(), converter=_output, allow_leading_hyphen=True)
 
 
 def _whole(_: object, tokens: Sequence[Token]) -> int:
@@ -90,7 +97,7 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
 def run(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: Annotated[Path | None, _JSON] = None,
     plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Simulate a scene and print a report of the run.
@@ -121,7 +128,7 @@ def run(
 def modes(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: Annotated[Path | None, _JSON] = None,
 ) -> None:
     """Print the contact modes that Coulomb's law allows at the start of a scene.
 
@@ -149,7 +156,7 @@ def stability(
     *,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
-    json: Annotated[Path | None, Parameter(negative=(), converter=_output)] = None,
+    json: Annotated[Path | None, _JSON] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, with the reason.
 
@@ -292,6 +299,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
     except KeyboardInterrupt:
         return _complain("interrupted", 130)
+    except SystemExit:
+        # --install-completion does not know the shell, and has said so.
+        return 2
     except BrokenPipeError:
         # The reader has closed the pipe, as in `standfast ... | head`.
         return 1

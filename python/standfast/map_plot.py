@@ -140,7 +140,7 @@ class Style:
                     raise ValueError(
                         f"{field} = {{{key!r}: ...}} cannot be used: the names in this dataset are {', '.join(sorted(known))}"
                     )
-        for word in words:
+        for word in sorted(words | (set(colors) - set(names))):
             color = colors.get(word, COLORS.get(word))
             if not is_color_like(color):
                 raise ValueError(

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from standfast import _core
 from standfast._core import Posture, Sweep, write_whole
+from standfast.suggest import keywords, nearest
 
 if TYPE_CHECKING:
     import xarray
@@ -139,7 +140,7 @@ def sweep(
     if unknown:
         raise TypeError(
             f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep; those of simulate are"
-            f" {', '.join(sorted(OPTIONS))}"
+            f" {', '.join(sorted(OPTIONS))}{nearest(unknown[0], [*keywords('sweep'), *OPTIONS])}"
         )
     if not (
         cache is None or (isinstance(cache, str | os.PathLike) and os.fspath(cache))

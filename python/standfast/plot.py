@@ -67,13 +67,15 @@ LABELS = 0.9
 FOLLOWED = 1e-3
 
 
-class Picture(Figure):
-    """A figure that is not managed by pyplot. A notebook shows it where it is the value of a cell, and only there."""
+def _png(figure: Figure) -> bytes:
+    picture = BytesIO()
+    figure.savefig(picture, format="png")
+    return picture.getvalue()
 
-    def _repr_png_(self) -> bytes:
-        picture = BytesIO()
-        self.savefig(picture, format="png")
-        return picture.getvalue()
+
+#: A figure that is not managed by pyplot. A notebook shows it where it is the value of a cell, and only there. (A class statement would
+#: get a method `set` from matplotlib that stubtest refuses.)
+Picture: type[Figure] = type("Picture", (Figure,), {"_repr_png_": _png})
 
 
 def axes_or_none(ax: object) -> Axes | None:

@@ -18,40 +18,31 @@ def keywords(function: str) -> list[str]:
     return [name for name in parameters if name not in ("self", "options")]
 
 
-def options() -> list[str]:
-    """The options of a run: the keywords of `simulate` that may be given by name only."""
-    parameters = inspect.signature(standfast.simulate).parameters.values()
-    return [p.name for p in parameters if p.kind is inspect.Parameter.KEYWORD_ONLY]
-
-
 def nearest(name: str, names: Iterable[str]) -> str:
     """A question for the nearest name; empty if none is near.
 
     >>> nearest("modle", ["impact", "model"]), nearest("colour", ["impact", "model"])
-    (" Did you mean 'model'?", '')
+    ("; did you mean 'model'?", '')
     """
-    return "".join(
-        f" Did you mean {near!r}?" for near in get_close_matches(name, names, 1)
-    )
+    near = get_close_matches(name, list(names), 1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
-def unexpected(function: str, name: str, names: Iterable[str] = ()) -> str:
-    """The message for a keyword that a function does not have. `names`: keywords that its signature does not list.
+def unexpected(function: str, name: str) -> str:
+    """The message for a keyword that a function does not have.
 
     >>> unexpected("Contact", "slop")
-    "Contact() got an unexpected keyword argument 'slop'. Did you mean 'slope'?"
+    "Contact() got an unexpected keyword argument 'slop'; did you mean 'slope'?"
     """
-    known = [*keywords(function), *names]
-    return f"{function}() got an unexpected keyword argument {name!r}.{nearest(name, known)}"
+    meant = nearest(name, keywords(function))
+    return f"{function}() got an unexpected keyword argument {name!r}{meant}"
 
 
 def no_option(name: str) -> str:
-    """What is allowed instead of an unknown option of a run.
+    """What is allowed instead of an unknown option of a run: the keywords of `simulate` after the posture and the start.
 
-    >>> no_option("modle")[:62]
-    "Did you mean 'model'? The options of simulate are model, impac"
+    >>> no_option("modle")
+    "the options of simulate are model, impact, ..., certify; did you mean 'model'?"
     """
-    known = options()
-    return (
-        f"{nearest(name, known)} The options of simulate are {', '.join(known)}".strip()
-    )
+    _, _, _, *options = keywords("simulate")
+    return f"the options of simulate are {', '.join(options)}{nearest(name, options)}"

@@ -250,7 +250,7 @@ def test_the_legend_is_inside_the_figure(number, restitution):
     xs = [k / 10 - number / 20 for k in range(number)]
     posture = body(xs, restitution, 1.0, gyration_radius=2.0)
     figure = drop(posture, 0.001, event_limit=100).plot()
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     over, below = figure.axes[0], figure.axes[-1]
     for axes in (over, below):
         box = axes.get_legend().get_window_extent()
@@ -292,7 +292,7 @@ def surfaces(axes):
 )
 def test_a_ladder_fills_its_panel(run):
     figure = run().plot()
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     axes = figure.axes[-1]
     view, shown = spans(axes)
     assert shown[1] > 0.75 * view[1]

@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 import standfast as sf
-from standfast.cli import decimal, main
+from cyclopts.completion import ShellDetectionError
+from standfast.cli import EXIT_CODES, decimal, main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROD = EXAMPLES / "clattering_rod.toml"
@@ -104,6 +105,84 @@ def test_outputs_are_written(tmp_path, capsys):
     assert run == sf.load(ROD).simulate().to_dict()
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run.png"]
+
+
+@pytest.mark.parametrize("command", ["run", "modes", "stability"])
+def test_json_alone_on_standard_output(tmp_path, capsys, command):
+    path = scene(tmp_path, old="q = [0.0, 0.011, 0.0020000013333357335]", new="")
+    loaded = sf.load(path)
+    result = {
+        "run": lambda: loaded.simulate(),
+        "modes": lambda: sf.contact_modes(loaded.posture),
+        "stability": lambda: sf.stability(loaded.posture),
+    }[command]().to_dict()
+    assert main([command, str(path)]) == 0
+    report = capsys.readouterr().out
+    assert main([command, str(path), "--json", "-"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out) == result
+    assert captured.err == report
+    out = tmp_path / "result.json"
+    assert main([command, str(path), "--json", str(out)]) == 0
+    assert json.loads(out.read_text(encoding="utf-8")) == result
+    assert capsys.readouterr().out == f"{report}wrote {out}\n"
+
+
+def test_no_other_text_beside_the_json(tmp_path):
+    done = command("run", ROD, "--json", "-", "--plot", "run.png", cwd=tmp_path)
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["outcome"] == "rest"
+    assert done.stderr.endswith(b"wrote run.png\n")
+    closed = command("run", ROD, "--json", "-", preexec_fn=lambda: os.close(2))
+    assert json.loads(closed.stdout)["outcome"] == "rest"
+    # A file of this name.
+    done = command("run", ROD, "--json", "./-", cwd=tmp_path)
+    assert json.loads((tmp_path / "-").read_bytes())["outcome"] == "rest"
+    assert b"clattering_rod.toml" in done.stdout
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["modes"], ["map"], ["stability"]])
+def test_help_has_the_exit_codes(capsys, command):
+    assert main([*command, "--help"]) == 0
+    told = capsys.readouterr().out
+    for code in (0, 1, 2, 130):
+        assert f"\n  {code}: " in told
+
+
+def test_the_exit_codes_are_in_the_readme():
+    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    for line in EXIT_CODES.splitlines()[1:]:
+        code, meaning = line.strip().rstrip(".").split(": ")
+        assert f"{code} ({meaning})" in " ".join(readme.split())
+
+
+def test_completion_is_installed(tmp_path):
+    script = tmp_path / "standfast.bash"
+    home = {**os.environ, "HOME": str(tmp_path)}
+    done = command("--install-completion", "--shell=bash", "--output", script, env=home)
+    assert done.returncode == 0
+    assert str(script) in (tmp_path / ".bashrc").read_text(encoding="utf-8")
+    for words, expected in [("standfast ma", "map"), ("standfast run --j", "--json")]:
+        *before, last = words.split()
+        asked = f"""
+            . {script}
+            COMP_WORDS=({words}) COMP_CWORD={len(before)}
+            _standfast standfast '{last}' '{before[-1]}'
+            echo "${{COMPREPLY[*]}}"
+        """
+        said = subprocess.run(
+            ["bash", "-c", asked], env=home, capture_output=True, text=True, check=True
+        )
+        assert said.stdout.strip() == expected
+
+
+def test_completion_for_an_unknown_shell(capsys, monkeypatch):
+    def unknown():
+        raise ShellDetectionError
+
+    monkeypatch.setattr("cyclopts.completion.detect.detect_shell", unknown)
+    assert main(["--install-completion"]) == 2
+    assert "specify --shell" in capsys.readouterr().err
 
 
 def test_a_device_that_fails_is_named():

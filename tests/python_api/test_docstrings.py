@@ -13,6 +13,7 @@ import standfast.cli
 import standfast.map_plot
 import standfast.maps
 import standfast.plot
+import standfast.suggest
 import standfast.table
 from standfast.cli import main
 
@@ -52,6 +53,7 @@ def run_text(text, name):
         standfast.map_plot,
         standfast.maps,
         standfast.plot,
+        standfast.suggest,
         standfast.table,
     ],
     ids=lambda m: m.__name__,

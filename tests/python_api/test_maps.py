@@ -10,14 +10,20 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from itertools import combinations
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import standfast as sf
 import xarray
+from drawn import visible_texts
+from matplotlib.colors import to_rgb, to_rgba
+from matplotlib.figure import Figure
 from standfast._core import Sweep
 from standfast.cli import main
+from standfast.map_plot import COLORS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FIELDS = [
@@ -225,10 +231,37 @@ def test_the_dataset_says_what_it_is():
     assert grid["clattering_margin"].dtype == np.float64
     np.testing.assert_array_equal(grid["center_of_mass.x"], PLACES["center_of_mass.x"])
     assert grid["center_of_mass.x"].attrs["units"] == "m"
-    assert grid["stability"].attrs["words"] == ["stable", "unstable", "undecided"]
+    assert grid["stability"].attrs == {"long_name": "frictional stability"}
     assert grid.attrs["posture"] == repr(VEE)
     three = sf.sweep(VEE, {"friction": [0.1, 0.2], **PLACES}, "theorem_3")
     assert three["theorem_3"].shape == (2, 14, 23)
+
+
+def test_words_have_codes(tmp_path):
+    """Numbers of the words as the conventions CF have them: xarray draws them, and NetCDF keeps them."""
+    grid = sf.sweep(VEE, PLACES, ["stability", "by", "equilibrium"])
+    assert set(grid) == {"stability", "stability_code", "by", "by_code", "equilibrium"}
+    for name in ("stability", "by"):
+        codes = grid[f"{name}_code"]
+        values, words = codes.flag_values, codes.flag_meanings.split(" ")
+        assert codes.dtype == values.dtype == np.int8
+        meanings = dict(zip(values.tolist(), words, strict=True))
+        found = np.vectorize(meanings.get)(codes.values)
+        np.testing.assert_array_equal(found, grid[name].values)
+        assert codes.dims == grid[name].dims
+    assert grid["stability_code"].long_name == (
+        "frictional stability: 0=stable, 1=unstable, 2=undecided"
+    )
+    for name in ("stability_code", "equilibrium"):
+        figure = Figure()
+        grid[name].plot(ax=figure.subplots())
+        figure.draw_without_rendering()
+    line = sf.sweep(VEE, {"friction": [0.1, 0.5, 0.9]})
+    (drawn,) = line["stability_code"].plot(ax=Figure().subplots())
+    np.testing.assert_array_equal(drawn.get_ydata(), line["stability_code"])
+    grid.to_netcdf(tmp_path / "map.nc")
+    with xarray.open_dataset(tmp_path / "map.nc") as read:
+        assert read.load().identical(grid)
 
 
 def test_values_are_of_any_kind():
@@ -572,15 +605,15 @@ def test_a_bar_only_if_asked(capsys):
     ["stability", "by", "kinematic_margin", "clattering", "equilibrium_margin"],
 )
 def test_a_map_is_drawn(quantity, tmp_path):
-    from standfast.map_plot import draw
-
     path = tmp_path / "map.png"
-    figure = draw(sf.sweep(VEE, PLACES, quantity), path, posture=VEE)
+    figure = sf.plot_map(sf.sweep(VEE, PLACES, quantity), posture=VEE)
+    figure.savefig(path)
     assert path.read_bytes().startswith(b"\x89PNG")
+    assert figure.get_figwidth() == 3.4
     axes = figure.axes[0]
     assert axes.get_xlabel() == "centre of mass x / m"
     assert axes.get_ylabel() == "centre of mass y / m"
-    line = draw(sf.sweep(VEE, {"restitution": [0.1, 0.2, 0.3]}, quantity), path)
+    line = sf.plot_map(sf.sweep(VEE, {"restitution": [0.1, 0.2, 0.3]}, quantity))
     (mesh,) = line.axes[0].collections or [None]
     if mesh is not None:  # an area of visible size
         low, high = mesh.get_coordinates()[[0, -1], 0, 1]
@@ -590,15 +623,154 @@ def test_a_map_is_drawn(quantity, tmp_path):
         assert words == ["stable", "unstable", "undecided"]
 
 
-def test_every_word_has_a_color():
-    from standfast.map_plot import COLORS
+def overlaps(figure):
+    """Pairs of texts that overlap, and texts that leave the figure."""
+    figure.draw_without_rendering()
+    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
+    inside = figure.bbox.padded(1.0)
+    for text, box in boxes:
+        if box.x0 < inside.x0 or box.x1 > inside.x1 or box.y1 > inside.y1:
+            yield text, "the edge"
+    for (one, box), (other, second) in combinations(boxes, 2):
+        if box.padded(-1.0).overlaps(second.padded(-1.0)):
+            yield one, other
 
+
+@pytest.mark.parametrize("given", [False, True], ids=["figure", "axes"])
+@pytest.mark.parametrize("over", [PLACES, {"friction": np.linspace(0, 1, 9)}])
+@pytest.mark.parametrize("quantity", ["by", "theorem_3", "kinematic_margin", "energy"])
+def test_a_map_is_readable_in_one_column(quantity, over, given):
+    grid = sf.sweep(VEE, over, quantity)
+    if given:
+        figure = Figure(figsize=(3.4, 3.6), layout="constrained")
+        axes = figure.subplots()
+        assert sf.plot_map(grid, axes) is axes
+    else:
+        figure = sf.plot_map(grid)
+    assert list(overlaps(figure)) == []
+    texts = [text.get_fontsize() for text in visible_texts(figure)]
+    assert min(texts) >= 8.0
+
+
+def test_maps_side_by_side():
+    figure = sf.plot_map(sf.sweep(VEE, PLACES, ["by", "coupling", "theorem_3"]))
+    assert len([axes for axes in figure.axes if axes.get_xlabel()]) == 3
+    assert figure.get_figwidth() == 6.8
+    assert list(overlaps(figure)) == []
+
+
+def test_no_figure_is_left_open():
+    """A figure that pyplot knows would be shown twice in a notebook."""
+    figure = sf.plot_map(sf.sweep(VEE, PLACES, "coupling"))
+    assert plt.get_fignums() == []
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_colors_and_labels_of_the_caller():
+    grid = sf.sweep(VEE, PLACES, ["stability", "coupling"])
+    labels = {"stable": "safe", "stability": "Is it safe?", "center_of_mass.x": "x"}
+    figure = sf.plot_map(grid, None, {"stable": "teal", "coupling": "magma"}, labels)
+    words, numbers = figure.axes[:2]
+    legend = words.get_legend()
+    assert legend.get_title().get_text() == "Is it safe?"
+    assert legend.get_texts()[0].get_text().startswith("safe  ")
+    assert legend.get_patches()[0].get_facecolor() == to_rgba("teal")
+    assert words.get_xlabel() == "x"
+    assert words.get_ylabel() == "centre of mass y / m"
+    assert numbers.collections[0].get_cmap().name == "magma"
+    # Words of the caller's own.
+    sides = np.where(grid["center_of_mass.x"] < 0, "left", "right")
+    own = xarray.Dataset(
+        {"side": ("center_of_mass.x", sides)},
+        {"center_of_mass.x": PLACES["center_of_mass.x"]},
+    )
+    drawn = sf.plot_map(own, colors={"left": "red", "right": "blue"})
+    texts = drawn.axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in texts] == ["left  50.0 %", "right  50.0 %"]
+    with pytest.raises(ValueError, match=r"colors\['left'\] = None cannot be used"):
+        sf.plot_map(own, colors={"right": "blue"})
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "said"),
+    [
+        ({"dataset": 3}, TypeError, "dataset = 3 cannot be used: a Dataset of sweep"),
+        ({"ax": 3}, TypeError, "ax = 3 cannot be used: None or matplotlib axes"),
+        ({"ax": True}, ValueError, r"quantities by, coupling: .*dataset\[\['by'\]\]"),
+        ({"colors": ["red"]}, TypeError, r"colors = \['red'\] cannot be used"),
+        ({"labels": "x"}, TypeError, "labels = 'x' cannot be used"),
+        ({"colors": {"stabel": "red"}}, ValueError, "'stabel'.*theorem-3"),
+        ({"labels": {"mas": "x"}}, ValueError, "'mas'.*coupling.*friction.*mass"),
+        ({"colors": {"theorem-3": "rde"}}, ValueError, "'rde' cannot be used"),
+        ({"posture": 3}, TypeError, "posture = 3 cannot be used"),
+    ],
+)
+def test_wrong_arguments_of_a_picture(change, error, said):
+    over = {"mass": [1.0, 2.0], "friction": [0.1, 0.5, 0.9]}
+    grid = sf.sweep(VEE, over, ["by", "coupling"])
+    if change.get("ax") is True:
+        change = {"ax": Figure().subplots()}
+    with pytest.raises(error, match=said):
+        sf.plot_map(**{"dataset": grid, **change})
+    assert plt.get_fignums() == []
+
+
+def test_every_word_has_a_color():
     question = Sweep(
         VEE, [("mass", [1.0])], ["stability", "by", "fate"], (0, 0, 0), (0, 0, 0)
     )
     for words in question.words:
         assert set(words) <= set(COLORS)
         assert len({COLORS[word] for word in words}) == len(words)
+
+
+#: The linear RGB colours that people without one kind of cone see: Machado, Oliveira and Fernandes (2009), severity 1.
+CONES = {
+    "all": np.eye(3),
+    "no long": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "no middle": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "no short": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+#: From linear RGB to XYZ, relative to the white of sRGB.
+TO_XYZ = np.array(
+    [
+        [0.4124564, 0.3575761, 0.1804375],
+        [0.2126729, 0.7151522, 0.0721750],
+        [0.0193339, 0.1191920, 0.9503041],
+    ]
+)
+
+
+def seen(color, cones):
+    """The colour in CIELAB as it is seen with these cones; in CIELAB a distance of 2.3 is just visible."""
+    rgb = np.array(to_rgb(color))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = TO_XYZ @ np.clip(np.array(cones) @ linear, 0, 1) / TO_XYZ.sum(axis=1)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("cones", CONES)
+def test_colors_differ_with_every_kind_of_vision(cones):
+    question = Sweep(
+        VEE, [("mass", [1.0])], ["stability", "by", "fate"], (0, 0, 0), (0, 0, 0)
+    )
+    for words in (*question.words, ["yes", "no"]):
+        for one, other in combinations([COLORS[word] for word in words], 2):
+            away = seen(one, CONES[cones]) - seen(other, CONES[cones])
+            assert np.linalg.norm(away) > 15.0, (one, other)
 
 
 def scene(tmp_path):
@@ -645,6 +817,19 @@ def test_map_on_the_command_line(tmp_path, capsys):
     ]
     assert main(fate) == 0
     assert "outcome of the run" in capsys.readouterr().out
+
+
+def test_a_map_as_netcdf(tmp_path, capsys, monkeypatch):
+    path, out = scene(tmp_path), tmp_path / "map.nc"
+    asked = ["map", str(path), "--over", "mass=1:2:3", "--quantity", "by"]
+    assert main([*asked, "--netcdf", str(out)]) == 0
+    assert capsys.readouterr().out.endswith(f"wrote {out}\n")
+    grid = sf.sweep(sf.load(path).posture, {"mass": [1.0, 1.5, 2.0]}, "by")
+    with xarray.open_dataset(out) as read:
+        assert read.load().identical(grid)
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    assert main([*asked, "--netcdf", str(out)]) == 2
+    assert "--netcdf needs scipy: pip install scipy" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ IN_TOML = [
     ('model = "full"', "event_limit = 99999999999999999999999", "line 15, column 15, run.event_limit: invalid type: integer `99999999999999999999999`, expected an integer >= 0"),
     # Wrong kinds of values.
     ("mass = 1.0", "mass = '1'", 'line 4, column 8, body.mass: invalid type: string "1", expected a number'),
-    ('model = "full"', 'model = "ful"', "line 15, column 9, run.model: unknown variant `ful`, expected one of `auto`, `local`, `full`"),
+    ('model = "full"', 'model = "ful"', "line 15, column 9, run.model: unknown variant `ful`, expected one of `auto`, `local`, `full`; did you mean `full`?"),
     ('model = "full"', "model = { full = 1 }", "line 15, column 9, run.model: invalid type: table, expected a string"),
     ('model = "full"', "time_limit = { inf = 1 }", 'line 15, column 14, run.time_limit: a number, "inf" or "-inf" is needed'),
     (BODY, "body = [1.0, 0.2, [0.0, 0.0]]", "line 3, column 8, body: invalid type: array, expected a table"),
@@ -68,6 +68,10 @@ IN_TOML = [
     # Missing, unknown and duplicate fields.
     ("mass = 1.0\n", "", "line 3, column 1, body: missing field `mass`"),
     ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`"),
+    ("mass = 1.0", "mas = 1.0", "line 4, column 1, body.mas: unknown field `mas`, expected one of `mass`, `gyration_radius`, `center_of_mass`; did you mean `mass`?"),
+    (BOTH, BOTH.replace("[[contact]]", "[[contacts]]"), "line 7, column 3, contacts: unknown field `contacts`, expected one of `gravity`, `restitution`, `terrain`, `body`, `contact`, `start`, `run`; did you mean `[[contact]]`?"),
+    ("slope = 0.0", "slop = 0.0", "line 11, column 1, contact.2.slop: unknown field `slop`, expected one of `point`, `slope`, `friction`, `restitution`, `tangential_restitution`, `segment`; did you mean `slope`?"),
+    ("slope = 0.0", "slope = 30.0", "line 11, column 9: contact.2.slope = 30.0 cannot be used: an angle in rad is needed; did you mean math.radians(30) = 0.5235987755982988?"),
     ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
     (TOML, "", "is empty"),
     ("gravity = 9.81", "gravity = 9.81\nterrain = []", "line 2, column 11, terrain: invalid length 0, expected 2 to 1024 vertices"),
@@ -84,6 +88,7 @@ IN_JSON = [
     ('"full"', "null", "line 8, column 18, run.model: invalid type: null, expected a string"),
     ('"full"', '{"full": null}', "line 8, column 18, run.model: invalid type: table, expected a string"),
     ('"model": "full"', '"event_limit": -1', "line 8, column 24, run.event_limit: invalid value: integer `-1`, expected an integer >= 0"),
+    ('"contact"', '"contacts"', "line 3, column 13, contacts: unknown field `contacts`, expected one of `gravity`, `restitution`, `terrain`, `body`, `contact`, `start`, `run`; did you mean `contact`?"),
     ('{"model": "full"}', '["full"]', "line 8, column 8, run: invalid type: array, expected a table"),
     ('{"point": [0.5, 0.0], "slope": 0.0}', "[[0.5, 0.0]]", "line 5, column 1, contact.2: invalid type: array, expected a table"),
     (JSON, "[9.81, 0.1]", "line 1, column 1: invalid type: array, expected a table"),
@@ -144,6 +149,12 @@ IN_PYTHON = [
     (lambda: body(terrain=[(-1, 0), (1, 0), (2, 1e20)]), ValueError, "terrain.3.y = 1e20 after 0.0 cannot be used: terrain that is not as steep as a wall, to the last bit"),
     (lambda: sf.Contact((0, 0), tangential_restitution=1), ValueError, "tangential_restitution = 1.0 is outside its range: 0 <= tangential_restitution < 1"),
     (lambda: sf.Contact((0, 0), slope=2), ValueError, "slope = 2.0 is outside its range: |slope| < pi/2, so that the normal points up"),
+    (lambda: sf.Contact((0, 0), slope=30), ValueError, "slope = 30.0 cannot be used: an angle in rad is needed; did you mean math.radians(30) = 0.5235987755982988?"),
+    (lambda: sf.Contact((0, 0), slope=-100.5), ValueError, "slope = -100.5 cannot be used: an angle in rad is needed; did you mean math.radians(-100.5) = -1.7540558982543013?"),
+    (lambda: sf.Contact((0, 0), slop=0.1), TypeError, "Contact() got an unexpected keyword argument 'slop'; did you mean 'slope'?"),
+    (lambda: body(gravit=1), TypeError, "Posture() got an unexpected keyword argument 'gravit'; did you mean 'gravity'?"),
+    (lambda: body(colour=1), TypeError, "Posture() got an unexpected keyword argument 'colour'"),
+    (lambda: sf.Posture.rod(0.5, 0.2, 0.1, frictoin=1), TypeError, "Posture.rod() got an unexpected keyword argument 'frictoin'; did you mean 'friction'?"),
     (lambda: sf.Contact((0, 0, 0)), ValueError, "point = (0, 0, 0) cannot be used: 2 numbers are needed, not 3"),
     (lambda: body().local(q=None), TypeError, "q = None cannot be used: 3 numbers are needed"),
     # Runs.
@@ -155,7 +166,10 @@ IN_PYTHON = [
     (lambda: sf.simulate(ROD, **START, model="ful"), ValueError, 'model = "ful" cannot be used: one of `auto`, `local`, `full`'),
     (lambda: sf.simulate(ROD, **START, event_limit=1e6), TypeError, "event_limit = 1000000.0 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
     (lambda: sf.simulate(ROD, **START, stop="time"), ValueError, 'time_limit = none cannot be used: a finite time_limit, because stop = "time"'),
-    (lambda: SCENE.simulate(modle="full"), TypeError, f"modle = 'full' cannot be used: {OPTIONS}"),
+    (lambda: sf.simulate(ROD, **START, modle="full"), TypeError, "simulate() got an unexpected keyword argument 'modle'; did you mean 'model'?"),
+    (lambda: sf.simulate_many(ROD, **START, theads=2), TypeError, "simulate_many() got an unexpected keyword argument 'theads'; did you mean 'threads'?"),
+    (lambda: ROD.local().simulate((0, 1), (1, 0), omga=2), TypeError, "LocalModel.simulate() got an unexpected keyword argument 'omga'; did you mean 'omega'?"),
+    (lambda: SCENE.simulate(modle="full"), TypeError, f"modle = 'full' cannot be used: {OPTIONS}; did you mean 'model'?"),
     (lambda: sf.Scene(ROD, **START, options=["full"]), TypeError, "options = ['full'] cannot be used: None or a dict is needed"),
     (lambda: RUN.at(math.nan), ValueError, f"t = NaN cannot be used: from 0.0 to {RUN.time!r}, the time of the run"),
     (lambda: RUN.sample(1.5), TypeError, "n = 1.5 cannot be used: an integer from 2 to 10000000 is needed"),
@@ -164,6 +178,8 @@ IN_PYTHON = [
     (lambda: sf.simulate_many(ROD, np.broadcast_to(0.0, (10**12, 3)), (0, 0, 0)), MemoryError, "1000000000000 runs take 512 bytes each"),
     # Functions of postures.
     (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture is needed"),
+    (lambda: sf.stability(ROD, trial=10), TypeError, "stability() got an unexpected keyword argument 'trial'; did you mean 'trials'?"),
+    (lambda: sf.contact_modes(ROD, wrensh=(1, 0, 0)), TypeError, "contact_modes() got an unexpected keyword argument 'wrensh'; did you mean 'wrench'?"),
     (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
     (lambda: sf.stability(NEEDLE), ValueError, "distance of contacts.1.point from center_of_mass over gyration_radius = 499999999.99999994 is outside its range: length over gyration_radius at most 1e4: forces of longer ones have few digits left"),
     (lambda: sf.contact_modes(ROD, method="fast"), ValueError, 'method = "fast" cannot be used: one of `auto`, `enumerate`, `qp`'),
@@ -176,6 +192,7 @@ IN_PYTHON = [
     (lambda: sf.sweep(ROD, {"mass": []}), ValueError, "mass = [] cannot be used: at least one value"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, None), TypeError, "quantity = None cannot be used: a name, or a sequence of names, is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, "zeno_time", **START, certify=True), ValueError, "certify = true cannot be used: false: a map has no bounds"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, tread=3), TypeError, "tread = 3 cannot be used: no keyword of sweep; those of simulate are certify, event_limit, impact, model, neighbourhood, record, simultaneous, stop, time, time_limit, tolerance; did you mean 'threads'?"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, cache=3), TypeError, "cache = 3 cannot be used: None or a folder is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, progress="x"), TypeError, "progress = 'x' cannot be used: None, True or False is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, chunk=0), ValueError, "chunk = 0 cannot be used: None or an integer >= 1 is allowed"),
@@ -204,11 +221,17 @@ ON_THE_LINE = [
     ("run rod.toml rod.toml", "too many arguments: rod.toml"),
     ("run nowhere.toml", "nowhere.toml: No such file or directory"),
     ("run rod.toml --json", 'Command "run" parameter --json requires an argument.'),
+    ("run rod.toml --json --plot rod.png", "Invalid value for --json: --plot is an option; a path is needed, or -"),
     ("run rod.toml --json ''", "Invalid value for --json: the path is empty"),
     ("run rod.toml --json folder.json", "--json folder.json: is a directory"),
     ("run rod.toml --json rod.toml", "--json rod.toml: is the scene file"),
     ("run rod.toml --plot rod.jpg", "--plot rod.jpg: the name must end in .png, .pdf, .svg"),
     ("stability rod.toml --trials many", "Invalid value for --trials: 'many' is not an integer >= 0"),
+    ("modes rod.toml --json folder.json", "--json folder.json: is a directory"),
+    ("map rod.toml --over mass=1:2:3 --netcdf folder.json", "--netcdf folder.json: is a directory"),
+    ("map rod.toml --over mass=1:2:3 --netcdf rod.toml", "--netcdf rod.toml: is the scene file"),
+    ("map rod.toml --over mass=1:2:3 --netcdf nowhere/map.nc", "--netcdf nowhere/map.nc: nowhere is not a directory"),
+    ("--install-completion --shell tcsh", 'Invalid value "tcsh" for --shell. Choose from: "zsh", "bash", "fish", "powershell".'),
     ("map rod.toml", 'Command "map" parameter --over requires an argument.'),
     ("map rod.toml --over mass=1:2", "--over mass=1:2: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
     ("map rod.toml --over mass=1e308:-1e308:3", "--over mass=1e308:-1e308:3: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
@@ -237,6 +260,42 @@ def test_a_name_of_another_kind_of_file_is_read_as_toml(tmp_path):
         sf.load(path)
     path.write_text(TOML, encoding="utf-8")
     assert sf.load(path).posture == ROD
+
+
+def other_files(folder):
+    """Files that are no scenes, with their kinds."""
+    run, verdict, modes, schema, picture, data = (
+        folder / name for name in ("run.json", "v.json", "m", "s.json", "p.png", "m.nc")
+    )
+    RUN.to_json(run)
+    sf.stability(ROD).to_json(verdict)
+    sf.contact_modes(ROD).to_json(modes)
+    schema.write_text(sf.schema(), encoding="utf-8")
+    RUN.plot(picture)
+    sf.sweep(ROD, {"mass": [1, 2]}).to_netcdf(data)
+    return {
+        run: "the result of a run (JSON)",
+        verdict: "a verdict on stability (JSON)",
+        modes: "a table of contact modes (JSON)",
+        schema: "the JSON Schema of scene files",
+        picture: "a picture",
+        data: "a NetCDF file (such as a map)",
+    }
+
+
+def test_a_file_of_another_kind_is_named(tmp_path):
+    for path, kind in other_files(tmp_path).items():
+        with pytest.raises(ValueError, match=r"not a scene") as error:
+            sf.load(path)
+        assert str(error.value) == f"{path}: is {kind}, not a scene file"
+    svg, large = tmp_path / "run.svg", tmp_path / "large.json"
+    RUN.plot(svg)
+    with pytest.raises(ValueError, match="is a picture, not a scene file"):
+        sf.load(svg)
+    # A result that is larger than any scene file.
+    large.write_text((tmp_path / "run.json").read_text() + " " * 2**20)
+    with pytest.raises(ValueError, match="is the result of a run"):
+        sf.load(large)
 
 
 def test_what_an_encoding_lacks_is_no_reason_to_lose_an_answer(tmp_path):

@@ -8,7 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import standfast as sf
-from matplotlib.text import Text
+from drawn import visible_texts
+from matplotlib.figure import Figure
 from plastic_scenes import local
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -158,30 +159,61 @@ def test_a_run_without_record_cannot_be_drawn():
         run.plot()
 
 
-def texts(figure):
-    """Every visible text: ticks outside the view are not."""
-    hidden = set()
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        low, high = sorted(axis.get_view_interval())
-        for tick in axis.get_major_ticks() + axis.get_minor_ticks():
-            if not low <= tick.get_loc() <= high:
-                hidden |= {tick.label1, tick.label2}
-    for text in figure.findobj(Text):
-        if text.get_visible() and text.get_text() and text not in hidden:
-            yield text
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_no_text_overlaps(name):
     figure = sf.load(EXAMPLES / name).simulate().plot()
-    figure.canvas.draw()
-    boxes = [(text.get_text(), text.get_window_extent()) for text in texts(figure)]
+    figure.draw_without_rendering()
+    boxes = [
+        (text.get_text(), text.get_window_extent()) for text in visible_texts(figure)
+    ]
     inside = figure.bbox
     for text, box in boxes:
         assert inside.x0 <= box.x0, text
         assert box.x1 <= inside.x1, text
     for (one, box), (other, second) in combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_into_given_axes(name):
+    """In one column of a paper: 3.4 inches."""
+    run = sf.load(EXAMPLES / name).simulate()
+    figure = Figure(figsize=(3.4, 2.8), layout="constrained")
+    axes = figure.subplots()
+    assert run.plot(ax=axes) is axes
+    assert figure.axes == [axes]
+    whole = run.plot().axes[0]
+    for mine, other in zip(curves(axes), curves(whole), strict=True):
+        np.testing.assert_array_equal(mine.get_xydata(), other.get_xydata())
+    assert axes.get_title(loc="left") == ""
+    figure.draw_without_rendering()
+    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
+    for text, box in boxes:
+        assert figure.bbox.x0 <= box.x0, text
+        assert box.x1 <= figure.bbox.x1, text
+    for (one, box), (other, second) in combinations(boxes, 2):
+        assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
+    # Marks stand apart by more than their width, 7 points.
+    wide = 72.0 * axes.get_window_extent().width / figure.dpi
+    scale = wide / np.diff(axes.get_xlim())[0]
+    for line in marks(axes):
+        assert (np.diff(line.get_xdata()) * scale > 7.0).all()
+
+
+def test_no_figure_is_left_open():
+    """A figure that pyplot knows would be shown twice in a notebook."""
+    figure = rod().plot()
+    assert plt.get_fignums() == []
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_wrong_axes(tmp_path):
+    axes = Figure().subplots()
+    with pytest.raises(TypeError, match="ax = 3 cannot be used: None or matplotlib ax"):
+        rod().plot(ax=3)
+    with pytest.raises(ValueError, match=r"path = .*run\.png.*None is allowed with ax"):
+        rod().plot(tmp_path / "run.png", ax=axes)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_legend_of_many_contacts_is_cut(tmp_path):

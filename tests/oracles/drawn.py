@@ -1,0 +1,18 @@
+"""The texts of a figure."""
+
+from matplotlib.axes import Axes
+from matplotlib.text import Text
+
+
+def visible_texts(figure):
+    """Every visible text: ticks outside the view are not."""
+    hidden = set()
+    for axes in figure.findobj(Axes):
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            for tick in axis.get_major_ticks() + axis.get_minor_ticks():
+                if not low <= tick.get_loc() <= high:
+                    hidden |= {tick.label1, tick.label2}
+    for text in figure.findobj(Text):
+        if text.get_visible() and text.get_text() and text not in hidden:
+            yield text
