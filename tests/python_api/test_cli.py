@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import standfast as sf
+from cyclopts.completion import ShellDetectionError
 from standfast.cli import EXIT_CODES, decimal, main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -173,6 +174,15 @@ def test_completion_is_installed(tmp_path):
             ["bash", "-c", asked], env=home, capture_output=True, text=True, check=True
         )
         assert said.stdout.strip() == expected
+
+
+def test_completion_for_an_unknown_shell(capsys, monkeypatch):
+    def unknown():
+        raise ShellDetectionError
+
+    monkeypatch.setattr("cyclopts.completion.detect.detect_shell", unknown)
+    assert main(["--install-completion"]) == 2
+    assert "specify --shell" in capsys.readouterr().err
 
 
 def test_a_device_that_fails_is_named():
