@@ -83,9 +83,10 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
         "outcome": run.outcome,
         "model": run.model,
         "model_reason": run.model_reason,
-        "posture": repr(run.posture),
         "standfast": _core.__version__,
     }
+    if run.posture is not None:
+        about["posture"] = repr(run.posture)
     return xarray.Dataset(
         {
             name: (["time", *dimensions.split()], values, _attributes(text, unit))

@@ -13,6 +13,7 @@ import standfast.cli
 import standfast.map_plot
 import standfast.maps
 import standfast.plot
+import standfast.series
 import standfast.suggest
 import standfast.table
 from standfast.cli import main
@@ -53,6 +54,7 @@ def run_text(text, name):
         standfast.map_plot,
         standfast.maps,
         standfast.plot,
+        standfast.series,
         standfast.suggest,
         standfast.table,
     ],

@@ -20,7 +20,7 @@ RUN = SCENE.simulate()
 WRITERS = {
     "scene.toml": SCENE.save,
     "scene.json": SCENE.save,
-    "run.json": RUN.to_json,
+    "run.json": RUN.save,
     "verdict.json": sf.stability(BODY).to_json,
     "run.svg": RUN.plot,
 }

@@ -1,12 +1,10 @@
-"""Runs in files and tables."""
+"""Runs in files."""
 
 import json
 
 import numpy as np
 import pytest
 import standfast as sf
-
-xarray = pytest.importorskip("xarray")
 
 ROD = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 START = ((0, 0.011, 0.002), (0, 0, 0))
@@ -73,43 +71,3 @@ def test_a_file_without_a_run(tmp_path):
     sf.Scene(ROD, *START).save(scene)
     with pytest.raises(ValueError, match="holds no run"):
         sf.Run.load(scene)
-
-
-def test_impact_table():
-    run = sf.simulate(ROD, *START)
-    table = run.impact_table()
-    assert {column.ndim for column in table.values()} == {1}
-    np.testing.assert_array_equal(table["time"], run.impacts["time"])
-    hit = run.impacts["index"]
-    np.testing.assert_array_equal(
-        table["rate_before"],
-        [i["rates_before"][k] for i, k in zip(run.impacts, hit, strict=True)],
-    )
-    assert (table["rate_before"] < 0).all()
-    np.testing.assert_allclose(
-        table["rate_after"], -0.1 * table["rate_before"], rtol=1e-14
-    )
-    assert (table["impulse_normal"] > 0).all()
-
-
-def test_to_xarray(tmp_path):
-    run = sf.simulate(ROD, *START)
-    dataset = run.to_xarray()
-    assert dict(dataset.sizes) | {"time": 0} == {
-        "time": 0,
-        "coordinate": 3,
-        "contact": 2,
-        "axis": 2,
-        "direction": 2,
-    }
-    times = dataset.time.values
-    assert (np.diff(times) > 0).all()
-    assert set(run.impacts["time"]) <= set(times)
-    np.testing.assert_array_equal(dataset.q, run.at(times)[0])
-    np.testing.assert_array_equal(dataset.points, run.points_at(times))
-    np.testing.assert_array_equal(dataset.forces, run.forces_at(times))
-    assert "".join(dataset["mode"].values[-1]) == run.phases[-1].mode
-    assert dataset.gaps.attrs["units"] == "m"
-    assert dataset.attrs["outcome"] == "rest"
-    with pytest.raises(ValueError, match="one dimension"):
-        run.to_xarray([[0.0]])
