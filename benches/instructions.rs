@@ -71,6 +71,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         };
         let Ok(posture) = Posture::new(fields) else { continue };
         let height = r.power_of_ten(-7.0, -1.0);

@@ -66,6 +66,7 @@ fn ball() -> Posture {
         gravity: 9.81,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap_or_else(|e| panic!("{e}"))
 }

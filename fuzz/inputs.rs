@@ -136,6 +136,7 @@ impl Bytes<'_> {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         };
         let count = self.pick(&[2, 2, 2, 2, 1, 3, 4, 0]);
         fields.contacts = (0..count).map(|_| self.contact()).collect();

@@ -33,6 +33,7 @@ fn main() {
             gravity: harness::GRAVITY,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         });
         let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
         let state = State::new([q[0] - x, q[1] - y, q[2]], harness::read(&start["v"]));

@@ -145,6 +145,7 @@ class Posture:
         gravity: float = 9.81,
         terrain: _Pairs | None = None,
         ground: Literal["own", "shared"] = "own",
+        outline: _Pairs | None = None,
     ) -> Self: ...
     @staticmethod
     def rod(
@@ -193,6 +194,8 @@ class Posture:
     def gravity(self) -> float: ...
     @property
     def terrain(self) -> list[tuple[float, float]] | None: ...
+    @property
+    def outline(self) -> list[tuple[float, float]] | None: ...
     @property
     def psi(self) -> tuple[float, float]: ...
     @property

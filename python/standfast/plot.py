@@ -467,8 +467,10 @@ def _posture(run: Run) -> Posture:
     return run.posture
 
 
-def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
-    """Times, and for each the points of the body (n + 1, 2): its contact points, then its centre of mass.
+def poses(run: Run) -> tuple[_Floats, list[_Floats], list[_Floats]]:
+    """Times, and for each the points of the body (n + 1, 2), its contact points and its centre of mass; and its outline (k + 1, 2).
+
+    Without an outline the convex hull of the contact points stands for it.
 
     The times go from the start to the end. If the body moves far, they cover only the part near the end.
     """
@@ -481,13 +483,19 @@ def poses(run: Run) -> tuple[_Floats, list[_Floats]]:
     if away.max() > JOURNEY:
         times = times[np.flatnonzero(away > NEAR)[-1] :]
     times = np.unique(np.linspace(times[0], times[-1], POSES))
-    corners = []
+    outline = None if posture.outline is None else np.array(posture.outline) - center
+    corners, outlines = [], []
     for x, y, theta in run.at(times)[0]:
         turn = np.array(
             [[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]]
         )
-        corners.append(np.vstack([arms @ turn.T, [0.0, 0.0]]) + center + [x, y])
-    return times, corners
+        at = center + np.array([x, y])
+        corners.append(np.vstack([arms @ turn.T, [0.0, 0.0]]) + at)
+        if outline is None:
+            outlines.append(hull(corners[-1][:-1]))
+        else:
+            outlines.append(np.vstack([outline, outline[:1]]) @ turn.T + at)
+    return times, corners, outlines
 
 
 def body_size(posture: Posture) -> float:
@@ -571,19 +579,19 @@ def clipped(
 class View:
     """The body at some instants, the ground around it, and the box that shows both, to scale.
 
-    times (k,), s; corners: k of (n + 1, 2), m; low, high (2,), m: the box; height: of the panel, in inches.
+    times (k,), s; corners and outlines: see `poses`, m; low, high (2,), m: the box; height: of the panel, in inches.
     """
 
     def __init__(self, run: Run) -> None:
         self.posture = _posture(run)
-        self.times, self.corners = poses(run)
+        self.times, self.corners, self.outlines = poses(run)
         self.pieces = ground(self.posture)
         shown = np.vstack(self.corners)
         if len(self.posture.contacts) == 1:  # its circle of gyration
             radius = self.posture.gyration_radius
             centers = shown[1::2]
             shown = np.vstack([shown, centers - radius, centers + radius])
-        shown = np.vstack([shown, *self._beneath()])
+        shown = np.vstack([shown, *self.outlines, *self._beneath()])
         low, high = shown.min(axis=0), shown.max(axis=0)
         margin = MARGIN * float((high - low).max())
         wide, tall = high - low + 2.0 * margin
@@ -633,11 +641,11 @@ def draw_body(axes: Axes, view: View) -> None:
             *line.T, color=SURFACE, lw=1.0, zorder=0.5, scalex=False, scaley=False
         )
     shades = np.linspace(0.0, 0.8, len(view.times))[::-1]
-    for t, shape, shade in zip(view.times, view.corners, shades, strict=True):
+    poses = zip(view.times, view.corners, view.outlines, shades, strict=True)
+    for t, shape, outline, shade in poses:
         last = t == view.times[-1]
         label = f"t = {t:.6g} s" if last or t == view.times[0] else None
         style: dict[str, Any] = {"color": str(shade), "solid_joinstyle": "round"}
-        outline = hull(shape[:-1])
         axes.plot(*outline.T, lw=1.8 if last else 1.0, label=label, **style)
         arms = np.full((3 * len(shape) - 3, 2), np.nan)
         arms[0::3], arms[1::3] = shape[-1], shape[:-1]
@@ -652,6 +660,8 @@ def draw_body(axes: Axes, view: View) -> None:
     parts = "Contacts and centre of mass (+), joined by lines"
     if len(posture.contacts) > 2:
         parts = "Contacts with their hull, and centre of mass (+)"
+    if posture.outline is not None:
+        parts = "Body with its contacts, and centre of mass (+)"
     if len(posture.contacts) == 1:
         parts = "Contact, centre of mass (+) and circle of gyration"
     axes.set_title(f"{parts}; to scale", loc="left", fontsize=11)

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import math
 import re
 import shlex
 from pathlib import Path
@@ -103,6 +104,18 @@ def test_the_main_classes_show_an_example():
 def blocks(language, page="README.md"):
     text = (ROOT / page).read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def test_the_examples_of_the_scope_table_run():
+    """In the order of the rows, in one namespace."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    scope = text.split("## Scope")[1].split("\n## ")[0]
+    rows = [row for row in scope.splitlines() if row.startswith("| ")]
+    codes = [code for row in rows for code in re.findall(r"`([^`]*\(.*?)`", row)]
+    assert len(codes) > 15
+    names = {"math": math, "sf": standfast}
+    for code in codes:
+        exec(code, names)  # text of the README
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/impact_laws.md"])

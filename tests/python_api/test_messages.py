@@ -67,14 +67,14 @@ IN_TOML = [
     (BOTH, "[contact]", "line 7, column 1, contact: invalid type: table, expected an array of tables, each under [[contact]] in TOML"),
     # Missing, unknown and duplicate fields.
     ("mass = 1.0\n", "", "line 3, column 1, body: missing field `mass`"),
-    ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`"),
-    ("mass = 1.0", "mas = 1.0", "line 4, column 1, body.mas: unknown field `mas`, expected one of `mass`, `gyration_radius`, `center_of_mass`; did you mean `mass`?"),
+    ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`, `outline`"),
+    ("mass = 1.0", "mas = 1.0", "line 4, column 1, body.mas: unknown field `mas`, expected one of `mass`, `gyration_radius`, `center_of_mass`, `outline`; did you mean `mass`?"),
     (BOTH, BOTH.replace("[[contact]]", "[[contacts]]"), "line 7, column 3, contacts: unknown field `contacts`, expected one of `gravity`, `restitution`, `terrain`, `ground`, `body`, `contact`, `start`, `run`, `kick`, `ground_motion`; did you mean `[[contact]]`?"),
     ("slope = 0.0", "slop = 0.0", "line 11, column 1, contact.2.slop: unknown field `slop`, expected one of `point`, `slope`, `friction`, `restitution`, `tangential_restitution`, `segment`; did you mean `slope`?"),
     ("slope = 0.0", "slope = 30.0", "line 11, column 9: contact.2.slope = 30.0 cannot be used: -pi < slope <= pi, in rad; did you mean math.radians(30) = 0.5235987755982988?"),
     ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
     (TOML, "", "is empty"),
-    ("gravity = 9.81", "gravity = 9.81\nterrain = []", "line 2, column 11, terrain: invalid length 0, expected 2 to 1024 vertices"),
+    ("gravity = 9.81", "gravity = 9.81\nterrain = []", "line 2, column 11, terrain: invalid length 0, expected vertices; leave an empty list out"),
     ("gravity", BOM + BOM + "gravity", "line 1, column 1: invalid unquoted key, expected letters, numbers, `-`, `_`"),
 ]  # fmt: skip
 

@@ -112,6 +112,13 @@ struct BodyTable {
     /// Nominal centre of mass, in m.
     #[serde(deserialize_with = "values::exactly")]
     center_of_mass: [f64; 2],
+    /// Corners of the polygon of the body in its nominal posture, in order, in m.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "terrain::deserialize_some"
+    )]
+    outline: Vec<Vertex>,
 }
 
 /// Where the body starts.
@@ -228,7 +235,7 @@ impl Scene {
 
     /// Errors name the fields as the file does.
     fn of_file(file: File) -> Result<Self, Error> {
-        let BodyTable { mass, gyration_radius, center_of_mass } = file.body;
+        let BodyTable { mass, gyration_radius, center_of_mass, outline } = file.body;
         let posture = Posture::new(PostureFields {
             mass,
             gyration_radius,
@@ -238,6 +245,7 @@ impl Scene {
             gravity: file.gravity,
             terrain: file.terrain.into_iter().map(|vertex| vertex.0).collect(),
             ground: file.ground,
+            outline: outline.into_iter().map(|vertex| vertex.0).collect(),
         })
         .map_err(|e| e.renamed(of_posture))?;
         file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
@@ -258,6 +266,7 @@ impl Scene {
                 mass: f.mass,
                 gyration_radius: f.gyration_radius,
                 center_of_mass: f.center_of_mass,
+                outline: f.outline.iter().copied().map(Vertex).collect(),
             },
             contact: f.contacts.clone(),
             terrain: f.terrain.iter().copied().map(Vertex).collect(),
@@ -294,7 +303,7 @@ fn of_excitation(field: &str) -> String {
 fn of_posture(field: &str) -> String {
     match field.split_once('.').unwrap_or((field, "")) {
         ("contacts", of_one) => format!("contact.{of_one}").trim_end_matches('.').into(),
-        ("mass" | "gyration_radius" | "center_of_mass", _) => format!("body.{field}"),
+        ("mass" | "gyration_radius" | "center_of_mass" | "outline", _) => format!("body.{field}"),
         _ => field.into(),
     }
 }

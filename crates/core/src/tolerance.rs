@@ -387,3 +387,16 @@ pub(crate) const BOUND_MARGIN: f64 = 1e-12;
 /// Part by which a random start is lifted more than to the ground, so that rounding leaves no gap negative. Relative.
 /// Range: 1e-14 to 1e-3.
 pub(crate) const START_LIFT: f64 = 1e-9;
+
+/// Depth of a corner of the ground in the body from which on it has entered the body. Unit: largest distance of a corner of the body
+/// from its centre of mass. Above the rounding of positions along a run. A larger value would report an entry later, by depth over speed.
+/// Range: 1e-12 to 1e-6.
+pub(crate) const EDGE_DEPTH: f64 = 1e-9;
+
+/// Turn of a body up to which a cubic stands for the way of a point, so that its error in the middle is nearly its largest one. Unit:
+/// rad. Range: 0.1 to 1; only cost depends on it.
+pub(crate) const CUBIC_TURN: f64 = 0.5;
+
+/// Bound of the error of a cubic. Unit: its error in the middle of the interval, where it is largest but for higher orders. Range: 1.5
+/// to 10.
+pub(crate) const MEASURED_ERROR: f64 = 2.0;

@@ -42,6 +42,7 @@ fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
                 gravity: 9.81,
                 terrain: Vec::new(),
                 ground: standfast::body::GroundKind::default(),
+                outline: Vec::new(),
             });
             let height = 10_f64.powf(w.between(-5.0, -1.0));
             let turn = w.between(-0.9, 0.9) * height;
@@ -156,6 +157,7 @@ fn nothing_depends_on_the_record() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let state = State::new([0.0, 0.02 * share(), 0.0], [0.0, -share(), 0.0]);

@@ -37,6 +37,7 @@ fn ball(e: f64, g: f64) -> Posture {
         gravity: g,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap()
 }
@@ -404,6 +405,7 @@ fn coincident_contacts_act_as_one() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap()
     };
@@ -444,6 +446,7 @@ fn feet_that_land_together_for_ever_come_to_rest() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         for spin in [0.0, 1e-236] {
@@ -490,6 +493,7 @@ fn tall(e: f64, g: f64) -> Posture {
         gravity: g,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap()
 }
@@ -811,6 +815,7 @@ fn bounces_are_summed_while_the_other_contact_is_thrown_up() {
         gravity: 1.0,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     // At θ = 0 contact 1 is above the centre of mass (c = 0.5) and contact 2 below: c ω² = −2·1.2² < −g. At θ = π the
@@ -919,6 +924,7 @@ fn time_and_length_have_no_scale_of_their_own() {
             gravity: 9.81 * length / time / time,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let start = State::at_rest([0.0, 0.084_384_598_778_461_83 * length, 0.2]);
@@ -947,6 +953,7 @@ fn a_body_laid_down_without_gravity_stays() {
         gravity: 0.0,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let start = State::new(
@@ -1034,6 +1041,7 @@ fn nested_accumulation_against_an_effective_gravity_that_pulls_away() {
         gravity: 0.3,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let start = State::new(
@@ -1068,6 +1076,7 @@ fn a_flywheel_that_tips_for_days_is_not_taken_for_resting() {
         gravity: 0.3,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let start = State::new([0.0; 3], [0.0, -1.524_977_574_835_2, 0.0]);
@@ -1102,6 +1111,7 @@ fn a_level_body_bounces_on_both_contacts_in_step() {
         gravity: 2.608_691_494_064_001,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let run = simulate(&body, &State::at_rest([0.0, 1.0, 0.0]), &until(Stop::Rest)).unwrap();
@@ -1126,6 +1136,7 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let options = Options { model: Model::Full, ..until(Stop::Zeno) };
@@ -1155,6 +1166,7 @@ fn of_two_feet_one_above_the_other_the_upper_one_holds() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let options = Options { time_limit: Some(until), ..Options::default() };
@@ -1185,6 +1197,7 @@ fn nothing_slides_beyond_all_bounds() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let options = Options { model: Model::Full, ..Options::default() };
@@ -1230,6 +1243,7 @@ fn a_body_that_turns_by_a_radian_in_a_tail_keeps_its_energy() {
         gravity: 9.81,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let (start, v) = ([0.1356, 1e30, 0.0], 1e40);
@@ -1256,6 +1270,7 @@ fn one_point_twice_is_one_contact() {
                     gravity: 9.81,
                     terrain: Vec::new(),
                     ground: standfast::body::GroundKind::default(),
+                    outline: Vec::new(),
                 })
                 .unwrap();
                 let options = Options { time_limit: Some(0.6), ..Options::default() };
@@ -1285,6 +1300,7 @@ fn bounds_are_cancelled() {
         gravity: 9.81,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     for model in [Model::Local, Model::Full] {
@@ -1318,6 +1334,7 @@ fn a_foot_that_bounces_without_an_impulse() {
             gravity: g,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         for model in [Model::Local, Model::Full] {
@@ -1342,6 +1359,7 @@ fn an_instant_centre_without_friction_slides_off() {
         gravity: 9.81,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let options = Options { model: Model::Full, time_limit: Some(3.0), ..Options::default() };
@@ -1371,6 +1389,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let options = Options {
@@ -1398,6 +1417,7 @@ fn a_pivot_under_a_load_of_1e94_times_its_own_stays() {
         gravity: 1e94,
         terrain: Vec::new(),
         ground: standfast::body::GroundKind::default(),
+        outline: Vec::new(),
     })
     .unwrap();
     let options = Options {

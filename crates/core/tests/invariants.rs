@@ -146,6 +146,7 @@ fn body() -> impl Strategy<Value = PostureFields> {
                 gravity,
                 terrain: Vec::new(),
                 ground: standfast::body::GroundKind::default(),
+                outline: Vec::new(),
             }
         })
 }

@@ -95,6 +95,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap();
         let problem =

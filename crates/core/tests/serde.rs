@@ -50,6 +50,7 @@ impl Random {
             gravity: 10.0,
             terrain: Vec::new(),
             ground: standfast::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap()
     }

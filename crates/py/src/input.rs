@@ -99,17 +99,26 @@ pub(crate) fn per_contact<T>(
 
 /// The vertices of a terrain; empty for None.
 pub(crate) fn terrain(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    polyline("terrain", 2, value)
+}
+
+/// The corners of the outline of a body; empty for None.
+pub(crate) fn outline(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    polyline("outline", 3, value)
+}
+
+fn polyline(field: &str, least: usize, value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     if value.is_none() {
         return Ok(Vec::new());
     }
-    let allowed = format!("None, or a sequence of 2 to {MAX_VERTICES} vertices (x, y)");
+    let allowed = format!("None, or a sequence of {least} to {MAX_VERTICES} vertices (x, y)");
     match length(value)? {
-        None => Err(wrong_type("terrain", value, allowed)),
-        Some(2..=MAX_VERTICES) => {
+        None => Err(wrong_type(field, value, allowed)),
+        Some(length) if (least..=MAX_VERTICES).contains(&length) => {
             let items = value.try_iter()?.enumerate();
-            items.map(|(k, item)| reals(&format!("terrain.{}", k + 1), &item?)).collect()
+            items.map(|(k, item)| reals(&format!("{field}.{}", k + 1), &item?)).collect()
         }
-        Some(_) => Err(to_py(&unusable("terrain", value, allowed))),
+        Some(_) => Err(to_py(&unusable(field, value, allowed))),
     }
 }
 

@@ -126,7 +126,8 @@ impl PyContact {
 /// terrain : vertices (x, y), m, of a polyline with the ground on its right: x increases where there are no walls. Each contact meets the
 /// straight piece under it (with walls: the nearest one), and no ground beyond the ends; its
 /// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one
-/// line without ends for all contacts, of their slope, through the lowest of them.
+/// line without ends for all contacts, of their slope, through the lowest of them. outline : corners (x, y) of the polygon of the body in
+/// its nominal posture, in order, m. It meets no ground; a run warns ("edge-contact") where a corner of the terrain enters it.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
@@ -144,7 +145,7 @@ pub(crate) struct PyPosture(pub(crate) Posture);
 impl PyPosture {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own", **unknown), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\")")]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own", outline=Vec::new(), **unknown), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\", outline=None)")]
     fn new(
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
@@ -154,6 +155,7 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         #[pyo3(from_py_with = input::ground)] ground: &str,
+        #[pyo3(from_py_with = input::outline)] outline: Vec<[f64; 2]>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Posture", unknown)?;
@@ -166,6 +168,7 @@ impl PyPosture {
             gravity,
             terrain,
             ground: call("ground", ground)?,
+            outline,
         })
         .map(Self)
         .map_err(|e| to_py(&e))
@@ -290,6 +293,13 @@ impl PyPosture {
         (!vertices.is_empty()).then(|| vertices.iter().map(|&vertex| vertex.into()).collect())
     }
 
+    /// Corners (x, y) of the polygon of the body in its nominal posture, m; None if only its contacts are known.
+    #[getter]
+    fn outline(&self) -> Option<Vec<(f64, f64)>> {
+        let corners = &self.0.fields().outline;
+        (!corners.is_empty()).then(|| corners.iter().map(|&corner| corner.into()).collect())
+    }
+
     /// "own": without terrain each contact has its own line; "shared": all contacts meet one line.
     #[getter]
     fn ground(&self) -> String {
@@ -401,17 +411,20 @@ impl PyPosture {
         let f = self.0.fields();
         let contacts: Vec<String> =
             f.contacts.iter().map(|contact| PyContact(*contact).__repr__()).collect();
-        let terrain = self.terrain().map_or(String::new(), |vertices| {
-            let vertices: Vec<String> =
-                vertices.into_iter().map(|vertex| pair_text(vertex.into())).collect();
-            format!(", terrain=[{}]", vertices.join(", "))
-        });
+        let points = |name: &str, points: &[[f64; 2]]| match points {
+            [] => String::new(),
+            points => {
+                let texts: Vec<String> = points.iter().map(|&point| pair_text(point)).collect();
+                format!(", {name}=[{}]", texts.join(", "))
+            }
+        };
+        let (terrain, outline) = (points("terrain", &f.terrain), points("outline", &f.outline));
         let ground = match self.ground().as_str() {
             "own" => String::new(),
             ground => format!(", ground='{ground}'"),
         };
         format!(
-            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain}{ground})",
+            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain}{ground}{outline})",
             float(f.mass),
             float(f.gyration_radius),
             pair_text(f.center_of_mass),
@@ -425,8 +438,7 @@ impl PyPosture {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Option<Vec<(f64, f64)>>, String))
-    {
+    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Points, String, Points)) {
         let f = self.0.fields();
         let arguments = (
             f.mass,
@@ -437,10 +449,14 @@ impl PyPosture {
             f.gravity,
             self.terrain(),
             self.ground(),
+            self.outline(),
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
 }
+
+/// Points (x, y), if there are any.
+type Points = Option<Vec<(f64, f64)>>;
 
 /// Reads the contacts of a posture.
 fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<Contact>> {

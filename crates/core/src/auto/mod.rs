@@ -598,6 +598,7 @@ mod tests {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: crate::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap()
     }

@@ -23,6 +23,7 @@ use crate::body::contact::{Contact, PerContact};
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::ground::Under;
 use crate::body::local_model::LocalModel;
+use crate::body::outline::Outline;
 use crate::body::own_ground::OwnGround;
 use crate::body::terrain;
 use crate::body::terrain::Ground;
@@ -67,6 +68,8 @@ struct Parts {
     size: f64,
     /// The check of the straight grounds of the contacts, if there is no terrain.
     own_ground: Option<OwnGround>,
+    /// The polygon of the body, if it is known.
+    outline: Option<Outline>,
 }
 
 /// The fields of a posture, before validation. SI units.
@@ -101,6 +104,14 @@ pub struct PostureFields {
         deserialize_with = "crate::serial::values::word"
     )]
     pub ground: GroundKind,
+    /// Corners of the polygon of the body in its nominal posture, in order, in m; none: nothing but the contacts is known of its shape. They
+    /// meet no ground: a run warns where a corner of the terrain enters the polygon.
+    #[serde(
+        default,
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "terrain::deserialize_some"
+    )]
+    pub outline: Vec<[f64; 2]>,
 }
 
 /// The ground of a posture without a terrain.
@@ -205,7 +216,8 @@ impl Posture {
         let points = PerContact::new();
         let own_ground =
             (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
-        let parts = Parts { fields, geometry, grounds, points, size: longest, own_ground };
+        let outline = Outline::new(&fields)?;
+        let parts = Parts { fields, geometry, grounds, points, size: longest, own_ground, outline };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
@@ -271,6 +283,11 @@ impl Posture {
         self.0.own_ground.as_ref()
     }
 
+    /// The polygon of the body, if it is known.
+    pub(crate) fn outline(&self) -> Option<&Outline> {
+        self.0.outline.as_ref()
+    }
+
     /// The terrain that contact `i` may touch; `None`: one piece without ends.
     pub(crate) fn ground(&self, i: usize) -> Option<&Ground> {
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))
@@ -306,6 +323,7 @@ impl Posture {
             gravity,
             terrain: Vec::new(),
             ground: GroundKind::default(),
+            outline: Vec::new(),
         })
     }
 
@@ -511,6 +529,7 @@ mod tests {
             gravity: 9.81,
             terrain: Vec::new(),
             ground: GroundKind::default(),
+            outline: Vec::new(),
         };
         let posture = Posture::new(fields).unwrap();
         let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));

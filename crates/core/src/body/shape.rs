@@ -9,9 +9,9 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
+use crate::body::outline::checked_polygon;
 use crate::body::posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
-use crate::body::terrain::meeting;
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, positive};
 
 /// What a body of uniform density has beside its shape. SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +46,7 @@ impl Posture {
             [0.0, 0.5 * height],
             libm::hypot(width, height) / 12.0_f64.sqrt(),
             corners.to_vec(),
+            &corners,
         )
     }
 
@@ -61,18 +62,7 @@ impl Posture {
             value,
             allowed: allowed.into(),
         };
-        for (k, [x, y]) in vertices.iter().enumerate() {
-            finite(format!("vertices.{}.x", k + 1), *x)?;
-            finite(format!("vertices.{}.y", k + 1), *y)?;
-        }
-        let count = vertices.len();
-        if count < 3 {
-            return Err(unusable(format!("[{count} vertices]"), "3 or more vertices"));
-        }
-        if let Some((i, j)) = meeting(vertices, true) {
-            let allowed = "a polygon whose edges meet only at its vertices; edge k goes from vertex k to the next one";
-            return Err(unusable(format!("[edges {} and {} meet]", i + 1, j + 1), allowed));
-        }
+        let (double_area, count) = (checked_polygon("vertices", vertices)?, vertices.len());
         let from = Vector2::from(vertices[0]);
         let relative = |to: Vector2<f64>| -> Vec<Vector2<f64>> {
             vertices.iter().map(|vertex| Vector2::from(*vertex) - to).collect()
@@ -81,7 +71,6 @@ impl Posture {
             (0..count).map(|k| term(&points[k], &points[(k + 1) % count])).sum::<f64>()
         };
         let points = relative(from);
-        let double_area = sum(&points, &|p, q| p.perp(q));
         let moment = |axis: usize| sum(&points, &|p, q| (p[axis] + q[axis]) * p.perp(q));
         let center = from + Vector2::new(moment(0), moment(1)) / (3.0 * double_area);
         let points = relative(center);
@@ -104,7 +93,7 @@ impl Posture {
             let allowed = format!("at most {MAX_CONTACTS} convex corners");
             return Err(unusable(format!("[{} convex corners]", convex.len()), &allowed));
         }
-        lamina.posture(center.into(), square.sqrt(), convex)
+        lamina.posture(center.into(), square.sqrt(), convex, vertices)
     }
 }
 
@@ -114,6 +103,7 @@ impl Lamina {
         center: [f64; 2],
         gyration_radius: f64,
         corners: Vec<[f64; 2]>,
+        outline: &[[f64; 2]],
     ) -> Result<Posture, Error> {
         let contact = |[x, y]: [f64; 2]| Contact {
             friction: self.friction,
@@ -130,6 +120,7 @@ impl Lamina {
             gravity: self.gravity,
             terrain: self.terrain.clone(),
             ground: if shared { GroundKind::Shared } else { GroundKind::Own },
+            outline: outline.to_vec(),
         })
     }
 }

@@ -193,6 +193,16 @@ impl Ground {
         }
     }
 
+    /// The vertices in which the ground is convex, and the ends of the terrain, in m.
+    pub(crate) fn corners(&self) -> Vec<Vector2<f64>> {
+        let convex = |pair: &&[Piece]| pair[0].tangent.perp(&pair[1].tangent) < 0.0;
+        let between = self.pieces.windows(2).filter(convex).map(|pair| pair[1].ends[0].vertex);
+        let last = self.pieces.len() - 1;
+        let ends = [self.pieces[0].ends[0], self.pieces[last].ends[1]];
+        let ends = ends.into_iter().filter(|end| !end.is_endless()).map(|end| end.vertex);
+        ends.chain(between).collect()
+    }
+
     /// Piece `k`, or the one at the end beyond which `k` lies; and whether it is piece `k`.
     pub(crate) fn nearest(&self, k: isize) -> (&Piece, bool) {
         let near = k.clamp(0, self.pieces.len() as isize - 1);
@@ -225,7 +235,7 @@ impl Ground {
     }
 }
 
-/// Checks that a terrain that is given has vertices: an empty list is a mistake.
+/// Checks that a list of vertices that is given has vertices: an empty list is a mistake.
 ///
 /// # Errors
 ///
@@ -237,7 +247,7 @@ where
 {
     let vertices = Vec::deserialize(deserializer)?;
     if vertices.is_empty() {
-        return Err(D::Error::invalid_length(0, &format!("2 to {MAX_VERTICES} vertices").as_str()));
+        return Err(D::Error::invalid_length(0, &"vertices; leave an empty list out"));
     }
     Ok(vertices)
 }

@@ -220,10 +220,13 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     pub(super) fn write_flight(&mut self) {
+        let Self { body, log, edges, record, options, .. } = self;
+        let word = ContactValues::from_elem(Mode::Separate, body.state.points.len());
+        let (time, warnings) = (|clock| options.clock(clock), &mut record.warnings);
+        edges.begin(&body.posture, &body.state, &word, log.clock, time, warnings);
         if self.log.record {
-            let body = Box::new(self.body.state.clone());
-            let word = PerContact::from_elem(Mode::Separate, body.points.len());
-            self.write(Motion::Modes(body, word));
+            let word = PerContact::from_slice(&word);
+            self.write(Motion::Modes(Box::new(self.body.state.clone()), word));
         }
     }
 

@@ -18,6 +18,7 @@ use crate::collisions::log::Log;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
+use crate::motion::edge_watch::EdgeWatch;
 use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Limit, NestedSequence};
@@ -43,6 +44,7 @@ pub(crate) struct Driver<'a, C> {
     pub(super) fresh: bool,
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
+    pub(super) edges: EdgeWatch,
 }
 
 pub(crate) enum DriverStep {
@@ -145,6 +147,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             fresh: true,
             nested: NestedSequence::default(),
             watch: GroundWatch::new(base.posture.as_ref()),
+            edges: EdgeWatch::new(base.posture.as_ref()),
             record: Box::new(Record::new(base, warnings)),
             options: *options,
             body,
@@ -211,6 +214,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             _ => C::moment(self),
         };
         self.watch_moment(&end);
+        if let Some(posture) = &self.record.base.posture {
+            let time = |clock| self.options.clock(clock);
+            self.edges.end(posture, self.log.clock, time, &mut self.record.warnings);
+        }
         C::last_warnings(self);
         if self.log.phase_lost {
             self.record.warnings.push(LOST_PHASE.into());
@@ -335,12 +342,13 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
-        let Self { log, record, nested, watch, local, options, .. } = self;
+        let Self { log, record, nested, watch, edges, local, options, .. } = self;
         let (recorded, first_collision) = (log.record, log.collisions.len());
         let Record { spans, warnings, .. } = &mut **record;
         let end = phase.run(log, &mut |body, word, clock, cause| {
             nested.hold(word, clock);
             watch.look_at(posture, body, *local, || options.clock(clock), warnings);
+            edges.begin(posture, body, word, clock, |clock| options.clock(clock), warnings);
             if recorded {
                 let motion = Motion::Modes(Box::new(body.clone()), word.into());
                 spans.push(Span { clock, motion, cause, first_collision });

@@ -2,6 +2,7 @@
 
 mod any;
 mod driver;
+mod edge_watch;
 pub(crate) mod frame;
 mod ground_watch;
 mod impacts;

@@ -6,7 +6,7 @@ use crate::excitation::Change;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::pair::Pair;
-use crate::motion::record::{Moment, Motion};
+use crate::motion::record::Moment;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
 
@@ -84,15 +84,7 @@ impl<'a> Driver<'a, AnyContacts> {
         for (resting, p) in self.resting.iter_mut().zip(&self.body.state.points) {
             *resting &= p.h == 0.0 && p.u == 0.0;
         }
-        if self.log.record {
-            self.write_stage();
-        }
-    }
-
-    /// The span that begins with a change, so that its cause is recorded also where an impact follows at once.
-    fn write_stage(&mut self) {
-        let body = Box::new(self.body.state.clone());
-        let word = (0..body.points.len()).map(|_| crate::modes::Mode::Separate).collect();
-        self.write(Motion::Modes(body, word));
+        // A span of its own, so that its cause is recorded also where an impact follows at once.
+        self.write_flight();
     }
 }

@@ -453,6 +453,7 @@ mod tests {
             gravity: 10.0,
             terrain: Vec::new(),
             ground: crate::body::GroundKind::default(),
+            outline: Vec::new(),
         };
         let options = Options { model: Model::Full, record, event_limit, ..Options::default() };
         let posture = Posture::new(fields).unwrap();

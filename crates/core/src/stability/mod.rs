@@ -391,6 +391,7 @@ mod tests {
             gravity: 1.0,
             terrain: Vec::new(),
             ground: crate::body::GroundKind::default(),
+            outline: Vec::new(),
         })
         .unwrap()
     }

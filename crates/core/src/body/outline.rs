@@ -1,0 +1,191 @@
+//! The outline of a body: the polygon that its corners bound.
+
+use nalgebra::Vector2;
+
+use crate::body::posture::PostureFields;
+use crate::body::terrain::{MAX_VERTICES, meeting};
+use crate::error::{Error, finite};
+use crate::tolerance::EDGE_DEPTH;
+
+/// The polygon of a body, in its nominal posture relative to its centre of mass.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Outline {
+    sides: Vec<Side>,
+    /// The largest distance of a corner from the centre of mass, in m.
+    pub(crate) radius: f64,
+    /// Depth in the body up to which a point counts as on its boundary, in m.
+    pub(crate) depth: f64,
+}
+
+/// A side of the polygon, with the body on its left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Side {
+    from: Vector2<f64>,
+    along: Vector2<f64>,
+    length: f64,
+    /// Its number, counted from 0 in the order of the corners that were given: it begins or ends at the corner of this number.
+    number: usize,
+}
+
+impl Side {
+    /// Coordinates of a point along the side and into the body, in m.
+    fn coordinates(&self, p: &Vector2<f64>) -> [f64; 2] {
+        let from = p - self.from;
+        [self.along.dot(&from), self.along.perp(&from)]
+    }
+
+    /// Distance of a point from the nearest point of the side, in m.
+    fn distance(&self, p: &Vector2<f64>) -> f64 {
+        let [x, y] = self.coordinates(p);
+        libm::hypot(x - x.clamp(0.0, self.length), y)
+    }
+}
+
+impl Outline {
+    /// The outline of a posture; `None`: it has none.
+    pub(crate) fn new(fields: &PostureFields) -> Result<Option<Self>, Error> {
+        let corners = &fields.outline;
+        if corners.is_empty() {
+            return Ok(None);
+        }
+        let double_area = checked_polygon("outline", corners)?;
+        if corners.len() > MAX_VERTICES {
+            return Err(Error::Unusable {
+                field: "outline".into(),
+                value: format!("[{} vertices]", corners.len()),
+                allowed: format!("at most {MAX_VERTICES} vertices"),
+            });
+        }
+        let center = Vector2::from(fields.center_of_mass);
+        let count = corners.len();
+        let point = |k: usize| Vector2::from(corners[k % count]) - center;
+        let side = |k: usize| {
+            let (from, to) =
+                if double_area > 0.0 { (point(k), point(k + 1)) } else { (point(k + 1), point(k)) };
+            let (way, length) = (to - from, libm::hypot(to.x - from.x, to.y - from.y));
+            Side { from, along: way / length, length, number: k }
+        };
+        let radius = (0..count).map(|k| point(k).norm()).fold(0.0, f64::max);
+        let sides = (0..count).map(side).collect();
+        Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius }))
+    }
+
+    /// Whether a point lies deeper in the body than the tolerance.
+    pub(crate) fn holds(&self, p: &Vector2<f64>) -> bool {
+        // The boundary is crossed an odd number of times on the way from p to infinity along x.
+        let crosses = |side: &Side| {
+            let to = side.from + side.along * side.length;
+            (side.from.y > p.y) != (to.y > p.y) && {
+                let share = (p.y - side.from.y) / (to.y - side.from.y);
+                p.x < side.from.x + share * (to.x - side.from.x)
+            }
+        };
+        p.norm() < self.radius
+            && self.sides.iter().filter(|side| crosses(side)).count() % 2 == 1
+            && self.sides.iter().all(|side| side.distance(p) > self.depth)
+    }
+
+    /// Whether the hull of these points, each known up to `error` (m), meets no side that is moved into the body by the tolerance.
+    pub(crate) fn is_off_sides(&self, hull: &[Vector2<f64>], error: f64) -> bool {
+        let margin = error + self.depth;
+        self.sides.iter().all(|side| {
+            let [mut low, mut high] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+            for p in hull {
+                for (axis, x) in side.coordinates(p).into_iter().enumerate() {
+                    (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+                }
+            }
+            high[0] < -margin
+                || low[0] > side.length + margin
+                || high[1] < self.depth - error
+                || low[1] > self.depth + error
+        })
+    }
+
+    /// The number (from 1) of the side that is nearest to a point; it begins or ends at the corner of this number.
+    pub(crate) fn nearest_side(&self, p: &Vector2<f64>) -> usize {
+        let sides = self.sides.iter();
+        let nearest = sides.min_by(|a, b| a.distance(p).total_cmp(&b.distance(p)));
+        nearest.map_or(0, |side| side.number) + 1
+    }
+}
+
+/// Twice the area of a polygon, in m²: positive if its vertices are in counterclockwise order.
+///
+/// # Errors
+///
+/// Fewer than three vertices, one that is not finite, or edges that meet.
+pub(crate) fn checked_polygon(field: &str, vertices: &[[f64; 2]]) -> Result<f64, Error> {
+    let unusable = |value: String, allowed: &str| Error::Unusable {
+        field: field.into(),
+        value,
+        allowed: allowed.into(),
+    };
+    for (k, [x, y]) in vertices.iter().enumerate() {
+        finite(format!("{field}.{}.x", k + 1), *x)?;
+        finite(format!("{field}.{}.y", k + 1), *y)?;
+    }
+    let count = vertices.len();
+    if count < 3 {
+        return Err(unusable(format!("[{count} vertices]"), "3 or more vertices"));
+    }
+    if let Some((i, j)) = meeting(vertices, true) {
+        let allowed = "a polygon whose edges meet only at its vertices; edge k goes from vertex k to the next one";
+        return Err(unusable(format!("[edges {} and {} meet]", i + 1, j + 1), allowed));
+    }
+    let from = Vector2::from(vertices[0]);
+    let point = |k: usize| Vector2::from(vertices[k % count]) - from;
+    Ok((0..count).map(|k| point(k).perp(&point(k + 1))).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::contact::Contact;
+    use crate::body::posture::GroundKind;
+
+    /// An L of two unit squares on the right of and above a third one, its corner at the origin.
+    fn shape() -> Outline {
+        let outline = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let fields = PostureFields {
+            mass: 1.0,
+            gyration_radius: 1.0,
+            center_of_mass: [0.0, 0.0],
+            contacts: vec![Contact::at(0.0, 0.0)],
+            restitution: 0.0,
+            gravity: 9.81,
+            terrain: Vec::new(),
+            ground: GroundKind::Own,
+            outline,
+        };
+        Outline::new(&fields).unwrap().unwrap()
+    }
+
+    #[test]
+    fn points_in_the_body_and_beside_it() {
+        let shape = shape();
+        for ([x, y], inside) in [
+            ([0.5, 0.5], true),
+            ([1.5, 0.5], true),
+            ([0.5, 1.5], true),
+            ([1.5, 1.5], false),
+            ([-0.5, 0.5], false),
+            ([1.0 + 1e-12, 1.5], false),
+            ([1.0 - 1e-12, 1.5], false), // on the boundary, within the tolerance
+            ([1.0 - 1e-6, 1.5], true),
+        ] {
+            assert_eq!(shape.holds(&Vector2::new(x, y)), inside, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn a_hull_that_crosses_a_side_is_seen() {
+        let shape = shape();
+        let way = |from: [f64; 2], to: [f64; 2]| [Vector2::from(from), Vector2::from(to)];
+        assert!(shape.is_off_sides(&way([1.2, 1.2], [3.0, 1.2]), 0.0));
+        assert!(shape.is_off_sides(&way([1.0, 1.1], [1.0, 1.9]), 0.0), "along a side");
+        assert!(!shape.is_off_sides(&way([1.5, 1.5], [1.5, 0.5]), 0.0));
+        assert!(!shape.is_off_sides(&way([-1.0, 0.5], [3.0, 0.5]), 0.0), "right through");
+        assert_eq!(shape.nearest_side(&Vector2::new(1.5, 0.9)), 3);
+    }
+}
