@@ -124,7 +124,8 @@ def of_run(run: sf.Run) -> Iterator[object]:
         yield from (z.theta, z.omega, z.gaps, z.gap_rates)
         yield from (z.certified, z.method, z.plastic, z.first_summed)
     times = run.time - run.elapsed * np.arange(1, 8) / 8
-    yield from run.gaps_at(times)
+    yield run.gaps_at(times)
+    yield run.gap_rates_at(times)
     if run.q is not None:
         yield from run.at(times)
     if run.enclosure is not None:

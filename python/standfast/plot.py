@@ -204,7 +204,7 @@ def curves(run: Run) -> tuple[_Floats, _Floats]:
             pieces.append(point.time - way * np.geomspace(1e-6, 1.0, CURVE // 4))
     times = np.unique(np.concatenate(pieces))
     times = times[(times >= events[0]) & (times <= events[-1])]
-    return sharpened(times, lambda t: run.gaps_at(t)[0])
+    return sharpened(times, lambda t: run.gaps_at(t))
 
 
 def sharpened(
@@ -404,7 +404,7 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
     rest = np.unique(rest[(rest >= shortest) & (rest <= whole)])
 
     def gaps_before(rest: _Floats) -> _Floats:
-        return run.gaps_at(np.clip(point.time - rest, start(run), point.time))[0]
+        return run.gaps_at(np.clip(point.time - rest, start(run), point.time))
 
     rest, gaps = (values[::-1] for values in sharpened(rest, gaps_before))
     low, high = _decades(rest, gaps)

@@ -51,7 +51,7 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
             f"t = array of shape {times.shape} cannot be used: times in one dimension are allowed"
         )
     q, qdot = run.at(times)
-    gaps, rates = run.gaps_at(times)
+    gaps, rates = run.gaps_at(times), run.gap_rates_at(times)
     starts = [phase.start for phase in run.phases]
     letters = np.array([list(phase.mode) for phase in run.phases])
     mode = letters[np.searchsorted(starts, times, side="right") - 1]

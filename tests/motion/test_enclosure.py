@@ -243,7 +243,7 @@ def test_a_body_is_enclosed_like_its_local_model():
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     q, qdot = (0.0, 0.011, 0.002), (0.1, -0.2, 0.3)
     run = sf.simulate(rod, q, qdot, model="local", certify=True)
-    start = run.gaps_at(0.0)
+    start = run.gaps_at(0.0), run.gap_rates_at(0.0)
     other = of(rod.local(), *start)
     low, high = run.enclosure.zeno
     # Parameters, gaps and rates of the other one are rounded.

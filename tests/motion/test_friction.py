@@ -569,7 +569,7 @@ def flaws(posture, run):
     gaps = np.array([posture.gaps(x) for x in q])
     if (gaps < -1e-12 * size[:, None]).any():
         found.append("in the terrain")
-    if (np.abs(gaps - run.gaps_at(times)[0]) > 1e-12 * size[:, None]).any():
+    if (np.abs(gaps - run.gaps_at(times)) > 1e-12 * size[:, None]).any():
         found.append("gaps are not those of q")
     if run.outcome not in OUTCOMES:
         found.append("outcome")

@@ -237,7 +237,7 @@ def enlarged(posture, run, rows, left):
     flights = [p for p in run.phases if p.mode == "SS" and p.end < end * (1 - 1e-12)]
     flight = [p for p in flights if p.start < end - left][-1]
     t = (flight.start + flight.end) / 2
-    (gaps,), (rates,) = run.gaps_at([t])
+    gaps, rates = run.gaps_at(t), run.gap_rates_at(t)
     _, qdot = run.at(t)
     qdot = qdot + inverse @ (rates - rows @ qdot)
     scale = 2.0 ** -np.round(np.log2(end - t))

@@ -225,7 +225,7 @@ def flaws_of_jump(body, run, t, step, options, impacts):
     if law == "newton" and "simultaneous" not in options:  # all that land have impulses
         rates, after_it = impacts[0]["rates_before"], impacts[0]["rates_after"]
         slow = after_it + body.posture.restitution * rates < -JUMP * speed
-        for i in np.nonzero(slow & (rates < 0) & (run.gaps_at(t)[0] == 0))[0]:
+        for i in np.nonzero(slow & (rates < 0) & (run.gaps_at(t) == 0))[0]:
             yield f"impact at {t}: foot {i + 1} does not bounce"
     if law == "newton" and len(impacts) == 1 and len(frames[0]) == 1:
         ((_, normal),) = frames[0]

@@ -285,7 +285,7 @@ def is_tied(run, hits, slow, size):
         return True
     if not run.phases:
         return False
-    gaps, _ = run.gaps_at(hits["time"])
+    gaps = run.gaps_at(hits["time"])
     arrive = (hits["rates_before"] < -slow) & (gaps <= 1e-12 * size)
     return bool((arrive.sum(axis=1) > 1).any())
 

@@ -42,7 +42,7 @@ def test_gaps_over_time():
     for index, line in enumerate((first, second)):
         t, gap = line.get_data()
         assert (t[0], t[-1]) == (0.0, run.time)
-        np.testing.assert_array_equal(gap, run.gaps_at(t)[0][:, index])
+        np.testing.assert_array_equal(gap, run.gaps_at(t)[:, index])
     assert first.get_color() != second.get_color()
     assert first.get_linestyle() != second.get_linestyle()
 
@@ -102,7 +102,7 @@ def test_approach_is_logarithmic_and_runs_to_the_right():
     assert 0.0 < right < 1e-6 * left
     for index, line in enumerate(curves(axes)):
         rest, height = line.get_data()
-        gaps = run.gaps_at(run.time - rest)[0][:, index]
+        gaps = run.gaps_at(run.time - rest)[:, index]
         shown = height > axes.get_ylim()[0]
         np.testing.assert_array_equal(height[shown], gaps[shown])
 

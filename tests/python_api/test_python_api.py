@@ -389,7 +389,7 @@ def test_a_wrong_type_is_named(make, words):
 
 @pytest.mark.parametrize("t", ["0.01", None, True, 0.01 + 0j, [0.01, None], object()])
 def test_times_are_numbers(run, t):
-    for ask in (run.at, run.gaps_at, run.energy):
+    for ask in (run.at, run.gaps_at, run.gap_rates_at, run.energy):
         assert_refused(lambda ask=ask: ask(t), TypeError, "t = * numbers")
 
 
@@ -555,7 +555,7 @@ def test_at_any_time(run):
     times = np.linspace(0.0, run.time, 7)
     q, qdot = run.at(times)
     assert q.shape == qdot.shape == (7, 3)
-    gaps, rates = run.gaps_at(times)
+    gaps, rates = run.gaps_at(times), run.gap_rates_at(times)
     assert gaps.shape == rates.shape == (7, 2)
     np.testing.assert_allclose(gaps, run.posture.gaps(q), atol=1e-15)
     for k, moment in enumerate(times):
@@ -601,7 +601,7 @@ def test_a_run_of_a_local_model():
     assert (zeno.q, zeno.qdot) == (None, None)
     assert done.gaps.shape == done.rates.shape == (2,)
     assert isinstance(done.theta, float)
-    gaps, rates = done.gaps_at(0.0)
+    gaps, rates = done.gaps_at(0.0), done.gap_rates_at(0.0)
     np.testing.assert_array_equal(gaps, [0.0, 0.01])
     np.testing.assert_array_equal(rates, [0.1, -0.5])
 

@@ -38,7 +38,7 @@ def test_a_dataset_has_the_values_of_the_run():
         assert set(run.impacts["time"]) <= set(times)
         assert {phase.start for phase in run.phases} <= set(times)
         q, qdot = run.at(times)
-        gaps, rates = run.gaps_at(times)
+        gaps, rates = run.gaps_at(times), run.gap_rates_at(times)
         for name, values in {
             "q": q,
             "qdot": qdot,

@@ -95,6 +95,7 @@ def results(dice, posture, q, qdot):
     yield {"run": run, "json": told, "sample": run.sample(20)}
     times = run.sample(20)[0]
     yield {"energy": run.energy(times), "gaps_at": run.gaps_at(times)}
+    yield {"gap_rates_at": run.gap_rates_at(times)}
     yield {"runs": sf.simulate_many(posture, q, qdot, **options)}
     yield {"gaps": posture.gaps(q), "rates": posture.gap_rates(q, qdot)}
     yield {

@@ -40,7 +40,7 @@ def landings(run):
         late = phase.start + (phase.end - phase.start) * (1 - 1e-9)
         _, qdot = run.at(late)
         speed = jacobian(run.posture)[1][held] @ qdot
-        rate = run.gaps_at([late])[1][0][1 - held]
+        rate = run.gap_rates_at(late)[1 - held]
         found.append((2 - held, math.hypot(rate, speed), math.atan2(speed, -rate)))
     return found
 

@@ -259,7 +259,7 @@ def test_what_a_run_says_of_its_ground_is_so(shape):
         if texts:
             time = float(re.search(r"t = (\S+) s", texts[0])[1])
             q, _ = run.at(time)
-            gaps, _ = run.gaps_at(time)
+            gaps = run.gaps_at(time)
             # The time is rounded, and the gaps at that time are those after an impact.
             gaps = np.where(gaps < 1e-9 * length, 0.0, gaps)
             below, far = wrong(posture, q, run.model, gaps, 0.999)

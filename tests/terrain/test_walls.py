@@ -194,6 +194,10 @@ def test_nothing_enters_walls_and_overhangs():
         run = sf.simulate(posture, (0, 0, 0), qdot, **options)
         outcomes[run.outcome] += 1
         assert not entries(terrain, posture, run), seed
+        times = np.linspace(0, run.time, 200)
+        gaps, nearest = run.gaps_at(times), posture.gaps(run.at(times)[0])
+        away = np.minimum(gaps, nearest) > 1e-9
+        np.testing.assert_allclose(gaps[away], nearest[away], rtol=0, atol=1e-9)
         if options["impact"] == "moreau":
             continue
         energies = [run.energy(t) for t in np.linspace(0, run.time, 200)]

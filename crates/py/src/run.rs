@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::outcome::{ContactNumber, Instant, Phase, ZenoPoint};
+use standfast::outcome::{ContactNumber, Phase, ZenoPoint};
 use standfast::{Error, Trajectory};
 
 use crate::convert::{array, counted, local_model, question, vector, word};
@@ -473,18 +473,36 @@ impl PyRun {
     /// a sum of impacts that more than 100 000 events of the sum are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let posture = self.0.posture().is_some();
-        self.instants(py, t, 3, |instant| {
-            let row = |v: &standfast::Vector3| {
-                if posture { [v.x, v.y, v.z] } else { [f64::NAN, f64::NAN, v.z] }
-            };
-            (row(&instant.state.q).to_vec(), row(&instant.state.qdot).to_vec())
-        })
+        let row = |v: &standfast::Vector3| {
+            if posture { [v.x, v.y, v.z] } else { [f64::NAN, f64::NAN, v.z] }
+        };
+        let t = doubles("t", t)?;
+        let (mut q, mut qdot) = (Vec::new(), Vec::new());
+        for &t in t.as_array() {
+            let state = self.0.at(t).map_err(|e| to_py(&e))?.state;
+            q.extend(row(&state.q));
+            qdot.extend(row(&state.qdot));
+        }
+        let shape = [t.as_array().shape(), &[3]].concat();
+        Ok((array(py, q, &shape)?, array(py, qdot, &shape)?))
     }
 
-    /// Gaps (..., n) in m and gap rates (..., n) in m/s, as the pair (gaps, rates), at times t : (...) s of the run. See `at`.
-    fn gaps_at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
-        let n = self.0.gaps().len();
-        self.instants(py, t, n, |instant| (instant.gaps, instant.rates))
+    /// Gaps of the contacts, (..., n) m, at times t : (...) s of the run. See `at`.
+    fn gaps_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.at_times(py, t, &[self.0.gaps().len()], |t| Ok(self.0.at(t)?.gaps))
+    }
+
+    /// Gap rates of the contacts, (..., n) m/s, at times t : (...) s of the run. See `at`.
+    fn gap_rates_at<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.at_times(py, t, &[self.0.gaps().len()], |t| Ok(self.0.at(t)?.rates))
     }
 
     /// World positions (x, y) of the contact points, (..., n, 2) m, at times t : (...) s of the run. In the full model
@@ -495,7 +513,8 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.pairs(py, t, |t| self.0.points(t))
+        let shape = [self.0.gaps().len(), 2];
+        self.at_times(py, t, &shape, |t| Ok(self.0.points(t)?.into_iter().flatten()))
     }
 
     /// Contact forces of the smooth motion, (..., n, 2) N, (tangential, normal), at times t : (...) s of the run. Each pair is in the axes
@@ -522,7 +541,8 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.pairs(py, t, |t| self.0.forces(t))
+        let shape = [self.0.gaps().len(), 2];
+        self.at_times(py, t, &shape, |t| Ok(self.0.forces(t)?.into_iter().flatten()))
     }
 
     /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot (n, 3).
@@ -539,9 +559,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let t = doubles("t", t)?;
-        let values: Result<Vec<f64>, _> = t.as_array().iter().map(|&t| self.0.energy(t)).collect();
-        array(py, values.map_err(|e| to_py(&e))?, t.as_array().shape())
+        self.at_times(py, t, &[], |t| Ok([self.0.energy(t)?]))
     }
 
     /// Draw the run. Without `ax`: a new figure with the gaps over time, the gaps before a Zeno point if impacts accumulate, and the
@@ -671,42 +689,20 @@ type Sample<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 impl PyRun {
-    fn instants<'py>(
+    /// Numbers of this shape at each time, (..., *shape).
+    fn at_times<'py, V: IntoIterator<Item = f64>>(
         &self,
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
-        width: usize,
-        rows: impl Fn(Instant) -> (Vec<f64>, Vec<f64>),
-    ) -> PyResult<Pair<'py>> {
-        let t = doubles("t", t)?;
-        let (mut first, mut second) = (Vec::new(), Vec::new());
-        for &t in t.as_array() {
-            let (a, b) = rows(self.0.at(t).map_err(|e| to_py(&e))?);
-            first.extend(a);
-            second.extend(b);
-        }
-        let mut shape = t.as_array().shape().to_vec();
-        shape.push(width);
-        Ok((array(py, first, &shape)?, array(py, second, &shape)?))
-    }
-}
-
-impl PyRun {
-    /// Pairs of numbers for each contact, (..., n, 2).
-    fn pairs<'py>(
-        &self,
-        py: Python<'py>,
-        t: &Bound<'py, PyAny>,
-        of: impl Fn(f64) -> Result<Vec<[f64; 2]>, Error>,
+        shape: &[usize],
+        of: impl Fn(f64) -> Result<V, Error>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let t = doubles("t", t)?;
         let mut values = Vec::new();
         for &t in t.as_array() {
-            values.extend(of(t).map_err(|e| to_py(&e))?.into_iter().flatten());
+            values.extend(of(t).map_err(|e| to_py(&e))?);
         }
-        let mut shape = t.as_array().shape().to_vec();
-        shape.extend([self.0.gaps().len(), 2]);
-        array(py, values, &shape)
+        array(py, values, &[t.as_array().shape(), shape].concat())
     }
 }
 

@@ -9,7 +9,6 @@ use crate::body::contact::{ContactValues, PerContact};
 use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
-use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::Base;
@@ -64,13 +63,8 @@ impl Coordinates for AnyContacts {
 
     fn moment(driver: &Driver<'_, Self>) -> Moment {
         let AnyContacts { posture, state, .. } = &driver.body;
-        let points = &state.points;
-        Moment {
-            clock: driver.log.clock,
-            state: state.state(),
-            gaps: posture.per_contact(|k| points[k].h.unsigned_zero()).collect(),
-            rates: posture.per_contact(|k| points[k].u.unsigned_zero()).collect(),
-        }
+        let (gaps, rates) = state.gaps_and_rates(posture);
+        Moment { clock: driver.log.clock, state: state.state(), gaps, rates }
     }
 
     fn watch_ground(driver: &mut Driver<'_, Self>) {

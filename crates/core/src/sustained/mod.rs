@@ -151,15 +151,41 @@ impl BodyState {
     }
 
     pub(crate) fn instant(&self, posture: &Posture) -> Instant {
-        Instant { state: self.state(), gaps: self.gaps(posture), rates: self.rates(posture) }
+        let (gaps, rates) = self.gaps_and_rates(posture);
+        Instant { state: self.state(), gaps, rates }
     }
 
-    pub(crate) fn gaps(&self, posture: &Posture) -> Vec<f64> {
-        posture.per_contact(|k| self.points[k].h.unsigned_zero()).collect()
+    /// Gaps (m) and rates (m/s) of the contacts.
+    pub(crate) fn gaps_and_rates<T: FromIterator<f64> + Default + Extend<f64>>(
+        &self,
+        posture: &Posture,
+    ) -> (T, T) {
+        let points: PerContact<(f64, f64)> =
+            self.points.iter().map(|p| self.gap_and_rate(p, posture)).collect();
+        posture
+            .per_contact(|k| points[k])
+            .map(|(h, u)| (h.unsigned_zero(), u.unsigned_zero()))
+            .unzip()
     }
 
-    pub(crate) fn rates(&self, posture: &Posture) -> Vec<f64> {
-        posture.per_contact(|k| self.points[k].u.unsigned_zero()).collect()
+    /// Gap and rate of a point. With walls it moves between the separating lines of a piece, and the nearest piece may be another one: the
+    /// gap is that of the nearest piece.
+    fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
+        let i = p.place.contact;
+        if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {
+            let (State { q, qdot }, local) = (self.state(), self.frozen.is_some());
+            let under = posture.under(i, &q, local);
+            if under.place.piece != p.place.piece {
+                let (k, turn) = (under.geometry, Turn::by(q.z));
+                let (h, u) = if local {
+                    (k.local_gap(&q), k.local_rate(&qdot))
+                } else {
+                    (k.gap(&q, &turn), k.gap_rate(&qdot, &turn))
+                };
+                return (if under.exists { h } else { f64::INFINITY }, u);
+            }
+        }
+        (p.h, p.u)
     }
 
     /// One letter per contact. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
