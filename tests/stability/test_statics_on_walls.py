@@ -6,6 +6,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from scipy.integrate import solve_ivp
 from scipy.optimize import linprog
 
 G = 9.81
@@ -289,3 +290,54 @@ def test_stable_verdicts_between_walls_withstand_kicks():
         if held == KICKED:
             break
     assert held == KICKED
+
+
+def falls_without_the_wall(friction, time, angle, omega):
+    """Time at which the top of the ladder is on the floor, ω and the speed of the centre along the floor then. The foot slides away
+    from the wall: ÿ = 2 cos θ θ̈ − 2 sin θ ω² = N − g, (4/3) θ̈ = 2 N (μ sin θ − cos θ), ẍ = μ N."""
+
+    def motion(_, state):
+        angle, omega, _ = state
+        lever = 1.5 * (friction * math.sin(angle) - math.cos(angle))
+        normal = (G - 2 * math.sin(angle) * omega**2) / (
+            1 - 2 * math.cos(angle) * lever
+        )
+        return omega, lever * normal, friction * normal
+
+    def lands(_, state):
+        return state[0]
+
+    lands.terminal = True
+    start = (angle, omega, 2 * math.sin(angle) * omega)
+    fall = solve_ivp(
+        motion, (time, time + 5), start, rtol=1e-12, atol=1e-13, events=lands
+    )
+    return fall.t[-1], fall.y[1, -1], fall.y[2, -1]
+
+
+@pytest.mark.parametrize(("friction", "lost"), [(f[0], f[-1]) for f in FALLS])
+def test_the_top_of_a_falling_ladder_lands_on_the_floor(friction, lost):
+    """On one terrain with a wall. Without friction its momentum along the floor is conserved after it has lost the wall."""
+    posture = ladder(friction, friction)
+    wall = posture.contacts[1].point[0]
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=posture.gyration_radius,
+        center_of_mass=posture.center_of_mass,
+        contacts=[sf.Contact(k.point, friction=friction) for k in posture.contacts],
+        restitution=0,
+        gravity=G,
+        terrain=[(-20, 0), (wall, 0), (wall, 20)],
+    )
+    rest = (0, 0, 0)
+    run = sf.simulate(posture, rest, rest, model="full", impact="moreau")
+    hit = run.impacts[0]
+    assert hit["contact"] == 2
+    _, (speed, _, omega) = run.at(np.nextafter(hit["time"], 0))
+    expected = falls_without_the_wall(friction, *lost)
+    assert (hit["time"], omega, speed) == pytest.approx(expected, abs=1e-9)
+    if friction == 0:
+        _, angle, turning = lost
+        assert speed == pytest.approx(2 * math.sin(angle) * turning, abs=1e-12)
+        energy = 2 * G * math.sin(math.radians(65)) - speed**2 / 2
+        assert omega == pytest.approx(-math.sqrt(energy * 3 / 8), abs=1e-12)

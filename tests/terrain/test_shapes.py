@@ -4,6 +4,7 @@ import math
 import os
 from collections import Counter
 
+import mpmath
 import numpy as np
 import pytest
 import standfast as sf
@@ -23,6 +24,41 @@ def test_a_rocking_block_in_three_lines():
         assert after / was == pytest.approx(0.85, abs=1e-7)
     assert run.outcome == "rest"
     assert run.q[1:] == pytest.approx((0, 0), abs=1e-9)
+
+
+def quarter(top, rate):
+    """Time and final ω of a block, 1 m wide and 3 m high, that turns on a corner from rest at the angle ``top`` to 0; or, without
+    ``top``, the time from 0 with ω = ``rate`` to rest. (4/3) R² θ̈ = −g R sin(α − θ), tan α = 1/3, so that
+    ω² = (3g/2R) (cos(α − top) − cos(α − θ))."""
+    radius, alpha = mpmath.sqrt(10) / 2, mpmath.atan(mpmath.mpf(1) / 3)
+    stiff = 3 * mpmath.mpf("9.81") / (2 * radius)
+    if not top:
+        top = alpha - mpmath.acos(mpmath.cos(alpha) + rate**2 / stiff)
+
+    # θ = top (1 − s²): ω/s is smooth where the speed is zero.
+    def speed_over_s(s):
+        middle = alpha - top * (1 - s * s / 2)
+        return mpmath.sqrt(
+            2 * stiff * mpmath.sin(middle) * mpmath.sin(top * s * s / 2) / s**2
+        )
+
+    time = mpmath.quad(lambda s: 2 * top / speed_over_s(s), [0, 1])
+    return time, speed_over_s(mpmath.mpf(1))
+
+
+def test_the_block_of_housner_comes_to_rest():
+    """From 5 degrees: after each impact it keeps 0.85 of ω, and swings up and down."""
+    with mpmath.workdps(50):
+        time, rate = quarter(mpmath.mpf(math.radians(5)), 0)
+        for _ in range(160):
+            rate *= mpmath.mpf("0.85")
+            time += 2 * quarter(0, rate)[0]
+        rest = float(time)
+    assert rest == pytest.approx(4.209, abs=5e-4)
+    block = sf.Posture.box(1, 3, friction=0.6)
+    run = sf.simulate(block, block.touching(1, math.radians(5)), REST, impact="moreau")
+    assert run.outcome == "rest"
+    assert run.time == pytest.approx(rest, rel=1e-9)
 
 
 def test_moments_of_polygons():
