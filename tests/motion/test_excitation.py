@@ -275,3 +275,26 @@ def test_a_run_ends_before_a_kick_at_its_time_limit():
         for kicks in ([], [sf.Kick(0.02, (0, 5))])
     ]
     np.testing.assert_array_equal(runs[0].qdot, runs[1].qdot)
+
+
+def test_a_body_thrown_up_against_turned_gravity_comes_back():
+    """Under a floor that is tilted by half a turn, a ball falls up to a ceiling, from far below it."""
+    ball = sf.Posture(
+        mass=1,
+        gyration_radius=0.1,
+        center_of_mass=(0, 1),
+        contacts=[sf.Contact((0, 1))],
+        restitution=0,
+        gravity=G,
+        terrain=[(3, 5), (-3, 5)],
+    )
+    half = sf.GroundMotion([0], tilt=[math.pi])
+    run = sf.simulate(ball, (0, -50, 0), (0, -1, 0), ground_motion=half)
+    assert run.outcome == "rest"
+    way = 54.0
+    assert run.impacts[0]["time"] == pytest.approx(
+        (1 + math.sqrt(1 + 2 * G * way)) / G, rel=1e-12
+    )
+    beside = sf.simulate(ball, (0, -50, 0), (5, -1, 0), ground_motion=half)
+    assert beside.outcome == "escape"
+    assert not len(beside.impacts)

@@ -943,3 +943,32 @@ def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
         for t in (landed[0] / 2, end):
             assert run.at(t)[0] == pytest.approx(other.at(t)[0] * (-1, 1, -1), abs=1e-9)
     assert fell > 20
+
+
+def test_far_below_its_segment_a_contact_of_the_local_model_is_not_over_it():
+    """In the local model an arm turns without bound: a contact may be high over the centre of mass, and far from its segment."""
+    low, high = -1.9248046875, 1.83251953125
+    contact = sf.Contact(
+        (-0.982666015625, -0.1728515625),
+        friction=0.25,
+        tangential_restitution=0.5,
+        segment=(low, high),
+    )
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.4794921875,
+        center_of_mass=(-0.189453125, 0.2333984375),
+        contacts=[contact],
+        restitution=0.875,
+    )
+    run = sf.simulate(
+        posture,
+        (-0.05126953, 0.125, 0.08837891),
+        (1.3046875, 2.9375, -0.9765625),
+        model="local",
+        impact="chatterjee-ruina",
+        time_limit=4.0,
+    )
+    assert len(run.impacts) == 3
+    along = run.points_at(run.impacts["time"])[:, 0, 0] - contact.point[0]
+    assert ((low <= along) & (along <= high)).all()

@@ -329,7 +329,7 @@ impl<'a> Driver<'a, AnyContacts> {
         self.note_flight();
         let lost = self.is_lost();
         let landings: ContactValues<Option<f64>> =
-            (0..n).map(|i| self.body.state.touchdown(i)).collect();
+            (0..n).map(|i| self.body.state.touchdown(i).filter(|_| !lost)).collect();
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let crossing = (0..n)
             .filter_map(|i| self.body.state.crossing(i).map(|(t, side)| (t, i, side)))
@@ -405,11 +405,19 @@ impl<'a> Driver<'a, AnyContacts> {
         self.body.state.reconcile(self.body.posture.size());
     }
 
-    /// Whether the body has fallen below all of its terrain, so that it meets nothing any more.
+    /// Whether the body has fallen below all of its terrain, so that it meets nothing any more. In the local model a contact moves away
+    /// from the centre of mass without bound.
     fn is_lost(&self) -> bool {
-        let BodyState { center, gravity, .. } = &self.body.state;
+        let BodyState { center, fall, frozen, .. } = &self.body.state;
+        if frozen.is_some() {
+            return false;
+        }
+        let rise = match (center.v.y.max(0.0), fall.y) {
+            (0.0, ..=0.0) => 0.0,
+            (up, ..0.0) => -0.5 * up * up / fall.y,
+            _ => return false,
+        };
         let lowest = self.body.posture.lowest_ground();
-        let rise = 0.5 * center.v.y.max(0.0) * center.v.y / gravity;
         let top = self.body.posture.fields().center_of_mass[1] + center.r.y + rise;
         lowest > f64::NEG_INFINITY && top + self.body.posture.size() < lowest
     }
