@@ -192,11 +192,14 @@ def curves(run: Run) -> tuple[_Floats, _Floats]:
     """Times (k,) at which the curves over time are sampled, dense where there are many events, and the gaps (k, n) there."""
     events = event_times(run)
     spin = abs(run.at(events[:-1])[1][:, 2])
+    # A share for each piece, and one by its duration.
     arc = max(3, min(ARC, CURVE // len(events)))
+    whole = max(run.elapsed, np.finfo(float).tiny)
     pieces = [events]
     for (begin, end), omega in zip(pairwise(events), spin, strict=True):
         turns = omega * (end - begin) / (2.0 * math.pi)
-        pieces.append(np.linspace(begin, end, int(min(arc + TURN * turns, CURVE))))
+        points = arc + TURN * turns + ARC * (end - begin) / whole
+        pieces.append(np.linspace(begin, end, int(min(points, CURVE))))
     for point in [p for p in run.zeno_points if is_infinite(p)][:MARKS]:
         before = events[events < point.time]
         if len(before):

@@ -109,14 +109,17 @@ pub(crate) const UNIT_TANGENT: f64 = 1e-12;
 
 /// Accelerations below which the solution of a convex programme counts as zero, tried in this order. Unit: load. Clarabel's 1e-8 in the
 /// objective is at most 1e-4 in the acceleration. Range: 0 to 1e-3.
+#[cfg(feature = "qp")]
 pub(crate) const QP_ZERO: [f64; 3] = [0.0, 1e-6, 1e-4];
 
 /// Accuracies asked of Clarabel, tried in this order. Only the active edges of the cones are needed, and a rough solution mostly shows
 /// them. Range: 1e-10 to 1e-3.
+#[cfg(feature = "qp")]
 pub(crate) const QP_ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 
 /// Residual of the balance of forces that is rounding. Unit: the largest force. It is the rounding of a sum of up to 64 forces; one edge
 /// too many among the active ones leaves more. Range: 1e-14 to 1e-11.
+#[cfg(feature = "qp")]
 pub(crate) const FORCE_BALANCE: f64 = 1e-13;
 
 /// Entry of a tableau of the simplex method that is rounding. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.
