@@ -298,3 +298,21 @@ def test_a_body_thrown_up_against_turned_gravity_comes_back():
     beside = sf.simulate(ball, (0, -50, 0), (5, -1, 0), ground_motion=half)
     assert beside.outcome == "escape"
     assert not len(beside.impacts)
+
+
+def test_a_body_below_all_of_its_terrain_has_no_ground():
+    """It has fallen past the end of an overhang, and swings across the line of the overhang."""
+    rod = sf.Posture(
+        mass=1,
+        gyration_radius=0.5,
+        center_of_mass=(4, 0.5),
+        contacts=[sf.Contact((4.5, 0.5)), sf.Contact((3.5, 0.5))],
+        restitution=0,
+        gravity=G,
+        terrain=[(-4, 0), (0, 0), (0, -1), (-1, -1.2)],
+    )
+    run = sf.simulate(rod, (0, 0, 0), (-3, 0, 9), time_limit=4)
+    assert run.outcome in ("escape", "time-limit")
+    assert not len(run.impacts)
+    low = run.gaps_at(np.linspace(1.5, run.time, 50))
+    assert (low > 0).all()

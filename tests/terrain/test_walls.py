@@ -152,7 +152,9 @@ def test_nothing_enters_walls_and_overhangs():
         over = heights > 1e-9
         for gaps in run.gaps_at(times), posture.gaps(run.at(times)[0]):
             near = over & np.isfinite(gaps)  # a vertical ends the terrain
-            np.testing.assert_allclose(gaps[near], heights[near], atol=1e-9)
+            np.testing.assert_allclose(
+                gaps[near], heights[near], atol=1e-9, err_msg=f"scene {seed}"
+            )
             compared += np.array([near.sum(), over.sum()])
         if options["impact"] == "moreau":
             continue

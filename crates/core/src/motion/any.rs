@@ -326,10 +326,14 @@ impl<'a> Driver<'a, AnyContacts> {
         self.leave_vertices();
         let n = self.body.state.points.len();
         self.resting.fill(false);
-        self.note_flight();
         let lost = self.is_lost();
+        if lost {
+            // No contact has ground to meet any more, whichever piece it was over.
+            self.body.state.points.iter_mut().for_each(|p| (p.h, p.depth) = (f64::INFINITY, 0.0));
+        }
+        self.note_flight();
         let landings: ContactValues<Option<f64>> =
-            (0..n).map(|i| self.body.state.touchdown(i).filter(|_| !lost)).collect();
+            (0..n).map(|i| self.body.state.touchdown(i)).collect();
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let crossing = (0..n)
             .filter_map(|i| self.body.state.crossing(i).map(|(t, side)| (t, i, side)))
