@@ -24,7 +24,7 @@ EPS = np.finfo(float).eps
 #: Number of random scenes for each symmetry.
 SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "400"))
 #: Number of runs with inputs that differ by a rounding.
-SIBLINGS = 6
+SIBLINGS = 12
 #: Parts of the duration and of the speeds of a run below which events are not distinguished. There is more than one, for
 #: events as short or slow as one of them.
 RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
@@ -32,6 +32,9 @@ RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
 ALLOWED = 50
 #: Largest part of runs that may be ill-conditioned or without an end.
 SKIPPED = 0.1
+#: Between walls: largest part of runs with a larger change than allowed, or with other listed events at one instant, and the largest
+#: change of their final state in a run, in m and m/s.
+WALL_SHARE, WALL_CHANGE = 0.01, 1e-9
 #: Label of a run with simultaneous landings.
 TIE = "same instant"
 
@@ -275,6 +278,7 @@ class Course:
     #: From the last recorded impact to the Zeno point that sums the rest.
     sums: list
     top: float  # largest speed
+    error: float  # of the times of sums, as the run states it
     tied: bool
 
 
@@ -320,6 +324,7 @@ def course(image, size):
         ],
         sums,
         top,
+        max((z.time_error / unit for z in run.zeno_points), default=0.0),
         is_tied(
             run,
             impacts[fast],
@@ -382,13 +387,23 @@ def compared(one, other, size, resolved):
         return [e for e, inside in zip(entries, within, strict=True) if not inside]
 
     def kept(run):
-        phases = counting([p for p in run.phases if p[2] - p[1] > brief], 1)
+        # Beside a brief phase, which one of the runs may lack, a phase begins or ends that much earlier or later.
+        slow_enough = [p[2] - p[1] > brief for p in run.phases]
+        beside = [True, *slow_enough, True]
+        phases = counting(
+            [
+                (word, *ends, beside[k] and beside[k + 2])
+                for k, (word, *ends) in enumerate(run.phases)
+                if slow_enough[k]
+            ],
+            1,
+        )
         zeno = []
         for t, contacts, *state in counting(run.zeno, 0):
             # Of Zeno points that accumulate, rounding decides which one is the last.
             if zeno and t - zeno[-1][0] <= brief:
                 zeno.pop()
-                contacts, state = None, [state[0], np.zeros(3)]
+                contacts, state = None, ()
             zeno.append((t, contacts, *state))
         # Infinitely many impacts of one instant are recorded up to the one at which they are summed.
         hits = []
@@ -397,12 +412,17 @@ def compared(one, other, size, resolved):
                 hits[-1][0].add(contact)
             else:
                 hits.append(({contact}, t))
-        words = [p[0] for p in phases], [h[0] for h in hits], len(zeno)
+        words = (
+            [(p[0], p[3]) for p in phases],
+            [h[0] for h in hits],
+            [bool(z[1]) for z in zeno],
+        )
         times = [run.elapsed]
-        times += [t for p in phases for t in p[1:]]
-        times += [z[0] for z in zeno] + [h[1] for h in hits]
-        places = [run.q, *(z[2] for z in zeno)]
-        speeds = [run.qdot, *(z[3] for z in zeno)]
+        times += [t for p in phases for t in p[1:3] if p[3]]
+        single = [z for z in zeno if z[1]]
+        times += [z[0] for z in single] + [h[1] for h in hits]
+        places = [run.q, *(z[2] for z in single)]
+        speeds = [run.qdot, *(z[3] for z in single)]
         lever = np.array([1.0, 1.0, size])
         values = np.array(times), np.array(places) * lever, np.array(speeds) * lever
         return (run.outcome, *words), [z[1] for z in zeno], values
@@ -572,19 +592,28 @@ def test_worlds_that_move_alike(image_of, scene_of):
             continue
         ends[base.outcome] += 1
         change = changes(base, other, scene.size)
+        apart = max(
+            np.abs(base.q - other.q).max(), np.abs(base.qdot - other.qdot).max()
+        )
         if change is None:
-            wrong.append((seed, describe(scene), base.outcome, other.outcome))
+            wrong.append((seed, describe(scene), base.outcome, other.outcome, apart))
             continue
-        for name, unit in limits.items():
+        stated = {"time": max(base.error, other.error)}
+        for name, limit in limits.items():
+            unit = max(limit, stated.get(name, 0.0))
             if change[name] > 0:
                 share = float(change[name] / unit) if unit else math.inf
                 most[name] = max(most[name], share)
                 if share > ALLOWED:
-                    wrong.append((seed, describe(scene), base.outcome, name, share))
+                    wrong.append((seed, describe(scene), name, share, apart))
     print()
     print(image_of.__name__, scene_of.__name__, dict(ends), dict(skipped), dict(most))
-    assert not wrong
     compared = ends.total()
+    if scene_of is scene_between_walls:
+        assert len(wrong) <= WALL_SHARE * compared, wrong
+        assert all(row[-1] < WALL_CHANGE for row in wrong), wrong
+    else:
+        assert not wrong
     lost = skipped["ill-conditioned"] + skipped["event limit"]
     assert lost <= SKIPPED * (lost + compared)
     assert compared > SCENES / (3 if scene_of is scene_between_walls else 2)

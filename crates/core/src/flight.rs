@@ -380,10 +380,13 @@ impl GapArc {
             parabola_touchdown(height.max(0.0), drift, self.g) * (1.0 + BRACKET_MARGIN)
                 + f64::MIN_POSITIVE
         } else if self.g < 0.0 {
-            // The last time at which the mean is as low as −|d|.
+            // The last time at which the mean is as low as −|d|, (√(drift² + 2 g lowest) − drift)/(−g), without cancellation.
             let lowest = self.h - self.c - arm;
             let square = drift * drift + 2.0 * self.g * lowest;
-            let last = if square > 0.0 { (square.sqrt() - drift) / -self.g } else { 0.0 };
+            let root = square.max(0.0).sqrt();
+            let last =
+                if drift > 0.0 { -2.0 * lowest / (root + drift) } else { (root - drift) / -self.g };
+            let last = if square > 0.0 { last } else { 0.0 };
             last.max(0.0) * (1.0 + BRACKET_MARGIN) + f64::MIN_POSITIVE
         } else if self.omega == 0.0 {
             if drift < 0.0 { self.h / -drift * (1.0 + BRACKET_MARGIN) } else { 0.0 }
@@ -456,6 +459,22 @@ mod tests {
         assert!((t / 1e-20 - 1.0).abs() < 1e-15);
         assert_eq!(parabola_touchdown(1.0, 1.0, 0.0), f64::INFINITY);
         assert_eq!(parabola_touchdown(1.0, -1.0, -1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn at_a_wall_rounding_of_gravity_changes_no_touchdown() {
+        let at = |g: f64| {
+            let arcs = [(0.0, 0.3, 5.0, 0.05), (0.1, 0.3, 4.0, 0.5), (0.1, -0.2, 7.0, -0.3)];
+            arcs.map(|(b, c, omega, u)| GapArc { h: 0.01, u, g, b, c, omega }.touchdown())
+        };
+        let wall = at(0.0);
+        assert!(wall.iter().all(Option::is_some));
+        for g in [1e-8, 1e-15, 1e-18, 1e-300, -1e-300, -1e-18, -1e-15, -1e-8] {
+            for (one, other) in at(g).into_iter().zip(wall) {
+                let (one, other) = (one.unwrap(), other.unwrap());
+                assert!((one - other).abs() <= 1e-7 * other, "{g}: {one} {other}");
+            }
+        }
     }
 
     #[test]
