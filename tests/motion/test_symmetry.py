@@ -412,32 +412,26 @@ def compared(one, other, size, resolved):
                 hits[-1][0].add(contact)
             else:
                 hits.append(({contact}, t))
-        words = (
-            [(p[0], p[3]) for p in phases],
-            [h[0] for h in hits],
-            [bool(z[1]) for z in zeno],
-        )
-        times = [run.elapsed]
-        times += [t for p in phases for t in p[1:3] if p[3]]
-        single = [z for z in zeno if z[1]]
-        times += [z[0] for z in single] + [h[1] for h in hits]
-        places = [run.q, *(z[2] for z in single)]
-        speeds = [run.qdot, *(z[3] for z in single)]
-        lever = np.array([1.0, 1.0, size])
-        values = np.array(times), np.array(places) * lever, np.array(speeds) * lever
-        return (run.outcome, *words), [z[1] for z in zeno], values
+        words = [(p[0], p[3]) for p in phases], [h[0] for h in hits], len(zeno)
+        times = [t for p in phases for t in p[1:3] if p[3]] + [h[1] for h in hits]
+        return (run.outcome, *words), times, zeno
 
-    (story, rests, values), (other_story, other_rests, other_values) = map(
+    (story, times, zeno), (other_story, other_times, other_zeno) = map(
         kept, (one, other)
     )
     if story != other_story:
         return None
-    if any(a and b and a != b for a, b in zip(rests, other_rests, strict=True)):
+    both = [(a, b) for a, b in zip(zeno, other_zeno, strict=True) if a[1] and b[1]]
+    if any(a[1] != b[1] for a, b in both):
         return None
-    return {
-        name: np.abs(b - a).max()
-        for name, a, b in zip(NAMES, values, other_values, strict=True)
-    }
+    lever = np.array([1.0, 1.0, size])
+    ends = [(run.elapsed, None, run.q, run.qdot) for run in (one, other)]
+    shifts = [
+        [abs(b[k] - a[k]) * (1.0 if k == 0 else lever) for a, b in [ends, *both]]
+        for k in (0, 2, 3)
+    ]
+    shifts[0] += [abs(b - a) for a, b in zip(times, other_times, strict=True)]
+    return {name: np.max(s) for name, s in zip(NAMES, shifts, strict=True)}
 
 
 NAMES = ("time", "place", "speed")
