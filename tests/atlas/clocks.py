@@ -43,7 +43,7 @@ def many_bounces(scene):
 entry(
     name="nearly_elastic",
     title="A ball that loses a hundred-thousandth of its speed",
-    breaks="As e → 1 the number of bounces until rest grows, to −10/log₁₀ e and more, and each bounce adds a rounding error.",
+    breaks="As e → 1 the number of bounces until a speed of 1e-10 of the first grows as −10/log₁₀ e, and each bounce adds a rounding error.",
     method="bounce by bounce until 1e-10 m/s",
     fails=many_bounces,
     source="geometric series",

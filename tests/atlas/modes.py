@@ -73,7 +73,7 @@ def negative_force(scene):
     slope, free = painleve(scene)
     force = -free / slope
     return (
-        f"λ = {force:.1f} m/s² per unit mass: the ground would pull the rod down",
+        f"λ = {force:.1f} m/s² (force per unit mass): the ground would pull the rod down",
         force < 0,
     )
 
@@ -107,7 +107,7 @@ def only_one(scene):
     slope, free = painleve(scene)
     force = -free / slope
     return (
-        f"λ = {force:.1f} m/s² per unit mass is taken; the method does not report that leaving the ground is consistent as well (a_n = {free:.1f} m/s²)",
+        f"λ = {force:.1f} m/s² (force per unit mass) is taken; the method does not report that leaving the ground is consistent as well (a_n = {free:.1f} m/s²)",
         force > 0 and free > 0,
     )
 

@@ -16,7 +16,7 @@ def no_edge(scene):
     end, gravity = scene.posture.contacts[0].segment[1], scene.posture.gravity
     x, height = baseline_methods.on_a_line(float(scene.qdot[0]), gravity, 1e-3, 1.0)
     return (
-        f"after 1 s the foot stands at a height of {height:g} m, {x - end:.2f} m beyond the end of the ground",
+        f"after 1 s the foot is at a height of {height:g} m, {x - end:.2f} m beyond the end of the ground",
         x > end and height == 0,
     )
 

@@ -16,19 +16,19 @@ use crate::options::of_call;
 use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
 use crate::run::{PyRun, stopped};
 
-/// Largest number of impacts of an orbit that is not stored: more than can be computed in a lifetime.
+/// Largest number of impacts of an orbit that is not stored: years of computing. Sums of such numbers stay in range.
 const MOST_IMPACTS: usize = 1 << 52;
 /// Default number of impacts that `fate` follows.
 const FATE_IMPACTS: usize = 10_000;
-/// Options of a run that belong to a body.
+/// Options of `simulate` that a local model does not take.
 const OF_A_BODY: [&str; 4] = ["model", "impact", "neighbourhood", "tolerance"];
 /// Number of states between two checks for Ctrl-C.
 const STATES: usize = 256;
 
-/// The reduced, frictionless, linearised model of a two-contact posture [Or & Rimon 2008], given by its parameters.
+/// The motion of two gaps with a constant Jacobian and without friction (Or & Rimon 2008), given by its parameters.
 ///
-/// gravity : (g_1, g_2) m/s²; negative where gravity points away from the ground. psi : (ψ_1, ψ_2), of one sign, ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m.
-/// restitution : e, or (e_1, e_2), in [0, 1).
+/// gravity : (g_1, g_2) m/s²; negative where gravity points away from the ground. psi : (ψ_1, ψ_2), coupling of the gap rates in an
+/// impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m, coupling of an impact to the rotation. restitution : e, or (e_1, e_2), in [0, 1).
 ///
 /// >>> import standfast as sf
 /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
@@ -71,10 +71,10 @@ impl PyLocalModel {
         self.0.restitution().into()
     }
 
-    /// The motion of the gaps and of θ: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
+    /// Simulates the gaps and the rotation from a start: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
     ///
-    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood and tolerance. The run has no q;
-    /// it has gaps, rates, theta and omega.
+    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood, tolerance, kicks and ground_motion. The
+    /// run has no q; it has gaps, rates, theta and omega.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
@@ -103,18 +103,19 @@ impl PyLocalModel {
         })
     }
 
-    /// The first n impacts up to scale, as an Orbit. There are fewer if one contact bounces alone from some impact on.
+    /// The first n impacts as an Orbit: the shape of the state after each (gap and rate of the other contact over the take-off speed), and
+    /// the logarithm of its size. There are fewer if one contact bounces alone from some impact on, or if both land at one instant.
     ///
     /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. If the state is right after an impact (one gap is zero and its rate is
     /// positive), it is row 0. Any other state is advanced to its first impact, which is row 0. An orbit of any length
     /// neither underflows nor overflows, because only the logarithm of its size is stored.
     ///
-    /// Raises ValueError naming `gravity.i` or `restitution.i` where there is no motion up to scale: gravity must be positive at
-    /// both contacts, and restitution at least 1e-12.
+    /// Raises ValueError naming `gravity.i`, `restitution.i`, `gaps.i` or `rates.i`: gravity must be positive at both contacts, restitution
+    /// at least 1e-12, and gravity.1 / gravity.2 * sqrt(psi.1 / psi.2) between 1e-50 and 1e50.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
-    /// >>> c = sf.self_similar(0.5, 0.9)        # every impact takes all speeds times c
+    /// >>> c = sf.self_similar(0.5, 0.9)        # every impact multiplies all speeds by c
     /// >>> orbit = local.orbit(gaps=(0, c.gap), rates=(1, c.rate), n=4)
     /// >>> orbit.contacts, orbit.log_sizes - orbit.log_sizes[0]
     /// (array([1, 2, 1, 2]), array([ 0.        , ...
@@ -132,7 +133,7 @@ impl PyLocalModel {
         Ok(PyOrbit { map, orbit, asked })
     }
 
-    /// Mean growth per impact of speeds and of differences in shape, as Exponents.
+    /// Mean logarithms of the growth per impact of speeds and of differences in shape (see `orbit`), as Exponents.
     ///
     /// The means are over n impacts, after `transient` impacts that are not counted. See `orbit` for gaps, rates and errors.
     ///
@@ -161,7 +162,7 @@ impl PyLocalModel {
         .map(|exponents| PyExponents { exponents, asked })
     }
 
-    /// How a motion ends, as a Fate. At most n impacts are followed.
+    /// How a motion ends, as a Fate: its kind is "1-zeno", "clattering", "self-similar", "other" or "none". At most n impacts are followed.
     ///
     /// See `orbit` for gaps, rates and errors.
     ///
@@ -186,7 +187,7 @@ impl PyLocalModel {
     }
 
     /// The fates of many motions, for gaps, rates of shape (..., 2). Returns a structured array of shape (...) with the fields of
-    /// Fate: kind, contact and period (0 instead of None), certified, hits, sigma.
+    /// Fate, 0 where its contact or period is None, and NaN where its sigma is.
     ///
     /// >>> import numpy as np
     /// >>> import standfast as sf

@@ -9,7 +9,7 @@
 //!   ////////////
 //! ```
 //!
-//! Angles count counterclockwise, in rad. Pairs are always (tangential, normal).
+//! Angles count counterclockwise, in rad. Pairs of forces and velocities are (tangential, normal), points (x, y).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,14 +25,14 @@ pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
 /// A number or a word for each contact, without allocation for up to eight contacts.
 pub(crate) type ContactValues<T> = smallvec::SmallVec<[T; 8]>;
 
-/// A frictional point contact: a point of the body, and the ground that only this point can touch.
+/// A frictional point contact: a point of the body and its ground.
 ///
-/// Unless the posture has a `terrain`, the ground is the straight line of `slope` through `point`. It has no ends unless `segment`
+/// Unless the posture has a `terrain` or shared ground, only this point can touch its ground, the straight line of `slope` through `point`. It has no ends unless `segment`
 /// gives them. The point passes through the ground of other contacts; a run has a warning where this can hardly be intended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// The point in the nominal posture, world axes, in m. Its ground goes through it.
+    /// The point in the nominal posture, world axes, in m. Its own line goes through it; terrain or shared ground may be below it.
     #[serde(deserialize_with = "crate::serial::values::exactly")]
     pub point: [f64; 2],
     /// Slope angle of the terrain, −π < slope ≤ π, in rad: 0 is level ground, π/2 a wall on the right of the body, −π/2 one on its left,
@@ -55,7 +55,7 @@ pub struct Contact {
     pub segment: [f64; 2],
 }
 
-/// The largest slope, in degrees, that is taken for one in degrees by mistake.
+/// The largest size of a slope for which the error asks whether degrees were meant.
 const FULL_TURN: f64 = 360.0;
 
 fn everywhere() -> [f64; 2] {

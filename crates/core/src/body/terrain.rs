@@ -1,4 +1,4 @@
-//! Terrain with ends: adjacent straight pieces, and the choice of the piece that a point of the body may touch.
+//! Terrain: adjacent straight pieces, and the choice of the piece that a point of the body may touch.
 //!
 //! ```text
 //!          _____              the ground lies on the right of the polyline, the normal n points to its left
@@ -7,7 +7,7 @@
 //! ```
 //!
 //! On the bisector of two pieces a point has the same distance to both lines, so that its gap does not jump where the piece changes. Beyond
-//! the ends of the terrain a point touches nothing. A point that has come behind a piece from beyond its end does not touch it until it has
+//! the ends of the terrain a point touches nothing. A point that has come below the line of a piece from beyond its end does not touch it until it has
 //! left the piece or has come to its front.
 
 use nalgebra::Vector2;
@@ -25,7 +25,7 @@ pub const MAX_VERTICES: usize = 1024;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct End {
     pub(crate) vertex: Vector2<f64>,
-    /// Unit normal of the separating line, along the terrain.
+    /// Unit normal of the separating line, towards the next piece.
     pub(crate) across: Vector2<f64>,
     /// across·vertex
     at: f64,
@@ -43,7 +43,7 @@ impl End {
         self.at.is_infinite()
     }
 
-    /// Distance of a point beyond this end, along the terrain.
+    /// Signed distance of a point beyond the separating line of this end.
     fn beyond(&self, point: &Vector2<f64>) -> f64 {
         if self.across == Vector2::x() {
             point.x - self.at

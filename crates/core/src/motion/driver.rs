@@ -1,5 +1,5 @@
 //! The completed hybrid system, event by event: collisions, their accumulation, and the motion after it until the run ends. One
-//! loop covers any number of contacts, every impact law and both geometries.
+//! loop covers any number of contacts, every impact law, and a Jacobian that turns with the body or is constant.
 //!
 //! ```text
 //! flight ── collisions ──► accumulation (Zeno point) ──► some contacts held ──► another lands
@@ -8,8 +8,8 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The loop is generic over the [`Coordinates`]. [`Pair`](super::pair::Pair) is for one contact or two with frictionless impacts on
-//! lines without ends: plain collisions have fast loops, and accumulations have closed sums.
+//! The loop is generic over the [`Coordinates`]. [`Pair`](super::pair::Pair) is for one contact, or two at different points, under Newton's
+//! law, each on its own line without ends: collisions have fast loops, and accumulations have sums in closed form.
 //! [`AnyContacts`](super::any::AnyContacts) is for everything else.
 
 use crate::body::contact::ContactValues;

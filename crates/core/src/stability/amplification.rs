@@ -1,17 +1,17 @@
-//! A bound on the growth of motions after a kick.
+//! A bound on the size of the motion after a small kick (a change of q and q̇ at rest), over the size of the kick.
 //!
 //! The size of a motion is ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²). With s the speed along the direction in which both contacts slide, u the
-//! gap rates and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
+//! gap rates, h the gaps, N the rows of the normals, λ the weights of the energy (see `corner.rs`) and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
 //!
-//! 1. *Before the first Zeno point* gravity changes s at a constant rate, impacts do not change s, and E = ½u·D⁻¹u + λ·h never
+//! 1. *Before the first Zeno point* gravity changes s at a constant rate, frictionless impacts do not change s, and E = ½u·D⁻¹u + λ·h never
 //!    increases. The duration is at most C√(2E), see [`settling`].
-//! 2. *From there to the first corner* one contact slides or is held. Accelerations are constant, so the largest landing speed
+//! 2. *From there to the first corner* (one contact is on the terrain, and the other lands) one contact or both stick or slide. Accelerations are constant, so the largest landing speed
 //!    and sliding speed follow from the largest ones at the start, see [`first_corners`].
-//! 3. *From corner to corner* the growths multiply. The graph of cells that proves stability has no growing cycle, so the
+//! 3. *From corner to corner* the growths multiply. The graph of cells (intervals of directions of the velocity) that proves stability has no cycle with growth, so the
 //!    largest product along a chain of cells is finite.
 //! 4. *Between two corners* ‖q̇‖ is at most a constant times r of the first or of the next one, see [`between`].
 //!
-//! All constants are upper ends of intervals with outward rounding.
+//! Constants are upper ends of intervals with outward rounding; where doubles are used, results are enlarged by `BOUND_MARGIN`.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,13 +30,13 @@ pub enum NoBound {
     NotStable,
     /// λ > 0 fails: energy does not bound the speeds of frictionless motion.
     Energy,
-    /// Gravity does not press the body onto the terrain of each contact by itself.
+    /// It is not certain that gravity points into the terrain of each contact (g_i > 0).
     Falls,
-    /// The motion after a slide or a landing is not certain.
+    /// A motion after a slide or a landing does not certainly end with a landing.
     Modes,
     /// The corner map does not bound the growth, not even with its finest cells.
     Cells,
-    /// The bound is above 1e300, or rounding decides whether it is finite.
+    /// The bound is above 1e300, rounding decides whether it is finite, or the iteration for it did not converge.
     Rounding,
 }
 

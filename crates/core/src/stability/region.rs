@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The extreme x are the optima of a linear program with two equations beside its objective. For any number of contacts they
-//! are attained at two edges, or at one that is vertical. The program is unbounded in the directions of the moments of those
-//! combinations of at most three edges that carry no force (a squeeze).
+//! are attained at two edges, or at one that is vertical. The program is unbounded towards +x (−x) if at most three edges
+//! have a combination a ≥ 0 without force and with a positive (negative) moment: the contacts can squeeze the body.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -17,7 +17,7 @@ use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{PARALLEL_EDGES, SQUEEZE_MOMENT};
 
-/// An edge of a friction cone: its direction u = n + f t and its moment about the nominal centre of mass.
+/// An edge of a friction cone: the vector u = n + f t and its moment about the nominal centre of mass.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     normal: Vector2<f64>,
@@ -31,7 +31,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): exact on ground of one slope, for any friction.
+    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): without cancellation on ground of one slope, for any friction.
     fn cross(&self, other: &Self) -> f64 {
         let (sine, size) = (self.normal.perp(&other.normal), 1.0 + (self.f * other.f).abs());
         let cross =
@@ -45,7 +45,7 @@ impl Edge {
 /// posture can balance gravity; ±∞ where there is no bound, `None` if there is no such position. Without gravity: all
 /// abscissas.
 ///
-/// Closed form over pairs of cone edges for any number of contacts [Or & Rimon 2008, III]. Only contacts that touch in the
+/// Closed form over pairs of cone edges (single vertical ones, and triples that squeeze) for any number of contacts [Or & Rimon 2008, III]. Only contacts that touch in the
 /// nominal posture count.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {

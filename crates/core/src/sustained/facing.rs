@@ -1,6 +1,6 @@
 //! Pieces of terrain that a contact may hit although they do not adjoin its own piece: the walls of a channel, the roof of an overhang.
 //!
-//! A contact comes to a neighbour of its piece by crossing the line that separates them. All other pieces are followed here, each with the
+//! A contact comes to the adjacent pieces by crossing the line that separates them. All other pieces are followed here, each with the
 //! gap to its line: the contact hits it where the gap falls to zero between the two ends of the piece.
 
 use nalgebra::Vector2;
@@ -15,10 +15,10 @@ use crate::sustained::flight::next;
 use crate::sustained::{BodyState, Rounding, Step};
 use crate::tolerance::TOUCH;
 
-/// Largest number of crossings of a line beyond the ends of its piece that are followed.
+/// Largest number of crossings of the line of a piece, without a hit, that are followed.
 const CROSSINGS: usize = 64;
 
-/// The pieces of terrain that contact `i` does not reach over a vertex, with their numbers; none where the terrain has no walls.
+/// The pieces of terrain that are not adjacent to that of point `i`, with their numbers; none where the terrain has no walls.
 fn facing<'p>(
     posture: &'p Posture,
     state: &BodyState,
@@ -31,7 +31,7 @@ fn facing<'p>(
     pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
 }
 
-/// Whether a point on the line of a piece lies between its ends.
+/// Whether a point on the line of a piece lies between its ends, up to the tolerance of touching.
 fn is_between(piece: &Piece, at: &Vector2<f64>, size: f64) -> bool {
     piece.along(at).iter().all(|side| *side >= -TOUCH * size)
 }

@@ -1,8 +1,8 @@
 //! Contacts at rest on the terrain, or sliding along it: their contact-mode word, and how long it lasts.
 //!
-//! The word is chosen by the contact-mode problem when contacts come to rest and when a sliding speed decreases to zero. When a
-//! force reaches its limit (a contact lifts off or breaks loose), the word follows from the contact and the limit: at that
-//! instant the accelerations of both words agree, and a new choice could not distinguish them.
+//! A word has a mode for each contact. It is chosen by the contact-mode problem when contacts come to rest, and again after each event that
+//! ends a mode. Where a force has reached its limit (a contact lifts off or breaks loose), the new mode of that contact is given: at
+//! that instant the accelerations of both words agree, and a free choice could not distinguish them.
 
 use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
