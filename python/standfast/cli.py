@@ -130,7 +130,7 @@ def modes(
     *,
     json: Annotated[Path | None, _JSON] = None,
 ) -> None:
-    """Print the contact modes that Coulomb's law allows at the start of a scene.
+    """Print the contact modes that Coulomb's law allows at the start of a scene, before kicks.
 
     Parameters
     ----------
@@ -144,9 +144,9 @@ def modes(
     start = sf.load(scene)
     asked = (start.posture, start.q, start.qdot)
     with _of(scene):
-        found = sf.contact_modes(*asked)
+        found = sf.contact_modes(*asked, wrench=start.wrench)
         if found.status == "found":  # a search gives one word; the table needs all
-            found = sf.contact_modes(*asked, method="enumerate")
+            found = sf.contact_modes(*asked, method="enumerate", wrench=start.wrench)
     _tell(found, f"{scene.name}\n{found}", json)
 
 

@@ -1,5 +1,6 @@
 //! Errors in the input. If the physics has no solution or several, this is an [`Outcome`](crate::Outcome) and not an error.
 
+use std::f64::consts::PI;
 use std::fmt::{self, Display};
 use std::io::{self, ErrorKind};
 use std::path::Path;
@@ -188,6 +189,24 @@ pub(crate) fn in_range(
     }
 }
 
+/// The largest size of an angle for which the error asks whether degrees were meant.
+const FULL_TURN: f64 = 360.0;
+
+/// A direction, in rad.
+pub(crate) fn angle(field: impl Display, value: f64, allowed: &'static str) -> Result<f64, Error> {
+    if PI < value.abs() && value.abs() <= FULL_TURN {
+        return Err(Error::Unusable {
+            field: field.to_string(),
+            value: format!("{value:?}"),
+            allowed: format!(
+                "{allowed}; did you mean math.radians({value}) = {:?}?",
+                value.to_radians()
+            ),
+        });
+    }
+    in_range(field, value, -PI < value && value <= PI, allowed)
+}
+
 /// The largest size of a length, a speed or any other number given: its square does not overflow, and the
 /// square of its inverse does not vanish.
 pub(crate) const LARGEST: f64 = 1e150;
@@ -229,7 +248,12 @@ const DEADEST: f64 = 1e-60;
 
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
     let holds = value == 0.0 || (DEADEST..1.0).contains(&value);
-    in_range(field, value, holds, "0 <= restitution < 1: 0, or from 1e-60 on")
+    let allowed = if value == 1.0 {
+        "0 <= restitution < 1: 0, or from 1e-60 on; with 1 a body would bounce for ever"
+    } else {
+        "0 <= restitution < 1: 0, or from 1e-60 on"
+    };
+    in_range(field, value, holds, allowed)
 }
 
 #[cfg(test)]

@@ -65,6 +65,15 @@ pub(crate) struct Change {
     pub(crate) kicks: Vec<Kick>,
 }
 
+/// The warning about kicks among changes that a run does not reach; `None`: there is none.
+pub(crate) fn missed_kicks(changes: &[Change]) -> Option<String> {
+    let mut kicks = changes.iter().flat_map(|change| &change.kicks);
+    let first = kicks.next()?.time;
+    let count = 1 + kicks.count();
+    let these = if count == 1 { "1 kick".into() } else { format!("{count} kicks") };
+    Some(format!("the run ends before {these}, from t = {first:?} s on"))
+}
+
 impl GroundMotion {
     /// Checks every field. `gravity`: of the posture, in m/s².
     ///
@@ -100,7 +109,7 @@ impl GroundMotion {
         for k in 0..count {
             let at = |field: &str| format!("ground_motion.{field}.{}", k + 1);
             if let Some(tilt) = self.tilt.get(k) {
-                finite(at("tilt"), *tilt)?;
+                error::angle(at("tilt"), *tilt, "-pi < tilt <= pi, in rad")?;
             }
             if let Some([x, y]) = self.acceleration.get(k) {
                 finite(format!("{}.x", at("acceleration")), *x)?;
@@ -153,6 +162,17 @@ impl Excitation {
             }
         }
         self.ground_motion.as_ref().map_or(Ok(()), |motion| motion.validate(gravity))
+    }
+
+    /// The force on the body that replaces the motion of the ground at this time on the clock (s), in the frame of the ground:
+    /// −m A, or m times the change of gravity by the tilt, and no moment; in N, N, N m. `gravity`: of the posture, in m/s².
+    #[must_use]
+    pub fn wrench(&self, time: f64, mass: f64, gravity: f64) -> [f64; 3] {
+        let motion = self.ground_motion.as_ref();
+        let begun = motion.map_or(0, |motion| motion.times.partition_point(|t| *t <= time));
+        let Some((motion, last)) = motion.zip(begun.checked_sub(1)) else { return [0.0; 3] };
+        let force = mass * (motion.fall(gravity, last) - Vector2::new(0.0, -gravity));
+        [force.x, force.y, 0.0]
     }
 
     /// The changes in the order of their times; the first one is at the start if the excitation has begun before.

@@ -87,6 +87,15 @@ impl PyScene {
         self.0.excitation.ground_motion.clone().map(PyGroundMotion)
     }
 
+    /// (3,) N, N, N m: the force on the body that replaces the motion of the ground at the start, in the frame of the ground. It is the
+    /// `wrench` of `contact_modes` for the modes at the start.
+    #[getter]
+    fn wrench<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
+        let Scene { posture, options, excitation, .. } = &self.0;
+        let fields = posture.fields();
+        vector(py, &excitation.wrench(options.time, fields.mass, fields.gravity).into())
+    }
+
     /// Runs the scene. Keywords of `standfast.simulate` override the options of the scene.
     #[pyo3(signature = (**r#override))]
     fn simulate(&self, py: Python<'_>, r#override: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {

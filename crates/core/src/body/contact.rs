@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, finite, friction, in_range, restitution};
+use crate::error::{Error, angle, finite, friction, in_range, restitution};
 
 /// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
@@ -54,9 +54,6 @@ pub struct Contact {
     #[schemars(with = "[crate::serial::numbers::Extended; 2]")]
     pub segment: [f64; 2],
 }
-
-/// The largest size of a slope for which the error asks whether degrees were meant.
-const FULL_TURN: f64 = 360.0;
 
 fn everywhere() -> [f64; 2] {
     [f64::NEG_INFINITY, f64::INFINITY]
@@ -128,23 +125,7 @@ impl Contact {
     pub fn validate(&self, at: &str) -> Result<(), Error> {
         finite(format_args!("{at}point.x"), self.point[0])?;
         finite(format_args!("{at}point.y"), self.point[1])?;
-        if PI < self.slope.abs() && self.slope.abs() <= FULL_TURN {
-            let degrees = self.slope;
-            return Err(Error::Unusable {
-                field: format!("{at}slope"),
-                value: format!("{degrees:?}"),
-                allowed: format!(
-                    "-pi < slope <= pi, in rad; did you mean math.radians({degrees}) = {:?}?",
-                    degrees.to_radians()
-                ),
-            });
-        }
-        in_range(
-            format_args!("{at}slope"),
-            self.slope,
-            -PI < self.slope && self.slope <= PI,
-            "-pi < slope <= pi, in rad",
-        )?;
+        angle(format_args!("{at}slope"), self.slope, "-pi < slope <= pi, in rad")?;
         friction(format_args!("{at}friction"), self.friction)?;
         if let Some(value) = self.restitution {
             restitution(format_args!("{at}restitution"), value)?;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::excitation::Change;
+use crate::excitation::{Change, missed_kicks};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::pair::Pair;
@@ -52,13 +52,15 @@ impl<'a> Driver<'a, AnyContacts> {
         if self.fresh {
             self.write_flight();
         }
-        for change in changes {
+        for (k, change) in changes.iter().enumerate() {
             if change.elapsed >= options.end() {
+                self.record.warnings.extend(missed_kicks(&changes[k..]));
                 break;
             }
             if change.elapsed > self.log.clock.hi {
                 let outcome = self.stage(change.elapsed)?;
                 if outcome != Outcome::TimeLimit {
+                    self.record.warnings.extend(missed_kicks(&changes[k..]));
                     return self.close(outcome);
                 }
             }

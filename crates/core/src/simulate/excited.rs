@@ -3,7 +3,7 @@
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
-use crate::excitation::Excitation;
+use crate::excitation::{Change, Excitation, missed_kicks};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::options::{Model, Options};
@@ -74,7 +74,7 @@ impl Start {
         posture: &Posture,
         state: &State,
         options: &Options,
-        changes: &[crate::excitation::Change],
+        changes: &[Change],
         cancel: &dyn Fn() -> bool,
     ) -> Option<Box<crate::motion::record::Record>> {
         let local = self.model == Model::Local;
@@ -86,6 +86,7 @@ impl Start {
             let end = match pair.first_stage(first.elapsed)? {
                 Ok(end) => end,
                 Err(outcome) => {
+                    pair.record.warnings.extend(missed_kicks(changes));
                     pair.close(outcome)?;
                     return Some(pair.record);
                 }
