@@ -169,7 +169,7 @@ impl Ground {
 
     /// The piece that a point may touch: that under it or, where there are walls, the nearest one. A vertex belongs to the piece that
     /// follows, the last one to the last piece.
-    pub(super) fn find(&self, at: &Vector2<f64>) -> isize {
+    pub(crate) fn find(&self, at: &Vector2<f64>) -> isize {
         let pieces = &self.pieces;
         let last = pieces.len() - 1;
         if !self.has_walls {
@@ -177,7 +177,7 @@ impl Ground {
             let beyond = pieces[last].ends[1].beyond(at) > 0.0;
             return if beyond { last as isize + 1 } else { after as isize - 1 };
         }
-        let least = pieces.iter().map(|k| k.distance(at)).fold(f64::INFINITY, f64::min);
+        let least = self.distance(at);
         let rounding = 4.0 * f64::EPSILON * (at.x.abs() + at.y.abs());
         let near = |&k: &usize| last == 0 || pieces[k].distance(at) <= least + rounding;
         let holds = |&k: &usize| pieces[k].sides(at).iter().all(|side| *side >= 0.0);
@@ -191,6 +191,11 @@ impl Ground {
         } else {
             k as isize
         }
+    }
+
+    /// Distance of a point from the nearest point of the ground, in m.
+    pub(crate) fn distance(&self, at: &Vector2<f64>) -> f64 {
+        self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
     }
 
     /// The vertices in which the ground is convex, and the ends of the terrain, in m.

@@ -28,6 +28,10 @@ use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 
+/// The warning of a run in which nothing is hit because the body falls off its ground.
+const FACES_DOWN: &str = "no contact is hit, because the ground of all contacts faces down; the ground lies on the right-hand side of a \
+                          terrain: list its vertices from left to right; slopes are in rad";
+
 pub(crate) struct Driver<'a, C> {
     pub(crate) record: Box<Record>,
     pub(super) options: Options,
@@ -219,6 +223,13 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             self.edges.end(posture, self.log.clock, time, &mut self.record.warnings);
         }
         C::last_warnings(self);
+        let faces_down = |posture: &Posture| posture.geometry().iter().all(|k| k.normal.y < 0.0);
+        if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
+            && self.log.hits == 0
+            && self.record.base.posture.as_ref().is_some_and(faces_down)
+        {
+            self.record.warnings.push(FACES_DOWN.into());
+        }
         if self.log.phase_lost {
             self.record.warnings.push(LOST_PHASE.into());
         } else if outcome == Outcome::EventLimit

@@ -1,25 +1,81 @@
-//! Checks, during a run without a terrain, for contacts on ground lines that the user can hardly have intended.
+//! Checks, during a run, for motions that the ground of the whole body would not allow: contacts on ground lines that the user can hardly
+//! have intended, and parts of the body, other than its contacts, in the ground.
 
 use nalgebra::{Vector2, Vector3};
+use smallvec::SmallVec;
 
 use crate::body::posture::Posture;
 use crate::math::turn::Turn;
 use crate::sustained::BodyState;
+use crate::tolerance::SAME_GROUND;
 
-/// Checks the ground during a run, until there is one warning.
+/// A point of the body that is not a contact.
 #[derive(Debug, Clone, Copy)]
+struct BodyPoint {
+    /// Its number among the corners of the outline, from 1; 0: the centre of mass.
+    corner: usize,
+    /// In the nominal posture, world axes, in m.
+    at: Vector2<f64>,
+}
+
+/// Checks the ground during a run. Each of its two checks ends with its first warning.
+#[derive(Debug, Clone)]
 pub(crate) struct GroundWatch {
+    /// Whether the lines of contacts without a terrain are checked.
+    lines: bool,
+    /// The points that are over the ground in the nominal posture, and are checked.
+    points: SmallVec<[BodyPoint; 1]>,
     /// q of the body at the last check.
     at: Vector3<f64>,
-    /// Distance in m by which its contacts may move from there without need of a check; ∞: no checks.
+    /// Distance in m by which its points may move from there without need of a check; ∞: no checks.
     room: f64,
 }
 
+/// Height of a point over the ground of contact `i`, and its distance from it or less, in m. `None`: no piece of the ground is under it.
+fn height(posture: &Posture, i: usize, at: &Vector2<f64>) -> (Option<f64>, f64) {
+    let Some(ground) = posture.ground(i) else {
+        let height =
+            posture.geometry()[i].normal.dot(&(at - Vector2::from(posture.contacts()[i].point)));
+        return (Some(height), height.abs());
+    };
+    let (piece, exists) = ground.nearest(ground.find(at));
+    (exists.then(|| piece.height(at)), ground.distance(at))
+}
+
 impl GroundWatch {
-    /// A new watch; most postures need no checks.
+    /// A new watch; some postures need no checks.
     pub(crate) fn new(posture: Option<&Posture>) -> Self {
-        let own = posture.and_then(Posture::own_ground);
-        Self { at: Vector3::zeros(), room: own.map_or(f64::INFINITY, |own| own.room) }
+        let at = Vector3::zeros();
+        let Some(posture) = posture else {
+            return Self { lines: false, points: SmallVec::new(), at, room: f64::INFINITY };
+        };
+        let own = posture.own_ground();
+        let fields = posture.fields();
+        let center = BodyPoint { corner: 0, at: fields.center_of_mass.into() };
+        let is_contact = |corner: &[f64; 2]| fields.contacts.iter().any(|c| c.point == *corner);
+        let corners = fields.outline.iter().enumerate();
+        let mut points: SmallVec<[BodyPoint; 1]> = corners
+            .filter(|(_, corner)| !is_contact(corner))
+            .map(|(k, corner)| BodyPoint { corner: k + 1, at: Vector2::from(*corner) })
+            .collect();
+        // A body all of whose corners are contacts needs no check.
+        if fields.outline.is_empty() || !points.is_empty() {
+            points.push(center);
+        }
+        let mut room = own.map_or(f64::INFINITY, |own| own.room);
+        let least = SAME_GROUND * posture.size();
+        points.retain(|point| {
+            let mut over = true;
+            for i in posture.distinct() {
+                let (height, distance) = height(posture, i, &point.at);
+                over &= height.is_none_or(|height| height > least);
+                if over {
+                    room = room.min(distance);
+                }
+            }
+            over
+        });
+        Self { lines: own.is_some(), points, at, room }
     }
 
     /// Whether checks are needed.
@@ -47,20 +103,50 @@ impl GroundWatch {
         if self.is_near(posture, q) {
             return;
         }
-        let Some(own) = posture.own_ground() else { return };
+        self.at = *q;
+        self.room = f64::INFINITY;
         let (contacts, lines) = (posture.contacts(), posture.geometry());
         let turn = if local { Turn { sin: q.z, ..Turn::default() } } else { Turn::by(q.z) };
         let center = Vector2::from(posture.fields().center_of_mass);
-        let moved = |i: usize| {
-            let arm = Vector2::from(contacts[i].point) - center;
+        let moved = |at: Vector2<f64>| {
+            let arm = at - center;
             q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.one_minus_cos
         };
-        let room = own.room(contacts, lines, posture.size(), moved, touches, time);
-        self.at = *q;
-        self.room = room.unwrap_or_else(|warning| {
-            warnings.push(warning);
-            f64::INFINITY
-        });
+        if let Some(own) = posture.own_ground().filter(|_| self.lines) {
+            let moved = |i: usize| moved(contacts[i].point.into());
+            match own.room(contacts, lines, posture.size(), moved, &touches, &time) {
+                Ok(room) => self.room = room,
+                Err(warning) => {
+                    warnings.push(warning);
+                    self.lines = false;
+                }
+            }
+        }
+        let touched: SmallVec<[usize; 2]> = posture.distinct().filter(|&i| touches(i)).collect();
+        let mut entered = None;
+        for point in &self.points {
+            let at = point.at + moved(point.at);
+            let least = -SAME_GROUND * (posture.size() + (at - point.at).norm());
+            let is_in = |&i: &usize| height(posture, i, &at).0.is_some_and(|h| h < least);
+            if !touched.is_empty() && touched.iter().all(is_in) {
+                entered = entered.or(Some(*point));
+            }
+            for i in posture.distinct() {
+                self.room = self.room.min(height(posture, i, &at).1);
+            }
+        }
+        if let Some(BodyPoint { corner, .. }) = entered {
+            let what = match corner {
+                0 => "the centre of mass".into(),
+                corner => format!("corner {corner} of the outline"),
+            };
+            warnings.push(format!(
+                "body-in-ground: at t = {:?} s or before, {what} has come below the ground of contact {}; only contacts meet the ground: put contacts on all parts of the body that can fall on it",
+                time(),
+                touched[0] + 1,
+            ));
+            self.points.clear();
+        }
     }
 
     /// As `look`, for this state of the body.
