@@ -66,6 +66,7 @@ long: wheel
 	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_energy.py
+	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 $(BIN)/python -m pytest -s tests/motion/test_ties.py tests/motion/test_kicks_at_events.py
 	STANDFAST_FORCES_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_forces.py
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/motion/test_relations.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_FUZZ_EVENTS=1000000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py

@@ -27,7 +27,8 @@ def test_a_body_that_falls_over_onto_its_feet_alone_is_reported():
     run = sf.simulate(robot(), REST, REST, impact="moreau", kicks=PUSH, time_limit=60)
     assert abs(abs(run.theta) - math.pi) < 1e-9  # at rest, upside down
     ((time, part),) = entered(run)
-    assert part == "the centre of mass" and time <= run.time
+    assert part == "the centre of mass"
+    assert time <= run.time
     height = run.at(time)[0][1] + 0.5
     assert height < 0
 
@@ -37,7 +38,7 @@ def test_with_an_outline_its_corner_is_named():
     run = sf.simulate(body, REST, REST, impact="moreau", kicks=PUSH, time_limit=60)
     ((time, part),) = entered(run)
     assert part == "corner 3 of the outline"
-    x, y, theta = run.at(time)[0]
+    _x, y, theta = run.at(time)[0]
     corner = 0.5 + y + math.sin(theta) * 0.1 + math.cos(theta) * 0.5
     assert corner < 0
 
@@ -45,7 +46,8 @@ def test_with_an_outline_its_corner_is_named():
 def test_a_body_all_of_whose_corners_are_contacts_is_not_reported():
     box = sf.Posture.box(0.2, 1, friction=0.8)
     run = sf.simulate(box, REST, REST, impact="moreau", kicks=PUSH, time_limit=60)
-    assert run.outcome == "rest" and run.warnings == []
+    assert run.outcome == "rest"
+    assert run.warnings == []
 
 
 def test_a_centre_of_mass_that_hangs_below_its_feet_is_not_reported():
@@ -56,7 +58,8 @@ def test_a_centre_of_mass_that_hangs_below_its_feet_is_not_reported():
 
 def test_a_body_that_only_rocks_is_not_reported():
     run = sf.simulate(robot(), REST, (0, 0, 0.3), impact="moreau", time_limit=60)
-    assert run.outcome == "rest" and run.warnings == []
+    assert run.outcome == "rest"
+    assert run.warnings == []
 
 
 def test_ground_that_faces_down_is_reported():

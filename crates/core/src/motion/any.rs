@@ -17,7 +17,7 @@ use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
-use crate::sustained::{BodyState, ContactState};
+use crate::sustained::BodyState;
 use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
@@ -138,7 +138,7 @@ impl Coordinates for AnyContacts {
     }
 
     fn cross_end(driver: &mut Driver<'_, Self>, point: usize, side: usize) {
-        driver.cross_together(point, side);
+        driver.leave_together(point, side);
     }
 
     fn sum_cycles(
@@ -386,12 +386,8 @@ impl<'a> Driver<'a, AnyContacts> {
             self.cross(i, side);
             return None;
         }
-        let now =
-            |(p, landing): (&ContactState, &Option<f64>)| (*landing == Some(first)).then_some(*p);
-        let firsts: PerContact<ContactState> =
-            self.body.state.points.iter().zip(&landings).filter_map(now).collect();
         for (p, landing) in self.body.state.points.iter_mut().zip(landings) {
-            if landing == Some(first) || firsts.iter().any(|first| p.lands_with(first)) {
+            if landing == Some(first) {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }

@@ -14,9 +14,10 @@ use crate::sustained::ContactState;
 impl Driver<'_, AnyContacts> {
     /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
+        let coming = self.arriving(coming);
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
-        let chosen = if arriving.is_empty() { coming } else { &arriving };
+        let chosen = if arriving.is_empty() { &coming } else { &arriving };
         if chosen.len() > 1 {
             let mut contacts: ContactValues<usize> =
                 chosen.iter().map(|&i| self.number(i)).collect();
@@ -30,7 +31,11 @@ impl Driver<'_, AnyContacts> {
                 self.record.warnings.push(tie);
             }
             if self.options.policy() == Simultaneous::Newton {
-                return if self.sum_up(chosen[0]) { self.stop_slow(0.0) } else { self.together() };
+                return if self.sum_up(chosen[0]) {
+                    self.stop_slow(0.0)
+                } else {
+                    self.together(chosen)
+                };
             }
         }
         let last = self.options.policy() == Simultaneous::LastContactFirst;
@@ -69,13 +74,7 @@ impl Driver<'_, AnyContacts> {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
-        if self.body.state.points.len() == self.body.contacts
-            && (self.wedge(i, 0) || self.wedge(i, 1))
-        {
-            let g = self.body.state.gravity;
-            return self.settle(&[i], false, 2.0 * self.wedged(i) / g, rate.abs());
-        }
-        self.stop_slow(rate.abs())
+        self.wedge_or_stop(&[i], rate.abs())
     }
 
     /// No word is consistent: an impact without collision at a sliding contact, if the law has one. Returns whether it has.
@@ -160,8 +159,10 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Newton's frictionless law for all contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction.
-    pub(super) fn together(&mut self) -> Option<Outcome> {
+    /// Newton's frictionless law for all these contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction. Contacts
+    /// that do not approach have no impulse: with P_i > 0 only where u_i⁺ = −e u_i⁻ and u_i⁻ < 0, the kinetic energy changes by
+    /// ½ Σ P_i (u_i⁺ + u_i⁻) = ½ Σ (1 − e) P_i u_i⁻ ≤ 0. Those that approach after it are hit next.
+    fn together(&mut self, hit: &[usize]) -> Option<Outcome> {
         let (n, state) = (self.body.state.points.len(), &self.body.state);
         let restitution =
             |p: &ContactState| self.body.posture.geometry()[p.place.contact].restitution;
@@ -171,14 +172,14 @@ impl Driver<'_, AnyContacts> {
         let (v, omega) = (state.center.v, state.spin.omega);
         let rate = |p: &ContactState| (p.normal.dot(&v) + p.b * omega).min(0.0);
         let listed = self.rates();
-        let touching: Vec<bool> = state.points.iter().map(|p| p.h == 0.0).collect();
+        let is_hit: Vec<bool> = (0..n).map(|i| hit.contains(&i)).collect();
         let problem = ContactProblem::new(ProblemFields {
             friction: vec![0.0; n],
             // Without friction the sign of sliding has no effect; a non-zero sign saves the search.
-            sliding: (0..n).map(|i| (state.points[i].h == 0.0).then_some(1)).collect(),
+            sliding: is_hit.iter().map(|hit| hit.then_some(1)).collect(),
             bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
             // Beside a fast slide, which has no effect here, slow landings would count as ties.
-            free_acceleration: state.seen(&touching),
+            free_acceleration: state.seen(&is_hit),
             level: Level::Impulse,
             ..state.fields(1.0) // impulses per unit mass
         });
@@ -188,17 +189,33 @@ impl Driver<'_, AnyContacts> {
             self.record.warnings.push("the simultaneous impacts could not be solved".into());
             return Some(Outcome::Inconsistent);
         };
-        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
+        let pushed = || forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0);
+        for (i, force) in pushed() {
             self.apply_impulse(i, [0.0, force[1]]);
         }
-        for (i, force) in forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0) {
-            self.body.state.points[i].u = -restitutions[i] * before[i].min(0.0);
+        for (i, force) in pushed() {
+            self.body.state.points[i].u = -restitutions[i] * before[i];
             self.log.hits += 1;
             let contact = self.body.state.points[i].place.contact;
             self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
             self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
         }
-        self.stop_slow(before.iter().fold(0.0, |most, u| most.max(-u)))
+        let fastest = before.iter().fold(0.0_f64, |most, u| most.max(-u));
+        self.wedge_or_stop(hit, fastest)
+    }
+
+    /// After an impact of these points with the speed `hit` (m/s): those that have come to rest in vertices are on both pieces from now on.
+    fn wedge_or_stop(&mut self, points: &[usize], hit: f64) -> Option<Outcome> {
+        let wedged: ContactValues<usize> = if self.body.state.points.len() == self.body.contacts {
+            points.iter().copied().filter(|&i| self.wedge(i, 0) || self.wedge(i, 1)).collect()
+        } else {
+            ContactValues::new()
+        };
+        if wedged.is_empty() {
+            return self.stop_slow(hit);
+        }
+        let slowest = wedged.iter().map(|&i| self.wedged(i)).fold(0.0, f64::max);
+        self.settle(&wedged, false, 2.0 * slowest / self.body.state.gravity, hit)
     }
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {

@@ -1,6 +1,7 @@
 //! The event loop: flight, impacts, accumulations of impacts and contact phases, until a run ends.
 
 mod any;
+mod arrivals;
 mod driver;
 mod edge_watch;
 pub(crate) mod frame;

@@ -25,6 +25,13 @@ pub(super) struct InstantImpacts {
     pub(super) points: Vec<SinceLastHit>,
 }
 
+impl InstantImpacts {
+    /// Whether there has been an impact at this instant.
+    pub(super) fn goes_on(&self, clock: Clock) -> bool {
+        self.hits > 0 && self.clock == clock
+    }
+}
+
 /// The cycle from one impact at a point to the next one at this point, at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SinceLastHit {

@@ -64,15 +64,24 @@ impl<'a> Driver<'a, AnyContacts> {
                     return self.close(outcome);
                 }
             }
-            self.change(change);
+            if let Some(outcome) = self.change(change) {
+                self.record.warnings.extend(missed_kicks(&changes[k..]));
+                return self.close(outcome);
+            }
         }
         (self.options.stop, self.log.end) = (options.stop, options.end());
         self.run_on()
     }
 
-    fn change(&mut self, change: &Change) {
+    /// The ground changes its acceleration, which moves nothing at once; then come the impacts at this time, then the kicks.
+    fn change(&mut self, change: &Change) -> Option<Outcome> {
         if let Some(fall) = change.fall {
             self.body.state.set_fall(fall);
+        }
+        if let Some(outcome) = self.impacts_at(change.elapsed) {
+            return Some(outcome);
+        }
+        if change.fall.is_some() {
             self.cause = Some(Cause::GroundMotion);
         }
         for kick in &change.kicks {
@@ -88,5 +97,6 @@ impl<'a> Driver<'a, AnyContacts> {
         }
         // A span of its own, so that its cause is recorded also where an impact follows at once.
         self.write_flight();
+        None
     }
 }

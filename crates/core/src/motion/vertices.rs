@@ -7,32 +7,9 @@ use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{ContactState, Rounding};
-use crate::tolerance::{SIMULTANEOUS, STEEPER_PIECE, TOUCH, WEDGED};
+use crate::tolerance::{STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
-    /// Contact `i` crosses an end, and with it all contacts that come to an end of their pieces at this instant, within
-    /// rounding error.
-    pub(super) fn cross_together(&mut self, i: usize, side: usize) {
-        let first = self.body.state.points[i].place.contact;
-        self.cross(i, side);
-        for j in 0..self.body.contacts {
-            let ContactState { place, h, .. } = self.body.state.points[j];
-            if j == first || h > 0.0 || self.body.state.twin(j).is_some() {
-                continue;
-            }
-            let arm = self.body.state.points[j].arm().norm();
-            let rounding =
-                SIMULTANEOUS * (self.body.state.center.r.norm() + arm + self.body.posture.size());
-            let comes = |&side: &usize| {
-                place.sides[side] <= rounding && self.body.state.side(j, side).u < 0.0
-            };
-            if let Some(side) = [0, 1].into_iter().find(comes) {
-                self.body.state.points[j].place.sides[side] = 0.0;
-                self.cross(j, side);
-            }
-        }
-    }
-
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
     /// the point continues over it; if there is none, the contact meets no terrain any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {

@@ -13,7 +13,7 @@ use crate::math::series::shifted;
 use crate::modes::Mode;
 use crate::sustained::flight::next;
 use crate::sustained::{BodyState, Rounding, Step};
-use crate::tolerance::TOUCH;
+use crate::tolerance::{SIMULTANEOUS, TOUCH};
 
 /// Largest number of crossings of the line of a piece, without a hit, that are followed.
 const CROSSINGS: usize = 64;
@@ -68,8 +68,46 @@ impl BodyState {
         facing(posture, self, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
     }
 
+    /// Rounding error of the position of point `i`, in m.
+    pub(crate) fn position_error(&self, i: usize, posture: &Posture) -> f64 {
+        SIMULTANEOUS * (self.center.r.norm() + self.points[i].arm().norm() + posture.size())
+    }
+
+    /// The end of its piece that point `i` reaches now. `comes`: of a distance (m) and its rate (m/s), whether it is zero now.
+    pub(crate) fn end_reached(&self, i: usize, comes: impl Fn(f64, f64) -> bool) -> Option<usize> {
+        let sides = self.points[i].place.sides;
+        let reached =
+            |&side: &usize| sides[side] < f64::INFINITY && comes(sides[side], self.side(i, side).u);
+        [0, 1].into_iter().find(reached)
+    }
+
+    /// The piece that does not adjoin that of point `i`, but that the point hits now. `comes`: as for `end_reached`.
+    pub(crate) fn struck(
+        &self,
+        i: usize,
+        posture: &Posture,
+        comes: impl Fn(f64, f64) -> bool,
+    ) -> Option<isize> {
+        let now = |(k, piece): (isize, &Piece)| {
+            let arc = self.arc_over(i, posture, piece);
+            let hit = comes(arc.h, arc.u)
+                && is_between(piece, &self.position(i, posture), posture.size());
+            hit.then_some(k)
+        };
+        facing(posture, self, i).find_map(now)
+    }
+
     fn hit(&self, i: usize, posture: &Posture, piece: &Piece, limit: f64) -> Option<f64> {
         let (mut state, mut t, mut crossed) = (self.clone(), 0.0, None);
+        let at_once = self.arc_over(i, posture, piece);
+        if at_once.h.abs() <= self.position_error(i, posture)
+            && is_between(piece, &self.position(i, posture), posture.size())
+        {
+            if at_once.u < 0.0 {
+                return Some(0.0);
+            }
+            crossed = Some(false); // it leaves the piece to its front
+        }
         for _ in 0..CROSSINGS {
             let arc = state.arc_over(i, posture, piece);
             let behind = crossed.unwrap_or(arc.h < 0.0);
@@ -147,7 +185,7 @@ impl Step {
         if self.tracks[i].mode != Mode::Separate || self.tracks[i].pinned {
             return None;
         }
-        let at = state.position(i, posture);
+        let (at, error) = (state.position(i, posture), state.position_error(i, posture));
         let hit = |(k, piece): (isize, &Piece)| {
             let mut gap = self.way(i, state, piece.normal);
             let mut along = self.way(i, state, piece.tangent);
@@ -156,6 +194,12 @@ impl Step {
             let slack = TOUCH * posture.size();
             let (mut t, end) = (0.0, limit / self.unit);
             let mut behind = gap[0] < 0.0;
+            if gap[0].abs() <= error && along[0] >= -slack && along[0] <= length + slack {
+                if gap[1] < 0.0 {
+                    return Some((0.0, k));
+                }
+                (gap[0], behind) = (0.0, false); // it leaves the piece to its front
+            }
             for _ in 0..CROSSINGS {
                 let front = if behind { gap.map(|c| -c) } else { gap };
                 let dt = if end < f64::INFINITY {

@@ -508,12 +508,8 @@ impl<'a> ContactPhase<'a> {
             }
             match end {
                 StepEnd::Landing(i) => {
-                    let first = body.points[i];
-                    for (j, p) in body.points.iter_mut().enumerate() {
-                        if j == i || self.word[j] == Mode::Separate && p.lands_with(&first) {
-                            (p.h, p.u) = (0.0, p.u.min(0.0));
-                        }
-                    }
+                    let p = &mut body.points[i];
+                    (p.h, p.u) = (0.0, p.u.min(0.0));
                     return StretchEnd::End(PhaseEnd::Landing(i));
                 }
                 StepEnd::Strike(i, k) => {

@@ -1,0 +1,105 @@
+//! Contacts that arrive at one instant.
+//!
+//! In exact arithmetic the corners of a box that slides flush into a wall arrive together; computed times differ by rounding errors. One
+//! rule holds for flights and contact phases: a contact arrives with another one if its gap, or its distance along the ground from the
+//! next piece, is closing and below the rounding error of its own terms.
+
+use crate::body::contact::{ContactValues, PerContact};
+use crate::math::clock::Clock;
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::Driver;
+use crate::outcome::Outcome;
+use crate::sustained::ContactState;
+
+impl Driver<'_, AnyContacts> {
+    /// The points that are hit: these, and all that arrive with them, whose gaps are set to zero. A contact that approaches because of an
+    /// impact at this instant arrives later.
+    pub(super) fn arriving(&mut self, coming: &[usize]) -> ContactValues<usize> {
+        if self.body.sequence.goes_on(self.log.clock) {
+            return ContactValues::from_slice(coming);
+        }
+        self.arriving_before(coming, self.log.clock)
+    }
+
+    /// As `arriving`, with all that arrive up to the time `end`, which is a few roundings of the clock away.
+    fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
+        let firsts: PerContact<ContactState> =
+            coming.iter().map(|&i| self.body.state.points[i]).collect();
+        let (clock, options) = (self.log.clock, self.options);
+        // Times are compared as they are recorded.
+        let is_due = |gap: f64, rate: f64| {
+            gap >= 0.0
+                && rate < 0.0
+                && options.clock(clock.after(-gap / rate)) <= options.clock(end)
+        };
+        let later = end != clock;
+        for j in 0..self.body.state.points.len() {
+            let p = &mut self.body.state.points[j];
+            let together = firsts.iter().any(|first| p.lands_with(first));
+            if p.h > 0.0 && (together || later && is_due(p.h, p.u)) {
+                p.h = 0.0;
+            }
+            let p = self.body.state.points[j];
+            if p.h == 0.0 && p.u < 0.0 || self.body.state.twin(j).is_some() {
+                continue;
+            }
+            let (body, posture) = (&self.body.state, &self.body.posture);
+            let error = body.position_error(j, posture);
+            let comes = |gap: f64, rate: f64| {
+                gap.abs() <= error && rate < 0.0 || later && is_due(gap, rate)
+            };
+            if let Some(side) = body.end_reached(j, comes) {
+                let distance = std::mem::take(&mut self.body.state.points[j].place.sides[side]);
+                if self.rises(j, side) {
+                    self.cross(j, side);
+                } else {
+                    self.body.state.points[j].place.sides[side] = distance;
+                }
+            } else if let Some(piece) = body.struck(j, posture, comes) {
+                self.body.state.put_on(j, &self.body.posture, piece);
+            }
+        }
+        let points = &self.body.state.points;
+        (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u < 0.0).collect()
+    }
+
+    /// The impacts whose recorded time is `end`, which the run has reached within rounding error.
+    pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
+        loop {
+            let coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
+            if coming.is_empty() {
+                return None;
+            }
+            if !self.log.step() {
+                return Some(Outcome::EventLimit);
+            }
+            if let Some(outcome) = self.impact(&coming) {
+                return Some(outcome);
+            }
+        }
+    }
+
+    /// Contact `i` crosses an end, and with it all closed contacts that come to an end of their pieces at this instant.
+    pub(super) fn leave_together(&mut self, i: usize, side: usize) {
+        let first = self.body.state.points[i].place.contact;
+        self.cross(i, side);
+        for j in 0..self.body.contacts {
+            let ContactState { place, h, .. } = self.body.state.points[j];
+            if place.contact == first || h > 0.0 || self.body.state.twin(j).is_some() {
+                continue;
+            }
+            let body = &self.body.state;
+            let error = body.position_error(j, &self.body.posture);
+            if let Some(side) = body.end_reached(j, |gap, rate| gap <= error && rate < 0.0) {
+                self.body.state.points[j].place.sides[side] = 0.0;
+                self.cross(j, side);
+            }
+        }
+    }
+
+    /// Whether the next piece rises in the way of point `j`, which is at an end of its piece.
+    fn rises(&self, j: usize, side: usize) -> bool {
+        let next = self.neighbour(j, side);
+        next.h == 0.0 && next.u < 0.0
+    }
+}

@@ -1,0 +1,74 @@
+"""Kicks of zero at, just before and just after events, between walls too: the motion is that without kicks.
+
+STANDFAST_ZERO_KICKS sets the number of kicks (600).
+"""
+
+import os
+from collections import Counter
+
+import numpy as np
+import pytest
+import standfast as sf
+import walls
+
+KICKS = int(os.environ.get("STANDFAST_ZERO_KICKS", "600"))
+#: Kicks of each motion.
+PER_RUN = 12
+#: Change of the state after the event, in m, m/s, rad and rad/s, that a restart in between may cause by rounding.
+SAME = 1e-9
+#: Time after the kick at which the motions are compared, in s. Later a motion of many impacts magnifies every rounding error.
+LATER = 1e-6
+
+
+def event_times(run):
+    times = [*run.impacts["time"], *(p.start for p in run.phases)]
+    return np.unique([t for t in times if 0 < t < run.time])
+
+
+def test_a_kick_of_zero_changes_nothing():
+    rng = np.random.default_rng(4304)
+    seen = Counter()
+    while seen.total() < KICKS:
+        _, body, qdot, options = walls.random_scene(rng)
+        options["event_limit"], q = 3000, (0, 0, 0)
+        base = sf.simulate(body, q, qdot, **options)
+        times = event_times(base)
+        if not len(times):
+            continue
+        for _ in range(PER_RUN):
+            event = float(rng.choice(times))
+            near = str(rng.choice(["at", "before", "after", "a little before"]))
+            time = {
+                "at": event,
+                "before": np.nextafter(event, 0),
+                "after": np.nextafter(event, 9),
+                "a little before": event - 10 ** rng.uniform(-15, -6),
+            }[near]
+            kick = sf.Kick(float(time), (0, 0), tuple(rng.uniform(-1, 1, 2)))
+            kicked = sf.simulate(body, q, qdot, kicks=[kick], **options)
+            t = min(event + LATER, base.time, kicked.time)
+            assert kicked.time >= min(base.time, event), (kicked, base)
+            gaps = kicked.gaps_at(t)
+            about = (near, event, body, q, qdot, options)
+            assert np.all(gaps[np.isfinite(gaps)] >= -SAME), about
+            for one, other in zip(kicked.at(t), base.at(t), strict=True):
+                np.testing.assert_allclose(
+                    one, other, atol=SAME, rtol=0, err_msg=str(about)
+                )
+            np.testing.assert_array_equal(
+                np.isfinite(gaps), np.isfinite(base.gaps_at(t))
+            )
+            seen[near] += 1
+    print(dict(seen))
+
+
+def test_a_kick_at_the_recorded_time_of_an_impact_acts_after_it():
+    """A ball on a floor: after the impact its speed is e times that before; the kick adds to it."""
+    ball = sf.Posture(1.0, 0.1, (0, 0), [sf.Contact((0, 0))], 0.5)
+    drop = sf.simulate(ball, (0, 1, 0), (0, 0, 0))
+    for time in drop.impacts["time"][:5]:
+        up = drop.at(np.nextafter(time, 9))[1][1]
+        run = sf.simulate(ball, (0, 1, 0), (0, 0, 0), kicks=[sf.Kick(time, (0, 0.25))])
+        assert run.at(np.nextafter(time, 9))[1][1] == pytest.approx(
+            up + 0.25, abs=1e-14
+        )
