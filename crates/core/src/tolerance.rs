@@ -208,6 +208,10 @@ pub(crate) const CHANGED_SPEED: f64 = 1.02;
 /// A larger value would end nested accumulations too early, by as much of their time. Range: 1e-14 to 1e-12.
 pub(crate) const STILL: f64 = 3e-14;
 
+/// Distance of a contact from a piece of ground or from an end of its piece that is rounding error. Unit: displacement, arm and size of
+/// the body. A body that stands on two corners is tilted by the rounding errors of both. Range: 16 to 256 machine epsilons.
+pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
+
 /// Gap of a contact that lands together with another one. Unit: bound of the rounding of the gap. The bound leaves out the errors of the
 /// body's own motion, which add a few times as much to all gaps. Range: 4 to 64.
 pub(crate) const LANDS_TOGETHER: f64 = 16.0;

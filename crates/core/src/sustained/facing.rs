@@ -13,7 +13,7 @@ use crate::math::series::shifted;
 use crate::modes::Mode;
 use crate::sustained::flight::next;
 use crate::sustained::{BodyState, Rounding, Step};
-use crate::tolerance::{SIMULTANEOUS, TOUCH};
+use crate::tolerance::{PLACE, TOUCH};
 
 /// Largest number of crossings of the line of a piece, without a hit, that are followed.
 const CROSSINGS: usize = 64;
@@ -70,7 +70,7 @@ impl BodyState {
 
     /// Rounding error of the position of point `i`, in m.
     pub(crate) fn position_error(&self, i: usize, posture: &Posture) -> f64 {
-        SIMULTANEOUS * (self.center.r.norm() + self.points[i].arm().norm() + posture.size())
+        PLACE * (self.center.r.norm() + self.points[i].arm().norm() + posture.size())
     }
 
     /// The end of its piece that point `i` reaches now. `comes`: of a distance (m) and its rate (m/s), whether it is zero now.
