@@ -78,6 +78,7 @@ long: wheel
 	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/terrain/test_own_ground.py
 	STANDFAST_WALL_SCENES=100000 STANDFAST_THROWS=10000 STANDFAST_EDGE_RUNS=3000 $(BIN)/python -m pytest -s tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 $(BIN)/python -m pytest -s tests/stability/test_statics_on_walls.py
+	STANDFAST_VERDICTS=2000 $(BIN)/python -m pytest -s tests/stability/test_verdicts.py
 
 # The bits of every answer on 11 000 seeded scenes beside those that tests/data/bits.txt has: half a minute.
 bits: EXTRA :=

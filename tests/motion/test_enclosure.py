@@ -1,6 +1,7 @@
 """Enclosures of the local model compared with plain summation in 60 digits: impact after impact until flights are below 1e-45
 of the time. STANDFAST_ENCLOSURES sets the number of random cases of each kind (100)."""
 
+import collections
 import json
 import math
 import os
@@ -33,6 +34,9 @@ DIGITS = 60
 NOTHING = Decimal(10) ** -45
 #: Number of impacts after which a sum is abandoned.
 MOST = 20_000
+NEVER = "no contact lands again"
+#: Contacts of a Zeno point.
+ZENO = [(1,), (2,), (1, 2)]
 
 
 @pytest.fixture(autouse=True)
@@ -43,15 +47,15 @@ def digits():
 
 
 def summed(v):
-    """(times of the impacts, their contacts), by plain summation; None if it does not end."""
+    """(times of the impacts, their contacts, whether a contact lands again), by plain summation; None if it does not end."""
     g, psi, e, h, u = ([Decimal(x) for x in v[name]] for name in ("g", "psi", "e", "h", "u"))  # fmt: skip
-    fall = (2 * max(a * b for a, b in zip(g, h, strict=True))).sqrt()
+    fall = (2 * max(abs(a * b) for a, b in zip(g, h, strict=True))).sqrt()
     t, times, contacts, fastest = Decimal(0), [], [], max(map(abs, u)) + fall
     while len(times) < MOST:
         flights = [_touchdown(h[i], u[i], g[i]) for i in (0, 1)]
         dt = min(flights)
         if dt == math.inf:
-            return times, contacts
+            return times, contacts, False
         i = flights.index(dt)
         t += dt
         h = [h[j] + dt * (u[j] - g[j] * dt / 2) for j in (0, 1)]
@@ -63,15 +67,17 @@ def summed(v):
         contacts.append(i + 1)
         # Flights of zero duration, in a corner, end by their speeds.
         if 0 < dt <= NOTHING * t or max(map(abs, u)) <= NOTHING * fastest:
-            return times, contacts
+            return times, contacts, True
     return None
 
 
 def _touchdown(h, u, g):
-    root = (u * u + 2 * g * h).sqrt()
-    if u < 0:
-        return 2 * h / (root - u)
-    return (u + root) / g if g else Decimal("Infinity")
+    """The first root t > 0 of h + ut − gt²/2 with h ≥ 0, or 0 if the contact is on the ground and moves into it."""
+    square = u * u + 2 * g * h
+    if square < 0 or (u >= 0 and g <= 0):
+        return Decimal("Infinity")
+    root = square.sqrt()
+    return 2 * h / (root - u) if u < 0 else (u + root) / g
 
 
 def case(v):
@@ -95,12 +101,19 @@ def check(v):
     truth, enclosure = summed(v), enclosed(v)
     if truth is None:
         return None
-    times, contacts = truth
+    times, contacts, lands = truth
     impacts = enclosure.impacts
+    # A sum ends where flights are too short for it: impacts may follow, in the enclosure too.
+    assert lands or len(impacts) <= len(times), v
+    for name in ("low", "high"):
+        assert all(np.diff(impacts[name]) >= 0), v
     for impact, time, contact in zip(impacts, times, contacts, strict=False):
         assert impact["contact"] == contact, v
         assert holds(impact["low"], impact["high"], time), (v, impact, time)
+    if enclosure.reason == NEVER:
+        assert (len(impacts), lands) == (len(times), False), v
     if enclosure.zeno is not None:
+        assert lands, v
         assert holds(*enclosure.zeno, times[-1]), (v, enclosure, times[-1])
         last = tuple(sorted(set(contacts[-5:])))
         assert enclosure.contacts == last, v
@@ -151,6 +164,66 @@ def test_anywhere(record_property):
     assert len(summable) >= 0.9 * CASES
     assert len(zeno) >= 0.8 * len(summable)
     assert narrow >= 0.9 * len(zeno)
+
+
+def test_gravity_of_either_sign(record_property):
+    """Gravity that presses a contact to its ground, pulls it off, or neither."""
+    rng = np.random.default_rng(SEED)
+    ends, pulls = collections.Counter(), collections.Counter()
+    for _ in range(CASES):
+        v = draw_any(rng)
+        signs = [int(sign) for sign in rng.choice([-1, 0, 1], 2)]
+        v["g"] = [sign * g for sign, g in zip(signs, v["g"], strict=True)]
+        if rng.random() < 0.2:
+            v["h"][rng.integers(2)] = 0.0
+        enclosure = check(v)
+        if enclosure is not None:
+            end = enclosure.reason or enclosure.contacts
+            ends[end] += 1
+            pulls[min(signs), max(signs)] += 1
+    text = f"{CASES} cases: {dict(ends)}, signs of gravity: {dict(pulls)}"
+    print(f"\n{text}")
+    record_property("ends", text)
+    assert len(pulls) == 6
+    assert ends[NEVER] >= 0.3 * CASES
+    assert sum(ends[end] for end in ZENO) >= 0.3 * CASES
+    assert sum(ends[end] for end in (NEVER, *ZENO)) >= 0.9 * CASES
+
+
+@pytest.mark.parametrize("slope", [math.pi, math.pi / 2, -math.pi / 2, *np.linspace(-3, 3, 13)])  # fmt: skip
+def test_one_contact_on_any_side(slope):
+    """Ground, walls and ceilings: impacts of a ball at h = 0.3 m, and its Zeno point, in 60 digits."""
+    cos, sin = cos_sin(Decimal(slope))
+    exact = {math.pi: (-1, 0), math.pi / 2: (0, 1), -math.pi / 2: (0, -1)}
+    cos, sin = map(Decimal, exact.get(slope, (cos, sin)))
+    body = sf.Posture(1.0, 0.3, (0.0, 0.0), [sf.Contact((0.0, 0.0), slope=slope)], 0.5, 9.81)  # fmt: skip
+    for speed in (-3.0, -1.0, 0.0, 1.0):
+        q, qdot = ([float(k * n) for n in (-sin, cos)] for k in (Decimal("0.3"), Decimal(speed)))  # fmt: skip
+        run = sf.simulate(body, (*q, 0), (*qdot, 0), model="local", certify=True, time_limit=1e6, stop="zeno")  # fmt: skip
+        h, u = (cos * Decimal(y) - sin * Decimal(x) for x, y in (q, qdot))
+        g, e = cos * Decimal(body.gravity), Decimal(body.restitution)
+        time = _touchdown(h, u, g)
+        impacts, zeno = run.enclosure.impacts, run.enclosure.zeno
+        assert len(impacts) == (time < math.inf)
+        if time < math.inf:
+            assert holds(impacts["low"][0], impacts["high"][0], time)
+        if g > 0:
+            bounces = 2 * e * (u * u + 2 * g * h).sqrt() / (g * (1 - e))
+            assert holds(*zeno, time + bounces)
+        else:
+            assert (zeno, run.enclosure.reason) == (None, NEVER)
+
+
+def test_a_contact_that_gravity_pulls_off_does_not_bounce():
+    """One impact of a contact below an overhang, which then leaves."""
+    contact = sf.Contact((0.4395002850928258, 0.8413566258744476), slope=1.757934141167694)  # fmt: skip
+    body = sf.Posture(1.0, 0.6335982494460324, (-0.274994547145047, 0.8822366234529742), [contact], 0.2513139736084264)  # fmt: skip
+    q = (-0.17685205293876693, -0.033487539869622586, -0.031156385677099305)
+    qdot = (1.045286511047693, -0.28203352577242424, -0.3581684060580372)
+    run = sf.simulate(body, q, qdot, model="local", certify=True, time_limit=3.0)
+    (impact,) = run.enclosure.impacts
+    assert impact["low"] <= run.impacts[0]["time"] <= impact["high"]
+    assert (run.enclosure.zeno, run.enclosure.reason) == (None, NEVER)
 
 
 def test_unequal_restitutions_clatter():
@@ -227,7 +300,7 @@ def test_a_start_at_rest():
     ("parameters", "gaps", "rates", "options", "reason"),
     [
         ({}, (1, 1), (0, 0), {}, "which contact lands next is not certain"),
-        ({"gravity": (0, 0)}, (1, 1), (1, 2), {}, "no contact lands again"),
+        ({"gravity": (0, 0)}, (1, 1), (1, 2), {}, NEVER),
         ({}, (1, 2), (0, 0), {"time_limit": 1.5}, "a limit of the run is reached"),
         ({}, (1, 2), (0, 0), {"event_limit": 0}, "a limit of the run is reached"),
     ],

@@ -9,7 +9,8 @@ import pickle
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import draw_contacts, frame, jacobian, lift, odd, stance, vee
+from bodies import draw_contacts, frame, lift, odd, stance, vee
+from corners import next_corner, rows_of
 from scipy.optimize import linprog
 
 STANCES = int(os.environ.get("STANDFAST_STANCES", "500"))
@@ -621,50 +622,6 @@ def test_a_verdict_is_data(tmp_path):
     text = str(verdict)
     for word in ("growing-cycle", "kinematic-strong", "clattering", "FF", "region"):
         assert word in text
-
-
-def rows_of(posture):
-    """Rows N_i and T_i of both contacts at rest, and the direction in which both slide, of length one in the metric of the mass."""
-    normals, tangents = jacobian(posture)
-    both = np.cross(*normals)
-    return (
-        normals,
-        tangents,
-        both / np.linalg.norm(both * [1, 1, posture.gyration_radius]),
-    )
-
-
-def next_corner(posture, lands, phi):
-    """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to rest
-    or slide before it. φ = atan(ξ/y), y the landing speed and ξ the sliding velocity of the other contact over that of
-    `both`."""
-    normals, tangents, both = rows_of(posture)
-    holds = 1 - lands
-    slip = math.sin(phi) * (tangents[holds] @ both)
-    system = [normals[holds], normals[lands], tangents[holds]]
-    qdot = np.linalg.solve(system, [0.0, -math.cos(phi), slip])
-    run = sf.simulate(posture, (0, 0, 0), qdot, model="local", time_limit=100.0)
-    for phase in run.phases:
-        held = [k for k in (0, 1) if phase.mode[k] != "S"]
-        if len(held) == 2 and phase.end > phase.start:
-            return None
-        hits = run.impacts[np.isclose(run.impacts["time"], phase.end, rtol=1e-14)]
-        if len(held) != 1 or phase.end <= phase.start or len(hits) == 0:
-            continue
-        (k,), length = held, phase.end - phase.start
-        m = int(hits["contact"][0]) - 1
-        if m == k:
-            continue
-        # Speeds are linear within a phase.
-        slips = [
-            tangents[k] @ run.at(phase.start + share * length)[1]
-            for share in (0.25, 0.75)
-        ]
-        xi = slips[1] + 0.5 * (slips[1] - slips[0])
-        xi /= tangents[k] @ both
-        y = -hits["rates_before"][0][m]
-        return m, math.atan2(xi, y), math.log(math.hypot(xi, y))
-    return None
 
 
 def test_a_certificate_holds_in_the_simulator():

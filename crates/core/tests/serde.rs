@@ -211,12 +211,15 @@ fn a_verdict_is_read_as_it_was_written() {
         let posture = random.posture(2);
         let mut verdict = stability(&posture).unwrap();
         kinds.insert(match &verdict.evidence {
-            Evidence::Margins => "margins",
-            Evidence::Potential(_) => "potential",
-            Evidence::Cycle(_) => "cycle",
-            Evidence::Word(_) => "word",
-            Evidence::Away(_) => "away",
-            Evidence::Left { .. } => "left",
+            Some(Evidence::Region { .. }) => "region",
+            Some(Evidence::Margins { .. }) => "margins",
+            Some(Evidence::Potential(_)) => "potential",
+            Some(Evidence::Cycle(_)) => "cycle",
+            Some(Evidence::Word(_)) => "word",
+            Some(Evidence::Away(_)) => "away",
+            Some(Evidence::Motion { .. }) => "motion",
+            Some(Evidence::Left { .. }) => "left",
+            None => "nothing",
         });
         if kinds.len() == 3 {
             // Some of them with random kicks.
@@ -227,7 +230,7 @@ fn a_verdict_is_read_as_it_was_written() {
         assert_eq!((json(&same), verdict.to_json()), (text.clone(), text));
         assert_eq!((&same.evidence, &same.conditions), (&verdict.evidence, &verdict.conditions));
     }
-    assert_eq!(kinds, ["cycle", "left", "margins", "potential", "word"].into());
+    assert_eq!(kinds, ["cycle", "left", "margins", "potential", "region", "word"].into());
     let corner = r#"{"contact":2,"phi":0.5,"growth":0.25}"#;
     let away: Evidence = read(corner);
     assert!(matches!(away, Evidence::Away(step) if step.contact.number() == 2));

@@ -127,12 +127,14 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
-    /// The data of the argument. None if the margins are all the evidence. For "corner-map" {"limits", "potential", "ends"}:
+    /// The data of the argument. For "not-equilibrium" {"equilibrium_margin"}; for "theorem-3", "theorem-3-loose" and "goyal"
+    /// {"kinematic_margin", "coupling_margin"}, with the bound of the argument on ψ. For "corner-map" {"limits", "potential", "ends"}:
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
     /// above which V holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners
-    /// (contact, phi, growth). For "accelerating-mode" the word or the corner with which the body moves away, None if it moves
-    /// away by sliding. For an undecided posture {"reason", "cells", "left"}: the reason, the number of cells of the corner map,
-    /// and the undecided cells (None if the map was not computed).
+    /// (contact, phi, growth). For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
+    /// "velocity"} that starts at q = 0 with this velocity. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
+    /// computed).
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = self.verdict.evidence_json();

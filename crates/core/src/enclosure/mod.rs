@@ -5,10 +5,13 @@
 //! 106 bits. The order of touchdowns is decided where the balls are disjoint; otherwise the enclosure ends with a reason. The
 //! infinitely many impacts that remain are enclosed by two theorems. The parameters are taken to be exactly the given doubles.
 //!
-//! **Bouncing** at a, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap of b stays
-//! positive.
+//! Gravity may press a contact to its ground (g_i > 0), pull it off (g_i < 0), or neither. Where that decides and the ball of
+//! g_i does not, the enclosure ends, too.
 //!
-//! **Clattering.** After an impact at a, let b be the next contact, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the
+//! **Bouncing** at a, where g_a > 0, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap
+//! of b stays positive.
+//!
+//! **Clattering.** Where no g_i is negative: after an impact at a, let b be the next contact, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the
 //! smaller solution c of these two equations, r_i = e_i c_1c_2 < 1, and
 //!
 //! ```text
@@ -72,10 +75,11 @@ impl<'a> Claims<'a> {
         }
     }
 
-    /// The time elapsed after a further `dt`, which is not negative.
+    /// The time elapsed after a further `dt`, which is not negative: not before the last impact.
     fn after(&self, dt: Ball) -> Bounds {
         let [low, high] = (self.clock + dt).bounds();
-        Bounds { low: low.max(0.0), high }
+        let last = self.impacts.last().map_or(0.0, |impact| impact.elapsed.low);
+        Bounds { low: low.max(last), high }
     }
 
     /// A collision of contact i after a further `dt`.
@@ -188,6 +192,9 @@ impl BallConstants {
 
     /// The remaining time after an impact at `a`, as T0 − L and T0, if impacts alternate for ever.
     fn rest(&self, m: &Model, a: usize, u_a: Ball, next: Gap, d: Ball) -> Option<[Ball; 2]> {
+        if !m.g.iter().all(|g| g.is_not_negative()) {
+            return None;
+        }
         let b = 1 - a;
         let speed = -next.u;
         let most = next.h.over(d)?;
@@ -230,7 +237,8 @@ impl Model {
         self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
     }
 
-    /// The next landing of contact i: s² = u² + 2gh, and 2h/(s − u) or (u + s)/g.
+    /// The next landing of contact i at h ≥ 0: s² = u² + 2gh, after 2h/(s − u) where it approaches the ground, whatever the sign
+    /// of g, else after (u + s)/g, where gravity brings it back.
     fn landing(&self, i: usize, Gap { h, u }: Gap) -> Landing {
         let g = self.g[i];
         if i >= self.count {
@@ -239,18 +247,26 @@ impl Model {
         if h.is_zero() && u.is_negative() {
             return Landing::In(Ball::ZERO, -u);
         }
-        let falls = u.is_negative();
-        if g.is_zero() && !falls {
-            return if u.is_not_negative() { Landing::Never } else { Landing::Unknown };
-        }
         let square = u.square() + (g * h).scaled(2.0);
-        let Some(s) = square.sqrt() else { return Landing::Unknown };
-        let t = if falls { h.scaled(2.0).over(s - u) } else { (u + s).over(g) };
-        t.map_or(Landing::Unknown, |t| Landing::In(t, s))
+        if square.is_negative() || u.is_not_negative() && (-g).is_not_negative() {
+            return Landing::Never;
+        }
+        let time = |s: Ball| {
+            if u.is_negative() {
+                h.scaled(2.0).over(s - u)
+            } else if g.is_positive() {
+                (u + s).over(g)
+            } else {
+                None
+            }
+        };
+        let landing = square.sqrt().and_then(|s| Some(Landing::In(time(s)?, s)));
+        landing.unwrap_or(Landing::Unknown)
     }
 
     /// Duration of the bouncing at a, if the gap of b is certainly positive throughout. At the impacts at a, where b receives
-    /// a velocity jump, it is h + py − qy² with y = 1 − eʲ. Between them it is concave.
+    /// a velocity jump, it is h + py − qy² with y = 1 − eʲ. Between them it is concave, at least without a gravity that pulls b off,
+    /// which only adds to it.
     fn bounces(&self, a: usize, u_a: Ball, other: Gap) -> Option<Ball> {
         let (one, e) = (ball(1.0), self.e[a]);
         if !self.g[a].is_positive() {
@@ -264,15 +280,15 @@ impl Model {
         if self.count == 1 {
             return Some(t);
         }
-        let b = 1 - a;
-        let fall = (self.g[b] + e * self.psi[a] * self.g[a]).scaled(0.5);
+        let g_b = self.g[1 - a].max(Ball::ZERO);
+        let fall = (g_b + e * self.psi[a] * self.g[a]).scaled(0.5);
         let end = other.h + t * (other.u - t * fall);
         // Velocity jumps that press b down leave its gap concave: then its values at both ends decide.
         let pressed = self.psi[a].is_not_negative();
         let clear = || {
             let lift = (self.kappa[a] * u_a * t).over(left)?;
             let p = other.u * t + (lift * left).over(one + e)?;
-            let q = (self.g[b] * t.square()).scaled(0.5) + lift.over(one + e)?;
+            let q = (g_b * t.square()).scaled(0.5) + lift.over(one + e)?;
             let turns = p.square() + (q * other.h).scaled(4.0);
             let falls = (p - q.scaled(2.0)).is_negative(); // decreases at y = 1
             let clear = q.is_positive() || p.is_positive() || falls || turns.is_negative();
@@ -336,9 +352,11 @@ impl LocalEnclosure<'_> {
     fn next(&mut self, a: usize) -> Result<usize, Uncertain> {
         let b = 1 - a;
         let (u_a, g_a) = (self.gaps[a].u, self.model.g[a]);
-        let back = if g_a.is_zero() { None } else { u_a.scaled(2.0).over(g_a) };
+        let back = if g_a.is_positive() { u_a.scaled(2.0).over(g_a) } else { None };
         match self.model.landing(b, self.gaps[b]) {
             Landing::Unknown => return Err(Uncertain::Order),
+            // A contact at rest has no impact.
+            Landing::In(_, s) if s.is_zero() => return Err(Uncertain::Order),
             Landing::In(dt, s) => {
                 // u_a + u_a − g_aτ > 0: a is still in the air. If a rests, it cannot be the contact that is hit.
                 let rests = u_a.is_zero() && dt.is_zero() && self.gaps[b].u.is_negative();
@@ -357,12 +375,13 @@ impl LocalEnclosure<'_> {
                     return Err(Uncertain::Order);
                 }
             }
+            Landing::Never if (-g_a).is_not_negative() => return Err(Uncertain::Never),
             Landing::Never => {}
         }
         if u_a.is_zero() {
             return Err(Uncertain::Order); // a contact at rest has no impact
         }
-        let Some(back) = back else { return Err(Uncertain::Never) };
+        let back = back.ok_or(Uncertain::Order)?;
         self.land(a, back, u_a)?;
         Ok(a)
     }

@@ -222,30 +222,214 @@ impl Mul for Ball {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use num_rational::BigRational;
+    use proptest::prelude::*;
 
-    /// x·2^−k as an exact fraction is beyond doubles: identities are tried instead, whose two sides have to meet.
-    #[test]
-    fn balls_contain_what_they_should() {
-        let x = Ball::from(0.1);
-        for k in 1..200 {
-            let y = Ball::from(f64::from(k) * 0.37);
-            let quotient = x.over(y).unwrap();
-            let left = quotient * y - x;
-            assert!(!left.is_positive() && !left.is_negative(), "{k}: {left:?}");
-            assert!(left.radius < 1e-31, "{k}: {left:?}");
-            let root = y.sqrt().unwrap();
-            let left = root.square() - y;
-            assert!(!left.is_positive() && !left.is_negative(), "{k}: {left:?}");
-            assert!(left.radius < 1e-30 * y.hi, "{k}: {left:?}");
+    use super::*;
+    use crate::math::cases::{any_double, exact, fixed, fraction};
+
+    type Q = BigRational;
+
+    /// A ball, and five of its numbers: the ends and the centre among them.
+    fn any_ball() -> impl Strategy<Value = (Ball, [Q; 5])> {
+        (any_double(), -0.5..0.5, 0..4_u8, -40.0..1.0).prop_map(|(hi, part, kind, width)| {
+            let lo: f64 = part * (hi.next_up() - hi);
+            let lo = if kind == 0 || hi + lo != hi || !lo.is_finite() { 0.0 } else { lo };
+            let radius = match kind {
+                2 => hi.abs() * f64::exp2(4.0 * width),
+                3 => hi.abs() * f64::exp2(1.0 + 0.1 * width), // about as wide as large
+                _ => 0.0,
+            };
+            let ball = Ball { hi, lo, radius: if radius.is_finite() { radius } else { 0.0 } };
+            (
+                ball,
+                [-7, -3, 0, 4, 7]
+                    .map(|k| center(ball) + exact(ball.radius).unwrap() * fraction(k, 7)),
+            )
+        })
+    }
+
+    fn center(x: Ball) -> Q {
+        exact(x.hi).unwrap() + exact(x.lo).unwrap()
+    }
+
+    /// Whether a number is in a ball. A ball that has overflowed contains all, and must not claim a sign.
+    fn contains(ball: Ball, x: &Q) -> bool {
+        let Ball { hi, lo, radius } = ball;
+        if let (Some(hi), Some(lo), Some(radius)) = (exact(hi), exact(lo), exact(radius)) {
+            let off = x - (hi + lo);
+            off <= radius && -off <= radius
+        } else {
+            !ball.is_positive() && !ball.is_negative() && ball.clearance() == 0.0
         }
-        let [low, high] = Ball::from(1.0).over(Ball::from(3.0)).unwrap().bounds();
-        assert!(low < 1.0 / 3.0 && 1.0 / 3.0 < high && high - low < 1e-15);
+    }
+
+    /// Bounds of the radius that an operation adds, relative to a value, and absolutely: a dozen roundings of 106 bits.
+    fn rounding(value: &Q) -> Q {
+        let size = if *value < zero() { -value } else { value.clone() };
+        size * exact(16.0 * ROUNDING).unwrap() + exact(8.0 * TINY).unwrap()
+    }
+
+    fn zero() -> Q {
+        fraction(0, 1)
+    }
+
+    fn size(x: &Q) -> Q {
+        if *x < zero() { -x } else { x.clone() }
+    }
+
+    /// Whether all is far from overflow and from underflow, so that results must be narrow.
+    fn ordinary(balls: &[Ball]) -> bool {
+        balls.iter().all(|x| x.hi == 0.0 || (1e-60..1e60).contains(&x.hi.abs()))
+    }
+
+    /// All values contained; and, for ordinary arguments, no radius beyond theirs, the rounding and a hundredth.
+    fn check(
+        arguments: &[Ball],
+        result: Ball,
+        values: &[Q],
+        scale: &Q,
+    ) -> Result<(), TestCaseError> {
+        for value in values {
+            prop_assert!(contains(result, value), "{arguments:?} {result:?}");
+        }
+        if let (true, Some(least), Some(most)) =
+            (ordinary(arguments), values.iter().min(), values.iter().max())
+        {
+            let half = (most - least) * fraction(1, 2);
+            let radius = exact(result.radius).unwrap();
+            prop_assert!(
+                radius <= half * fraction(101, 100) + rounding(scale),
+                "{arguments:?} {result:?}"
+            );
+        }
+        Ok(())
+    }
+
+    fn each(xs: &[Q], ys: &[Q], of: impl Fn(&Q, &Q) -> Q) -> Vec<Q> {
+        xs.iter().flat_map(|x| ys.iter().map(|y| of(x, y)).collect::<Vec<_>>()).collect()
+    }
+
+    proptest! {
+        #![proptest_config(fixed(22))]
+
+        #[test]
+        fn sums_and_products_contain_the_exact_ones((a, xs) in any_ball(), (b, ys) in any_ball()) {
+            let sum = size(&center(a)) + size(&center(b));
+            check(&[a, b], a + b, &each(&xs, &ys, |x, y| x + y), &sum)?;
+            check(&[a, b], a - b, &each(&xs, &ys, |x, y| x - y), &sum)?;
+            let product = each(&xs, &ys, |x, y| x * y);
+            // r_a r_b is counted twice: |xy| is at most the largest product.
+            let twice = exact(a.radius).unwrap() * exact(b.radius).unwrap() * fraction(2, 1);
+            for value in &product {
+                prop_assert!(contains(a * b, value), "{a:?} {b:?} {:?}", a * b);
+            }
+            if ordinary(&[a, b]) {
+                let most = size(&center(a)) * exact(b.radius).unwrap() + size(&center(b)) * exact(a.radius).unwrap() + twice;
+                let radius = exact((a * b).radius).unwrap();
+                prop_assert!(radius <= most * fraction(101, 100) + rounding(&(center(a) * center(b))), "{a:?} {b:?} {:?}", a * b);
+            }
+        }
+
+        #[test]
+        fn quotients_contain_the_exact_ones((a, xs) in any_ball(), (b, ys) in any_ball()) {
+            let crosses = ys.iter().min().is_some_and(|y| *y <= zero()) && ys.iter().max().is_some_and(|y| *y >= zero());
+            let quotient = a.over(b);
+            prop_assert!(!(crosses && quotient.is_some()), "{a:?} {b:?}");
+            if let Some(quotient) = quotient {
+                for value in each(&xs, &ys, |x, y| x / y) {
+                    prop_assert!(contains(quotient, &value), "{a:?} {b:?} {quotient:?}");
+                }
+            }
+            let narrow = b.radius <= 0.01 * b.hi.abs() && b.hi != 0.0;
+            if ordinary(&[a, b]) && narrow {
+                let (x, y) = (center(a), size(&center(b)));
+                let most = (exact(a.radius).unwrap() + exact(b.radius).unwrap() * size(&x) / &y) / &y;
+                let radius = exact(quotient.unwrap().radius).unwrap();
+                prop_assert!(radius <= most * fraction(11, 10) + rounding(&(x / y)), "{a:?} {b:?} {quotient:?}");
+            }
+        }
+
+        /// x is in the square of a ball of roots: compared without a root.
+        #[test]
+        fn roots_contain_the_exact_ones((a, xs) in any_ball()) {
+            let least = xs.iter().min().unwrap();
+            let Some(root) = a.sqrt() else {
+                let sure = ordinary(&[a]) && a.hi > 0.0 && a.radius <= 0.99 * a.hi;
+                prop_assert!(!sure, "{a:?}");
+                return Ok(());
+            };
+            prop_assert!(*least >= zero());
+            let (middle, radius) = (center(root), exact(root.radius).unwrap());
+            let (low, high) = (&middle - &radius, &middle + &radius);
+            for x in &xs {
+                prop_assert!(*x <= &high * &high && (low <= zero() || &low * &low <= *x), "{a:?} {root:?}");
+            }
+            if ordinary(&[a]) && a.hi > 0.0 {
+                // √(m + r) − √(m − r) is at most 2r/√m.
+                let m = center(a);
+                let most = exact(a.radius).unwrap() * fraction(101, 100) + rounding(&m);
+                prop_assert!(&radius * &radius * &m <= &most * &most, "{a:?} {root:?}");
+            }
+        }
+
+        #[test]
+        fn other_operations_contain_the_exact_values((a, xs) in any_ball(), (b, ys) in any_ball(), power in -60..60) {
+            check(&[a], -a, &xs.clone().map(|x| -x), &zero())?;
+            let factor = f64::from(power).exp2();
+            let scaled = xs.clone().map(|x| x * exact(factor).unwrap());
+            check(&[a], a.scaled(factor), &scaled, &zero())?;
+            check(&[a], a.half(), &xs.clone().map(|x| x * fraction(1, 2)), &zero())?;
+            for (k, x) in xs.iter().enumerate() {
+                prop_assert!(contains(a.square(), &(x * x)));
+                prop_assert!(contains(a.widened(b.hi.abs()), &(x + exact(b.hi).unwrap() * fraction(k as i32 - 2, 2))));
+            }
+            for value in each(&xs, &ys, |x, y| x.max(y).clone()) {
+                prop_assert!(contains(a.max(b), &value), "{a:?} {b:?} {:?}", a.max(b));
+            }
+            if ordinary(&[a, b]) {
+                let most = |k: usize| size(&xs[k]).max(size(&ys[k]));
+                let limit = (most(0).max(most(4))) * fraction(4, 1);
+                prop_assert!(exact(a.max(b).radius).unwrap() <= limit);
+            }
+            prop_assert!(contains(a.center(), &center(a)) && a.center().radius == 0.0);
+            prop_assert!(contains(Ball::from(a.hi), &exact(a.hi).unwrap()));
+            prop_assert_eq!(a.middle(), a.hi);
+        }
+
+        #[test]
+        fn signs_and_bounds_hold_for_all_numbers((a, xs) in any_ball()) {
+            let (least, most) = (xs.iter().min().unwrap(), xs.iter().max().unwrap());
+            prop_assert!(!a.is_positive() || *least > zero(), "{a:?}");
+            prop_assert!(!a.is_negative() || *most < zero(), "{a:?}");
+            prop_assert!(!a.is_not_negative() || *least >= zero(), "{a:?}");
+            prop_assert_eq!(a.is_zero(), *least == zero() && *most == zero());
+            let (least_size, most_size) = (exact(a.clearance()).unwrap(), exact(a.size()));
+            for x in &xs {
+                prop_assert!(least_size <= size(x), "{a:?}");
+                prop_assert!(most_size.as_ref().is_none_or(|most| size(x) <= *most), "{a:?}");
+            }
+            let [low, high] = a.bounds();
+            prop_assert!(exact(low).map_or(low == f64::NEG_INFINITY, |low| low <= *least), "{a:?} {low:?}");
+            prop_assert!(exact(high).map_or(high == f64::INFINITY, |high| high >= *most), "{a:?} {high:?}");
+            if ordinary(&[a]) && a.hi != 0.0 && a.radius <= 0.9 * a.hi.abs() {
+                prop_assert!(a.is_positive() == (a.hi > 0.0) && a.is_negative() == (a.hi < 0.0), "{a:?}");
+                let slack = exact(1e-13 * a.hi.abs()).unwrap();
+                prop_assert!(size(&center(a)) - exact(a.radius).unwrap() <= least_size + &slack);
+                prop_assert!(most_size.unwrap() <= size(&center(a)) + exact(a.radius).unwrap() + &slack);
+                // Three doubles around an end.
+                let ulps = exact(3.0 * (a.hi.abs().next_up() - a.hi.abs()) + 1e-13 * a.radius).unwrap();
+                prop_assert!(exact(high).unwrap() - most <= ulps && least - exact(low).unwrap() <= ulps, "{a:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_certain_is_not_claimed() {
+        let x = Ball::from(0.1);
         assert!(x.over(x - Ball::from(0.1)).is_none());
         let vast = Ball::from(1e308).scaled(2.0);
         assert!(x.over(vast).is_none() && !vast.is_positive());
-        let tiny = Ball::from(1e-250).over(Ball::from(1e60)).unwrap();
-        assert!(tiny.bounds()[0] < 1e-310 && tiny.bounds()[1] > 1e-310);
         let wide = Ball { radius: 0.2, ..x };
         assert!(wide.over(wide).is_none() && wide.sqrt().is_none());
         assert!(!wide.is_positive() && !wide.is_negative());

@@ -79,7 +79,7 @@ pub(super) fn bound(map: &CornerMap) -> Result<f64, NoBound> {
         return Err(NoBound::Falls);
     }
     let times = [0, 1].map(|j| map.flight_time(j));
-    let ([Some(first), Some(second)], Some(true)) = (times, map.returns()) else {
+    let ([Some(first), Some(second)], true) = (times, map.returns()) else {
         return Err(NoBound::Modes);
     };
     let metric = Metric::new(l);

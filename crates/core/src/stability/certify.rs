@@ -17,7 +17,7 @@
 use std::sync::OnceLock;
 
 use crate::math::interval::Interval;
-use crate::stability::corner::{Cell, CornerMap, Image, Images};
+use crate::stability::corner::{Away, Cell, CornerMap, Image, Images};
 use crate::tolerance::{
     BOUND_MARGIN, CELL_LIMIT_ROUNDING, ORBIT_CLOSED, SLIDE_END, STRICT_DECREASE,
     TRIGONOMETRIC_ERROR,
@@ -80,8 +80,10 @@ pub(crate) enum Decision {
     Stable(Potential),
     /// A growing cycle.
     Grows(Vec<Corner>),
-    /// A corner after which the body moves away; `None` if it does so in a motion with one or both contacts on the terrain.
-    Escapes(Option<Corner>),
+    /// A corner after which the body moves away.
+    Escapes(Corner),
+    /// A motion with contacts on the terrain in which it does so.
+    Leaves(Away),
     /// The reason, the number of cells per contact, and the undecided cells: (contact, φ from, φ to).
     Undecided {
         reason: WhyUndecided,
@@ -187,21 +189,16 @@ pub(super) enum SlideEnd {
     Unknown,
 }
 
-/// The decision of the corner map. It includes `returns`, the frictionless energy argument and sliding on both contacts.
+/// The decision of the corner map. It includes motions with contacts on the terrain and the frictionless energy argument.
 pub(crate) fn decide(map: &CornerMap) -> Decision {
-    if map.returns() == Some(false) {
-        return Decision::Escapes(None);
-    }
-    for right in [false, true] {
-        if map.sliding_together(right).iter().any(|image| *image == Image::Escape) {
-            return Decision::Escapes(None);
-        }
+    if let Some(away) = map.leaves() {
+        return Decision::Leaves(away);
     }
     let slides = [false, true].map(|right| map.sliding_together(right));
     let unknown = |images: &Images| images.iter().any(|image| *image == Image::Unknown);
     let reason = if map.jams() {
         Some(WhyUndecided::Painleve)
-    } else if map.returns().is_none() || slides.iter().any(unknown) {
+    } else if !map.returns() || slides.iter().any(unknown) {
         Some(WhyUndecided::Modes)
     } else if !map.local().weights().iter().all(|weight| weight.is_positive()) {
         Some(WhyUndecided::Energy)
@@ -524,7 +521,7 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
         let images = map.images(j, &Cell::point(phi));
         match only(&images)? {
             Image::Escape => {
-                return Some(Decision::Escapes(Some(Corner { contact: j, phi, growth: 0.0 })));
+                return Some(Decision::Escapes(Corner { contact: j, phi, growth: 0.0 }));
             }
             Image::Corner { contact, xi, y, .. } => {
                 let (xi, y) = (xi.middle(), y.middle());

@@ -91,6 +91,10 @@ enum Flight {
     Two {
         t: I,
     },
+    /// Neither lands again.
+    Away,
+    /// There is no such corner: the other contact does not stay on the terrain.
+    Nowhere,
     Unknown,
 }
 
@@ -102,6 +106,17 @@ struct Slide<'c> {
     h: I,
     u: I,
     cell: &'c Cell,
+}
+
+/// A motion with contacts on the terrain in which the body moves away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Away {
+    /// Contact k slides with this sign of ξ or stays fixed (0). The other one moves off the terrain.
+    Alone(usize, i8),
+    /// Both contacts slide with this sign of s.
+    Together(i8),
+    /// Contact k continues to slide with this sign of s. The other one lifts off.
+    Lifts(usize, i8),
 }
 
 /// Image of a corner.
@@ -318,11 +333,24 @@ impl Local {
         solve(self.nn, self.g)
     }
 
-    /// Accelerations while contact k slides along its tangent with this sign and the other one is in the air.
+    /// Ratio of gravity into the terrain of contact k to its normal force, while it slides with this sign.
+    fn stiffness(&self, k: usize, side: f64) -> I {
+        self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k]
+    }
+
+    /// Whether contact k certainly has no motion on the terrain while the other one is in the air: gravity pulls it off, and
+    /// friction is too weak to press it down, whether it slides or not.
+    fn lets_go(&self, k: usize) -> bool {
+        let soft = |side: f64| self.stiffness(k, side).is_positive();
+        self.g[k].is_negative() && soft(1.0) && soft(-1.0)
+    }
+
+    /// Accelerations while contact k slides along its tangent with this sign and the other one is in the air; `None` unless the
+    /// normal force is certainly not negative and no jam is possible.
     fn slide(&self, k: usize, side: f64) -> Option<Arc> {
         let rub = self.mu[k].times(side);
-        let stiffness = self.nn[k][k] - rub * self.tn[k][k];
-        if !stiffness.is_positive() {
+        let stiffness = self.stiffness(k, side);
+        if !stiffness.is_positive() || !(self.g[k].lo >= 0.0) {
             return None;
         }
         let force = self.g[k] / stiffness;
@@ -335,6 +363,9 @@ impl Local {
     /// Motion from rest of contact k on the terrain, the other one in the air.
     fn starts_from_rest(&self, k: usize) -> FromRest {
         let m = 1 - k;
+        if !(self.g[k].lo >= 0.0) {
+            return FromRest::Unknown; // separation is possible, too
+        }
         let [normal, tangential] = solve(
             [[self.nn[k][k], self.tn[k][k]], [self.tn[k][k], self.tt[k]]],
             [self.g[k], -self.pull[k]],
@@ -358,12 +389,10 @@ impl Local {
         }
         for side in [1.0, -1.0] {
             let Some(arc) = self.slide(k, side) else {
-                let stiffness = self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k];
-                if !stiffness.is_negative() {
-                    return FromRest::Unknown;
+                if self.stiffness(k, side).is_negative() && self.g[k].is_positive() {
+                    continue; // the normal force would be negative
                 }
-                // The normal force would be negative.
-                continue;
+                return FromRest::Unknown;
             };
             // arc.along is a_t/α; the sign of α gives the sign of a_t.
             let alpha = if self.alpha[k].is_positive() { 1.0 } else { -1.0 };
@@ -381,6 +410,9 @@ impl Local {
 
     /// Motion with both contacts sliding on the terrain with this sign of s.
     fn both(&self, side: f64) -> BothSlide {
+        if self.g.iter().all(|g| g.lo < 0.0) {
+            return BothSlide::Unknown; // both may separate
+        }
         let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
         let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
         let stiffness = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
@@ -406,8 +438,10 @@ impl Local {
                     Some(-1) => {}
                     _ => return BothSlide::Unknown,
                 },
-                None if stiffness(k, k).is_negative() => {} // a negative normal force
-                None => return BothSlide::Unknown,
+                None => match (self.g[k].sign(), stiffness(k, k).sign()) {
+                    (Some(1), Some(-1)) | (Some(-1), Some(1)) => {} // a negative normal force
+                    _ => return BothSlide::Unknown,
+                },
             }
         }
         match found.as_slice() {
@@ -438,6 +472,9 @@ impl Local {
 
     /// The impacts at the instant at which contact j lands with speed 1 while the other one rests, and the flight after them.
     fn flight(&self, j: usize) -> Flight {
+        if self.lets_go(1 - j) {
+            return Flight::Nowhere;
+        }
         match self.chatters() {
             Some(true) => return Flight::Two { t: I::ZERO },
             Some(false) => {}
@@ -463,11 +500,15 @@ impl Local {
         let mut t = I::ZERO;
         for _ in 0..IMPACTS {
             let b = 1 - a;
-            if u[a] == I::ZERO {
-                return Flight::One { kept: a, h: h[b], u: u[b], t };
-            }
-            if h[b] == I::ZERO && u[b] == I::ZERO {
-                return Flight::One { kept: b, h: h[a], u: u[a], t };
+            for (kept, rests) in [(a, u[a] == I::ZERO), (b, h[b] == I::ZERO && u[b] == I::ZERO)] {
+                let m = 1 - kept;
+                if !rests || self.lets_go(kept) {
+                    continue;
+                }
+                if !(self.g[kept].lo >= 0.0) {
+                    return Flight::Unknown; // it may jam
+                }
+                return Flight::One { kept, h: h[m], u: u[m], t };
             }
             if let Some((end, rate, duration)) = self.bounces(a, h[b], u) {
                 return Flight::One { kept: a, h: end, u: rate, t: t + duration };
@@ -478,13 +519,24 @@ impl Local {
             {
                 return Flight::Two { t: t + I::new(0.0, tail.hi) };
             }
-            let again = u[a].times(2.0) / self.g[a];
-            let Some(lands) = landing(h[b], u[b], -self.g[b]) else { return Flight::Unknown };
-            let first = (lands - again).sign();
-            let (hit, dt) = match first {
-                Some(-1) => (b, lands),
-                Some(1) => (a, again),
-                _ => return Flight::Unknown,
+            let again = match self.g[a].sign() {
+                Some(1) => Some(u[a].times(2.0) / self.g[a]),
+                Some(_) => None,
+                None => return Flight::Unknown,
+            };
+            let lands = landing(h[b], u[b], -self.g[b]);
+            if lands.is_none() && !never_lands(h[b], u[b], -self.g[b]) {
+                return Flight::Unknown;
+            }
+            let (hit, dt) = match (lands, again) {
+                (None, None) => return Flight::Away,
+                (Some(lands), None) => (b, lands),
+                (None, Some(again)) => (a, again),
+                (Some(lands), Some(again)) => match (lands - again).sign() {
+                    Some(-1) => (b, lands),
+                    Some(1) => (a, again),
+                    _ => return Flight::Unknown,
+                },
             };
             let other = 1 - hit;
             let next = |i: usize| h[i] + u[i] * dt - self.g[i] * dt.square().times(0.5);
@@ -512,10 +564,14 @@ impl Local {
         let b = 1 - a;
         let e = self.e[a];
         let loss = I::ONE - e;
+        if !self.g[a].is_positive() {
+            return None;
+        }
         let t = u[a].times(2.0) / (self.g[a] * loss);
-        let fall = (self.g[b] + e * self.psi[a] * self.g[a]).times(0.5);
-        let end = h + t * (u[b] - t * fall);
-        if !end.is_positive() {
+        let end = |g_b: I| h + t * (u[b] - t * (g_b + e * self.psi[a] * self.g[a]).times(0.5));
+        // Gravity that pulls b off only adds to its gap. Without it, the gap is concave between impacts.
+        let g_b = I::new(self.g[b].lo.max(0.0), self.g[b].hi.max(0.0));
+        if !end(g_b).is_positive() {
             return None;
         }
         if !(self.psi[a].lo >= 0.0) {
@@ -523,14 +579,14 @@ impl Local {
             let kappa = (I::ONE + e) * self.psi[a];
             let lift = kappa * u[a] * t / loss;
             let p = u[b] * t + lift * loss / (I::ONE + e);
-            let q = self.g[b] * t.square().times(0.5) + lift / (I::ONE + e);
+            let q = g_b * t.square().times(0.5) + lift / (I::ONE + e);
             let least = p.square() + (q * h).times(4.0);
             if !(q.lo >= 0.0 || p.lo >= 0.0 || least.is_negative()) {
                 return None;
             }
         }
         let rate = u[b] - self.g[b] * t - (I::ONE + e) * self.psi[a] * u[a] / loss;
-        Some((end, rate, t))
+        Some((end(self.g[b]), rate, t))
     }
 
     /// An upper bound on the time until both contacts rest after an impact at a, if they certainly clatter to rest
@@ -538,7 +594,8 @@ impl Local {
     fn clatters(&self, a: usize, h: I, u: [I; 2]) -> Option<I> {
         let b = 1 - a;
         let e = self.e[0];
-        if self.e[0] != self.e[1] || !self.psi[0].is_positive() || !u[b].is_negative() {
+        let presses = self.g.iter().all(|g| g.is_positive());
+        if !presses || self.e[0] != self.e[1] || !self.psi[0].is_positive() || !u[b].is_negative() {
             return None;
         }
         let p = (I::ONE + e) * (self.psi[0] * self.psi[1]).sqrt();
@@ -642,11 +699,7 @@ impl CornerMap {
     /// Whether some contact jams when it slides alone.
     pub(crate) fn jams(&self) -> bool {
         let l = &self.local;
-        (0..2).any(|k| {
-            [1.0, -1.0]
-                .into_iter()
-                .any(|side| (l.nn[k][k] - l.mu[k].times(side) * l.tn[k][k]).is_negative())
-        })
+        (0..2).any(|k| [1.0, -1.0].into_iter().any(|side| l.stiffness(k, side).is_negative()))
     }
 
     /// Whether the flight after some corner is unknown.
@@ -658,7 +711,7 @@ impl CornerMap {
     pub(super) fn flight_time(&self, j: usize) -> Option<I> {
         match self.flights[j] {
             Flight::One { t, .. } | Flight::Two { t } => Some(t),
-            Flight::Unknown => None,
+            Flight::Away | Flight::Nowhere | Flight::Unknown => None,
         }
     }
 
@@ -674,6 +727,8 @@ impl CornerMap {
         let shift = l.beta[i][j] / l.alpha[i];
         match self.flights[j] {
             Flight::Unknown => images.push(Image::Unknown),
+            Flight::Away => images.push(Image::Escape),
+            Flight::Nowhere => {}
             Flight::Two { t } => {
                 let s = cell.xi + (shift + l.drift * t) * cell.y;
                 self.together(s, &mut images);
@@ -863,43 +918,50 @@ impl CornerMap {
         Some((m, from + arc.along * time, fall(h, u, arc.normal)))
     }
 
-    /// Whether every motion with one contact on the terrain ends with a landing of the other one; `Some(false)` if some
-    /// motions certainly do not.
-    pub(crate) fn returns(&self) -> Option<bool> {
-        let mut all = Some(true);
-        let mut need = |holds: Option<bool>| {
-            all = match (all, holds) {
-                (Some(false), _) | (_, Some(false)) => Some(false),
-                (None, _) | (_, None) => None,
-                _ => Some(true),
+    /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a
+    /// landing of the other contact. A contact that gravity pulls off has none.
+    fn lone(&self) -> impl Iterator<Item = (usize, i8, Option<bool>)> {
+        let falls = |arc: &Arc| arc.normal.sign().map(|sign| sign < 0);
+        (0..2).filter(|&k| !self.local.lets_go(k)).flat_map(move |k| {
+            let (still, back) = match &self.from_rest[k] {
+                FromRest::Fixed(arc) => (0, falls(arc)),
+                FromRest::Slides(side, arc) => (*side, falls(arc)),
+                FromRest::Unknown => (0, None),
             };
-        };
-        let falls = |arc: &Arc| match arc.normal.sign() {
-            Some(-1) => Some(true),
-            Some(_) => Some(false),
-            None => None,
-        };
-        for k in 0..2 {
-            let back = match &self.from_rest[k] {
-                FromRest::Fixed(arc) | FromRest::Slides(_, arc) => falls(arc),
-                FromRest::Unknown => None,
-            };
-            need(back);
-            for right in [false, true] {
-                let Some(arc) = &self.slides[k][usize::from(right)] else {
-                    need(None);
-                    continue;
-                };
-                let side = if right { 1.0 } else { -1.0 };
-                need(match (falls(arc), arc.along.times(side).sign()) {
-                    (Some(true), _) => Some(true),
-                    (_, Some(-1)) => back,
-                    (Some(false), Some(_)) => Some(false),
-                    _ => None,
+            let slides = [-1_i8, 1].map(|side| {
+                let ends = self.slides[k][usize::from(side > 0)].as_ref().and_then(|arc| {
+                    match (falls(arc), arc.along.times(f64::from(side)).sign()) {
+                        (Some(true), _) => Some(true),
+                        (_, Some(-1)) => back,
+                        (Some(false), Some(_)) => Some(false),
+                        _ => None,
+                    }
                 });
-            }
+                (k, side, ends)
+            });
+            [(k, still, back)].into_iter().chain(slides)
+        })
+    }
+
+    /// Whether every motion with one contact on the terrain certainly ends with a landing of the other one.
+    pub(crate) fn returns(&self) -> bool {
+        self.lone().all(|(.., ends)| ends == Some(true))
+    }
+
+    /// A motion with contacts on the terrain that certainly goes on for ever, or ends in one that does.
+    pub(crate) fn leaves(&self) -> Option<Away> {
+        let alone = self.lone().find(|(.., ends)| *ends == Some(false));
+        if let Some((k, side, _)) = alone {
+            return Some(Away::Alone(k, side));
         }
-        all
+        let escapes = |side: &i8| {
+            self.sliding_together(*side > 0).iter().any(|image| *image == Image::Escape)
+        };
+        let side = [-1, 1].into_iter().find(escapes)?;
+        match self.both[usize::from(side > 0)] {
+            BothSlide::Lifts(k) => Some(Away::Lifts(k, side)),
+            _ => Some(Away::Together(side)),
+        }
     }
 }
 

@@ -35,20 +35,21 @@ pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
 pub use trials::{Trials, trials};
 
+use nalgebra::{Matrix3, RowVector3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{ContactProblem, Method, ModeAnswer, contact_modes};
+use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::outcome::ContactNumber;
 pub use certify::{Potential, WhyUndecided};
 
 use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
 use conditions::moves;
-use corner::CornerMap;
+use corner::{Away, CornerMap};
 
 /// Whether a body comes back to rest after any small kick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,6 +98,19 @@ pub enum Argument {
 }
 
 impl Argument {
+    /// The verdict that it leads to.
+    #[must_use]
+    pub const fn verdict(self) -> Stability {
+        match self {
+            Self::Theorem3 | Self::Theorem3Loose | Self::Goyal | Self::CornerMap => {
+                Stability::Stable
+            }
+            Self::NotEquilibrium | Self::GrowingCycle | Self::AcceleratingMode => {
+                Stability::Unstable
+            }
+        }
+    }
+
     /// All of them.
     pub const ALL: [Self; 7] = [
         Self::NotEquilibrium,
@@ -134,12 +148,24 @@ pub struct CornerStep {
     pub growth: f64,
 }
 
-/// The data of an argument.
+/// The data of an argument, or why there is none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Evidence {
-    /// No further data than argument, margins and words of the verdict.
-    Margins,
+    /// The centre of mass is not over the equilibrium region.
+    Region {
+        /// [`Conditions::equilibrium_margin`], negative.
+        #[serde(with = "crate::serial::numbers::extended")]
+        equilibrium_margin: f64,
+    },
+    /// Kinematic-strong, and a bound on the coupling holds.
+    Margins {
+        /// [`Conditions::kinematic_margin`]
+        #[serde(with = "crate::serial::numbers::extended")]
+        kinematic_margin: f64,
+        /// ψ less the bound of the argument: (10), or Goyal's.
+        coupling_margin: f64,
+    },
     /// No sequence of corners grows for ever.
     Potential(Potential),
     /// A cycle of corners that grows with every repetition.
@@ -148,6 +174,14 @@ pub enum Evidence {
     Word(String),
     /// A corner after which the body moves away.
     Away(CornerStep),
+    /// A motion in which the body moves away.
+    Motion {
+        /// Its word.
+        word: String,
+        /// The velocity at q = 0 with which it starts, 1 m/s at the contact on the terrain or at the other one: (ẋ, ẏ, θ̇), in m/s and
+        /// rad/s.
+        velocity: [f64; 3],
+    },
     /// Why the corner map does not decide, and the undecided cells.
     Left {
         /// The reason.
@@ -157,6 +191,12 @@ pub enum Evidence {
         /// The undecided cells: (contact, [from, to]) in atan(ξ/y).
         left: Vec<(ContactNumber, [f64; 2])>,
     },
+}
+
+/// What the arguments find.
+enum Finding {
+    Decided(Argument, Evidence),
+    Undecided(Option<Evidence>),
 }
 
 /// Verdict on the stability of a posture.
@@ -180,8 +220,9 @@ pub struct Verdict {
     /// Results of random kicks, if requested: evidence, no proof; see [`trials`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<Trials>,
-    /// The argument's data.
-    pub evidence: Evidence,
+    /// The argument's data, or why the corner map does not decide. `None` only for an undecided posture: several words are consistent at
+    /// rest, or there is no corner map.
+    pub evidence: Option<Evidence>,
     /// Every word at rest with its motion, forces and margins.
     pub modes: Vec<ModeAnswer>,
 }
@@ -210,13 +251,13 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
         energy,
         frictional_stability: Stability::Undecided,
         by: None,
-        evidence: Evidence::Margins,
+        evidence: None,
         delicate: false,
         amplification: Err(NoBound::NotStable),
         trials: None,
         modes,
     };
-    verdict.decide(map.as_ref(), posture.size());
+    verdict.decide(map.as_ref(), posture);
     if amplification && verdict.frictional_stability == Stability::Stable {
         verdict.amplification = map.as_ref().map_or(Err(NoBound::Modes), amplification::bound);
     }
@@ -279,26 +320,36 @@ impl Verdict {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
     }
 
-    /// `size`: of the body, in m.
-    fn decide(&mut self, map: Option<&CornerMap>, size: f64) {
+    fn decide(&mut self, map: Option<&CornerMap>, posture: &Posture) {
         let found = self.conditions;
-        let stable = |by| (Stability::Stable, Some(by));
+        let strongly = |by, coupling_margin| {
+            let kinematic_margin = found.kinematic_margin;
+            Finding::Decided(by, Evidence::Margins { kinematic_margin, coupling_margin })
+        };
         // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
         // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
         let strong = known && found.certainly_strong();
-        (self.frictional_stability, self.by) = if !found.equilibrium {
-            (Stability::Unstable, Some(Argument::NotEquilibrium))
+        let decided = if !found.equilibrium {
+            let equilibrium_margin = found.equilibrium_margin;
+            Finding::Decided(Argument::NotEquilibrium, Evidence::Region { equilibrium_margin })
         } else if found.clattering && strong && found.kinematic_strong_strict {
-            stable(Argument::Theorem3)
+            strongly(Argument::Theorem3, found.clattering_margin)
         } else if found.clattering && strong {
-            stable(Argument::Theorem3Loose)
+            strongly(Argument::Theorem3Loose, found.clattering_margin)
         } else if found.chatter && strong {
-            stable(Argument::Goyal)
+            strongly(Argument::Goyal, found.chatter_margin)
         } else {
-            self.apply_sharper_tests(map)
+            self.apply_sharper_tests(map, posture)
         };
-        let mut margins = vec![found.equilibrium_margin / size];
+        match decided {
+            Finding::Decided(by, evidence) => {
+                (self.frictional_stability, self.by) = (by.verdict(), Some(by));
+                self.evidence = Some(evidence);
+            }
+            Finding::Undecided(evidence) => self.evidence = evidence,
+        }
+        let mut margins = vec![found.equilibrium_margin / posture.size()];
         if found.equilibrium {
             margins.push(map.map_or(0.0, CornerMap::least_slide));
         }
@@ -313,16 +364,15 @@ impl Verdict {
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
     }
 
-    fn apply_sharper_tests(&mut self, map: Option<&CornerMap>) -> (Stability, Option<Argument>) {
+    fn apply_sharper_tests(&self, map: Option<&CornerMap>, posture: &Posture) -> Finding {
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
-            self.evidence = Evidence::Word(answer.word.to_string());
-            return (Stability::Unstable, Some(Argument::AcceleratingMode));
+            let word = Evidence::Word(answer.word.to_string());
+            return Finding::Decided(Argument::AcceleratingMode, word);
         }
-        if !self.conditions.unambiguous {
-            return (Stability::Undecided, None);
-        }
-        let Some(map) = map else { return (Stability::Undecided, None) };
+        let Some(map) = map.filter(|_| self.conditions.unambiguous) else {
+            return Finding::Undecided(None);
+        };
         let step = |corner: &certify::Corner| {
             let alpha = map.local().alpha[1 - corner.contact].middle();
             CornerStep {
@@ -333,27 +383,53 @@ impl Verdict {
         };
         match certify::decide(map) {
             Decision::Stable(potential) => {
-                self.evidence = Evidence::Potential(potential);
-                (Stability::Stable, Some(Argument::CornerMap))
+                Finding::Decided(Argument::CornerMap, Evidence::Potential(potential))
             }
             Decision::Grows(cycle) => {
-                self.evidence = Evidence::Cycle(rescaled(cycle.iter().map(step).collect(), map));
-                (Stability::Unstable, Some(Argument::GrowingCycle))
+                let cycle = rescaled(cycle.iter().map(step).collect(), map);
+                Finding::Decided(Argument::GrowingCycle, Evidence::Cycle(cycle))
             }
             Decision::Escapes(corner) => {
-                // Without a corner, the body moves away by sliding on one contact or on both.
-                self.evidence =
-                    corner.as_ref().map_or(Evidence::Margins, |c| Evidence::Away(step(c)));
-                (Stability::Unstable, Some(Argument::AcceleratingMode))
+                Finding::Decided(Argument::AcceleratingMode, Evidence::Away(step(&corner)))
             }
+            Decision::Leaves(away) => match motion(away, map, posture) {
+                Some(motion) => Finding::Decided(Argument::AcceleratingMode, motion),
+                None => Finding::Undecided(None),
+            },
             Decision::Undecided { reason, cells, left } => {
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
                 let left = left.into_iter().map(number).collect();
-                self.evidence = Evidence::Left { reason, cells, left };
-                (Stability::Undecided, None)
+                Finding::Undecided(Some(Evidence::Left { reason, cells, left }))
             }
         }
     }
+}
+
+/// The word of a motion with contacts on the terrain, and the velocity with which it starts.
+fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
+    // Contact k slides with this sign of ξ, the other one leaves the terrain with this speed.
+    let (k, side, lift) = match away {
+        Away::Alone(k, side) => (k, side, 1.0),
+        Away::Together(side) => (0, side, 0.0),
+        Away::Lifts(k, side) => (k, side, 0.0),
+    };
+    let slip = |i: usize| f64::from(side) * map.local().alpha[i].middle().signum();
+    let letter = |i: usize| match away {
+        Away::Alone(k, _) | Away::Lifts(k, _) if i != k => Mode::Separate,
+        _ if side == 0 => Mode::Fixed,
+        _ if slip(i) > 0.0 => Mode::Right,
+        _ => Mode::Left,
+    };
+    let [own, other] = [k, 1 - k].map(|i| posture.geometry()[i]);
+    let rows = Matrix3::from_rows(&[
+        RowVector3::new(own.normal.x, own.normal.y, own.b),
+        RowVector3::new(own.tangent.x, own.tangent.y, -own.c),
+        RowVector3::new(other.normal.x, other.normal.y, other.b),
+    ]);
+    let slip = if side == 0 { 0.0 } else { slip(k) };
+    let velocity = rows.lu().solve(&Vector3::new(0.0, slip, lift))?;
+    let word = Word::separate(2).with(0, letter(0)).with(1, letter(1)).to_string();
+    Some(Evidence::Motion { word, velocity: velocity.unsigned_zero().into() })
 }
 
 /// Converts the growths of a cycle from ξ² + y² to r² = v_t² + y². Their sum over the cycle is the same.
@@ -401,7 +477,7 @@ mod tests {
         let verdict = stability(&odd(0.26)).unwrap();
         assert!(verdict.conditions.kinematic_strong);
         assert_eq!(verdict.by, Some(Argument::GrowingCycle), "{:?}", verdict.evidence);
-        let Evidence::Cycle(cycle) = &verdict.evidence else { panic!() };
+        let Some(Evidence::Cycle(cycle)) = &verdict.evidence else { panic!() };
         let total: f64 = cycle.iter().map(|corner| corner.growth).sum();
         assert!((total - 0.744834).abs() < 2e-6, "{cycle:?}");
         let verdict = stability(&odd(0.05)).unwrap();
