@@ -222,12 +222,15 @@ impl Posture {
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
-            let (gap, touch) = (geometry.offset, TOUCH * posture.size());
-            if gap < -touch {
+            let gap = posture.signed_gap(i, &Vector3::zeros(), false, geometry.offset);
+            if gap < -TOUCH * posture.size() {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", i + 1),
                     value: format!("{:?}", posture.contacts()[i].point),
-                    allowed: format!("on the terrain or above it; it lies {:?} m below", -gap),
+                    allowed: format!(
+                        "on the terrain or in front of it, on the left of its polyline; it lies {:?} m in the ground",
+                        -gap
+                    ),
                 });
             }
         }
