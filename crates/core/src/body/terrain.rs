@@ -171,6 +171,12 @@ impl Piece {
         precise_area(&from, &to, at).abs() / libm::hypot(to.x - from.x, to.y - from.y)
     }
 
+    /// Whether a vertical at `x` meets it.
+    pub(crate) fn is_at_x(&self, x: f64) -> bool {
+        let [from, to] = self.ends.map(|end| end.vertex.x);
+        from.min(to) <= x && x <= from.max(to)
+    }
+
     fn faces_up(&self) -> bool {
         self.tangent.x > 0.0
     }
