@@ -14,6 +14,7 @@
 //! ground is convex there, and in the ground if the ground is concave there. The signs that decide this are exact.
 
 use std::cmp::Ordering;
+use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 use serde::de::Error as _;
@@ -124,7 +125,9 @@ impl Piece {
 
     /// From one vertex to the next.
     fn between(a: [f64; 2], b: [f64; 2]) -> Self {
-        let slope = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
+        let angle = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
+        // A ceiling that falls by less than rounding.
+        let slope = if angle == -PI { PI } else { angle };
         let tangent = direction(slope);
         let end = |vertex: [f64; 2]| {
             End::new(vertex.into(), if tangent.x > 0.0 { Vector2::x() } else { tangent })
