@@ -119,3 +119,16 @@ def test_corners_and_ledges(terrain, free, inside):
     for point in inside:
         with pytest.raises(ValueError, match=r"contacts.1.point = .* m in the ground"):
             body(terrain, point)
+
+
+def test_a_point_on_the_line_of_a_needle_beyond_its_tip_does_not_touch_it():
+    terrain = [
+        (-5.0, 1001.6826171875),
+        (0.9773082289517591, 1000.0),
+        (-1.1374508419794997, 1001.0),
+        (0.9773082289517604, 1000.0),
+        (5.0, 995.775390625),
+    ]
+    posture = body(terrain, (-2.19483037744513, 1001.5))
+    start = start_of_run(posture, (0, 0, 0))
+    assert start.gaps == posture.gaps((0, 0, 0)) == pytest.approx([0.58433], rel=1e-5)
