@@ -16,7 +16,9 @@ DIGITS = 200
 def exact(point):
     """A point in integers; the unit is 2^-DIGITS."""
     ratios = (float(x).as_integer_ratio() for x in point)
-    return tuple(n * ((1 << DIGITS) // d) for n, d in ratios)
+    scaled = tuple(Fraction(n << DIGITS, d) for n, d in ratios)
+    assert all(x.denominator == 1 for x in scaled)
+    return tuple(x.numerator for x in scaled)
 
 
 def cross(a, b, c):

@@ -221,7 +221,8 @@ def places(rng, terrain, count):
         else:
             p = np.round(rng.uniform(low - 1, high + 1) * 2) / 2
         if rng.random() < 0.3:
-            p = np.nextafter(p, p + rng.choice([-1.0, 0.0, 1.0], 2))
+            beside = np.nextafter(p, p + rng.choice([-1.0, 0.0, 1.0], 2))
+            p = np.where(np.abs(p) < 1e-20, p, beside)
         yield tuple(map(float, p))
 
 
