@@ -65,6 +65,7 @@ long: wheel
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/motion/test_oracle.py
 	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
+	STANDFAST_KICKED_RUNS=3000 $(BIN)/python -m pytest -s tests/motion/test_excitation.py
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_energy.py
 	STANDFAST_FORCES_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_forces.py
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/motion/test_relations.py
