@@ -65,6 +65,7 @@ long: wheel
 	STANDFAST_ORACLE_CASES=10000 $(BIN)/python -m pytest tests/motion/test_oracle.py
 	STANDFAST_ENCLOSURES=10000 $(BIN)/python -m pytest -s tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(BIN)/python -m pytest -s tests/motion/test_symmetry.py tests/motion/test_order.py
+	STANDFAST_KICKED_RUNS=3000 $(BIN)/python -m pytest -s tests/motion/test_excitation.py
 	STANDFAST_ENERGY_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_energy.py
 	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 $(BIN)/python -m pytest -s tests/motion/test_ties.py tests/motion/test_kicks_at_events.py
 	STANDFAST_FORCES_RUNS=10000 $(BIN)/python -m pytest -s tests/motion/test_forces.py
@@ -77,6 +78,7 @@ long: wheel
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/modes/test_modes_brute.py
 	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/terrain/test_own_ground.py
 	STANDFAST_WALL_SCENES=100000 STANDFAST_THROWS=10000 STANDFAST_EDGE_RUNS=3000 $(BIN)/python -m pytest -s tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
+	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(BIN)/python -m pytest -s tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 $(BIN)/python -m pytest -s tests/stability/test_statics_on_walls.py
 	STANDFAST_VERDICTS=2000 $(BIN)/python -m pytest -s tests/stability/test_verdicts.py
 

@@ -1,14 +1,18 @@
 """Kicks, and ground that moves: closed forms, the run without them, and worlds turned as a whole."""
 
 import math
+import os
 import pickle
 
 import numpy as np
 import pytest
 import standfast as sf
+from bits import GROUNDS, LAWS, Draw, posture, state
 from mpmath import mp, mpf
 
 G = 9.81
+#: Number of random scenes with a kick; `make long` has more.
+KICKED = int(os.environ.get("STANDFAST_KICKED_RUNS", "100"))
 ROD = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 DROP = (0, 0.011, 0.002)
 REST = (0, 0, 0)
@@ -316,3 +320,53 @@ def test_a_body_below_all_of_its_terrain_has_no_ground():
     assert not len(run.impacts)
     low = run.gaps_at(np.linspace(1.5, run.time, 50))
     assert (low > 0).all()
+
+
+def test_the_run_before_a_kick_has_the_same_bits():
+    """At any time before it, on ground of every kind: events, motion, gaps and forces. A kick within the sum of the bounces of a
+    contact makes the run follow them one by one, with other roundings."""
+    compared = 0
+    for k in range(KICKED):
+        draw = Draw(5, k)
+        law, count, ground = LAWS[k % 5], 1 + k // 5 % 4, GROUNDS[k // 20 % 4]
+        body = posture(draw, count, ground)
+        q, qdot = state(draw, body)
+        options = {
+            "model": draw.of(["full", "local"]),
+            "impact": law,
+            "event_limit": 3000,
+            "stop": draw.of(["rest", "time"]),
+            "time": draw.of([0.0, 0.0, 1.25]),
+            "time_limit": 4.0,
+        }
+        try:
+            plain = sf.simulate(body, q, qdot, **options)
+        except ValueError:
+            continue  # out of the range of the laws of this number of contacts
+        kicks = [sf.Kick(options["time"] + draw.number(0.01, 4), (0.25, 1.0))]
+        kicked = sf.simulate(body, q, qdot, kicks=kicks, **options)
+        start, end = options["time"], min(kicks[0].time, plain.time, kicked.time)
+        times = [*np.linspace(start, end, 20), *plain.impacts["time"]]
+        times = np.array([t for t in times if t < end])
+        impacts = plain.impacts["time"]
+        for zeno in plain.zeno_points:
+            if zeno.method == "bounce" and zeno.time > kicks[0].time:
+                before = impacts[impacts < zeno.time]
+                summed = times >= max(before, default=start)
+                for one, other in zip(
+                    plain.at(times[summed]), kicked.at(times[summed]), strict=True
+                ):
+                    np.testing.assert_allclose(one, other, atol=1e-13, rtol=1e-12)
+                times = times[~summed]
+                break
+        compared += len(times)
+        if not len(times):
+            continue
+        for one, other in (
+            *zip(plain.at(times), kicked.at(times), strict=True),
+            (plain.gaps_at(times), kicked.gaps_at(times)),
+            (plain.forces_at(times), kicked.forces_at(times)),
+        ):
+            np.testing.assert_array_equal(one, other, err_msg=f"scene {k}")
+    print(compared)
+    assert compared > 30 * KICKED

@@ -177,3 +177,27 @@ def test_nothing_enters_walls_and_overhangs():
 def test_a_terrain_that_meets_itself_is_refused(terrain, text):
     with pytest.raises(ValueError, match=text):
         particle(terrain, (0.0, 0.0), 0.5)
+
+
+@pytest.mark.parametrize("y", [0.3, 0.1 * 3, 0.0, -0.0])
+def test_a_ceiling_that_is_level_up_to_rounding(y):
+    posture = particle(
+        [(-1, 0.3 * (y != 0)), (-1, -2), (1, -2), (1, y), (-0.9, 0.3 * (y != 0))],
+        (0, y - 0.05),
+        0.0,
+    )
+    assert posture.contacts[0].slope == math.pi
+    assert posture.gaps((0, 0, 0))[0] == pytest.approx(0.05, rel=1e-14)
+
+
+def test_the_slope_of_a_ceiling():
+    with pytest.raises(
+        ValueError, match=r"slope = -3.14.*a ceiling has slope = math.pi"
+    ):
+        sf.Posture(
+            mass=1,
+            gyration_radius=1,
+            center_of_mass=(0, 0),
+            contacts=[sf.Contact((0, 0), slope=-math.pi)],
+            restitution=0,
+        )

@@ -324,7 +324,7 @@ impl PyPosture {
     }
 
     /// The configuration q, (3,), in which contact number `contact` is on its ground with the body turned by theta (rad): a vertical
-    /// displacement from the nominal posture. ValueError where another contact is then below the ground.
+    /// displacement from the nominal posture, the least one with no other contact in the ground. ValueError where there is none.
     ///
     /// >>> import standfast as sf
     /// >>> crate = sf.Posture.box(width=1.0, height=3.0)

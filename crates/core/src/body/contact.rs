@@ -125,7 +125,11 @@ impl Contact {
     pub fn validate(&self, at: &str) -> Result<(), Error> {
         finite(format_args!("{at}point.x"), self.point[0])?;
         finite(format_args!("{at}point.y"), self.point[1])?;
-        angle(format_args!("{at}slope"), self.slope, "-pi < slope <= pi, in rad")?;
+        let allowed = match self.slope == -PI {
+            true => "-pi < slope <= pi, in rad; a ceiling has slope = math.pi",
+            false => "-pi < slope <= pi, in rad",
+        };
+        angle(format_args!("{at}slope"), self.slope, allowed)?;
         friction(format_args!("{at}friction"), self.friction)?;
         if let Some(value) = self.restitution {
             restitution(format_args!("{at}restitution"), value)?;

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::terrain::{End, Ground, Piece, Place};
-use crate::tolerance::TOUCH;
+use crate::tolerance::{FINAL_GAP_ROUNDINGS, TOUCH};
 
 /// A contact on the piece of terrain under it.
 pub(crate) struct Under {
@@ -20,10 +20,18 @@ pub(crate) struct Under {
 impl Posture {
     /// Contact `i` on the piece of terrain under it at `q`. `frozen`: with the Jacobian rows of q = 0.
     pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
-        let nominal = self.geometry()[i];
         let Some(ground) = self.ground(i) else {
-            return Under { place: Place::anywhere(i), geometry: nominal, exists: true };
+            return Under { place: Place::anywhere(i), geometry: self.geometry()[i], exists: true };
         };
+        let at = self.position(i, q, frozen);
+        let piece = ground.find(&at);
+        let (near, exists) = ground.nearest(piece);
+        Under { place: ground.place(i, piece, &at), geometry: self.on_piece(i, near), exists }
+    }
+
+    /// World position of contact `i` at `q`, in m. `frozen`: with the Jacobian rows of q = 0.
+    pub(crate) fn position(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Vector2<f64> {
+        let nominal = self.geometry()[i];
         let arm = nominal.tangent * nominal.b + nominal.normal * nominal.c;
         let turned = if frozen {
             Vector2::new(-arm.y, arm.x) * q.z
@@ -34,10 +42,35 @@ impl Posture {
                 arm.x * sin - 2.0 * arm.y * half * half,
             )
         };
-        let at = Vector2::from(self.contacts()[i].point) + (q.xy() + turned);
-        let piece = ground.find(&at);
-        let (near, exists) = ground.nearest(piece);
-        Under { place: ground.place(i, piece, &at), geometry: self.on_piece(i, near), exists }
+        Vector2::from(self.contacts()[i].point) + (q.xy() + turned)
+    }
+
+    /// Rounding error of the position of contact `i` at `q`, relative to the ground under it, in m.
+    pub(crate) fn place_rounding(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> f64 {
+        if *q == Vector3::zeros() {
+            return 0.0;
+        }
+        let at = self.position(i, q, frozen);
+        let reach = self.ground(i).filter(|ground| ground.is_polyline).map_or(0.0, |ground| {
+            let ends = ground.nearest(ground.find(&at)).0.ends;
+            ends.iter().map(|end| (at - end.vertex).amax()).fold(0.0, f64::max)
+        });
+        let [x, y] = self.contacts()[i].point;
+        let terms = x.abs() + y.abs() + q.x.abs() + q.y.abs() + self.size() + reach;
+        FINAL_GAP_ROUNDINGS * f64::EPSILON * terms
+    }
+
+    /// A gap of contact `i` at `q` that shows whether the contact is in its ground. `gap`: over the piece under it. Near a vertex a point may be
+    /// nearer to the line of that piece than to the ground, and the gap over a long piece has the rounding errors of far coordinates.
+    pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, frozen: bool, gap: f64) -> f64 {
+        let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
+        let depth = ground.depth(&self.position(i, q, frozen));
+        let touch = TOUCH * self.size();
+        if gap < -touch || depth > touch.max(self.place_rounding(i, q, frozen)) {
+            -depth
+        } else {
+            gap
+        }
     }
 
     /// Constants of contact `i` on the piece of terrain under it at `q`. If the contact is in a vertex, within [`TOUCH`] of the size of the

@@ -33,8 +33,8 @@ use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{STEEPEST_REACHED, TOUCH};
 
-/// Largest number of pieces of terrain that are tried for a contact.
-const TOUCHING: usize = 64;
+/// Corrections of a vertical displacement to the ground: the first one may be a million times the gap, with its rounding error.
+const CORRECTIONS: usize = 3;
 
 /// The largest number of contacts a posture may have.
 pub const MAX_CONTACTS: usize = 64;
@@ -222,12 +222,15 @@ impl Posture {
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
-            let (gap, touch) = (geometry.offset, TOUCH * posture.size());
-            if gap < -touch {
+            let gap = posture.signed_gap(i, &Vector3::zeros(), false, geometry.offset);
+            if gap < -TOUCH * posture.size() {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", i + 1),
                     value: format!("{:?}", posture.contacts()[i].point),
-                    allowed: format!("on the terrain or above it; it lies {:?} m below", -gap),
+                    allowed: format!(
+                        "on the terrain or in front of it, on the left of its polyline; it lies {:?} m in the ground",
+                        -gap
+                    ),
                 });
             }
         }
@@ -379,11 +382,11 @@ impl Posture {
     }
 
     /// The configuration with contact `number` (from 1) on its ground and the body turned by `theta`, by a vertical displacement from the
-    /// nominal posture.
+    /// nominal posture: the least one with no other contact in the ground.
     ///
     /// # Errors
     ///
-    /// No such contact, a ground without a height under it (a wall), or another contact below its ground.
+    /// No such contact; no ground above or below it, or only a wall; another contact in the ground.
     pub fn touching(&self, number: usize, theta: f64) -> Result<Vector3<f64>, Error> {
         let unusable = |value: String, allowed: String| {
             Err(Error::Unusable { field: "contact".into(), value, allowed })
@@ -394,33 +397,60 @@ impl Posture {
             return unusable(format!("{number}"), format!("a number from 1 to {count}"));
         }
         let i = number - 1;
-        let (mut q, turn) = (Vector3::new(0.0, 0.0, theta), Turn::by(theta));
-        // On a terrain, another piece may be under the contact at another height.
-        for _ in 0..TOUCHING {
-            let Under { geometry, exists, .. } = self.under(i, &q, false);
-            if !exists || !(geometry.normal.y.abs() > STEEPEST_REACHED) {
-                return unusable(
-                    format!("{number}"),
-                    "a contact over a ground that is no wall".into(),
-                );
-            }
-            let gap = geometry.gap(&q, &turn);
-            q.y -= gap / geometry.normal.y;
-            if gap.abs() <= TOUCH * self.size() {
-                break;
-            }
+        let mut found: Vec<_> = self.vertically(i, theta).collect();
+        found.sort_by(|one, other| one.y.abs().total_cmp(&other.y.abs()));
+        found.retain(|q| self.touches(i, q));
+        let in_ground = |q: &Vector3<f64>| {
+            let gaps = self.gaps(q).into_iter().enumerate();
+            let mut gaps = gaps.map(|(k, gap)| (k, self.signed_gap(k, q, false, gap)));
+            gaps.find(|(k, gap)| *k != i && *gap < -TOUCH * self.size())
+        };
+        let Some(first) = found.first() else {
+            let allowed = "a contact and a theta for which a vertical displacement brings the contact onto its ground; no ground, or only a wall, is above or below it here";
+            return unusable(format!("{number}"), allowed.into());
+        };
+        if let Some(q) = found.iter().find(|q| in_ground(q).is_none()) {
+            return Ok(*q);
         }
-        for (k, gap) in self.gaps(&q).into_iter().enumerate() {
-            if gap < -TOUCH * self.size() {
-                let allowed = format!(
-                    "a contact and a theta with all contacts on or above the ground; contact {} lies {:?} m below",
-                    k + 1,
-                    -gap
-                );
-                return unusable(format!("{number}"), allowed);
-            }
-        }
-        Ok(q)
+        let (k, gap) = in_ground(first).unwrap_or((i, 0.0));
+        let allowed = format!(
+            "a contact and a theta with no contact in the ground; contact {} lies {:?} m in it",
+            k + 1,
+            -gap
+        );
+        unusable(format!("{number}"), allowed)
+    }
+
+    /// The configurations with contact `i` on the lines of pieces of its ground that are above or below it, and the body turned by `theta`.
+    fn vertically(&self, i: usize, theta: f64) -> impl Iterator<Item = Vector3<f64>> {
+        let (turned, turn) = (Vector3::new(0.0, 0.0, theta), Turn::by(theta));
+        let at = self.position(i, &turned, false);
+        let ground = self.ground(i);
+        let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
+        let over = pieces.iter().filter(move |piece| piece.is_at_x(at.x));
+        let line = ground.is_none().then(|| self.geometry()[i]);
+        // The pieces of a polyline have ends, so that no displacement to them is large.
+        let steepest = if pieces.len() > 1 { 0.0 } else { STEEPEST_REACHED };
+        line.into_iter().chain(over.map(move |piece| self.on_piece(i, piece))).filter_map(
+            move |k| {
+                let mut q = turned;
+                // A wall is touched where it is now, or at a vertex.
+                if !(k.normal.y.abs() > steepest) {
+                    return self.touches(i, &q).then_some(q);
+                }
+                for _ in 0..CORRECTIONS {
+                    q.y -= k.gap(&q, &turn) / k.normal.y;
+                }
+                Some(q)
+            },
+        )
+    }
+
+    /// Whether a contact is on its ground at `q`, within rounding.
+    fn touches(&self, i: usize, q: &Vector3<f64>) -> bool {
+        let Under { geometry, exists, .. } = self.under(i, q, false);
+        let known = self.place_rounding(i, q, false).max(TOUCH * self.size());
+        exists && geometry.gap(q, &Turn::by(q.z)).abs() <= known
     }
 
     /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; over the nearest piece where there is no piece under a point.

@@ -9,6 +9,12 @@
 //! On the bisector of two pieces a point has the same distance to both lines, so that its gap does not jump where the piece changes. Beyond
 //! the ends of the terrain a point touches nothing. A point that has come below the line of a piece from beyond its end does not touch it until it has
 //! left the piece or has come to its front.
+//!
+//! A point is free or in the ground according to the side of its nearest piece on which it lies. Where a vertex is nearest, it is free if the
+//! ground is convex there, and in the ground if the ground is concave there. The signs that decide this are exact.
+
+use std::cmp::Ordering;
+use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 use serde::de::Error as _;
@@ -17,6 +23,11 @@ use serde::{Deserialize, Deserializer};
 use crate::body::contact::{Contact, direction};
 use crate::body::posture::PostureFields;
 use crate::error::{Error, finite};
+use crate::math::orientation::{along, area, precise_area};
+
+/// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the vertex that is farther away, or, for a
+/// precise distance, times its value.
+const DISTANCE_ROUNDINGS: f64 = 8.0;
 
 /// Largest number of vertices of a terrain.
 pub const MAX_VERTICES: usize = 1024;
@@ -71,6 +82,8 @@ pub(crate) struct Ground {
     pub(crate) pieces: Vec<Piece>,
     /// Whether a piece does not face up: the ground is then no function of x, and pieces may face each other.
     pub(crate) has_walls: bool,
+    /// Whether it is a polyline: the vertices of its pieces are then exact.
+    pub(crate) is_polyline: bool,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -112,7 +125,9 @@ impl Piece {
 
     /// From one vertex to the next.
     fn between(a: [f64; 2], b: [f64; 2]) -> Self {
-        let slope = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
+        let angle = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
+        // A ceiling that falls by less than rounding.
+        let slope = if angle == -PI { PI } else { angle };
         let tangent = direction(slope);
         let end = |vertex: [f64; 2]| {
             End::new(vertex.into(), if tangent.x > 0.0 { Vector2::x() } else { tangent })
@@ -142,10 +157,27 @@ impl Piece {
         [from, -to]
     }
 
-    /// Distance of a point from the nearest point of the piece, in m.
+    /// Distance of a point from the nearest point of the piece, in m, to some roundings of its distance from the nearest vertex of the piece.
     fn distance(&self, at: &Vector2<f64>) -> f64 {
         let [before, after] = self.along(at).map(|side| (-side).max(0.0));
         libm::hypot(self.height(at), before.max(after))
+    }
+
+    /// As `distance`, to some roundings of its value. The vertices of the piece must be exact.
+    fn precise_distance(&self, at: &Vector2<f64>) -> f64 {
+        let [from, to] = self.ends.map(|end| end.vertex);
+        for (near, far) in [(from, to), (to, from)] {
+            if along(&near, &far, at) <= 0.0 {
+                return libm::hypot(at.x - near.x, at.y - near.y);
+            }
+        }
+        precise_area(&from, &to, at).abs() / libm::hypot(to.x - from.x, to.y - from.y)
+    }
+
+    /// Whether a vertical at `x` meets it.
+    pub(crate) fn is_at_x(&self, x: f64) -> bool {
+        let [from, to] = self.ends.map(|end| end.vertex.x);
+        from.min(to) <= x && x <= from.max(to)
     }
 
     fn faces_up(&self) -> bool {
@@ -154,17 +186,29 @@ impl Piece {
 }
 
 impl Ground {
-    fn new(mut pieces: Vec<Piece>) -> Self {
-        for k in 1..pieces.len() {
-            let [one, two] = [pieces[k - 1], pieces[k]];
+    fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
+        let has_walls = !pieces.iter().all(Piece::faces_up);
+        let mut ground = Self { pieces, has_walls, is_polyline };
+        for k in 1..ground.pieces.len() {
+            let [one, two] = [ground.pieces[k - 1], ground.pieces[k]];
             if !(one.faces_up() && two.faces_up()) {
-                let bisector = (one.tangent + two.tangent).normalize();
-                let end = End::new(two.ends[0].vertex, bisector);
-                (pieces[k - 1].ends[1], pieces[k].ends[0]) = (end, end);
+                let end = End::new(two.ends[0].vertex, ground.bisector(k));
+                (ground.pieces[k - 1].ends[1], ground.pieces[k].ends[0]) = (end, end);
             }
         }
-        let has_walls = !pieces.iter().all(Piece::faces_up);
-        Self { pieces, has_walls }
+        ground
+    }
+
+    /// Unit normal of the bisector at the start of piece `k` > 0, along the terrain.
+    fn bisector(&self, k: usize) -> Vector2<f64> {
+        let [one, two] = [&self.pieces[k - 1], &self.pieces[k]].map(|piece| piece.tangent);
+        if one.dot(&two) > 0.0 {
+            return (one + two).normalize();
+        }
+        // At a sharp vertex the sum would consist of rounding errors. The difference is perpendicular to it.
+        let half = (one - two).normalize();
+        let to_left = if self.turn(k) == Ordering::Less { -1.0 } else { 1.0 };
+        Vector2::new(-half.y, half.x) * to_left
     }
 
     /// The piece that a point may touch: that under it or, where there are walls, the nearest one. A vertex belongs to the piece that
@@ -172,17 +216,12 @@ impl Ground {
     pub(crate) fn find(&self, at: &Vector2<f64>) -> isize {
         let pieces = &self.pieces;
         let last = pieces.len() - 1;
-        if !self.has_walls {
+        let k = if self.has_walls {
+            self.nearest_piece(at)
+        } else {
             let after = pieces.partition_point(|piece| piece.ends[0].beyond(at) >= 0.0);
-            let beyond = pieces[last].ends[1].beyond(at) > 0.0;
-            return if beyond { last as isize + 1 } else { after as isize - 1 };
-        }
-        let least = self.distance(at);
-        let rounding = 4.0 * f64::EPSILON * (at.x.abs() + at.y.abs());
-        let near = |&k: &usize| last == 0 || pieces[k].distance(at) <= least + rounding;
-        let holds = |&k: &usize| pieces[k].sides(at).iter().all(|side| *side >= 0.0);
-        let candidates = || (0..=last).rev().filter(near);
-        let Some(k) = candidates().find(holds).or_else(|| candidates().next()) else { return 0 };
+            after.max(1) - 1
+        };
         let [from, to] = pieces[k].sides(at);
         if k == 0 && from < 0.0 {
             -1
@@ -193,6 +232,80 @@ impl Ground {
         }
     }
 
+    /// The nearest piece; of two adjacent ones that are as near, that on whose side of the line between them the point lies.
+    fn nearest_piece(&self, at: &Vector2<f64>) -> usize {
+        let pieces = &self.pieces;
+        if pieces.len() == 1 {
+            return 0;
+        }
+        // `distance` has these roundings.
+        let known = |piece: &Piece| {
+            let [from, to] = piece.ends.map(|end| (at - end.vertex).amax());
+            (piece.distance(at), DISTANCE_ROUNDINGS * f64::EPSILON * from.max(to))
+        };
+        let most =
+            pieces.iter().map(known).map(|(d, error)| d + error).fold(f64::INFINITY, f64::min);
+        let may_be_nearest = |&k: &usize| {
+            let (d, error) = known(&pieces[k]);
+            d - error <= most
+        };
+        let candidates = || (0..pieces.len()).rev().filter(may_be_nearest);
+        let mut found = candidates();
+        let Some(only) = found.next() else { return 0 };
+        if found.next().is_none() {
+            return only;
+        }
+        let precise = |k: usize| pieces[k].precise_distance(at);
+        let least = candidates().map(precise).fold(f64::INFINITY, f64::min);
+        let most = least * (1.0 + DISTANCE_ROUNDINGS * f64::EPSILON);
+        let is_nearest = |k: &usize| precise(*k) <= most;
+        let mut k = candidates().find(is_nearest).unwrap_or(only);
+        while k > 0 && pieces[k].ends[0].beyond(at) < 0.0 && is_nearest(&(k - 1)) {
+            k -= 1;
+        }
+        k
+    }
+
+    /// Whether a point is free (`Greater`), on the ground (`Equal`) or in it (`Less`). A point beyond the ends of the terrain is free.
+    fn side(&self, at: &Vector2<f64>) -> Ordering {
+        let Some(k) = usize::try_from(self.find(at)).ok().filter(|&k| k < self.pieces.len()) else {
+            return Ordering::Greater;
+        };
+        let of_line = |k: usize| {
+            let [from, to] = self.pieces[k].ends.map(|end| end.vertex);
+            area(&from, &to, at).total_cmp(&0.0)
+        };
+        // The sides of two pieces that meet decide about all points near their vertex.
+        let near = |j: &usize| {
+            let [one, two] = [*j, k].map(|k| self.pieces[k].precise_distance(at));
+            (one - two).abs() <= DISTANCE_ROUNDINGS * f64::EPSILON * one.max(two)
+        };
+        let neighbours = [k.checked_sub(1), Some(k + 1).filter(|&j| j < self.pieces.len())];
+        let Some(j) = neighbours.into_iter().flatten().filter(|_| self.has_walls).find(near) else {
+            return of_line(k);
+        };
+        let sides = [of_line(j), of_line(k)];
+        match self.turn(j.max(k)) {
+            Ordering::Less => sides[0].max(sides[1]),
+            Ordering::Equal => sides[1],
+            Ordering::Greater => sides[0].min(sides[1]),
+        }
+    }
+
+    /// Whether the ground is convex (`Less`), straight or concave (`Greater`) at the start of piece `k` > 0.
+    fn turn(&self, k: usize) -> Ordering {
+        let [before, after] = [self.pieces[k - 1].ends, self.pieces[k].ends];
+        area(&before[0].vertex, &after[0].vertex, &after[1].vertex).total_cmp(&0.0)
+    }
+
+    /// Depth of a point in the ground of a polyline: its distance from the nearest free point, in m. Zero: it is free or on the ground.
+    pub(crate) fn depth(&self, at: &Vector2<f64>) -> f64 {
+        if self.side(at) != Ordering::Less {
+            return 0.0;
+        }
+        self.pieces.iter().map(|piece| piece.precise_distance(at)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Distance of a point from the nearest point of the ground, in m.
     pub(crate) fn distance(&self, at: &Vector2<f64>) -> f64 {
         self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
@@ -200,8 +313,8 @@ impl Ground {
 
     /// The vertices in which the ground is convex, and the ends of the terrain, in m.
     pub(crate) fn corners(&self) -> Vec<Vector2<f64>> {
-        let convex = |pair: &&[Piece]| pair[0].tangent.perp(&pair[1].tangent) < 0.0;
-        let between = self.pieces.windows(2).filter(convex).map(|pair| pair[1].ends[0].vertex);
+        let convex = |&k: &usize| self.turn(k) == Ordering::Less;
+        let between = (1..self.pieces.len()).filter(convex).map(|k| self.pieces[k].ends[0].vertex);
         let last = self.pieces.len() - 1;
         let ends = [self.pieces[0].ends[0], self.pieces[last].ends[1]];
         let ends = ends.into_iter().filter(|end| !end.is_endless()).map(|end| end.vertex);
@@ -290,7 +403,7 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
         ));
     }
     let pieces = vertices.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
-    Ok(Ground::new(pieces))
+    Ok(Ground::new(pieces, true))
 }
 
 /// The first two pieces of a polyline that meet, other than neighbours at their vertex. `closed`: with a piece from the last vertex to
@@ -301,15 +414,13 @@ pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usi
     }
     let total = vertices.len();
     let point = |k: usize| Vector2::from(vertices[k % total]);
-    // Twice the area of a triangle: positive if the third corner lies on the left of the way from the first to the second.
-    let area = |a: usize, b: usize, c: usize| (point(b) - point(a)).perp(&(point(c) - point(a)));
+    let area = |a: usize, b: usize, c: usize| area(&point(a), &point(b), &point(c));
     let apart = |one: [f64; 2], other: [f64; 2]| {
         let [[a, b], [c, d]] = [one, other].map(|[p, q]| [p.min(q), p.max(q)]);
         b < c || d < a
     };
     let turns_back = |i: usize, j: usize| {
-        let [one, two] = [point(j) - point(i), point(j + 1) - point(j)];
-        one.perp(&two) == 0.0 && one.dot(&two) <= 0.0
+        area(i, j, j + 1) == 0.0 && along(&point(j), &point(i), &point(j + 1)) >= 0.0
     };
     let count = if closed { total } else { total - 1 };
     (0..count).flat_map(|j| (0..j).map(move |i| (i, j))).find(|&(i, j)| {
@@ -322,7 +433,10 @@ pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usi
         let far = |axis: usize| {
             apart([point(i)[axis], point(i + 1)[axis]], [point(j)[axis], point(j + 1)[axis]])
         };
-        let same_side = |a: usize, b: usize| area(a, a + 1, b) * area(a, a + 1, b + 1) > 0.0;
+        let same_side = |a: usize, b: usize| {
+            let [one, two] = [b, b + 1].map(|c| area(a, a + 1, c));
+            (one > 0.0 && two > 0.0) || (one < 0.0 && two < 0.0)
+        };
         !(far(0) || far(1) || same_side(i, j) || same_side(j, i))
     })
 }
@@ -409,7 +523,7 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
             lowest = contact;
         }
     }
-    Ok(Ground::new(vec![Piece::of_contact(lowest)]))
+    Ok(Ground::new(vec![Piece::of_contact(lowest)], false))
 }
 
 /// Each contact's own terrain; an empty list if no piece has ends.
@@ -417,5 +531,6 @@ pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
         return Vec::new();
     }
-    contacts.iter().map(|contact| Ground::new(vec![Piece::of_contact(contact)])).collect()
+    let of = |contact| Ground::new(vec![Piece::of_contact(contact)], false);
+    contacts.iter().map(of).collect()
 }

@@ -6,6 +6,7 @@ pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod interval;
 pub(crate) mod lanes;
+pub(crate) mod orientation;
 pub(crate) mod random;
 pub(crate) mod real;
 pub(crate) mod roots;

@@ -351,7 +351,7 @@ impl ContactProblem {
         };
         for (i, k) in grounds.enumerate() {
             let (b, c) = k.turned(&turn);
-            let (gap, rate) = (gaps[i], rates[i]);
+            let (gap, rate) = (posture.signed_gap(i, &state.q, false, gaps[i]), rates[i]);
             if gap < -touch {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });
             }

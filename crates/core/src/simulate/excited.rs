@@ -13,7 +13,8 @@ const EXCITED: &str =
     "the body is kicked or the ground moves: the error of the local model is not known";
 
 /// The motion of `posture` from `state` on, with kicks and a motion of the ground. The run up to the first kick is, to the last bit, the run
-/// without kicks. A run that is not stopped earlier by its options lasts at least until the last kick and the last change of the motion of
+/// without kicks, except where the kick falls into bounces of a contact that are summed without it: they are then followed one by one, and
+/// the states between them differ by some roundings. A run that is not stopped earlier by its options lasts at least until the last kick and the last change of the motion of
 /// the ground.
 ///
 /// # Errors
@@ -79,10 +80,14 @@ impl Start {
     ) -> Option<Box<crate::motion::record::Record>> {
         let local = self.model == Model::Local;
         // The first stage is computed as the run without kicks.
-        let first =
-            changes.first().filter(|change| change.elapsed > 0.0 && change.elapsed < options.end());
+        let first = changes.first().filter(|change| change.elapsed > 0.0);
         if let Some(first) = first.filter(|_| Self::is_pair(posture, options)) {
             let mut pair = self.driver(posture, state, options, cancel);
+            if first.elapsed >= options.end() {
+                pair.record.warnings.extend(missed_kicks(changes));
+                pair.run()?;
+                return Some(pair.record);
+            }
             let end = match pair.first_stage(first.elapsed)? {
                 Ok(end) => end,
                 Err(outcome) => {

@@ -215,6 +215,7 @@ impl Start {
                 if gap.abs() <= place && rate.abs() <= speed {
                     (gap, rate) = (0.0, 0.0);
                 }
+                let gap = posture.signed_gap(i, &state.q, local, gap);
                 (if under.exists { gap } else { f64::INFINITY }, rate)
             })
             .unzip();

@@ -146,9 +146,10 @@ impl BodyState {
         let p = &mut self.points[i];
         p.place = ground.place(place.contact, k, &at);
         (p.tangent, p.normal, p.b, p.c, p.u) = (piece.tangent, piece.normal, arc.b, arc.c, arc.u);
-        (p.h, p.depth) = match (exists, arc.h >= 0.0) {
+        // On the line of a piece beyond its end it does not touch.
+        (p.h, p.depth) = match (exists, arc.h > 0.0) {
             (true, true) => (arc.h, 0.0),
-            (true, false) => (f64::INFINITY, -arc.h),
+            (true, false) => (f64::INFINITY, (-arc.h).max(f64::MIN_POSITIVE)),
             (false, _) => (f64::INFINITY, 0.0),
         };
     }

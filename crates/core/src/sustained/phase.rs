@@ -444,13 +444,16 @@ impl<'a> ContactPhase<'a> {
                     }
                     _ => {}
                 }
-                let (t, end) = step.first_event(body, log.left());
+                // The bits of an event do not depend on the end of the run, or of its stage.
+                let (t, end) = step.first_event(body);
                 let strike = |i: usize| Some((step.strike(body, i, posture, t)?, i));
                 let strikes = (0..body.points.len()).filter_map(strike);
-                Some(match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {
-                    Some(((t, k), i)) => (step, t, StepEnd::Strike(i, k)),
-                    None => (step, t, end),
-                })
+                let (t, end) = match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {
+                    Some(((t, k), i)) => (t, StepEnd::Strike(i, k)),
+                    None => (t, end),
+                };
+                let left = log.left();
+                Some(if t < left { (step, t, end) } else { (step, left, StepEnd::Reach) })
             };
             let mut found = None;
             let soon = body.soon(&self.word, acceleration);

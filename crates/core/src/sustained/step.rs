@@ -464,9 +464,9 @@ impl Step {
         }
     }
 
-    /// The first event within the step, and its time in s. `limit`: later events are not needed.
-    pub(crate) fn first_event(&self, state: &BodyState, limit: f64) -> (f64, StepEnd) {
-        let end = self.reach.min(limit / self.unit);
+    /// The first event within the step, and its time in s.
+    pub(crate) fn first_event(&self, state: &BodyState) -> (f64, StepEnd) {
+        let end = self.reach;
         let mut first = (end, StepEnd::Reach);
         if end < f64::INFINITY
             && let Some(t) = first_root(&self.determinant, self.order, end)
@@ -706,7 +706,7 @@ mod tests {
             let (before, mut time) = (energy(&state), 0.0);
             loop {
                 let step = Step::new(&state, &[Mode::Separate, mode], ORDER).unwrap();
-                let (t, end) = step.first_event(&state, f64::INFINITY);
+                let (t, end) = step.first_event(&state);
                 state = step.at(&state, t);
                 time += t;
                 assert!((energy(&state) - before).abs() < 4e-15 * before.abs());
