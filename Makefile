@@ -72,6 +72,7 @@ long: wheel
 	STANDFAST_RELATIONS_RUNS=20000 $(BIN)/python -m pytest -s tests/motion/test_relations.py
 	STANDFAST_FUZZ_SCENES=100000 STANDFAST_FUZZ_EVENTS=1000000 STANDFAST_TERRAIN_SCENES=30000 $(BIN)/python -m pytest -s tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(BIN)/python -m pytest -s tests/stability/test_stability.py
+	STANDFAST_CONVEX_BODIES=2000 $(BIN)/python -m pytest -s tests/terrain/test_convex_vertices.py
 	STANDFAST_VERTICES=5000 STANDFAST_VERTICES_STEPPED=200 $(BIN)/python -m pytest -s tests/terrain/test_vertices.py
 	STANDFAST_ENDLESS=40000 $(BIN)/python -m pytest -s tests/motion/test_endless.py
 	STANDFAST_AUTO_SCENES=20000 STANDFAST_FRICTION_SCENES=500 $(BIN)/python -m pytest -s tests/motion/test_auto.py tests/motion/test_friction.py

@@ -212,6 +212,10 @@ pub(crate) const STILL: f64 = 3e-14;
 /// the body. A body that stands on two corners is tilted by the rounding errors of both. Range: 16 to 256 machine epsilons.
 pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
 
+/// Distance of a nominal contact from a vertex that is rounding error of its coordinates. Unit: sum of the sizes of the coordinates.
+/// Range: 2 to 16 machine epsilons.
+pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
+
 /// Gap of a contact that lands together with another one. Unit: bound of the rounding of the gap. The bound leaves out the errors of the
 /// body's own motion, which add a few times as much to all gaps. Range: 4 to 64.
 pub(crate) const LANDS_TOGETHER: f64 = 16.0;

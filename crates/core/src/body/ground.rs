@@ -5,8 +5,16 @@ use smallvec::SmallVec;
 
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
-use crate::body::terrain::{End, Ground, Piece, Place};
-use crate::tolerance::{FINAL_GAP_ROUNDINGS, TOUCH};
+use crate::body::state::State;
+use crate::body::terrain::{End, Ground, Piece, Place, place_error};
+use crate::math::turn::Turn;
+use crate::tolerance::{FINAL_GAP_ROUNDINGS, PLACE, TOUCH};
+
+/// For each contact the constants of the pieces of ground that carry it.
+pub(crate) type Stance = Vec<SmallVec<[ContactGeometry; 2]>>;
+
+/// Largest number of contacts in convex vertices of which both pieces are tried; others stay on the piece that faces up more.
+pub(crate) const MOST_IN_VERTICES: usize = 8;
 
 /// A contact on the piece of terrain under it.
 pub(crate) struct Under {
@@ -18,15 +26,82 @@ pub(crate) struct Under {
 }
 
 impl Posture {
-    /// Contact `i` on the piece of terrain under it at `q`. `frozen`: with the Jacobian rows of q = 0.
+    /// Contact `i` on the piece of terrain under it at `q`; in a convex vertex, on the piece that faces up more. `frozen`: with the Jacobian
+    /// rows of q = 0.
     pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
         let Some(ground) = self.ground(i) else {
             return Under { place: Place::anywhere(i), geometry: self.geometry()[i], exists: true };
         };
         let at = self.position(i, q, frozen);
-        let piece = ground.find(&at);
+        self.over(i, ground.find_up(&at, self.vertex_error(&at, q)), &at)
+    }
+
+    /// As `under`, for a body that moves: a contact in a convex vertex that leaves the piece which faces down more is on that one, if it moves
+    /// towards it or approaches the other one.
+    pub(crate) fn under_moving(&self, i: usize, state: &State, frozen: bool) -> Under {
+        let under = self.under(i, &state.q, frozen);
+        let Some([left, right]) = self.convex_vertex(i, &state.q, frozen) else { return under };
+        let (at, qdot) = (self.position(i, &state.q, frozen), state.qdot);
+        let turn = Turn::by(if frozen { 0.0 } else { state.q.z });
+        let known = PLACE * (qdot.xy().norm() + self.size() * qdot.z.abs());
+        let is_left = under.place.piece == left;
+        let other = self.over(i, if is_left { right } else { left }, &at);
+        let k = &under.geometry;
+        let along = k.tangent.dot(&qdot.xy()) - k.turned(&turn).1 * qdot.z;
+        let beyond = if is_left { along } else { -along };
+        let leaves = other.geometry.gap_rate(&qdot, &turn) > known;
+        if leaves && (beyond > known || k.gap_rate(&qdot, &turn) < 0.0) { other } else { under }
+    }
+
+    /// Contact `i`, at a point, over a piece of its ground.
+    fn over(&self, i: usize, piece: isize, at: &Vector2<f64>) -> Under {
+        let Some(ground) = self.ground(i) else {
+            return Under { place: Place::anywhere(i), geometry: self.geometry()[i], exists: true };
+        };
         let (near, exists) = ground.nearest(piece);
-        Under { place: ground.place(i, piece, &at), geometry: self.on_piece(i, near), exists }
+        let mut place = ground.place(i, piece, at);
+        place.sides = place.sides.map(|side| side.max(0.0));
+        Under { place, geometry: self.on_piece(i, near), exists }
+    }
+
+    /// Distance of a contact at `q` from a vertex that is rounding error, in m.
+    fn vertex_error(&self, at: &Vector2<f64>, q: &Vector3<f64>) -> f64 {
+        let moved = if *q == Vector3::zeros() { 0.0 } else { self.size() + q.x.abs() + q.y.abs() };
+        place_error(at) + PLACE * moved
+    }
+
+    /// The pieces on both sides of the convex vertex in which contact `i` is at `q`.
+    pub(crate) fn convex_vertex(
+        &self,
+        i: usize,
+        q: &Vector3<f64>,
+        frozen: bool,
+    ) -> Option<[isize; 2]> {
+        let at = self.position(i, q, frozen);
+        self.ground(i)?.convex_vertex(&at, self.vertex_error(&at, q))
+    }
+
+    /// The ways in which the contacts that touch at `q` can be on their ground: for each contact the constants of the pieces that carry it.
+    /// A contact in a convex vertex is on one of its two pieces; the first way has all of them on the piece that faces up more.
+    pub(crate) fn stances(&self, q: &Vector3<f64>) -> Vec<Stance> {
+        let count = self.contacts().len();
+        let first: Stance = (0..count).map(|i| self.touched(i, q)).collect();
+        let mut all = vec![first];
+        let at_vertex =
+            (0..count).filter_map(|i| self.convex_vertex(i, q, false).map(|pieces| (i, pieces)));
+        for (i, pieces) in at_vertex.take(MOST_IN_VERTICES) {
+            let at = self.position(i, q, false);
+            let on = pieces.map(|k| self.over(i, k, &at).geometry);
+            let Some(other) = on.into_iter().find(|on| on.normal != all[0][i][0].normal) else {
+                continue;
+            };
+            for k in 0..all.len() {
+                let mut stance = all[k].clone();
+                stance[i] = SmallVec::from_slice(&[other]);
+                all.push(stance);
+            }
+        }
+        all
     }
 
     /// World position of contact `i` at `q`, in m. `frozen`: with the Jacobian rows of q = 0.

@@ -2,7 +2,7 @@
 
 pub(crate) mod contact;
 pub(crate) mod geometry;
-mod ground;
+pub(crate) mod ground;
 pub(crate) mod local_model;
 pub(crate) mod outline;
 pub(crate) mod own_ground;

@@ -25,6 +25,7 @@ use crate::body::ground::Under;
 use crate::body::local_model::LocalModel;
 use crate::body::outline::Outline;
 use crate::body::own_ground::OwnGround;
+use crate::body::state::State;
 use crate::body::terrain;
 use crate::body::terrain::Ground;
 use crate::error;
@@ -456,10 +457,9 @@ impl Posture {
     /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; over the nearest piece where there is no piece under a point.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
-        let turn = Turn::by(q.z);
-        (0..self.0.geometry.len())
-            .map(|i| self.under(i, q, false).geometry.gap_rate(qdot, &turn).unsigned_zero())
-            .collect()
+        let (turn, state) = (Turn::by(q.z), State { q: *q, qdot: *qdot });
+        let on = |i: usize| self.under_moving(i, &state, false).geometry;
+        (0..self.0.geometry.len()).map(|i| on(i).gap_rate(qdot, &turn).unsigned_zero()).collect()
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.

@@ -24,6 +24,7 @@ use crate::body::contact::{Contact, direction};
 use crate::body::posture::PostureFields;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
+use crate::tolerance::SAME_VERTEX;
 
 /// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the vertex that is farther away, or, for a
 /// precise distance, times its value.
@@ -229,6 +230,28 @@ impl Ground {
             last as isize + 1
         } else {
             k as isize
+        }
+    }
+
+    /// The pieces on both sides of a convex vertex at this point, which is known up to `error` (m).
+    pub(crate) fn convex_vertex(&self, at: &Vector2<f64>, error: f64) -> Option<[isize; 2]> {
+        let near = usize::try_from(self.find(at)).ok()?.min(self.pieces.len() - 1);
+        let is_here = |&k: &usize| {
+            (1..self.pieces.len()).contains(&k)
+                && (at - self.pieces[k].ends[0].vertex).amax() <= error
+                && self.turn(k) == Ordering::Less
+        };
+        [near, near + 1].into_iter().find(is_here).map(|k| [k as isize - 1, k as isize])
+    }
+
+    /// As `find`. In a convex vertex a point is on one of the two pieces; this is the one that faces up more, the left one if both do equally.
+    pub(crate) fn find_up(&self, at: &Vector2<f64>, error: f64) -> isize {
+        match self.convex_vertex(at, error) {
+            Some([left, right]) => {
+                let [one, other] = [left, right].map(|k| self.nearest(k).0.normal.y);
+                if one >= other { left } else { right }
+            }
+            None => self.find(at),
         }
     }
 
@@ -441,11 +464,16 @@ pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usi
     })
 }
 
+/// Rounding error of a point in its nominal position beside a vertex, in m.
+pub(crate) fn place_error(at: &Vector2<f64>) -> f64 {
+    SAME_VERTEX * (at.x.abs() + at.y.abs())
+}
+
 /// Sets slope and segment of a contact from the terrain. If they are given, they must be equal to these.
 pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Result<(), Error> {
     let [x, y] = contact.point;
     let (pieces, point) = (&ground.pieces, Vector2::from(contact.point));
-    let found = usize::try_from(ground.find(&point)).unwrap_or(usize::MAX);
+    let found = usize::try_from(ground.find_up(&point, place_error(&point))).unwrap_or(usize::MAX);
     let Some(piece) = pieces.get(found) else {
         let (low, high) = (pieces[0].ends[0].vertex.x, pieces[pieces.len() - 1].ends[1].vertex.x);
         let (field, value, allowed) = if ground.has_walls {

@@ -12,11 +12,14 @@
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::body::geometry::ContactGeometry;
+use crate::body::ground::MOST_IN_VERTICES;
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::{Method, Mode, ModeAnswer, contact_modes};
 use crate::tolerance::{TOUCH, UNIT_TANGENT};
 
 /// The kind of unknowns of a contact-mode problem.
@@ -332,13 +335,67 @@ impl ContactProblem {
             let allowed = "accelerations of at most 1e150 m/s^2 or rad/s^2";
             in_range(format_args!("wrench.{axis}"), wrench[k], push.abs() <= LARGEST, allowed)?;
         }
+        let count = posture.contacts().len();
+        let geometry = (0..count).map(|i| posture.under_moving(i, state, false).geometry);
+        let geometry: Vec<ContactGeometry> = geometry.collect();
+        let first = Self::on_pieces(posture, state, wrench, &geometry)?;
+        let free = |&i: &usize| first.fields.sliding[i] == Some(0);
+        let at_vertex = |i: usize| Some((i, posture.convex_vertex(i, &state.q, false)?));
+        let at_vertices: Vec<(usize, [isize; 2])> =
+            (0..count).filter(free).filter_map(at_vertex).take(MOST_IN_VERTICES).collect();
+        if at_vertices.is_empty() {
+            return Ok(first);
+        }
+        let mut best: Option<((bool, usize), Self)> = None;
+        for choice in 0..1_usize << at_vertices.len() {
+            let (mut geometry, mut inwards) = (geometry.clone(), vec![None; count]);
+            for (bit, (i, pieces)) in at_vertices.iter().enumerate() {
+                let on =
+                    pieces.map(|k| posture.piece(*i, k).map(|piece| posture.on_piece(*i, piece)));
+                // The first choice is the one found, so that it is kept if no other is better.
+                let found = usize::from(on[1].is_some_and(|on| on.normal == geometry[*i].normal));
+                let taken = if choice >> bit & 1 == 0 { found } else { 1 - found };
+                geometry[*i] = on[taken].unwrap_or(geometry[*i]);
+                inwards[*i] = Some(if taken == 0 { Mode::Left } else { Mode::Right });
+            }
+            let problem = Self::on_pieces(posture, state, wrench, &geometry)?;
+            let holds = problem.holds(&inwards);
+            if best.as_ref().is_none_or(|(most, _)| holds > *most) {
+                best = Some((holds, problem));
+            }
+        }
+        Ok(best.map_or(first, |(_, problem)| problem))
+    }
+
+    /// Whether a consistent word holds all closed contacts fixed, and the most contacts that stay on their pieces in a consistent word: those
+    /// that stay fixed or slide in the direction given here, away from the vertex in which they are.
+    pub(crate) fn holds(&self, inwards: &[Option<Mode>]) -> (bool, usize) {
+        let Ok(modes) = contact_modes(self, Method::Enumerate) else { return (false, 0) };
+        let of = |answer: &ModeAnswer| {
+            let letters: Vec<Mode> = answer.word.modes().collect();
+            let closed = |i: &usize| self.fields.sliding[*i].is_some();
+            let fixed = (0..letters.len()).filter(closed).all(|i| letters[i] == Mode::Fixed);
+            let stays = |(mode, inward): (&Mode, &Option<Mode>)| {
+                inward.is_some_and(|inward| *mode == Mode::Fixed || *mode == inward)
+            };
+            (fixed, letters.iter().zip(inwards).filter(|pair| stays(*pair)).count())
+        };
+        modes.consistent().map(of).max().unwrap_or((false, 0))
+    }
+
+    /// The problem of a body with its contacts on pieces of ground with these constants.
+    fn on_pieces(
+        posture: &Posture,
+        state: &State,
+        wrench: [f64; 3],
+        geometry: &[ContactGeometry],
+    ) -> Result<Self, Error> {
+        let (f, size) = (posture.fields(), posture.size());
         let (v, omega) = (state.qdot, state.qdot.z);
         let touch = TOUCH * size;
         let tolerance = TOUCH * (libm::hypot(v.x, v.y) + size * omega.abs());
-        let (gaps, rates) = (posture.gaps(&state.q), posture.gap_rates(&state.q, &state.qdot));
+        let gaps = posture.gaps(&state.q);
         let turn = Turn::by(state.q.z);
-        let grounds =
-            (0..posture.contacts().len()).map(|i| posture.under(i, &state.q, false).geometry);
         let mut problem = ProblemFields {
             mass: f.mass,
             gyration_radius: f.gyration_radius,
@@ -349,9 +406,10 @@ impl ContactProblem {
             ],
             ..ProblemFields::default()
         };
-        for (i, k) in grounds.enumerate() {
+        for (i, k) in geometry.iter().enumerate() {
             let (b, c) = k.turned(&turn);
-            let (gap, rate) = (posture.signed_gap(i, &state.q, false, gaps[i]), rates[i]);
+            let gap = posture.signed_gap(i, &state.q, false, gaps[i]);
+            let rate = k.gap_rate(&state.qdot, &turn).unsigned_zero();
             if gap < -touch {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });
             }

@@ -96,6 +96,9 @@ impl Coordinates for AnyContacts {
     ) -> DriverStep {
         if fresh {
             driver.rest_in_vertices();
+        }
+        driver.stay_in_vertices();
+        if fresh {
             let points = &driver.body.state.points;
             rests = points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         }
@@ -383,7 +386,9 @@ impl<'a> Driver<'a, AnyContacts> {
         }
         if let Some((_, i, side)) = crossing {
             self.body.state.points[i].place.sides[side] = 0.0;
-            self.cross(i, side);
+            if !self.lands_in_vertex(i) {
+                self.cross(i, side);
+            }
             return None;
         }
         for (p, landing) in self.body.state.points.iter_mut().zip(landings) {

@@ -25,6 +25,7 @@ impl Driver<'_, AnyContacts> {
     fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
         let firsts: PerContact<ContactState> =
             coming.iter().map(|&i| self.body.state.points[i]).collect();
+        (0..self.body.contacts).for_each(|i| self.choose_by_velocity(i));
         let (clock, options) = (self.log.clock, self.options);
         // Times are compared as they are recorded.
         let is_due = |gap: f64, rate: f64| {

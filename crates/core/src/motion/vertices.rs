@@ -2,12 +2,14 @@
 
 use nalgebra::Vector2;
 
+use crate::body::ground::MOST_IN_VERTICES;
 use crate::body::terrain::Place;
+use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
-use crate::sustained::{ContactState, Rounding};
-use crate::tolerance::{STEEPER_PIECE, TOUCH, WEDGED};
+use crate::sustained::{BodyState, ContactState, Rounding};
+use crate::tolerance::{PLACE, STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
@@ -132,6 +134,101 @@ impl Driver<'_, AnyContacts> {
             if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
                 *self.resting.last_mut().unwrap_or(&mut false) = false; // its rest is not recorded yet
             }
+        }
+    }
+
+    /// The end of its piece at which point `i`, on the ground, is in a convex vertex.
+    pub(super) fn convex_end(&self, i: usize) -> Option<usize> {
+        let p = &self.body.state.points[i];
+        if p.h != 0.0 || p.place.sides == [f64::INFINITY; 2] || self.body.state.twin(i).is_some() {
+            return None;
+        }
+        let error = self.body.state.position_error(i, &self.body.posture);
+        let falls = |side: &usize| {
+            let to: isize = if *side == 0 { -1 } else { 1 };
+            let next = self.body.posture.piece(p.place.contact, p.place.piece + to);
+            p.place.sides[*side] <= error
+                && next.is_some_and(|next| (to as f64) * p.tangent.perp(&next.tangent) < 0.0)
+        };
+        [0, 1].into_iter().find(falls)
+    }
+
+    /// Point `i`, which is in a convex vertex at this end of its piece, on the other piece of the vertex.
+    fn beyond_vertex(&self, i: usize, side: usize) -> ContactState {
+        ContactState { h: 0.0, ..self.neighbour(i, side) }
+    }
+
+    /// Puts point `i`, if it moves on the ground in a convex vertex, onto one of the two pieces: that which faces up more, unless it approaches
+    /// this one and leaves the other.
+    pub(super) fn choose_by_velocity(&mut self, i: usize) {
+        let Some(side) = self.convex_end(i) else { return };
+        let (p, other) = (self.body.state.points[i], self.beyond_vertex(i, side));
+        let speed = p.u.abs() + self.body.state.slip(i).abs();
+        if speed <= self.sliding_speed() {
+            return;
+        }
+        let fall = self.body.state.fall;
+        let (up, down) =
+            if other.normal.dot(&fall) < p.normal.dot(&fall) { (other, p) } else { (p, other) };
+        let on_up = up.u >= 0.0 || down.u <= PLACE * speed;
+        let chosen = if on_up { up } else { down };
+        self.resting[i] &= chosen.normal == p.normal;
+        self.body.state.points[i] = chosen;
+    }
+
+    /// Point `i`, which comes to an end of its piece, lands at the same instant in a convex vertex. Returns whether it does.
+    pub(super) fn lands_in_vertex(&mut self, i: usize) -> bool {
+        let p = self.body.state.points[i];
+        let error = self.body.state.position_error(i, &self.body.posture);
+        if !(p.u < 0.0 && p.h <= error) {
+            return false;
+        }
+        self.body.state.points[i].h = 0.0;
+        let lands = self.convex_end(i).is_some();
+        if lands {
+            self.choose_by_velocity(i);
+        } else {
+            self.body.state.points[i].h = p.h;
+        }
+        lands
+    }
+
+    /// Contacts that have come to rest in convex vertices are each on one of the two pieces. All combinations are tried; if contacts stay in
+    /// another one that leave their pieces in this one, that is taken.
+    pub(super) fn stay_in_vertices(&mut self) {
+        let points = &self.body.state.points;
+        let rests = |i: &usize| points[*i].h == 0.0 && points[*i].u == 0.0;
+        let still = |i: usize| self.body.state.slip(i).abs() <= self.sliding_speed();
+        let ends: Vec<(usize, usize)> = (0..self.body.contacts)
+            .filter(rests)
+            .filter_map(|i| Some((i, self.convex_end(i).filter(|_| still(i))?)))
+            .take(MOST_IN_VERTICES)
+            .collect();
+        if ends.is_empty() {
+            return;
+        }
+        let way = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
+        let ways: Vec<Option<i8>> = (0..points.len())
+            .map(|i| rests(&i).then(|| if still(i) { 0 } else { way(self.body.state.slip(i)) }))
+            .collect();
+        let mut best: Option<((bool, usize), BodyState)> = None;
+        for choice in 0..1_usize << ends.len() {
+            let (mut body, mut inwards) = (self.body.state.clone(), vec![None; points.len()]);
+            for (bit, &(i, side)) in ends.iter().enumerate() {
+                let moves = choice >> bit & 1 == 1;
+                if moves {
+                    body.points[i] = ContactState { u: 0.0, ..self.beyond_vertex(i, side) };
+                }
+                inwards[i] = Some(if (side == 1) == moves { Mode::Right } else { Mode::Left });
+            }
+            let Ok(problem) = body.problem(1.0, &ways) else { return };
+            let holds = problem.holds(&inwards);
+            if best.as_ref().is_none_or(|(most, _)| holds > *most) {
+                best = Some((holds, body));
+            }
+        }
+        if let Some((_, body)) = best {
+            self.body.state = body;
         }
     }
 

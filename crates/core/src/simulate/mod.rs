@@ -203,7 +203,7 @@ impl Start {
             .geometry()
             .len())
             .map(|i| {
-                let under = posture.under(i, &state.q, local);
+                let under = posture.under_moving(i, state, local);
                 let k = &under.geometry;
                 let (mut gap, mut rate) = if local {
                     (k.local_gap(&state.q), k.local_rate(&state.qdot))
@@ -274,7 +274,7 @@ impl Start {
         let theta = if local { 0.0 } else { state.q.z };
         let turn = Turn::by(theta);
         let points = posture.distinct().map(|i| {
-            let under = posture.under(i, &state.q, local);
+            let under = posture.under_moving(i, state, local);
             let ContactGeometry { tangent, normal, .. } = under.geometry;
             let (b, c) = under.geometry.turned(&turn);
             let friction = posture.contacts()[i].friction;

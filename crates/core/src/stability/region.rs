@@ -13,6 +13,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::body::geometry::ContactGeometry;
+use crate::body::ground::Stance;
 use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{PARALLEL_EDGES, SQUEEZE_MOMENT};
@@ -49,15 +50,34 @@ impl Edge {
 /// nominal posture count.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
-    region(posture, 1.0).unsigned_zero()
+    let x = posture.fields().center_of_mass[0];
+    let regions = regions(posture, 1.0);
+    // Regions of different pieces at a convex vertex nearly always overlap. If they do not, the one at the centre of mass counts.
+    let away = |[low, high]: [f64; 2]| (low - x).max(x - high).max(0.0);
+    let nearest = regions.iter().copied().min_by(|a, b| away(*a).total_cmp(&away(*b)))?;
+    let mut whole = nearest;
+    for _ in &regions {
+        for [low, high] in &regions {
+            if *low <= whole[1] && *high >= whole[0] {
+                whole = [whole[0].min(*low), whole[1].max(*high)];
+            }
+        }
+    }
+    Some(whole).unsigned_zero()
 }
 
-/// The same region with all coefficients of friction times `factor`.
-pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
+/// The same region for each way in which contacts in convex vertices can be on one of their two pieces, with all coefficients of friction
+/// times `factor`.
+pub(super) fn regions(posture: &Posture, factor: f64) -> Vec<[f64; 2]> {
+    let stances = posture.stances(&Vector3::zeros());
+    stances.iter().filter_map(|stance| region(posture, stance, factor)).collect()
+}
+
+fn region(posture: &Posture, stance: &Stance, factor: f64) -> Option<[f64; 2]> {
     if posture.fields().gravity == 0.0 {
         return Some([f64::NEG_INFINITY, f64::INFINITY]);
     }
-    let edges = edges(posture, factor);
+    let edges = edges(posture, stance, factor);
     let mut region = [f64::INFINITY, f64::NEG_INFINITY];
     let mut take = |x: f64| region = [region[0].min(x), region[1].max(x)];
     for (k, u) in edges.iter().enumerate() {
@@ -92,7 +112,7 @@ pub(super) fn region(posture: &Posture, factor: f64) -> Option<[f64; 2]> {
 
 /// The edges of all friction cones; one for a contact without friction. Moments are taken about the nominal centre of mass, so
 /// their rounding error does not depend on the origin; the abscissas are shifted back.
-fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
+fn edges(posture: &Posture, stance: &Stance, factor: f64) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (i, (contact, k)) in posture.contacts().iter().zip(posture.geometry()).enumerate() {
         if k.offset != 0.0 {
@@ -102,7 +122,7 @@ fn edges(posture: &Posture, factor: f64) -> Vec<Edge> {
         let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         // At a vertex both pieces carry forces.
-        for ContactGeometry { normal, tangent, .. } in posture.touched(i, &Vector3::zeros()) {
+        for &ContactGeometry { normal, tangent, .. } in &stance[i] {
             for side in sides {
                 let f = side * friction;
                 let u = normal + tangent * f;

@@ -7,10 +7,11 @@
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
+use crate::body::ground::Stance;
 use crate::body::posture::Posture;
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::stability::region::region;
+use crate::stability::region::regions;
 use crate::tolerance::{TOUCH, UNBOUNDED_DIRECTION};
 
 /// The set of contact forces that hold a body at rest in its nominal posture.
@@ -33,9 +34,15 @@ struct Edge {
 /// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces.
 #[must_use]
 pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
+    let stances = posture.stances(&Vector3::zeros());
+    stances.iter().find_map(|stance| forces_of(posture, stance))
+}
+
+/// The forces in one of the ways in which contacts in convex vertices can be on their pieces.
+fn forces_of(posture: &Posture, stance: &Stance) -> Option<StaticForces> {
     let fields = posture.fields();
     let weight = fields.mass * fields.gravity;
-    let edges = edges(posture);
+    let edges = edges(posture, stance);
     let row = |of: &dyn Fn(&Edge) -> f64| edges.iter().map(of).collect::<Vec<f64>>();
     let balance = [row(&|edge| edge.u.x), row(&|edge| edge.u.y), row(&|edge| edge.moment)];
     let loads = [0.0, if weight > 0.0 { 1.0 } else { 0.0 }, 0.0];
@@ -63,7 +70,7 @@ pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     Some(StaticForces { low: all(-1.0).unsigned_zero(), high: all(1.0).unsigned_zero() })
 }
 
-fn edges(posture: &Posture) -> Vec<Edge> {
+fn edges(posture: &Posture, stance: &Stance) -> Vec<Edge> {
     let size = posture.size();
     let mut edges = Vec::new();
     for (contact, (k, c)) in posture.geometry().iter().zip(posture.contacts()).enumerate() {
@@ -72,7 +79,7 @@ fn edges(posture: &Posture) -> Vec<Edge> {
         }
         let sides: &[f64] = if c.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         // At a vertex both pieces carry forces.
-        for on in posture.touched(contact, &Vector3::zeros()) {
+        for on in &stance[contact] {
             for side in sides {
                 let f = side * c.friction;
                 let u = on.normal + on.tangent * f;
@@ -97,7 +104,8 @@ pub fn friction_margin(posture: &Posture) -> f64 {
     let slack = TOUCH * posture.size();
     // The region grows monotonically with friction.
     let stands = |factor| {
-        region(posture, factor).is_some_and(|[low, high]| low - slack <= x && x <= high + slack)
+        let holds = |[low, high]: &[f64; 2]| low - slack <= x && x <= high + slack;
+        regions(posture, factor).iter().any(holds)
     };
     if stands(0.0) {
         return 1.0;

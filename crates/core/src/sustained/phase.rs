@@ -37,7 +37,7 @@ impl BodyState {
     }
 
     /// The contact-mode problem of this state. `ways`: the signs of sliding, `None` for separate contacts.
-    pub(super) fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
+    pub(crate) fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
         let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         ContactProblem::new(ProblemFields {
             sliding: ways.to_vec(),
