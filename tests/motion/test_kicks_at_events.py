@@ -22,6 +22,19 @@ LATER = 1e-6
 APART = 1e-13
 
 
+#: Speed of an impact after which a contact rises by less than 1e-12 m. Rounding errors of its position decide when it lands again, and on
+#: which of two pieces in a vertex: the velocity is known up to such speeds.
+SLOW = 5e-6
+
+
+def unknown_speed(run, time):
+    """Of the impacts at this time, m/s: zero if they are faster than SLOW."""
+    near = np.abs(run.impacts["time"] - time) < APART
+    hits = run.impacts[near]
+    speeds = -hits["rates_before"][np.arange(len(hits)), hits["index"]]
+    return 2 * speeds.max() if len(speeds) and speeds.max() < SLOW else 0.0
+
+
 def event_times(run):
     times = [*run.impacts["time"], *(p.start for p in run.phases)]
     return np.unique([t for t in times if 0 < t < run.time])
@@ -55,9 +68,10 @@ def test_a_kick_of_zero_changes_nothing():
             gaps = kicked.gaps_at(t)
             about = (near, event, body, q, qdot, options)
             assert np.all(gaps[np.isfinite(gaps)] >= -SAME), about
+            same = SAME + unknown_speed(base, event)
             for one, other in zip(kicked.at(t), base.at(t), strict=True):
                 np.testing.assert_allclose(
-                    one, other, atol=SAME, rtol=0, err_msg=str(about)
+                    one, other, atol=same, rtol=0, err_msg=str(about)
                 )
             np.testing.assert_array_equal(
                 np.isfinite(gaps), np.isfinite(base.gaps_at(t))

@@ -60,24 +60,28 @@ impl Driver<'_, AnyContacts> {
                 self.body.state.put_on(j, &self.body.posture, piece);
             }
         }
-        let points = &self.body.state.points;
-        (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u < 0.0).collect()
+        self.approaching()
     }
 
     /// The impacts whose recorded time is `end`, which the run has reached within rounding error.
     pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
-        loop {
-            let coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
-            if coming.is_empty() {
-                return None;
-            }
+        let mut coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
+        while !coming.is_empty() {
             if !self.log.step() {
                 return Some(Outcome::EventLimit);
             }
             if let Some(outcome) = self.impact(&coming) {
                 return Some(outcome);
             }
+            coming = self.approaching();
         }
+        None
+    }
+
+    /// Points that approach the ground they are on.
+    fn approaching(&self) -> ContactValues<usize> {
+        let points = &self.body.state.points;
+        (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u < 0.0).collect()
     }
 
     /// Contact `i` crosses an end, and with it all closed contacts that come to an end of their pieces at this instant.

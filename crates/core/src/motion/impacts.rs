@@ -15,6 +15,9 @@ impl Driver<'_, AnyContacts> {
     /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
         let coming = self.arriving(coming);
+        if coming.is_empty() {
+            return None; // past a convex vertex
+        }
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { &coming } else { &arriving };
