@@ -135,3 +135,38 @@ def test_a_swing_that_returns_to_where_it_lifted_off_passes():
     same = run.impacts["time"][1:] == run.impacts["time"][:-1]
     assert run.outcome == "rest"
     assert same.sum() < 0.5 * len(same)
+
+
+def test_contacts_that_stop_are_not_moved_by_the_rounding_errors_of_others():
+    """Three feet on one line: the rate of one follows from those of the others. Its rounding error of 3e-17 m/s made an impact without end.
+
+    The feet on the line slide with different friction, so that their motion depends on forces that are not determined.
+    """
+    points = [
+        (-4.034095787283142, 8.565427286954161),
+        (0.15684090535366502, 0.15867135571823907),
+        (3.2373101863529468, 3.767834177222519),
+        (6.9881080208761235, 8.162372431130517),
+    ]
+    slopes = [-1.128593669635232, *[0.8642660137310463] * 3]
+    friction = [0.06860169126723391, 1.4061662498730414, 1.118189316305001, 1.1284604194271852]  # fmt: skip
+    feet = [
+        sf.Contact(point, slope=slope, friction=mu)
+        for point, slope, mu in zip(points, slopes, friction, strict=True)
+    ]
+    body = sf.Posture(
+        0.2871256482521775,
+        2.4523296933233723,
+        (1.3199071564125222, 1.618385952472074),
+        feet,
+        0.04833737887454173,
+    )
+    run = sf.simulate(
+        body,
+        (1.007529460932893, 1.468272495774019, 0.09482717200264969),
+        (3.481520570389231, 2.0989477535509717, -0.869342712283682),
+        model="full",
+        time_limit=100.0,
+    )
+    assert run.outcome == "ambiguous"
+    assert len(run.impacts) < 100

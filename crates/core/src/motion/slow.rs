@@ -239,6 +239,11 @@ impl Driver<'_, AnyContacts> {
         if found {
             self.arrest(&stops);
             self.body.state.reconcile(self.body.posture.size());
+            // Where a rate follows from others, it is their rounding error.
+            for (p, _) in self.body.state.points.iter_mut().zip(&stops).filter(|(_, stops)| **stops)
+            {
+                (p.h, p.u) = (0.0, 0.0);
+            }
             let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
             if self.body.chatter.persistent && v + self.body.posture.size() * omega.abs() <= watched
             {
