@@ -972,3 +972,29 @@ def test_far_below_its_segment_a_contact_of_the_local_model_is_not_over_it():
     assert len(run.impacts) == 3
     along = run.points_at(run.impacts["time"])[:, 0, 0] - contact.point[0]
     assert ((low <= along) & (along <= high)).all()
+
+
+def test_a_foot_leaves_the_end_of_its_ground_once_while_it_is_in_the_air():
+    """It leaves again only after it has been on its ground again."""
+    random = np.random.default_rng(5)
+    left = 0
+    for _ in range(500):
+        contacts = [
+            sf.Contact(
+                tuple(random.uniform((-1, -0.2), (1, 0.2))),
+                slope=random.uniform(-0.5, 0.5),
+                friction=random.uniform(0, 1),
+                segment=(-random.uniform(0.05, 1), random.uniform(0.05, 1)),
+            )
+            for _ in range(random.integers(1, 4))
+        ]
+        rho, centre = random.uniform(0.2, 1), random.uniform((-0.5, 0), (0.5, 1))
+        e = random.choice([0, 0.3, 0.7])
+        body = sf.Posture(1.0, rho, tuple(centre), contacts, e, 9.81)
+        kick = random.uniform((-2, 0, -2), (2, 1, 2))
+        run = sf.simulate(body, (0, 0, 0), kick, event_limit=2000, time_limit=5.0)
+        for before, phase in itertools.pairwise(run.phases):
+            if phase.cause == "left-segment":
+                assert before.mode[phase.contact - 1] != "S"
+                left += 1
+    assert left > 100

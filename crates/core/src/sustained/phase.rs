@@ -408,7 +408,8 @@ impl<'a> ContactPhase<'a> {
         let mut fresh = true;
         loop {
             log.enter(&self.word);
-            note(body, &self.word, log.clock, self.cause);
+            // A further step of the same stretch has no cause.
+            note(body, &self.word, log.clock, self.cause.filter(|_| fresh));
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);
