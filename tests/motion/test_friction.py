@@ -2,6 +2,7 @@
 
 import math
 import os
+import random
 from collections import Counter
 from decimal import Decimal
 from itertools import pairwise
@@ -1004,3 +1005,34 @@ def test_a_motion_in_pieces_is_the_motion():
             assert second.phases[0].end == pytest.approx(phase.end, abs=1e-6)
             cuts[phase.mode] += 1
     assert min(cuts[mode] for mode in "FRL") > 10
+
+
+def test_feet_that_slide_without_gravity_slide_on():
+    """Nothing presses them on the ground: all forces are zero, although three feet on a line have more forces than equations."""
+    rng = random.Random(31)
+    for case in range(200):
+        feet = [rng.uniform(-1, 1) for _ in range(1 + case % 4)]
+        contacts = [sf.Contact((x, 0.0), friction=rng.uniform(0, 1.5)) for x in feet]
+        body = sf.Posture(1.0, 0.4, (0.1, 0.7), contacts, 0.3, gravity=0.0)
+        speed = rng.choice([-1, 1]) * rng.uniform(0.1, 1)
+        model = "full" if case % 2 else "local"
+        run = sf.simulate(body, (0, 0, 0), (speed, 0, 0), model=model, time_limit=3.0)
+        assert run.outcome == "time-limit"
+        assert run.q == pytest.approx([3.0 * speed, 0, 0], rel=1e-14, abs=1e-14)
+        assert len(run.phases) == 1
+
+
+def test_a_rotation_of_rounding_size_does_not_decide_without_gravity():
+    """Its centripetal accelerations of about 1e-33 m/s² are the only load of a steep foot that slides, for which friction is too high:
+    it would lift off or slide on."""
+    rng = random.Random(32)
+    for _ in range(200):
+        slope = rng.uniform(-1, 1)
+        foot = sf.Contact((0.0, 0.0), slope=slope, friction=rng.uniform(1, 3))
+        centre = (rng.uniform(-0.5, 0.5), rng.uniform(0.3, 1.5))
+        body = sf.Posture(1.0, rng.uniform(0.1, 0.6), centre, [foot], 0.0, gravity=0.0)
+        speed, spin = rng.uniform(-1, 1), rng.uniform(-1e-16, 1e-16)
+        start = (speed * math.cos(slope), speed * math.sin(slope), spin)
+        run = sf.simulate(body, (0, 0, 0), start, time_limit=2.0)
+        assert run.outcome == "time-limit"
+        assert run.q[:2] == pytest.approx([2 * v for v in start[:2]], abs=1e-13)

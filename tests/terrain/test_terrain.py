@@ -16,6 +16,8 @@ from scipy.optimize import linprog
 G = 10.0
 #: Number of random scenes on polylines.
 SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "1000"))
+#: Height of vertices on a floor that is straight but for this, in m.
+BEND = 1e-13
 #: Part of them whose accumulations take more than 1e5 events.
 LONG = 0.006
 
@@ -364,7 +366,7 @@ def test_bounces_of_a_particle_on_random_polylines():
 
 def test_a_floor_in_pieces_is_a_floor():
     """Random bodies on one or two feet have the same final state as on the floor in one piece. (More feet on one line land
-    together.)"""
+    together.) The pieces are bent against each other by about 1e-13 rad: exactly straight, they would be one piece."""
     random = np.random.default_rng(7)
     rests = left = 0
     for case in range(150):
@@ -376,6 +378,7 @@ def test_a_floor_in_pieces_is_a_floor():
             for i, x in enumerate(xs)
         ]
         whole = sf.Posture(1.0, 0.5, (0.05, 0.4), contacts, 0.1, G)
+        inner = np.sort(random.uniform(-2, 2, 7))
         parts = sf.Posture(
             1.0,
             0.5,
@@ -384,7 +387,9 @@ def test_a_floor_in_pieces_is_a_floor():
             0.1,
             G,
             terrain=[
-                (float(x), 0.0) for x in (-50, *np.sort(random.uniform(-2, 2, 7)), 50)
+                (-50.0, 0.0),
+                *((float(x), BEND * random.normal()) for x in inner),
+                (50.0, 0.0),
             ],
         )
         model = "full" if case % 2 else "local"
@@ -972,3 +977,73 @@ def test_far_below_its_segment_a_contact_of_the_local_model_is_not_over_it():
     assert len(run.impacts) == 3
     along = run.points_at(run.impacts["time"])[:, 0, 0] - contact.point[0]
     assert ((low <= along) & (along <= high)).all()
+
+
+def test_a_foot_leaves_the_end_of_its_ground_once_while_it_is_in_the_air():
+    """It leaves again only after it has been on its ground again."""
+    random = np.random.default_rng(5)
+    left = 0
+    for _ in range(500):
+        contacts = [
+            sf.Contact(
+                tuple(random.uniform((-1, -0.2), (1, 0.2))),
+                slope=random.uniform(-0.5, 0.5),
+                friction=random.uniform(0, 1),
+                segment=(-random.uniform(0.05, 1), random.uniform(0.05, 1)),
+            )
+            for _ in range(random.integers(1, 4))
+        ]
+        rho, centre = random.uniform(0.2, 1), random.uniform((-0.5, 0), (0.5, 1))
+        e = random.choice([0, 0.3, 0.7])
+        body = sf.Posture(1.0, rho, tuple(centre), contacts, e, 9.81)
+        kick = random.uniform((-2, 0, -2), (2, 1, 2))
+        run = sf.simulate(body, (0, 0, 0), kick, event_limit=2000, time_limit=5.0)
+        for before, phase in itertools.pairwise(run.phases):
+            if phase.cause == "left-segment":
+                assert before.mode[phase.contact - 1] != "S"
+                left += 1
+    assert left > 100
+
+
+def test_a_vertex_on_a_straight_line_changes_no_bit():
+    """Also where its coordinates are rounded: the scene is the same, and no foot is in a vertex or leaves a piece there."""
+    random = np.random.default_rng(9)
+    for case in range(300):
+        slope = 0.0 if case % 3 == 0 else round(random.uniform(-0.6, 0.6), case % 3)
+        turn = [0.0, 0.3, math.pi / 2][case // 3 % 3]  # on the floor, a slope or a wall
+        cos, sin = math.cos(turn), math.sin(turn)
+
+        def world(x, y, cos=cos, sin=sin):
+            return (float(cos * x - sin * y), float(sin * x + cos * y))
+
+        feet = random.uniform(-1, 1, random.integers(1, 4))
+        inner = np.sort([*feet, *random.uniform(-2, 2, 3)])
+        contacts = [
+            sf.Contact(world(x, slope * x), friction=random.choice([0, 0.3, 0.8]))
+            for x in feet
+        ]
+        e, gravity = random.choice([0, 0.4, 0.7]), random.choice([0, 9.81])
+        kick = random.uniform(-1, 1, 3) * random.choice([0, 1])
+        runs = []
+        for xs in (), inner:
+            terrain = [world(x, slope * x) for x in (-16, *xs, 16)]
+            centre = world(0.1, 0.6 + slope * 0.1)
+            body = sf.Posture(1.0, 0.4, centre, contacts, e, gravity, terrain=terrain)
+            assert body.terrain == terrain
+            runs.append(
+                sf.simulate(body, (0, 0, 0), kick, event_limit=2000, time_limit=2.0)
+            )
+        one, two = runs
+        assert (one.outcome, one.time) == (two.outcome, two.time)
+        assert one.q.tobytes() == two.q.tobytes()
+        assert mode_events(one) == mode_events(two)
+
+
+def test_a_small_bend_is_no_straight_line():
+    """A bump of 1e-14 m is above the rounding errors of its coordinates."""
+    for height in (0.0, 1e-14):
+        terrain = [(-1e9, 0.0), (0.0, height), (1.0, 0.0)]
+        body = sf.Posture(
+            1.0, 0.3, (0.5, 0.5), [sf.Contact((0.5, 0.5))], 0, terrain=terrain
+        )
+        assert (body.contacts[0].slope != 0.0) == (height > 0.0)

@@ -20,6 +20,11 @@ pub(crate) const KICK_ROUNDINGS: f64 = 4.0;
 /// right one. Range: 1e-14 to 1e-9.
 pub const TOUCH: f64 = 1e-12;
 
+/// Distance of a vertex of the terrain from the straight line between the vertices around it that is rounding. Unit: machine epsilon times
+/// the coordinates of the vertex and of the point of that line nearest to it. The coordinates are often computed from a slope, with a few
+/// roundings. A larger value would remove real bends, a smaller one would keep vertices at which nothing changes. Range: 4 to 64.
+pub(crate) const STRAIGHT_VERTEX: f64 = 8.0;
+
 /// Height above the ground of another contact that counts as zero where the lines of several contacts are compared. Unit: size of the
 /// body and its displacement. Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
 pub(crate) const SAME_GROUND: f64 = 1e-3;

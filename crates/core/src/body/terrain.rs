@@ -24,7 +24,7 @@ use crate::body::contact::{Contact, direction};
 use crate::body::posture::PostureFields;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
-use crate::tolerance::SAME_VERTEX;
+use crate::tolerance::{SAME_VERTEX, STRAIGHT_VERTEX};
 
 /// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the vertex that is farther away, or, for a
 /// precise distance, times its value.
@@ -393,7 +393,7 @@ where
     Ok(vertices)
 }
 
-/// Checks the vertices and returns the pieces between them.
+/// Checks the vertices and returns the pieces between the corners.
 pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
     let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
         field,
@@ -425,8 +425,35 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
             "a polyline that does not meet itself; piece k goes from vertex k to the next one",
         ));
     }
-    let pieces = vertices.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
+    let corners = without_straight_vertices(vertices);
+    let pieces = corners.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
     Ok(Ground::new(pieces, true))
+}
+
+/// The vertices of a polyline without those on straight lines: nothing changes there, and the two parts of such a line are one piece.
+fn without_straight_vertices(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let (mut kept, mut from) = (vec![vertices[0]], 0);
+    for k in 1..vertices.len() {
+        let on_line = |next: &[f64; 2]| {
+            vertices[from + 1..=k].iter().all(|v| is_between(&vertices[from], next, v))
+        };
+        if !vertices.get(k + 1).is_some_and(on_line) {
+            kept.push(vertices[k]);
+            from = k;
+        }
+    }
+    kept
+}
+
+/// Whether a vertex lies on the straight line between two others, up to rounding errors.
+fn is_between(a: &[f64; 2], b: &[f64; 2], vertex: &[f64; 2]) -> bool {
+    let [a, b, v] = [a, b, vertex].map(|p| Vector2::from(*p));
+    let (line, [before, after]) = (b - a, [v - a, b - v]);
+    let [one, two] = [before, after].map(|side| line.dot(&side) / line.norm_squared());
+    let nearer = if one < two { before } else { after };
+    let known = v.amax() + two * a.amax() + one * b.amax();
+    let off = (line / line.norm()).perp(&nearer).abs();
+    one > 0.0 && two > 0.0 && off <= STRAIGHT_VERTEX * f64::EPSILON * known
 }
 
 /// The first two pieces of a polyline that meet, other than neighbours at their vertex. `closed`: with a piece from the last vertex to

@@ -111,9 +111,14 @@ pub(super) fn solve(
     for (row, bias) in independent {
         y -= row * (row.dot(&y) + bias);
     }
-    // The motion depends on the choice of forces if some change of them keeps each plane and changes the motion.
-    let directions: Vec<Vector3<f64>> =
-        generators.iter().map(|g| g.direction.normalize()).collect(); // their lengths grow with μ
+    // The motion depends on the choice of forces if some change of them keeps each plane and changes the motion. A weight that is zero
+    // for every choice does not change.
+    let changes = t > TIE || determined == Forces::Impossible;
+    let sum: f64 = x[..n].iter().map(|weight| weight + t).sum();
+    let directions: Vec<Vector3<f64>> = (0..n)
+        .filter(|&k| changes || can_press(&generators, independent, &load, sum, k))
+        .map(|k| generators[k].direction.normalize()) // their lengths grow with μ
+        .collect();
     let kept = |direction: &Vector3<f64>| {
         let parts = independent.iter().map(|(row, _)| row * row.dot(direction));
         parts.fold(Vector3::zeros(), |sum, part| sum + part)
@@ -142,6 +147,30 @@ pub(super) fn solve(
         }
     }
     answer
+}
+
+/// Whether the weight of a generator is positive for some choice of the forces. `sum`: of the weights of one choice.
+fn can_press(
+    generators: &[Generator],
+    independent: &[Plane],
+    load: &Vector3<f64>,
+    sum: f64,
+    at: usize,
+) -> bool {
+    let n = generators.len();
+    // Variables: weights, and one slack that bounds them.
+    let mut programme: Vec<(Vec<f64>, f64)> = independent
+        .iter()
+        .map(|(row, bias)| {
+            let weights = generators.iter().map(|g| row.dot(&g.direction));
+            (weights.chain([0.0]).collect(), -(row.dot(load) + bias))
+        })
+        .collect();
+    programme.push((vec![1.0; n + 1], sum.max(0.0) + 1.0));
+    let mut objective = vec![0.0; n + 1];
+    objective[at] = 1.0;
+    // Without an answer, as if it could.
+    maximise(&programme, &objective).is_none_or(|x| x[at] > TIE)
 }
 
 /// Number of independent directions.

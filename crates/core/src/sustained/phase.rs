@@ -318,8 +318,34 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
+    /// The only word in which the motion continues; an error: the outcome if there is none or more than one. A rotation that is rounding
+    /// error does not decide: without gravity its ω² would be the only load.
     fn choose(&mut self) -> Result<Onward, Outcome> {
+        let mut chosen = self.choose_as_it_turns();
+        if chosen.is_err() && self.turns_slowly() {
+            self.undecided = None;
+            self.stop_turning();
+            chosen = self.choose_as_it_turns();
+        }
+        chosen
+    }
+
+    /// Whether the body turns, with speeds that count as zero.
+    fn turns_slowly(&self) -> bool {
+        let turn = self.size * self.body.spin.omega.abs();
+        turn > 0.0 && turn <= self.sliding_tolerance && self.body.frozen.is_none_or(|w2| w2 == 0.0)
+    }
+
+    fn stop_turning(&mut self) {
+        let omega = std::mem::take(&mut self.body.spin.omega);
+        for (p, way) in self.body.points.iter_mut().zip(&self.ways) {
+            if way.is_none() {
+                p.u -= p.b * omega;
+            }
+        }
+    }
+
+    fn choose_as_it_turns(&mut self) -> Result<Onward, Outcome> {
         let mut search = Search::default();
         let (mut problem, mut vague) = (None, false);
         if let Some((word, acceleration)) = self.body.only_mode(&self.ways) {
@@ -408,7 +434,8 @@ impl<'a> ContactPhase<'a> {
         let mut fresh = true;
         loop {
             log.enter(&self.word);
-            note(body, &self.word, log.clock, self.cause);
+            // A further step of the same stretch has no cause.
+            note(body, &self.word, log.clock, self.cause.filter(|_| fresh));
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);
