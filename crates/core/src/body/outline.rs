@@ -19,12 +19,12 @@ pub(crate) struct Outline {
 
 /// A side of the polygon, with the body on its left.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Side {
+pub(crate) struct Side {
     from: Vector2<f64>,
     along: Vector2<f64>,
     length: f64,
-    /// Its number, counted from 0 in the order of the corners that were given: it begins or ends at the corner of this number.
-    number: usize,
+    /// Its place in the order of the corners that were given, from 0.
+    index: usize,
 }
 
 impl Side {
@@ -32,6 +32,16 @@ impl Side {
     fn coordinates(&self, p: &Vector2<f64>) -> [f64; 2] {
         let from = p - self.from;
         [self.along.dot(&from), self.along.perp(&from)]
+    }
+
+    /// Depth of a moving point below the side, in m, and its rate, in m/s.
+    pub(crate) fn depth(&self, p: &Vector2<f64>, v: &Vector2<f64>) -> [f64; 2] {
+        [self.coordinates(p)[1], self.along.perp(v)]
+    }
+
+    /// From 1; it begins or ends at the corner of this number.
+    pub(crate) fn number(&self) -> usize {
+        self.index + 1
     }
 
     /// Distance of a point from the nearest point of the side, in m.
@@ -63,7 +73,7 @@ impl Outline {
             let (from, to) =
                 if double_area > 0.0 { (point(k), point(k + 1)) } else { (point(k + 1), point(k)) };
             let (way, length) = (to - from, libm::hypot(to.x - from.x, to.y - from.y));
-            Side { from, along: way / length, length, number: k }
+            Side { from, along: way / length, length, index: k }
         };
         let radius = (0..count).map(|k| point(k).norm()).fold(0.0, f64::max);
         let sides = (0..count).map(side).collect();
@@ -102,11 +112,10 @@ impl Outline {
         })
     }
 
-    /// The number (from 1) of the side that is nearest to a point; it begins or ends at the corner of this number.
-    pub(crate) fn nearest_side(&self, p: &Vector2<f64>) -> usize {
-        let sides = self.sides.iter();
-        let nearest = sides.min_by(|a, b| a.distance(p).total_cmp(&b.distance(p)));
-        nearest.map_or(0, |side| side.number) + 1
+    /// The side that is nearest to a point.
+    pub(crate) fn nearest_side(&self, p: &Vector2<f64>) -> &Side {
+        let nearer = |a: &&Side, b: &&Side| a.distance(p).total_cmp(&b.distance(p));
+        self.sides.iter().min_by(nearer).unwrap_or_else(|| unreachable!("a polygon has sides"))
     }
 }
 
@@ -186,6 +195,6 @@ mod tests {
         assert!(shape.is_off_sides(&way([1.0, 1.1], [1.0, 1.9]), 0.0), "along a side");
         assert!(!shape.is_off_sides(&way([1.5, 1.5], [1.5, 0.5]), 0.0));
         assert!(!shape.is_off_sides(&way([-1.0, 0.5], [3.0, 0.5]), 0.0), "right through");
-        assert_eq!(shape.nearest_side(&Vector2::new(1.5, 0.9)), 3);
+        assert_eq!(shape.nearest_side(&Vector2::new(1.5, 0.9)).number(), 3);
     }
 }
