@@ -311,13 +311,10 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Its vertices, in m.
-    pub(crate) fn vertices(&self) -> Vec<Vector2<f64>> {
+    /// Its vertices, in m; those between two pieces twice.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = Vector2<f64>> {
         let ends = self.pieces.iter().flat_map(|piece| piece.ends);
-        let mut vertices: Vec<_> =
-            ends.filter(|end| !end.is_endless()).map(|end| end.vertex).collect();
-        vertices.dedup();
-        vertices
+        ends.filter(|end| !end.is_endless()).map(|end| end.vertex)
     }
 
     /// Piece `k`, or the one at the end beyond which `k` lies; and whether it is piece `k`.

@@ -330,8 +330,9 @@ impl Trajectory {
         self.record.end.rates.to_vec()
     }
 
-    /// Warnings: ties, a start with a small penetration that counts as touching, ground that was probably not intended (see
-    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::options::Impact::Newton) ignores.
+    /// Warnings: corners of the ground that enter the body (see [`Edges`](crate::options::Edges)), ties, a start with a small penetration
+    /// that counts as touching, ground that was probably not intended (see [`Contact`](crate::Contact)), friction that
+    /// [`Impact::Newton`](crate::options::Impact::Newton) ignores.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.record.warnings

@@ -16,6 +16,7 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Outline;
 use crate::body::posture::Posture;
+use crate::body::terrain::Ground;
 use crate::math::roots::bracketed;
 use crate::math::turn::Turn;
 use crate::options::{Edges, Options};
@@ -83,8 +84,11 @@ impl EdgeWatch {
     /// A new watch; most postures need none.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
         let watched = posture.filter(|posture| posture.outline().is_some());
-        let corners = watched.and_then(|posture| posture.ground(0)).map(|ground| ground.vertices());
-        Self { corners: corners.unwrap_or_default(), ends: options.edges == Edges::End }
+        let grounds = watched.map_or(&[][..], Posture::grounds);
+        let mut corners: Vec<_> = grounds.iter().flat_map(Ground::vertices).collect();
+        corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        corners.dedup();
+        Self { corners, ends: options.edges == Edges::End }
     }
 
     /// When the run ends because a corner enters the body, if within `dt` of the start of this motion (s). `free`: the acceleration of the

@@ -281,7 +281,7 @@ impl<'a> ContactPhase<'a> {
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(acceleration, last, &starting, &changed, log, edges, note);
+            let next = self.hold(acceleration, last, [&starting, &changed], log, edges, note);
             match next {
                 StretchEnd::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
@@ -382,8 +382,7 @@ impl<'a> ContactPhase<'a> {
         &mut self,
         mut acceleration: [f64; 3],
         mut last: Option<StretchEnd>,
-        starting: &[bool],
-        changed: &[bool],
+        [starting, changed]: [&[bool]; 2],
         log: &mut Log<'_>,
         edges: &mut EdgeWatch,
         note: &mut Note<'_>,
