@@ -78,7 +78,7 @@ long: wheel
 	STANDFAST_AUTO_SCENES=20000 STANDFAST_FRICTION_SCENES=500 $(BIN)/python -m pytest -s tests/motion/test_auto.py tests/motion/test_friction.py
 	STANDFAST_MODES_CASES=2000 $(BIN)/python -m pytest -s tests/modes/test_modes_brute.py
 	STANDFAST_OWN_GROUND=3400 $(BIN)/python -m pytest -s tests/terrain/test_own_ground.py
-	STANDFAST_WALL_SCENES=100000 STANDFAST_THROWS=10000 STANDFAST_EDGE_RUNS=3000 $(BIN)/python -m pytest -s tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
+	STANDFAST_WALL_SCENES=100000 STANDFAST_THROWS=10000 STANDFAST_EDGE_RUNS=3000 STANDFAST_STAIRS=3000 $(BIN)/python -m pytest -s tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
 	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(BIN)/python -m pytest -s tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 $(BIN)/python -m pytest -s tests/stability/test_statics_on_walls.py
 	STANDFAST_VERDICTS=2000 $(BIN)/python -m pytest -s tests/stability/test_verdicts.py

@@ -21,6 +21,7 @@ _Simultaneous: TypeAlias = Literal[
     "newton", "first-contact-first", "last-contact-first"
 ]
 _Stop: TypeAlias = Literal["rest", "zeno", "time"]
+_Edges: TypeAlias = Literal["end", "ignore"]
 _Level: TypeAlias = Literal["acceleration", "impulse"]
 _Outcome: TypeAlias = Literal[
     "rest",
@@ -31,6 +32,7 @@ _Outcome: TypeAlias = Literal[
     "event-limit",
     "inconsistent",
     "ambiguous",
+    "edge-contact",
 ]
 _Kind: TypeAlias = str
 _End: TypeAlias = Literal["1-zeno", "tie"]
@@ -730,6 +732,7 @@ def simulate_many(
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
+    edges: _Edges = "end",
     tolerance: float = 1e-12,
     record: bool = False,
     certify: bool = False,
@@ -750,6 +753,7 @@ def simulate(
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
+    edges: _Edges = "end",
     tolerance: float = 1e-12,
     record: bool = True,
     certify: bool = False,

@@ -41,6 +41,7 @@ COLORS = {
     "ambiguous": "#CC79A7",
     "time-limit": "#D9D9D9",
     "event-limit": "#4D4D4D",
+    "edge-contact": "#009E73",
     "yes": "#0072B2",
     "no": "#D9D9D9",
 }

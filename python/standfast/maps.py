@@ -76,6 +76,7 @@ OPTIONS = {
     "time_limit",
     "event_limit",
     "neighbourhood",
+    "edges",
     "tolerance",
     "record",
     "certify",

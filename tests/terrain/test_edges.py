@@ -3,6 +3,7 @@
 import math
 import os
 import re
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,6 +11,10 @@ import standfast as sf
 
 #: Runs of the comparison with samples.
 RUNS = int(os.environ.get("STANDFAST_EDGE_RUNS", "150"))
+#: Throws on stairs.
+STAIRS = int(os.environ.get("STANDFAST_STAIRS", "100"))
+#: Depth that counts as none, relative to the largest distance of a corner from the centre of mass.
+DEPTH = 1e-9
 G = 9.81
 
 
@@ -47,25 +52,74 @@ def depths(posture, q, corner):
     return np.where(np.abs(winding) > math.pi, away, -away)
 
 
+def ends_at(run, corner, side):
+    """The time of the end, which the only warning of this kind names."""
+    assert run.outcome == "edge-contact"
+    assert entries(run) == [(run.time, corner, side)]
+    return run.time
+
+
 def test_a_box_falls_on_a_peak():
     """Its lower side is a metre over the peak, at y = 0; the corners of the box are over the valleys."""
     box = sf.Posture.box(2.0, 1.0, terrain=[(-3, -3), (0, -1), (3, -3)])
     run = sf.simulate(box, (0, 0, 0), (0, 0, 0))
-    [(t, corner, side)] = entries(run)
-    assert corner == (0.0, -1.0)
-    assert side == 1
-    assert t == pytest.approx(math.sqrt(2 / G), rel=1e-8)
-    speed = G * t
-    # It is reported at the depth of 1e-9 of the half diagonal.
-    assert 0 <= t - math.sqrt(2 / G) <= 3e-9 * math.hypot(1, 0.5) / speed
+    t = ends_at(run, (0.0, -1.0), 1)
+    assert t == pytest.approx(math.sqrt(2 / G), rel=1e-12)
+    assert run.q == pytest.approx((0, -1, 0), abs=1e-12)
+    assert run.qdot == pytest.approx((0, -G * t, 0), rel=1e-12)
+    assert "only contacts meet the ground" in run.warnings[0]
+    assert 'edges = "ignore"' in run.warnings[0]
+    assert np.isnan(run.forces_at(run.time)).all()
+    on = sf.simulate(box, (0, 0, 0), (0, 0, 0), edges="ignore")
+    assert entries(on) == entries(run)
+    assert (on.outcome, on.time > t) == ("rest", True)
+
+
+def test_a_box_turns_about_its_corner_onto_a_peak():
+    """In free turn and fall: the right lower corner of the box is at (1/2, 0), the peak is under the middle of the lower side."""
+    peak = [(-3, -3), (0, -1), (3, -3)]
+    box = sf.Posture.box(1.0, 1.0, gravity=0.0, terrain=peak)
+    run = sf.simulate(box, (0, 0, 0), (0, -1.0, 0.3))
+    t = ends_at(run, (0.0, -1.0), 1)
+    # In the axes of the body: y = cos(ωt)(t − 3/2) is the height of the peak over the centre, and −1/2 that of the side.
+    low, high = 0.9, 1.1
+    for _ in range(60):
+        middle = (low + high) / 2
+        outside = math.cos(0.3 * middle) * (middle - 1.5) < -0.5
+        low, high = (middle, high) if outside else (low, middle)
+    assert t == pytest.approx(low, rel=1e-12)
+
+
+def test_a_box_that_would_fly_away_meets_a_corner():
+    """One corner of the box is below the table, one above it, and neither lands. With and without a time limit, and with a limit before."""
+    box = sf.Posture.box(2.0, 1.0, gravity=0.0, terrain=[(-1.2, -9), (1.2, -9)])
+    start = (10.0, -9.5, 0), (-2.0, 0, 0)
+    for limit in (None, 10.0):
+        run = sf.simulate(box, *start, time_limit=limit)
+        t = ends_at(run, (1.2, -9.0), 4)
+        assert t == pytest.approx(3.9, rel=1e-12)
+    assert sf.simulate(box, *start, edges="ignore").outcome == "escape"
+    before = sf.simulate(box, *start, time_limit=3.8)
+    assert (before.outcome, before.time) == ("time-limit", 3.8)
+    assert not entries(before)
+    away = sf.simulate(box, start[0], (2.0, 0, 3.0))
+    assert (away.outcome, away.warnings) == ("escape", [])
+    # It only turns: without gravity, about its centre of mass. The peak is 0.1 m beside the side.
+    box = sf.Posture.box(2.0, 1.0, gravity=0.0, terrain=[(-4, -4), (0, -0.1), (4, -4)])
+    for omega in (1.0, 1e6):
+        run = sf.simulate(box, (0, 0, 0), (0, 0, omega))
+        t = ends_at(run, (0.0, -0.1), 1)
+        assert t == pytest.approx(math.acos(0.5 / 0.6) / omega, rel=1e-12)
 
 
 def test_a_box_tips_over_the_end_of_a_table():
     box = sf.Posture.box(1.0, 1.0, friction=1.0, terrain=[(-1, 0), (1, 0)])
-    run = sf.simulate(box, (1.1, 0, 0), (0, 0, 0), time_limit=0.5, stop="time")
+    assert ends_at(sf.simulate(box, (1.1, 0, 0), (0, 0, 0)), (1.0, 0.0), 1) == 0
+    run = sf.simulate(
+        box, (1.1, 0, 0), (0, 0, 0), time_limit=0.5, stop="time", edges="ignore"
+    )
     [(t, corner, side)] = entries(run)
-    assert (corner, side) == ((1.0, 0.0), 1)
-    assert 0 <= t < 1e-3
+    assert (t, corner, side) == (0, (1.0, 0.0), 1)
     assert depths(box, run.at(0.4)[0], corner)[0] > 1e-3
 
 
@@ -78,12 +132,56 @@ def test_a_box_that_stands_over_a_corner_of_the_ground_is_not_inside_it():
     assert run.outcome == "rest"
     assert not run.warnings
     narrow = sf.Posture.box(0.2, 0.2, friction=0.3, terrain=step)
-    run = sf.simulate(narrow, (0, 0, 0), (0.9, 0, 0), time_limit=0.2, stop="time")
-    [(t, corner, side)] = entries(run)
-    assert (corner, side) == ((0.2, 0.0), 1)
+    t = ends_at(sf.simulate(narrow, (0, 0, 0), (0.9, 0, 0)), (0.2, 0.0), 1)
     deceleration = 0.3 * G
     leaves = (0.9 - math.sqrt(0.81 - 2 * deceleration * 0.1)) / deceleration
-    assert leaves < t < leaves + 1e-3
+    assert t == pytest.approx(leaves, rel=1e-12)
+
+
+def test_a_box_slides_with_its_side_against_a_point():
+    """In a contact phase: a point of the ground sticks out over the level that the box slides on. Its time of contact is that of a
+    slide without friction and with it, also if the slide would be endless."""
+    terrain = [(-9, 0), (3, 0), (3, 0.8), (2, 0.5), (3, 3)]
+    for friction, speed in [(0.0, 2.0), (0.1, 3.0)]:
+        box = sf.Posture.box(1.0, 1.0, friction=friction, terrain=terrain)
+        t = ends_at(sf.simulate(box, (0, 0, 0), (speed, 0, 0)), (2.0, 0.5), 2)
+        pull = friction * G
+        way = 3 / (speed + math.sqrt(speed**2 - 3 * pull))
+        assert t == pytest.approx(way, rel=1e-12)
+
+
+def test_the_ends_of_all_segments_are_corners():
+    """Each contact has its own segment, with a gap between them. The body falls by half a metre; its right corner lands, the left one is
+    over the gap, and the body begins to turn about the right one."""
+    body = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.6,
+        center_of_mass=(0, 0.5),
+        contacts=[
+            sf.Contact((-1, 0), segment=(-3, 0.5)),
+            sf.Contact((1, 0), segment=(-0.5, 3)),
+        ],
+        restitution=0.0,
+        outline=[(-1, 0), (1, 0), (1, 1), (-1, 1)],
+    )
+    t = ends_at(sf.simulate(body, (1.2, 0.5, 0), (0, 0, 0)), (0.5, 0.0), 1)
+    assert t == pytest.approx(math.sqrt(1 / G), rel=1e-12)
+    flat = sf.simulate(body, (0, 0.5, 0), (0, 0, 0))
+    assert (flat.outcome, entries(flat)) == ("rest", [])
+
+
+def test_a_body_with_a_corner_of_the_ground_in_it_does_not_start():
+    """Its contacts are over the ground, the peak is 0.2 m deep in it."""
+    box = sf.Posture.box(2.0, 1.0, terrain=[(-3, -3), (0, 0.2), (3, -3)])
+    kick = [sf.Kick(time=0.0, impulse=(0, 1.0))]
+    for keywords in ({}, {"kicks": kick}, {"record": False}, {"impact": "moreau"}):
+        run = sf.simulate(box, (0, 0, 0), (0, 0, 0), **keywords)
+        assert (run.outcome, run.time) == ("edge-contact", 0)
+        assert re.search(
+            r"\(0\.0, 0\.2\) m lies in the body, nearest to side 1 of", run.warnings[0]
+        )
+    on = sf.simulate(box, (0, 0, 0), (0, 0, 0), edges="ignore")
+    assert "lies in the body" in on.warnings[0]
 
 
 def test_a_posture_without_outline_and_a_ground_without_corners_have_no_warning():
@@ -102,19 +200,41 @@ def test_a_posture_without_outline_and_a_ground_without_corners_have_no_warning(
     assert not entries(sf.simulate(valley, (0, 0, 0), (0, 0, 0)))
 
 
-def test_it_is_said_without_a_record_and_after_a_kick():
+def test_it_is_the_same_without_a_record_in_many_runs_and_after_a_kick():
     box = sf.Posture.box(2.0, 1.0, terrain=[(-3, -3), (0, -1), (3, -3)])
-    whole = sf.simulate(box, (0, 0, 0), (0, 0, 0), time_limit=1.0)
-    bare = sf.simulate(box, (0, 0, 0), (0, 0, 0), time_limit=1.0, record=False)
-    assert bare.warnings == whole.warnings
+    for edges in ("end", "ignore"):
+        keywords = {"time_limit": 1.0, "edges": edges}
+        whole = sf.simulate(box, (0, 0, 0), (0, 0, 0), **keywords)
+        bare = sf.simulate(box, (0, 0, 0), (0, 0, 0), record=False, **keywords)
+        many = sf.simulate_many(box, (0, 0, 0), [(0, 0, 0)] * 3, **keywords)
+        assert bare.warnings == whole.warnings
+        assert (bare.outcome, bare.time) == (whole.outcome, whole.time)
+        assert set(many.outcome) == {whole.outcome}
+        assert set(many.time) == {whole.time}
+    assert whole.outcome != "edge-contact"
     kick = [sf.Kick(time=0.1, impulse=(0, -1.0))]
-    kicked = sf.simulate(box, (0, 0, 0), (0, 0, 0), time_limit=1.0, kicks=kick)
-    [(t, *_)] = entries(kicked)
+    late = [*kick, sf.Kick(time=0.9, impulse=(0, -1.0))]
     fall = G * 0.1 + 1.0
     rest = 1 - G * 0.1**2 / 2
-    assert t == pytest.approx(
-        0.1 + (math.sqrt(fall**2 + 2 * G * rest) - fall) / G, rel=1e-8
-    )
+    for kicks in (kick, late):
+        kicked = sf.simulate(box, (0, 0, 0), (0, 0, 0), time_limit=1.0, kicks=kicks)
+        t = ends_at(kicked, (0.0, -1.0), 1)
+        assert t == pytest.approx(
+            0.1 + (math.sqrt(fall**2 + 2 * G * rest) - fall) / G, rel=1e-12
+        )
+        assert ("kick" in kicked.warnings[-1]) == (kicks == late)
+
+
+def test_a_saved_run_ends_again_at_the_edge(tmp_path):
+    box = sf.Posture.box(2.0, 1.0, terrain=[(-3, -3), (0, -1), (3, -3)])
+    run = sf.simulate(box, (0, 0, 0), (0, 0, 0))
+    run.save(tmp_path / "run.json")
+    assert sf.Run.load(tmp_path / "run.json").outcome == "edge-contact"
+    scene = sf.Scene(box, (0, 0, 0), (0, 0, 0), {"edges": "ignore"})
+    scene.save(tmp_path / "box.toml")
+    assert sf.load(tmp_path / "box.toml").simulate().outcome == "rest"
+    with pytest.raises(ValueError, match=r"edges.*end.*ignore"):
+        sf.simulate(box, (0, 0, 0), (0, 0, 0), edges="contact")
 
 
 def random_scene(rng):
@@ -148,15 +268,21 @@ def random_scene(rng):
 
 
 def test_entries_are_those_of_samples():
-    """The depth of all corners of the ground at 4 000 times of each run, by the winding of the polygon around them."""
+    """The depth of all vertices of the ground at 4 000 times of each run that goes on, by the winding of the polygon around them. The run
+    that ends at the first entry has the same events before."""
     rng = np.random.default_rng(2511)
     seen = 0
     for _ in range(RUNS):
         posture, q, qdot = random_scene(rng)
-        run = sf.simulate(
-            posture, q, qdot, stop="time", time_limit=2.0, event_limit=3000
+        scene = sf.Scene(
+            posture,
+            q,
+            qdot,
+            {"stop": "time", "time_limit": 2.0, "event_limit": 3000},
         )
+        run = scene.simulate(edges="ignore")
         told = {corner: t for t, corner, _ in entries(run)}
+        assert len(told) == len(entries(run))
         times = np.linspace(0, run.time, 4000)
         states = run.at(times)[0]
         vertices = [tuple(map(float, v)) for v in posture.terrain]
@@ -169,17 +295,79 @@ def test_entries_are_those_of_samples():
                 continue
             seen += 1
             first = told[corner]
-            assert abs(depths(posture, run.at(first)[0], corner)[0]) < 1e-7, (
-                posture,
-                q,
-                qdot,
-                corner,
-            )
-            assert not len(inside) or times[inside[0]] >= first - 1e-12
+            at_entry = depths(posture, run.at(first)[0], corner)[0]
+            assert abs(at_entry) < 2 * DEPTH, (posture, q, qdot, corner)
+            assert not len(inside) or times[inside[0]] >= first
+        ended = scene.simulate()
+        assert (ended.outcome == "edge-contact") == bool(told), (posture, q, qdot)
+        if told:
+            assert ended.time == min(told.values())
+            before = run.impacts[run.impacts["time"] < ended.time]
+            same = ended.impacts[ended.impacts["time"] < ended.time]
+            assert np.array_equal(before["time"], same["time"])
     assert seen > RUNS / 4
 
 
-def test_a_concave_vertex_of_the_terrain_is_not_watched():
+def stairs(rng):
+    """A box or an L thrown on stairs that go down to the right."""
+    count = int(rng.integers(3, 7))
+    tread, rise = rng.uniform(0.3, 1.2), rng.uniform(0.1, 0.5)
+    edges = [
+        [(k * tread, -k * rise), (k * tread, -(k + 1) * rise)] for k in range(count)
+    ]
+    flat = [vertex for edge in edges for vertex in edge]
+    terrain = [(-20, 0), *flat, (20 + count * tread, -count * rise)]
+    keywords = {
+        "friction": rng.choice([0.0, rng.uniform(0.05, 1.0)]),
+        "restitution": rng.choice([0.0, rng.uniform(0.0, 0.7)]),
+        "terrain": terrain,
+    }
+    if rng.random() < 0.5:
+        body = sf.Posture.box(rng.uniform(0.2, 1.0), rng.uniform(0.2, 1.0), **keywords)
+    else:
+        size = rng.uniform(0.2, 1.0)
+        shape = [(0, 0), (1, 0), (1, 0.4), (0.4, 0.4), (0.4, 1), (0, 1)]
+        body = sf.Posture.polygon([(size * x, size * y) for x, y in shape], **keywords)
+    q = (rng.uniform(-1, count * tread), rng.uniform(1.5, 2.5), rng.uniform(-3.1, 3.1))
+    qdot = (rng.normal(), rng.normal(), 4 * rng.normal())
+    laws = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
+    return body, q, qdot, str(rng.choice(laws))
+
+
+def test_no_side_passes_through_the_edge_of_a_stair():
+    """At 2 000 times before the end of each run no vertex of the stairs is inside the body. At the end of a run that meets an edge, the
+    edge is on the side that the warning names; the other runs have no such warning."""
+    rng = np.random.default_rng(88)
+    ends = Counter()
+    for _ in range(STAIRS):
+        body, q, qdot, law = stairs(rng)
+        run = sf.simulate(
+            body, q, qdot, impact=law, time_limit=10.0, event_limit=20_000
+        )
+        ends[run.outcome] += 1
+        radius = np.hypot(*(np.array(body.outline) - body.center_of_mass).T).max()
+        states = run.at(np.linspace(0, run.time, 2000))[0]
+        vertices = [tuple(map(float, v)) for v in body.terrain]
+        deepest = max(depths(body, states, vertex).max() for vertex in vertices)
+        assert deepest <= DEPTH * radius, (body, q, qdot, law, deepest)
+        assert bool(entries(run)) == (run.outcome == "edge-contact")
+        if run.outcome == "edge-contact":
+            [(t, corner, side)] = entries(run)
+            assert t == run.time
+            outline = np.array(body.outline)
+            a, b = outline[side - 1], outline[side % len(outline)]
+            center = np.array(body.center_of_mass)
+            sine, cosine = math.sin(run.q[2]), math.cos(run.q[2])
+            off = corner - center - run.q[:2]
+            p = center + np.array([[cosine, sine], [-sine, cosine]]) @ off
+            along = (b - a) / math.hypot(*(b - a))
+            assert abs(along[0] * (p - a)[1] - along[1] * (p - a)[0]) < 2 * DEPTH
+            assert -1e-8 < along @ (p - a) < math.hypot(*(b - a)) + 1e-8
+    print(f"\n{STAIRS} throws on stairs: {dict(ends)}")
+    assert ends["edge-contact"] > STAIRS / 5
+
+
+def test_a_concave_vertex_of_the_terrain_enters_no_body():
     """No point of a body gets into it from above, since all corners that are convex are contacts."""
     rng = np.random.default_rng(3)
     for _ in range(20):
@@ -191,11 +379,38 @@ def test_a_concave_vertex_of_the_terrain_is_not_watched():
             terrain=[(-50, 20), (0, -1), (50, 20)],
         )
         run = sf.simulate(box, (0, 1, rng.uniform(-3, 3)), rng.normal(size=3))
+        assert run.outcome != "edge-contact"
         assert not entries(run)
         assert (
             depths(box, run.at(np.linspace(0, run.time, 200))[0], (0.0, -1.0)).max()
             < 1e-9
         )
+
+
+def test_a_concave_vertex_enters_after_a_corner():
+    """With edges="ignore" the body sinks over the whole peak, and then down to the valleys beside it."""
+    terrain = [
+        (-1, 0),
+        (-0.4, 0),
+        (-0.1, -0.8),
+        (0, -0.1),
+        (0.1, -0.8),
+        (0.4, 0),
+        (1, 0),
+    ]
+    body = sf.Posture(
+        mass=1.0,
+        gyration_radius=0.3,
+        center_of_mass=(0, 1),
+        contacts=[sf.Contact((-0.9, 1.5)), sf.Contact((0.9, 1.5))],
+        restitution=0.0,
+        terrain=terrain,
+        outline=[(-0.3, 0.1), (0.3, 0.1), (0.9, 1.5), (-0.9, 1.5)],
+    )
+    run = sf.simulate(body, (0, 0, 0), (0, 0, 0), edges="ignore")
+    found = [(corner, side) for _, corner, side in entries(run)]
+    assert found[0] == ((0.0, -0.1), 1)
+    assert {corner for corner, _ in found[1:]} >= {(-0.1, -0.8), (0.1, -0.8)}
 
 
 def test_outlines_in_files_copies_and_errors(tmp_path):

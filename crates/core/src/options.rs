@@ -64,6 +64,18 @@ pub enum Stop {
     Time,
 }
 
+/// What happens where a corner of the ground enters a body with an outline through one of its sides: only contacts meet the ground, so that
+/// the motion computed from then on is not that of the whole body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Edges {
+    /// The run ends, with the outcome `edge-contact`.
+    #[default]
+    End,
+    /// The run goes on, with a warning for each corner.
+    Ignore,
+}
+
 /// The options of a run. The field names are the keywords in Python.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -104,6 +116,9 @@ pub struct Options {
     #[serde(with = "crate::serial::numbers::extended")]
     #[schemars(with = "crate::serial::numbers::Extended")]
     pub neighbourhood: f64,
+    /// What happens where a corner of the ground enters a body with an outline.
+    #[serde(deserialize_with = "crate::serial::values::word")]
+    pub edges: Edges,
     /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
     /// relative to the size of the body. The error of the time of a Zeno point early in a long run is relative to the duration of the
     /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
@@ -126,6 +141,7 @@ impl Default for Options {
             time_limit: None,
             event_limit: 1_000_000,
             neighbourhood: f64::INFINITY,
+            edges: Edges::End,
             tolerance: 1e-12,
             record: true,
             certify: false,
@@ -184,6 +200,7 @@ impl Options {
             time_limit: Some(dt),
             event_limit: RESIMULATED_EVENTS,
             record: false,
+            edges: Edges::Ignore,
             ..*self
         }
     }

@@ -74,11 +74,13 @@ pub enum Outcome {
     TimeLimit,
     /// The run reached the event limit.
     EventLimit,
+    /// A corner of the ground meets a side of the body, where it has no contact; a warning has the corner and the side.
+    EdgeContact,
 }
 
 impl Outcome {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Rest,
         Self::Zeno,
         Self::Escape,
@@ -87,6 +89,7 @@ impl Outcome {
         Self::Ambiguous,
         Self::TimeLimit,
         Self::EventLimit,
+        Self::EdgeContact,
     ];
 
     /// The name of the outcome in Python and in files.
@@ -101,6 +104,7 @@ impl Outcome {
             Self::Ambiguous => "ambiguous",
             Self::TimeLimit => "time-limit",
             Self::EventLimit => "event-limit",
+            Self::EdgeContact => "edge-contact",
         }
     }
 }

@@ -193,8 +193,8 @@ const ARGUMENT_WORDS: [&str; 8] = [
     STABILITY_WORDS[2], // no argument
 ];
 
-const OUTCOMES: [Outcome; 8] = Outcome::ALL;
-const OUTCOME_WORDS: [&str; 8] = [
+const OUTCOMES: [Outcome; 9] = Outcome::ALL;
+const OUTCOME_WORDS: [&str; 9] = [
     OUTCOMES[0].as_str(),
     OUTCOMES[1].as_str(),
     OUTCOMES[2].as_str(),
@@ -203,6 +203,7 @@ const OUTCOME_WORDS: [&str; 8] = [
     OUTCOMES[5].as_str(),
     OUTCOMES[6].as_str(),
     OUTCOMES[7].as_str(),
+    OUTCOMES[8].as_str(),
 ];
 
 /// Place of a word in a list that has them all.

@@ -15,7 +15,8 @@ pub(crate) const STEEPEST_REACHED: f64 = 1e-6;
 /// ground would otherwise lift a contact, or hit it, by its rounding error. Range: 2 to 16.
 pub(crate) const KICK_ROUNDINGS: f64 = 4.0;
 
-/// Gap of a contact that counts as touching, at the start and at vertices of the terrain. Unit: size of the body.
+/// Gap of a contact that counts as touching, at the start and at vertices of the terrain; and distance of a corner of the ground from a side
+/// of the body at the start of a motion in which it enters. Unit: size of the body.
 /// Positions in doubles carry rounding of about 1e-16 of their size. A larger value would hide a wrong start, a smaller one refuse a
 /// right one. Range: 1e-14 to 1e-9.
 pub const TOUCH: f64 = 1e-12;
@@ -405,7 +406,8 @@ pub(crate) const BOUND_MARGIN: f64 = 1e-12;
 pub(crate) const START_LIFT: f64 = 1e-9;
 
 /// Depth of a corner of the ground in the body from which on it has entered the body. Unit: largest distance of a corner of the body
-/// from its centre of mass. Above the rounding of positions along a run. A larger value would report an entry later, by depth over speed.
+/// from its centre of mass. Above the rounding of positions along a run. A larger value would miss entries that are not deeper; the time of
+/// an entry is that of depth zero and does not depend on it.
 /// Range: 1e-12 to 1e-6.
 pub(crate) const EDGE_DEPTH: f64 = 1e-9;
 

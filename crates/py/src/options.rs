@@ -21,6 +21,7 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "time_limit" => options.time_limit = input::time_limit(value)?,
         "event_limit" => options.event_limit = input::event_limit(value)?,
         "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
+        "edges" => options.edges = call("edges", input::edges(value)?)?,
         "tolerance" => options.tolerance = input::tolerance(value)?,
         "record" => options.record = input::record(value)?,
         "certify" => options.certify = input::certify(value)?,
@@ -67,6 +68,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("time_limit", options.time_limit)?;
     dict.set_item("event_limit", options.event_limit)?;
     dict.set_item("neighbourhood", options.neighbourhood)?;
+    dict.set_item("edges", word(&options.edges))?;
     dict.set_item("tolerance", options.tolerance)?;
     dict.set_item("record", options.record)?;
     dict.set_item("certify", options.certify)?;

@@ -288,7 +288,7 @@ impl PyRun {
         let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
         let start = run.start();
         if let Some((model, gaps, rates)) = run.local_start() {
-            for name in ["model", "impact", "neighbourhood", "tolerance"] {
+            for name in ["model", "impact", "neighbourhood", "edges", "tolerance"] {
                 keywords.del_item(name)?;
             }
             let model = local_model(py, model)?;
@@ -306,7 +306,8 @@ impl PyRun {
     }
 
     /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is consistent), "ambiguous"
-    /// (several contact modes are consistent), "time-limit" or "event-limit".
+    /// (several contact modes are consistent), "time-limit", "event-limit" or "edge-contact" (a corner of the ground meets a side of the
+    /// body; run.warnings has the corner and the side).
     #[getter]
     fn outcome(&self) -> &str {
         self.0.outcome().as_str()
@@ -527,7 +528,7 @@ impl PyRun {
     /// of their forces, in the axes of the first piece.
     ///
     /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end of a run that does not determine
-    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous. Raises ValueError as `at`.
+    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous or ends with "edge-contact". Raises ValueError as `at`.
     ///
     /// >>> import math
     /// >>> import standfast as sf

@@ -292,6 +292,11 @@ impl Posture {
         self.0.outline.as_ref()
     }
 
+    /// The terrain of all contacts, or that of each; empty: one piece without ends for each.
+    pub(crate) fn grounds(&self) -> &[Ground] {
+        &self.0.grounds
+    }
+
     /// The terrain that contact `i` may touch; `None`: one piece without ends.
     pub(crate) fn ground(&self, i: usize) -> Option<&Ground> {
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))

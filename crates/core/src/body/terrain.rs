@@ -334,14 +334,10 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The vertices in which the ground is convex, and the ends of the terrain, in m.
-    pub(crate) fn corners(&self) -> Vec<Vector2<f64>> {
-        let convex = |&k: &usize| self.turn(k) == Ordering::Less;
-        let between = (1..self.pieces.len()).filter(convex).map(|k| self.pieces[k].ends[0].vertex);
-        let last = self.pieces.len() - 1;
-        let ends = [self.pieces[0].ends[0], self.pieces[last].ends[1]];
-        let ends = ends.into_iter().filter(|end| !end.is_endless()).map(|end| end.vertex);
-        ends.chain(between).collect()
+    /// Its vertices, in m; those between two pieces twice.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = Vector2<f64>> {
+        let ends = self.pieces.iter().flat_map(|piece| piece.ends);
+        ends.filter(|end| !end.is_endless()).map(|end| end.vertex)
     }
 
     /// Piece `k`, or the one at the end beyond which `k` lies; and whether it is piece `k`.

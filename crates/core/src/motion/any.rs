@@ -18,6 +18,7 @@ use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::BodyState;
+use crate::sustained::edges::Path;
 use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
@@ -189,8 +190,27 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Runs to the outcome; `None` if cancelled.
     pub(crate) fn run(&mut self) -> Option<()> {
-        self.write_flight(); // also for a run that ends at once
-        self.run_on()
+        match self.begin() {
+            Some(outcome) => self.close(outcome),
+            None => self.run_on(),
+        }
+    }
+
+    /// Writes the first span, also of a run that ends at once. An outcome: the run ends here.
+    pub(super) fn begin(&mut self) -> Option<Outcome> {
+        self.write_flight();
+        self.enters(0.0)
+    }
+
+    /// Flies on to the first corner of the ground that enters the body within `t` (s), if the run ends there.
+    fn enters(&mut self, t: f64) -> Option<Outcome> {
+        let Self { body, log, edges, record, options, .. } = self;
+        let at = |t| body.state.flown(t);
+        let path = Path::new(&body.posture, &at);
+        let time = |t| options.clock(log.clock.after(t));
+        let t = edges.end(path, t, Some(body.state.fall), time, &mut record.warnings)?;
+        (body.state, log.clock) = (body.state.flown(t), log.clock.after(t));
+        Some(Outcome::EdgeContact)
     }
 
     /// The state and the modes at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events
@@ -217,12 +237,8 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     pub(super) fn write_flight(&mut self) {
-        let Self { body, log, edges, record, options, .. } = self;
-        let word = ContactValues::from_elem(Mode::Separate, body.state.points.len());
-        let (time, warnings) = (|clock| options.clock(clock), &mut record.warnings);
-        edges.begin(&body.posture, &body.state, &word, log.clock, time, warnings);
         if self.log.record {
-            let word = PerContact::from_slice(&word);
+            let word = PerContact::from_elem(Mode::Separate, self.body.state.points.len());
             self.write(Motion::Modes(Box::new(self.body.state.clone()), word));
         }
     }
@@ -360,7 +376,11 @@ impl<'a> Driver<'a, AnyContacts> {
         let fall =
             |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
         if t > left || t == f64::INFINITY || fall(t) > DEPARTED {
-            if left == f64::INFINITY || fall(left) > DEPARTED {
+            let departs = left == f64::INFINITY || fall(left) > DEPARTED;
+            if let Some(outcome) = self.enters(left.max(0.0)) {
+                return Some(outcome);
+            }
+            if departs {
                 return Some(Outcome::Escape);
             }
             self.body.state = self.body.state.flown(left.max(0.0));
@@ -370,6 +390,9 @@ impl<'a> Driver<'a, AnyContacts> {
         if self.body.state.frozen.is_none() && self.loses_place(t, fall(t)) {
             self.log.phase_lost = true;
             return Some(Outcome::EventLimit);
+        }
+        if let Some(outcome) = self.enters(t) {
+            return Some(outcome);
         }
         self.body.state = self.body.state.flown(t);
         self.log.clock = self.log.clock.after(t);

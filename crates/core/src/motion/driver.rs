@@ -18,7 +18,6 @@ use crate::collisions::log::Log;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
-use crate::motion::edge_watch::EdgeWatch;
 use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Limit, NestedSequence};
@@ -26,6 +25,7 @@ use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
+use crate::sustained::edges::EdgeWatch;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 
 /// The warning of a run in which nothing is hit because the body falls off its ground.
@@ -151,7 +151,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             fresh: true,
             nested: NestedSequence::default(),
             watch: GroundWatch::new(base.posture.as_ref()),
-            edges: EdgeWatch::new(base.posture.as_ref()),
+            edges: EdgeWatch::new(base.posture.as_ref(), options),
             record: Box::new(Record::new(base, warnings)),
             options: *options,
             body,
@@ -218,10 +218,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             _ => C::moment(self),
         };
         self.watch_moment(&end);
-        if let Some(posture) = &self.record.base.posture {
-            let time = |clock| self.options.clock(clock);
-            self.edges.end(posture, self.log.clock, time, &mut self.record.warnings);
-        }
         C::last_warnings(self);
         let faces_down = |posture: &Posture| posture.geometry().iter().all(|k| k.normal.y < 0.0);
         if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
@@ -328,7 +324,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             end = self.stretches(&mut phase, &posture);
         }
         self.cause = phase.cause;
-        self.record.warnings.extend(phase.warning.take());
+        self.record.warnings.append(&mut phase.warnings);
         self.record.undecided = phase.undecided.take().map(Box::new);
         self.record.acceleration = phase.acceleration.take();
         let body = phase.body;
@@ -356,10 +352,9 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let Self { log, record, nested, watch, edges, local, options, .. } = self;
         let (recorded, first_collision) = (log.record, log.collisions.len());
         let Record { spans, warnings, .. } = &mut **record;
-        let end = phase.run(log, &mut |body, word, clock, cause| {
+        let end = phase.run(log, edges, &mut |body, word, clock, cause| {
             nested.hold(word, clock);
             watch.look_at(posture, body, *local, || options.clock(clock), warnings);
-            edges.begin(posture, body, word, clock, |clock| options.clock(clock), warnings);
             if recorded {
                 let motion = Motion::Modes(Box::new(body.clone()), word.into());
                 spans.push(Span { clock, motion, cause, first_collision });
@@ -386,6 +381,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let Some(limit) = self.nested.land(b, &body, clock, size, fastest, left) else {
             return DriverStep::Piece;
         };
+        let posture = self.record.base.posture.as_ref();
+        if posture.is_some_and(|posture| self.edges.is_inside(posture, &limit.end)) {
+            return DriverStep::Piece; // it has entered in one of the cycles
+        }
         C::sum_cycles(self, body, limit).into()
     }
 

@@ -3,7 +3,6 @@
 mod any;
 mod arrivals;
 mod driver;
-mod edge_watch;
 pub(crate) mod frame;
 mod ground_watch;
 mod impacts;

@@ -49,8 +49,11 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
     pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
-        if self.fresh {
-            self.write_flight();
+        if self.fresh
+            && let Some(outcome) = self.begin()
+        {
+            self.record.warnings.extend(missed_kicks(changes));
+            return self.close(outcome);
         }
         for (k, change) in changes.iter().enumerate() {
             if change.elapsed >= options.end() {

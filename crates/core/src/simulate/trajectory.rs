@@ -330,8 +330,9 @@ impl Trajectory {
         self.record.end.rates.to_vec()
     }
 
-    /// Warnings: ties, a start with a small penetration that counts as touching, ground that was probably not intended (see
-    /// [`Contact`](crate::Contact)), friction that [`Impact::Newton`](crate::options::Impact::Newton) ignores.
+    /// Warnings: corners of the ground that enter the body (see [`Edges`](crate::options::Edges)), ties, a start with a small penetration
+    /// that counts as touching, ground that was probably not intended (see [`Contact`](crate::Contact)), friction that
+    /// [`Impact::Newton`](crate::options::Impact::Newton) ignores.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.record.warnings
@@ -563,7 +564,8 @@ impl Trajectory {
     /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
     ///
     /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
-    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), and if it is inconsistent or ambiguous.
+    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), if it is inconsistent or ambiguous, and
+    /// where a corner of the ground meets a side.
     ///
     /// # Errors
     ///
@@ -576,7 +578,7 @@ impl Trajectory {
             let motion = &self.record.spans[piece.span].motion;
             piece.flight.is_none() && matches!(motion, Motion::Tail(..) | Motion::Cycles { .. })
         };
-        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
+        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous, Outcome::EdgeContact];
         let undetermined = |piece: &Piece| open.contains(&self.outcome()) || of_sum(piece);
         match piece {
             Some((piece, _)) if t == self.time() && undetermined(piece) => Ok(unknown),

@@ -12,6 +12,7 @@
 //! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from each other exactly,
 //! to any order. A step is a polynomial, and its events are roots of polynomials.
 
+pub(crate) mod edges;
 mod endless;
 mod excitation;
 mod facing;

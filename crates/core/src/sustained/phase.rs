@@ -15,6 +15,7 @@ use crate::modes::{
 };
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, Outcome};
+use crate::sustained::edges::{EdgeWatch, Path};
 use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
@@ -136,7 +137,7 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) undecided: Option<ContactProblem>,
     /// q̈ of an endless slide.
     pub(crate) acceleration: Option<[f64; 3]>,
-    pub(crate) warning: Option<String>,
+    pub(crate) warnings: Vec<String>,
     /// The cause of this word.
     pub(crate) cause: Option<Cause>,
 }
@@ -192,7 +193,7 @@ impl<'a> ContactPhase<'a> {
             word: PerContact::new(),
             undecided: None,
             acceleration: None,
-            warning: None,
+            warnings: Vec::new(),
             cause,
         }
     }
@@ -240,7 +241,12 @@ impl<'a> ContactPhase<'a> {
     }
 
     /// Simulates word after word until the phase ends. `note` is called at the start of every stretch.
-    pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut Note<'_>) -> PhaseEnd {
+    pub(crate) fn run(
+        &mut self,
+        log: &mut Log<'_>,
+        edges: &mut EdgeWatch,
+        note: &mut Note<'_>,
+    ) -> PhaseEnd {
         let mut last = None;
         let mut swings: Vec<Swing> = Vec::new();
         loop {
@@ -275,7 +281,7 @@ impl<'a> ContactPhase<'a> {
                 swings.retain(|before| !before.is_like(&now));
                 swings.push(now);
             }
-            let next = self.hold(acceleration, last, &starting, &changed, log, note);
+            let next = self.hold(acceleration, last, [&starting, &changed], log, edges, note);
             match next {
                 StretchEnd::End(end) => {
                     if end == PhaseEnd::Outcome(Outcome::Inconsistent) {
@@ -360,7 +366,7 @@ impl<'a> ContactPhase<'a> {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
             });
             let (asked, modes) = solved.map_err(|error| {
-                self.warning = Some(format!("the contact modes could not be solved: {error}"));
+                self.warnings.push(format!("the contact modes could not be solved: {error}"));
                 Outcome::EventLimit
             })?;
             problem = Some(asked);
@@ -402,9 +408,9 @@ impl<'a> ContactPhase<'a> {
         &mut self,
         mut acceleration: [f64; 3],
         mut last: Option<StretchEnd>,
-        starting: &[bool],
-        changed: &[bool],
+        [starting, changed]: [&[bool]; 2],
         log: &mut Log<'_>,
+        edges: &mut EdgeWatch,
         note: &mut Note<'_>,
     ) -> StretchEnd {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
@@ -513,10 +519,16 @@ impl<'a> ContactPhase<'a> {
             let [ax, ay, _] = acceleration;
             let way = t * (body.center.v.norm() + t * libm::hypot(ax, ay));
             // A body that is farther away than any bound has no further event either.
-            if t == f64::INFINITY
-                || way > DEPARTED
-                || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY
-            {
+            let endless = t == f64::INFINITY || way > DEPARTED;
+            let (at, free) = (|t| step.at(body, t), endless.then_some(Vector2::new(ax, ay)));
+            let clock = |t| self.options.clock(log.clock.after(t));
+            let path = Path::new(posture, &at);
+            if let Some(t) = edges.end(path, t, free, clock, &mut self.warnings) {
+                *body = step.at(body, t);
+                log.clock = log.clock.after(t);
+                return outcome(Outcome::EdgeContact);
+            }
+            if endless || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY {
                 self.acceleration = Some(acceleration);
                 // In frozen geometry, a body with contacts in flight and no further event flies away.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);

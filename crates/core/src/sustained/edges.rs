@@ -1,0 +1,278 @@
+//! Finds, during a run of a body with an outline, the corners of the ground that enter the body through one of its sides. Only contacts
+//! meet the ground, so that the motion after such an entry is not that of the whole body.
+//!
+//! In the axes of the body, with its centre of mass x + r as origin, a corner V of the ground moves as
+//!
+//! ```text
+//! p = R(−θ)(V − x − r),   ṗ = −ω (−p_y, p_x) − R(−θ) ṙ
+//! ```
+//!
+//! In an interval of time it stays in the hull of the four control points of the cubic with p and ṗ of both ends, up to the error of this
+//! cubic, which is measured in the middle. An interval whose hull lies off the sides of the body contains no entry, nor does one in which
+//! the centre of mass stays farther from the corner than all of the body; all others are halved. The time of an entry is the root of the
+//! depth of the corner below the side.
+
+use nalgebra::Vector2;
+
+use crate::body::outline::Outline;
+use crate::body::posture::Posture;
+use crate::body::terrain::Ground;
+use crate::math::roots::bracketed;
+use crate::math::turn::Turn;
+use crate::options::{Edges, Options};
+use crate::sustained::BodyState;
+use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, TOUCH};
+
+/// Watches the corners of the ground, each until it has entered the body.
+#[derive(Debug, Clone)]
+pub(crate) struct EdgeWatch {
+    /// The corners that have not entered it, world axes, in m. Those in which the ground is concave enter after another one, or after a
+    /// corner of the body that is no contact has passed through the ground.
+    corners: Vec<Vector2<f64>>,
+    /// Whether the run ends where one enters.
+    ends: bool,
+}
+
+/// A smooth motion of the body.
+#[derive(Clone, Copy)]
+pub(crate) struct Path<'a> {
+    posture: &'a Posture,
+    /// The body a time after the start, in s.
+    at: &'a dyn Fn(f64) -> BodyState,
+}
+
+/// A corner of the ground at an instant, in the axes of the body.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Time since the start of the motion, in s.
+    t: f64,
+    p: Vector2<f64>,
+    /// ṗ, in m/s.
+    v: Vector2<f64>,
+    /// The centre of mass from the corner in the axes of the world, in m, and its velocity.
+    center: [Vector2<f64>; 2],
+    /// In rad/s.
+    omega: f64,
+}
+
+/// A corner of the ground enters the body.
+struct Entry {
+    /// Time since the start of the motion, in s.
+    t: f64,
+    corner: Vector2<f64>,
+    /// The number of the side, from 1.
+    side: usize,
+    /// Whether it lies in the body at the start of the motion.
+    inside: bool,
+}
+
+/// The control points of the cubic through two instants.
+fn control_points(
+    dt: f64,
+    [p, v]: [Vector2<f64>; 2],
+    [q, w]: [Vector2<f64>; 2],
+) -> [Vector2<f64>; 4] {
+    [p, p + v * (dt / 3.0), q - w * (dt / 3.0), q]
+}
+
+/// Bound of the error of a cubic with these control points, from the true value in its middle.
+fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
+    MEASURED_ERROR * (0.125 * (hull[0] + hull[3]) + 0.375 * (hull[1] + hull[2]) - middle).norm()
+}
+
+impl EdgeWatch {
+    /// A new watch; most postures need none.
+    pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
+        let watched = posture.filter(|posture| posture.outline().is_some());
+        let grounds = watched.map_or(&[][..], Posture::grounds);
+        let mut corners: Vec<_> = grounds.iter().flat_map(Ground::vertices).collect();
+        corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        corners.dedup();
+        Self { corners, ends: options.edges == Edges::End }
+    }
+
+    /// When the run ends because a corner enters the body, if within `dt` of the start of this motion (s). `free`: the acceleration of the
+    /// centre of mass, if it is constant; the motion may then be endless. `time`: on the clock, of a time since the start.
+    pub(crate) fn end(
+        &mut self,
+        path: Path<'_>,
+        mut dt: f64,
+        free: Option<Vector2<f64>>,
+        time: impl Fn(f64) -> f64,
+        warnings: &mut Vec<String>,
+    ) -> Option<f64> {
+        let outline = path.posture.outline().filter(|_| !self.corners.is_empty())?;
+        if let Some(acceleration) = free {
+            dt = dt.min(self.passed(path, outline.radius, acceleration));
+        }
+        if !dt.is_finite() {
+            return None;
+        }
+        let near = path.neighbourhood(dt, outline.radius);
+        let near = self.corners.iter().filter(|corner| near(corner));
+        let mut entries: Vec<Entry> =
+            near.filter_map(|corner| path.entry(outline, corner, dt)).collect();
+        entries.sort_by(|one, other| one.t.total_cmp(&other.t));
+        if self.ends {
+            entries.truncate(1);
+        }
+        for entry in &entries {
+            self.corners.retain(|corner| *corner != entry.corner);
+            warnings.push(entry.warning(time(entry.t), self.ends));
+        }
+        entries.first().filter(|_| self.ends).map(|entry| entry.t)
+    }
+
+    /// Whether a corner that has not entered it lies in this body.
+    pub(crate) fn is_inside(&self, posture: &Posture, body: &BodyState) -> bool {
+        let path = Path { posture, at: &|_| body.clone() };
+        let inside =
+            |outline: &Outline| self.corners.iter().any(|v| outline.holds(&path.see(v, 0.0).p));
+        posture.outline().is_some_and(inside)
+    }
+
+    /// The time from which on a body with this acceleration is beyond all corners for good; one turn for a body that only turns.
+    fn passed(&self, path: Path<'_>, radius: f64, acceleration: Vector2<f64>) -> f64 {
+        let BodyState { center, spin, .. } = (path.at)(0.0);
+        let pull = acceleration.norm();
+        let way = if pull > 0.0 { acceleration } else { center.v }.try_normalize(0.0);
+        let Some(way) = way else {
+            return if spin.omega == 0.0 { 0.0 } else { std::f64::consts::TAU / spin.omega.abs() };
+        };
+        let at = Vector2::from(path.posture.fields().center_of_mass) + center.r;
+        let ahead = self.corners.iter().map(|corner| way.dot(&(corner - at)));
+        let (ahead, speed) = (ahead.fold(0.0, f64::max) + radius, way.dot(&center.v));
+        let root = (speed * speed + 2.0 * pull * ahead).sqrt();
+        if speed > 0.0 { 2.0 * ahead / (speed + root) } else { (root - speed) / pull }
+    }
+}
+
+impl Entry {
+    fn warning(&self, t: f64, ends: bool) -> String {
+        let Self { corner, side, inside, .. } = self;
+        let what = if *inside {
+            format!("lies in the body, nearest to side {side} of its outline")
+        } else {
+            format!("enters the body through side {side} of its outline")
+        };
+        let then = if ends { ": the run ends here; edges = \"ignore\" lets it go on" } else { "" };
+        format!(
+            "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}; only contacts meet the ground, so that the \
+             motion from then on is not that of the whole body{then}",
+            corner.x, corner.y,
+        )
+    }
+}
+
+impl<'a> Path<'a> {
+    pub(crate) fn new(posture: &'a Posture, at: &'a dyn Fn(f64) -> BodyState) -> Self {
+        Self { posture, at }
+    }
+
+    /// Tells of a corner whether the body comes near it within this time.
+    fn neighbourhood(&self, dt: f64, radius: f64) -> impl Fn(&Vector2<f64>) -> bool + use<> {
+        let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).center);
+        let hull = control_points(dt, [start.r, start.v], [end.r, end.v]);
+        let margin = radius + error(&hull, &middle.r);
+        let limits = |axis: usize| {
+            let values = hull.map(|p| p[axis]);
+            [
+                values.into_iter().fold(f64::INFINITY, f64::min) - margin,
+                values.into_iter().fold(f64::NEG_INFINITY, f64::max) + margin,
+            ]
+        };
+        let limits = [limits(0), limits(1)];
+        let center = Vector2::from(self.posture.fields().center_of_mass);
+        move |corner| {
+            let from = corner - center;
+            (0..2).all(|axis| from[axis] >= limits[axis][0] && from[axis] <= limits[axis][1])
+        }
+    }
+
+    fn see(&self, corner: &Vector2<f64>, t: f64) -> Seen {
+        let BodyState { center, spin, .. } = (self.at)(t);
+        let turn = Turn::by(-spin.theta);
+        let back =
+            |v: Vector2<f64>| v + Vector2::new(-v.y, v.x) * turn.sin - v * turn.one_minus_cos;
+        let from = Vector2::from(self.posture.fields().center_of_mass) + center.r - corner;
+        let p = back(-from);
+        let v = -Vector2::new(-p.y, p.x) * spin.omega - back(center.v);
+        Seen { t, p, v, center: [from, center.v], omega: spin.omega }
+    }
+
+    /// When and where the corner enters the body, if within this time.
+    fn entry(&self, outline: &Outline, corner: &Vector2<f64>, dt: f64) -> Option<Entry> {
+        let mut now = self.see(corner, 0.0);
+        let entry = |t: f64, side: usize, inside: bool| Entry { t, corner: *corner, side, inside };
+        if outline.holds(&now.p) {
+            return Some(entry(0.0, outline.nearest_side(&now.p).number(), true));
+        }
+        let mut ends = vec![self.see(corner, dt)];
+        while let Some(&end) = ends.last() {
+            let span = end.t - now.t;
+            let middle = self.see(corner, now.t + 0.5 * span);
+            let hull = control_points(span, [now.p, now.v], [end.p, end.v]);
+            let error = error(&hull, &middle.p);
+            let turn = span * now.omega.abs().max(end.omega.abs());
+            let inside = outline.holds(&end.p);
+            let off = || turn <= CUBIC_TURN && outline.is_off_sides(&hull, error);
+            if !inside && (off() || now.is_far_until(&end, &middle, outline.radius)) {
+                now = end;
+                ends.pop();
+                continue;
+            }
+            let extent = hull.iter().map(|p| (p - now.p).norm()).fold(error, f64::max);
+            if extent > outline.depth && middle.t > now.t && middle.t < end.t {
+                ends.push(middle);
+                continue;
+            }
+            if inside {
+                let side = outline.nearest_side(&end.p);
+                let t = self.crossing(corner, [now.t, end.t], TOUCH * outline.radius, |seen| {
+                    side.depth(&seen.p, &seen.v)
+                });
+                return Some(entry(t, side.number(), false));
+            }
+            now = end;
+            ends.pop();
+        }
+        None
+    }
+
+    /// When the depth of a corner below a side became positive, in s. It is positive at time `t`, after a short interval from `before` on.
+    /// A depth of `-touch` (m) at the start counts as zero. `depth`: in m, and its rate in m/s.
+    fn crossing(
+        &self,
+        corner: &Vector2<f64>,
+        [before, t]: [f64; 2],
+        touch: f64,
+        depth: impl Fn(&Seen) -> [f64; 2],
+    ) -> f64 {
+        let mut back = t - before;
+        loop {
+            let from = (t - back).max(0.0);
+            let [height, _] = depth(&self.see(corner, from));
+            if height < -touch {
+                let above = |t: f64| {
+                    let [depth, rate] = depth(&self.see(corner, t));
+                    (-depth, -rate)
+                };
+                return bracketed(from, t, above);
+            }
+            if from == 0.0 {
+                return 0.0;
+            }
+            back *= 2.0;
+        }
+    }
+}
+
+impl Seen {
+    /// Whether the centre of mass stays farther than this from the corner until another instant, from its place in the middle.
+    fn is_far_until(&self, end: &Self, middle: &Self, radius: f64) -> bool {
+        let hull = control_points(end.t - self.t, self.center, end.center);
+        let [from, _] = middle.center;
+        let margin = (radius + error(&hull, &from)) * from.norm();
+        hull.iter().all(|point| point.dot(&from) > margin)
+    }
+}
