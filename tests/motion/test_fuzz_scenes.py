@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import standfast as sf
 from bodies import LAWS, draw_contacts, draw_order, lift
+from walls import flush_box, random_scene
 
 #: Number of random scenes.
 SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "250"))
@@ -74,13 +75,44 @@ def draw(rng):
     return size, posture, q, qdot, options
 
 
+def draw_on_walls(rng, flush):
+    """One to three contacts between walls and overhangs, or the four corners of a box flush with a wall and the floor."""
+    posture, qdot = flush_box(rng) if flush else random_scene(rng)[1:3]
+    law = str(rng.choice(LAWS))
+    options = {
+        "model": "full",
+        "impact": law,
+        "simultaneous": draw_order(rng, law),
+        "time_limit": rng.choice([None, 4.0]),
+        "record": False,
+    }
+    return 1.0, posture, np.zeros(3), qdot, options
+
+
+def over_terrain(run):
+    """Whether each contact is between the ends of the terrain and not below all of it, where a body falls that has passed an end."""
+    posture = run.posture
+    if posture.terrain is None:
+        return np.full(len(posture.contacts), True)
+    points = np.array([contact.point for contact in posture.contacts])
+    x, y = (points - posture.center_of_mass).T
+    cos, sin = math.cos(run.q[2]), math.sin(run.q[2])
+    arms = np.array([cos * x - sin * y, sin * x + cos * y])
+    x, y = arms + np.array(posture.center_of_mass)[:, None] + run.q[:2, None]
+    (left, _), *_, (right, _) = posture.terrain
+    lowest = min(y for _, y in posture.terrain)
+    return (x > left) & (x < right) & (y > lowest)
+
+
 def flaws(size, options, run):
     """Violations that no run may have."""
     found = []
-    state = np.concatenate([run.q, run.qdot, run.gaps, run.rates, [run.time]])
-    if not np.isfinite(state).all():
+    state = np.concatenate([run.q, run.qdot, run.rates, [run.time]])
+    # Only beyond the end of a terrain there is no ground.
+    gaps = np.isnan(run.gaps) if run.posture.terrain else ~np.isfinite(run.gaps)
+    if not np.isfinite(state).all() or gaps.any():
         found.append("not finite")
-    if min(run.gaps) < -1e-9 * size:
+    if (np.array(run.gaps) < -1e-9 * size)[over_terrain(run)].any():
         found.append("in the terrain")
     limit = options["time_limit"]
     if not 0 <= run.time <= (math.inf if limit is None else limit):
@@ -98,7 +130,9 @@ def flaws(size, options, run):
 def outcome(seed):
     """Number of contacts, outcome and event limit of a scene; where this limit ends it, also whether a time limit is reached
     instead."""
-    size, posture, q, qdot, options = draw(np.random.default_rng([2026, seed]))
+    rng = np.random.default_rng([2026, seed])
+    drawn = draw(rng) if seed % 5 < 3 else draw_on_walls(rng, flush=seed % 5 == 4)
+    size, posture, q, qdot, options = drawn
     for limit in EVENTS:
         run = sf.simulate(posture, q, qdot, **options, event_limit=limit)
         assert run.collisions <= limit + BURST

@@ -77,6 +77,29 @@ def random_scene(rng):
         return terrain, posture, rng.normal(size=3) * 3, options
 
 
+def flush_box(rng):
+    """A box whose sides are flush with a wall and the floor, with one corner in the vertex, or at a small distance from one or both;
+    and its velocity."""
+    width, height = rng.uniform(0.3, 2, 2)
+    x, y = (
+        rng.choice([0.0, rng.uniform(0, 0.3)]),
+        rng.choice([0.0, rng.uniform(0, 0.3)]),
+    )
+    corners = [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
+    friction = rng.choice([0.0, rng.uniform(0, 1.5)])
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=rng.uniform(0.2, 0.6) * max(width, height),
+        center_of_mass=(x + rng.uniform(0.2, 0.8) * width, y + 0.5 * height),
+        contacts=[sf.Contact(corner, friction=friction) for corner in corners],
+        restitution=rng.choice([0.0, rng.uniform(0, 0.9)]),
+        gravity=G,
+        terrain=[(0.0, 9.0), (0.0, 0.0), (9.0, 0.0)],
+    )
+    across = [-1.0, -1.0, 0.0] if rng.random() < 0.5 else rng.normal(size=3)
+    return posture, np.array(across) * rng.choice([0.0, rng.uniform(0, 3)])
+
+
 def nearest_piece(terrain, points):
     """Index of the piece of a polyline that is nearest to each of the points (n, 2)."""
     vertices = np.array(terrain)
