@@ -691,3 +691,34 @@ def test_odd_stances():
     )
     with pytest.raises(ValueError, match=r"contacts\.2\.point"):
         sf.stability(above)
+
+
+STABLE_AND_SLOW = [
+    (
+        [((-0.4632230163368922, -0.08402464480497274), -0.9243133774365195, 1.4582901710179872), ((0.8328475190432763, 0.2368658655528847), 0.13375657651788586, 1.4582901710179872)],
+        (-0.3842337896434158, -0.38153597669066897), 1.8529777787025563, 0.2736334406028906, 1.3680379323461123,
+        (0.6167241631619179, 0.3852424502963321, 0.11644127419558212),
+    ),
+    (
+        [((-0.46524653413940565, 0.06141253745629538), 0.3774253617542046, 0.7204969605992044), ((0.34612437250553346, 0.496152296880388), 0.3774253617542046, 1.4030394131419033)],
+        (-0.44652588936611226, 1.0692637076500984), 0.6753674688163422, 0.6619934769232863, 1.0035989968788661,
+        (0.23747917418430256, 0.19788606297391756, -0.11095024386306357),
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("feet", "center", "rho", "e", "mass", "kick"), STABLE_AND_SLOW
+)
+def test_a_body_rests_in_the_local_model_at_the_time_of_small_kicks_of_the_full_one(
+    feet, center, rho, e, mass, kick
+):
+    """Many accumulations in turn: the error of their sums sustained a slide of 1e-11 of the kick for ever."""
+    contacts = [
+        sf.Contact(point, slope=slope, friction=mu) for point, slope, mu in feet
+    ]
+    body = sf.Posture(mass, rho, center, contacts, e)
+    local = sf.simulate(body, (0, 0, 0), kick, model="local", event_limit=20_000)
+    small = sf.simulate(body, (0, 0, 0), np.array(kick) * 1e-6, model="full")
+    assert local.outcome == small.outcome == "rest"
+    assert local.time == pytest.approx(small.time * 1e6, rel=1e-8)

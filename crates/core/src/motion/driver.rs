@@ -306,7 +306,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let Some(posture) = self.record.base.posture.clone() else {
             unreachable!("contact phases belong to a body");
         };
-        let (options, tolerance) = (self.options, C::sliding_tolerance(self));
+        // After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time.
+        let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
+        let unknown = last.map_or(0.0, |last| last.error * body.gravity);
+        let (options, tolerance) = (self.options, C::sliding_tolerance(self).max(unknown));
         let brief = body.frozen.is_some() && !self.local;
         let mut phase = ContactPhase::new(&posture, body, tolerance, brief, &options, self.cause);
         phase.close(&mut rests);
