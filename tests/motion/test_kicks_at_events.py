@@ -27,12 +27,18 @@ APART = 1e-13
 SLOW = 5e-6
 
 
-def unknown_speed(run, time):
-    """Of the impacts at this time, m/s: zero if they are faster than SLOW."""
-    near = np.abs(run.impacts["time"] - time) < APART
-    hits = run.impacts[near]
+def unknown_speed(run, event, time):
+    """Of the slow impacts about an event, up to a time, m/s; zero if the last one before this time is not slow."""
+    times = run.impacts["time"]
+    hits = run.impacts[(times > event - LATER) & (times < time)]
     speeds = -hits["rates_before"][np.arange(len(hits)), hits["index"]]
-    return 2 * speeds.max() if len(speeds) and speeds.max() < SLOW else 0.0
+    slow = len(speeds) and speeds[-1] < SLOW
+    return 2 * speeds[speeds < SLOW].max() if slow else 0.0
+
+
+def several_contacts_are_hit(run, event):
+    near = np.abs(run.impacts["time"] - event) < APART
+    return len(np.unique(run.impacts["contact"][near])) > 1
 
 
 def event_times(run):
@@ -43,7 +49,7 @@ def event_times(run):
 def test_a_kick_of_zero_changes_nothing():
     rng = np.random.default_rng(4304)
     seen = Counter()
-    while seen.total() < KICKS:
+    while seen.total() - seen["several at once"] < KICKS:
         _, body, qdot, options = walls.random_scene(rng)
         options["event_limit"], q = 3000, (0, 0, 0)
         base = sf.simulate(body, q, qdot, **options)
@@ -65,18 +71,29 @@ def test_a_kick_of_zero_changes_nothing():
             before_next = 0.5 * (event + later[0]) if len(later) else np.inf
             t = min(event + LATER, before_next, base.time, kicked.time)
             assert kicked.time >= min(base.time, event) - APART, (kicked, base)
+            seen[near] += 1
+            if min(base.time, kicked.time) < event + APART:
+                assert (
+                    kicked.outcome == base.outcome
+                )  # at the end of the last accumulation
+                continue
+            if several_contacts_are_hit(base, event):
+                seen["several at once"] += (
+                    1  # rounding errors decide the order of their impacts
+                )
+                continue
             gaps, known = kicked.gaps_at(t), base.gaps_at(t)
             about = (near, event, body, q, qdot, options)
             # Beside the ends of the terrain a gap may be negative.
             assert np.all(gaps >= np.minimum(known, 0) - SAME), about
-            same = SAME + unknown_speed(base, event)
+            same = SAME + unknown_speed(base, event, t)
             for one, other in zip(kicked.at(t), base.at(t), strict=True):
                 np.testing.assert_allclose(
                     one, other, atol=same, rtol=0, err_msg=str(about)
                 )
             np.testing.assert_array_equal(np.isfinite(gaps), np.isfinite(known))
-            seen[near] += 1
     print(dict(seen))
+    assert seen["several at once"] < 0.2 * KICKS
 
 
 def test_a_kick_at_the_recorded_time_of_an_impact_acts_after_it():

@@ -222,6 +222,10 @@ pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
 /// Range: 2 to 16 machine epsilons.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
 
+/// Largest sliding speed that counts as zero after a sum of impacts whose time has an error. Unit: the sliding speed that counts as zero
+/// elsewhere. Errors of nested sums give some hundred. Range: 1e2 to 1e4.
+pub(crate) const SLOWEST_KNOWN: f64 = 1e3;
+
 /// Gap of a contact that lands together with another one. Unit: bound of the rounding of the gap. The bound leaves out the errors of the
 /// body's own motion, which add a few times as much to all gaps. Range: 4 to 64.
 pub(crate) const LANDS_TOGETHER: f64 = 16.0;

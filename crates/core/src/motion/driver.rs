@@ -27,6 +27,7 @@ use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
+use crate::tolerance::SLOWEST_KNOWN;
 
 /// The warning of a run in which nothing is hit because the body falls off its ground.
 const FACES_DOWN: &str = "no contact is hit, because the ground of all contacts faces down; the ground lies on the right-hand side of a \
@@ -306,10 +307,12 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let Some(posture) = self.record.base.posture.clone() else {
             unreachable!("contact phases belong to a body");
         };
-        // After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time.
+        // After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time. Where a contact is
+        // hardly pressed to its ground that error is large, and tells nothing about the other contacts.
         let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
         let unknown = last.map_or(0.0, |last| last.error * body.gravity);
-        let (options, tolerance) = (self.options, C::sliding_tolerance(self).max(unknown));
+        let (options, tolerance) = (self.options, C::sliding_tolerance(self));
+        let tolerance = tolerance.max(unknown.min(SLOWEST_KNOWN * tolerance));
         let brief = body.frozen.is_some() && !self.local;
         let mut phase = ContactPhase::new(&posture, body, tolerance, brief, &options, self.cause);
         phase.close(&mut rests);
