@@ -46,8 +46,11 @@ impl Driver<'_, AnyContacts> {
             }
             let (body, posture) = (&self.body.state, &self.body.posture);
             let error = body.position_error(j, posture);
+            // Up to a later time, what has not been reached is compared by its time.
+            let reached = if later { 0.0 } else { error };
             let comes = |gap: f64, rate: f64| {
-                gap.abs() <= error && rate < 0.0 || later && is_due(gap, rate)
+                let now = gap <= reached || later && is_due(gap, rate);
+                rate < 0.0 && gap >= -error && now
             };
             if let Some(side) = body.end_reached(j, comes) {
                 let distance = std::mem::take(&mut self.body.state.points[j].place.sides[side]);
