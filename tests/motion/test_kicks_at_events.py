@@ -106,3 +106,26 @@ def test_a_kick_at_the_recorded_time_of_an_impact_acts_after_it():
         assert run.at(np.nextafter(time, 9))[1][1] == pytest.approx(
             up + 0.25, abs=1e-14
         )
+
+
+def test_a_kick_at_a_landing_between_walls_keeps_the_ground():
+    """The floor is not next to the piece under which the contact is: its gap of -1e-16 m counted as behind it."""
+    at = (-0.8132055810656555, 1.4686091033214461)
+    terrain = [
+        (-25.84556199348131, 0.004952326310626466),
+        (1.8649493357704408, 0.0),
+        (2.030356092743995, 1.3870612205340678),
+        (-0.49892384951389007, 1.411634548318553),
+        (-0.551015471766247, 25.84556199348131),
+    ]
+    contact = sf.Contact(at, friction=0.534207834839808)
+    body = sf.Posture(0.3028205514992822, 0.16273116532940926, at, [contact], 0.0, terrain=terrain)  # fmt: skip
+    qdot = (-1.496168447411337, -3.065210872001489, -1.5991020566862022)
+    options = {"model": "full", "impact": "moreau", "time_limit": 1.9938453792268962}
+    base = sf.simulate(body, (0, 0, 0), qdot, **options)
+    [landing] = base.impacts["time"]
+    for early in (1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0, -1e-15):
+        kick = sf.Kick(landing - early, (0, 0))
+        run = sf.simulate(body, (0, 0, 0), qdot, kicks=[kick], **options)
+        assert len(run.impacts) == 1
+        np.testing.assert_allclose(run.q, base.q, atol=1e-12)

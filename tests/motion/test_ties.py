@@ -277,3 +277,13 @@ def test_corners_that_come_flush_to_the_ground_are_hit_at_one_instant():
         effects[abs(first - last).max() > 1e-9, scene.e > 0] += 1
     print(dict(seen), dict(effects))
     assert effects[False, True] == 0
+
+
+@pytest.mark.parametrize("wall", [3 + 0.01 * k for k in range(0, 200, 5)])
+def test_a_box_that_slides_flush_into_a_wall_stops(wall):
+    """Without friction and restitution, by Newton's law for both corners. It hopped at 0.6 m/s at most places of the wall."""
+    box = sf.Posture.box(1.0, 2.0, terrain=[(-10.0, 0.0), (wall, 0.0), (wall, 10.0)])
+    run = sf.simulate(box, (0, 0, 0), (2.0, 0, 0), model="full", time_limit=6.0)
+    assert run.outcome == "rest"
+    assert run.time == pytest.approx((wall - 0.5) / 2, rel=1e-12)
+    assert any("contacts 2, 3 collided at the same instant" in w for w in run.warnings)
