@@ -36,8 +36,8 @@ impl Posture {
         self.over(i, ground.find_up(&at, self.vertex_error(&at, q)), &at)
     }
 
-    /// As `under`, for a body that moves: a contact in a convex vertex that leaves the piece which faces down more is on that one, if it moves
-    /// towards it or approaches the other one.
+    /// As `under`, for a body that moves. A contact in a convex vertex is on the piece that faces up less where it moves away from that piece
+    /// and, along the ground, towards it; or away from that piece and into the other one.
     pub(crate) fn under_moving(&self, i: usize, state: &State, frozen: bool) -> Under {
         let under = self.under(i, &state.q, frozen);
         let Some([left, right]) = self.convex_vertex(i, &state.q, frozen) else { return under };

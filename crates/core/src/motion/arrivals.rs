@@ -66,7 +66,8 @@ impl Driver<'_, AnyContacts> {
         self.approaching()
     }
 
-    /// The impacts whose recorded time is `end`, which the run has reached within rounding error.
+    /// The impacts whose recorded time is `end` (s since the start), which the run has reached. The time of a kick less that of the start is
+    /// rounded, so that impacts recorded one rounding error later count, too.
     pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
         let mut coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
         while !coming.is_empty() {
