@@ -329,3 +329,106 @@ def test_contacts_that_rise_out_of_a_plateau_while_others_hold_land_on_it():
             assert not (over & (h[:-1] > 1e-9) & (h[1:] < -1e-9)).any(), k
             risen += (over & (h[:-1] < -1e-9) & (h[1:] > 1e-9)).sum()
     assert risen > 10
+
+
+def narrow(seed, angle):
+    """A contact thrown into a V with this angle (rad) between its pieces: the posture, q̇ and the tip."""
+    rng = np.random.default_rng([11, seed])
+    up, far = rng.uniform(0.1, math.pi - 0.1), 3.0
+    tip = rng.uniform(-1, 1, 2)
+    left, right, at = (
+        tip + length * np.array([math.cos(up + turn), math.sin(up + turn)])
+        for length, turn in (
+            (far, angle / 2),
+            (far, -angle / 2),
+            (rng.uniform(0.2, 1), 0),
+        )
+    )
+    posture = sf.Posture(
+        1.0,
+        rng.uniform(0.1, 1),
+        at + rng.uniform(-1, 1, 2),
+        [sf.Contact(at, friction=rng.choice([0, 0.1, 0.3, 1.0]))],
+        rng.choice([0.0, 0.3]),
+        G,
+        terrain=[left, tip, right],
+    )
+    return posture, rng.normal(size=3), tip
+
+
+@pytest.mark.parametrize("angle", [1e-1, 1e-2, 1e-3, 1e-4])
+def test_impacts_in_a_narrow_vertex_end_at_rest_in_it(angle):
+    """A contact that comes to the tip of a narrow V hits its two pieces in turn, infinitely often at one instant.
+
+    All impulses act at the tip: the angular momentum about it is kept, and the contact has no velocity in the limit. Both
+    together determine the velocity of the body.
+    """
+    ended, checked = Counter(), 0
+    for seed in range(SCENES):
+        posture, qdot, tip = narrow(seed, angle)
+        law = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"][seed % 5]
+        run = sf.simulate(
+            posture,
+            (0, 0, 0),
+            qdot,
+            model="full",
+            impact=law,
+            time_limit=5,
+            event_limit=20000,
+        )
+        ended[run.outcome] += 1
+        at_once = Counter(run.impacts["elapsed"].tolist())
+        for zeno in run.zeno_points:
+            off = math.dist(run.points_at(zeno.elapsed)[0], tip)
+            if at_once[zeno.elapsed] < 64 or off > 1e-9:
+                continue
+            moment = 1e-12 * zeno.elapsed
+            _, before = run.at(zeno.elapsed - moment)
+            com = zeno.q[:2] + posture.center_of_mass
+            v, omega = zeno.qdot[:2], zeno.qdot[2]
+            arm, inertia = com - tip, posture.gyration_radius**2
+            momentum = cross(arm, before[:2]) + inertia * before[2]
+            about_tip = arm @ arm + inertia
+            expected = momentum / about_tip
+            # In the last moment gravity acts, and the impulses act beside the tip.
+            slack = 1e-9 * (1 + math.hypot(*before)) / about_tip
+            assert omega == pytest.approx(expected, abs=slack)
+            # A rate along the normals that is rounding error is a larger speed along the pieces.
+            speed = (1e-13 + 1e-14 / angle) * (1 + math.hypot(*before))
+            assert v == pytest.approx(omega * np.array([-arm[1], arm[0]]), abs=speed)
+            checked += 1
+    assert ended["event-limit"] == 0
+    assert checked >= SCENES // 10
+
+
+def test_a_contact_that_slides_into_a_needle_of_the_ground_comes_to_rest_in_it():
+    """Thousands of impacts at one instant, each slower by less than a hundredth; then the body swings about the tip."""
+    posture = sf.Posture(
+        mass=1.5978595575349932,
+        gyration_radius=0.19445542544077957,
+        center_of_mass=(1.2699567234159383, 0.3201767834308348),
+        contacts=[
+            sf.Contact(
+                (1.5173018180889912, 0.01478158005252082), friction=0.310122773385175
+            )
+        ],
+        restitution=0.29228147943510024,
+        terrain=[
+            (-59.76410899029395, -0.2661166111883893),
+            (-3.440335984403789, 1.0507504129443828),
+            (-2.78850394152986, 0.7776296915367831),
+            (0.08997171234823313, 0.446706309292847),
+            (0.22431724177377604, 0.25623779910049665),
+            (1.3227664353674695, -0.3737499975146229),
+            (1.0831019801278767, -0.5218464064371773),
+            (3.4958948357177424, 0.9371629960340614),
+            (59.76410899029395, -0.44408715298775386),
+        ],
+    )
+    run = sf.simulate(posture, (0, 0, 0), (0, 0, 0), model="full", impact="poisson")
+    assert run.outcome == "sliding"
+    assert len(run.impacts) < 200
+    assert (run.phases[-1].mode, run.phases[-1].cause) == ("F", "zeno")
+    assert run.points_at(run.elapsed)[0] == pytest.approx(
+        [1.0831019801278767, -0.5218464064371773], abs=1e-12
+    )

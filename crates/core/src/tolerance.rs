@@ -234,8 +234,9 @@ pub(crate) const LANDS_TOGETHER: f64 = 16.0;
 /// Range: 2 to 100.
 pub(crate) const LANDS_TOGETHER_SPEED: f64 = 8.0;
 
-/// Horizontal speed of a contact right above a vertex that counts as zero. Unit: machine epsilon times the terms of the speed. The
-/// acceleration then decides to which piece the contact goes. Each crossing of the vertex adds roundings. Range: 4 to 64.
+/// Speed of a contact at a vertex that counts as zero. Unit: machine epsilon times the terms of the speed. It is horizontal right above the
+/// vertex, where the acceleration then decides to which piece the contact goes, or normal to the pieces of a narrow vertex, in which the
+/// contact then rests. Each crossing of the vertex adds roundings. Range: 4 to 64.
 pub(crate) const OVER_VERTEX: f64 = 16.0;
 
 /// Depth below the terrain that is rounding, as a multiple of machine epsilon times the size of the body. The smaller of this and

@@ -35,7 +35,7 @@ impl Driver<'_, AnyContacts> {
             }
             if self.options.policy() == Simultaneous::Newton {
                 return if self.sum_up(chosen[0]) {
-                    self.stop_slow(0.0)
+                    self.wedge_or_stop(chosen, 0.0)
                 } else {
                     self.together(chosen)
                 };
@@ -50,7 +50,7 @@ impl Driver<'_, AnyContacts> {
         let (rate, rounding) = (self.body.state.points[i].u, self.body.state.points[i].rounding);
         let law = self.options.impact;
         if self.sum_up(i) {
-            return self.stop_slow(0.0);
+            return self.wedge_or_stop(&[i], 0.0);
         }
         let Some([p_t, mut p_n]) =
             friction::impulse(law, &w, [self.body.state.slip(i), rate], &material)
@@ -223,16 +223,16 @@ impl Driver<'_, AnyContacts> {
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
         let change = self.body.state.arrest(stopped);
-        for point in &mut self.body.sequence.points {
-            point.change += change;
+        for cycle in &mut self.body.sequence.cycles {
+            cycle.change += change;
         }
     }
 
     /// Applies an impulse (tangential, normal) per unit mass at point `i`.
     pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
         let change = self.body.state.apply_impulse(i, impulse);
-        for point in &mut self.body.sequence.points {
-            point.change += change;
+        for cycle in &mut self.body.sequence.cycles {
+            cycle.change += change;
         }
     }
 }

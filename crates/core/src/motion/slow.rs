@@ -10,7 +10,8 @@ use crate::motion::driver::Driver;
 use crate::outcome::Outcome;
 use crate::sustained::ContactState;
 use crate::tolerance::{
-    CONTACT_STOPPED, HIT_IN_TURN, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH, SUMMED_VELOCITY, TOUCH,
+    CONTACT_STOPPED, HIT_IN_TURN, SELF_SIMILAR, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH,
+    SUMMED_VELOCITY, TOUCH,
 };
 
 /// Impacts of one instant that are simulated one by one before a limit is searched for.
@@ -21,8 +22,11 @@ const LISTED: usize = 64;
 pub(super) struct InstantImpacts {
     clock: Clock,
     hits: usize,
-    /// Per point, since it was hit last.
-    pub(super) points: Vec<SinceLastHit>,
+    /// Number of points of the body.
+    count: usize,
+    /// Per point and piece of ground that has been hit at this instant, since the last such impact. A contact in a narrow vertex hits the
+    /// two pieces in turn.
+    pub(super) cycles: Vec<SinceLastHit>,
 }
 
 impl InstantImpacts {
@@ -32,14 +36,17 @@ impl InstantImpacts {
     }
 }
 
-/// The cycle from one impact at a point to the next one at this point, at one instant.
+/// The cycle from one impact at a point and a piece of ground to the next one there, at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SinceLastHit {
-    /// Gap rates at its start; empty before the first impact.
+    /// The point that is hit, the pieces under all points, and the gap rates of all points, at its start.
+    point: usize,
+    pieces: ContactValues<isize>,
     rates: ContactValues<f64>,
-    /// Change of velocity in this cycle, and in the previous one (`before`).
+    /// Change of velocity in this cycle.
     pub(super) change: Vector3<f64>,
-    before: Option<Vector3<f64>>,
+    /// Of the previous cycle: its change of velocity, and the ratio of the gap rates of the point that is hit at its end and its start.
+    before: Option<(Vector3<f64>, f64)>,
 }
 
 /// Monitor of impacts that are all nearly slow enough to stop.
@@ -100,25 +107,39 @@ impl Driver<'_, AnyContacts> {
     /// Contacts whose rates become zero in the limit are hit infinitely often; they come to rest. Returns whether it summed.
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
+        let pieces: ContactValues<isize> =
+            self.body.state.points.iter().map(|p| p.place.piece).collect();
         let sequence = &mut self.body.sequence;
-        if sequence.clock != self.log.clock || sequence.points.len() != rates.len() {
-            (sequence.clock, sequence.hits) = (self.log.clock, 0);
-            sequence.points.clear();
-            sequence.points.resize(rates.len(), SinceLastHit::default());
+        if sequence.clock != self.log.clock || sequence.count != rates.len() {
+            (sequence.clock, sequence.hits, sequence.count) = (self.log.clock, 0, rates.len());
+            sequence.cycles.clear();
         }
         sequence.hits += 1;
-        let point = &mut sequence.points[i];
-        let before = (!point.rates.is_empty()).then_some(point.change);
-        let next = SinceLastHit {
+        let mut next = SinceLastHit {
+            point: i,
+            pieces,
             rates: ContactValues::from_slice(&rates),
-            change: Vector3::zeros(),
-            before,
+            ..SinceLastHit::default()
         };
-        let SinceLastHit { rates: start, change, before } = std::mem::replace(point, next);
-        let Some(last) = before.filter(|_| sequence.hits > LISTED) else { return false };
-        let ratio = rates[i] / start[i];
+        let same = |cycle: &&mut SinceLastHit| cycle.point == i && cycle.pieces == next.pieces;
+        let Some(cycle) = sequence.cycles.iter_mut().find(same) else {
+            sequence.cycles.push(next);
+            return false;
+        };
+        let ratio = rates[i] / cycle.rates[i];
+        next.before = Some((cycle.change, ratio));
+        let SinceLastHit { rates: start, change, before, .. } = std::mem::replace(cycle, next);
+        let Some((last, before)) = before.filter(|_| sequence.hits > LISTED) else { return false };
         if !(0.0 < ratio && ratio < 1.0) {
             return false;
+        }
+        let alone = sequence.cycles.iter().all(|cycle| cycle.point == i);
+        if alone
+            && sequence.cycles.len() > 1
+            && (ratio - before).abs() <= SELF_SIMILAR * (1.0 - ratio)
+        {
+            self.stop_in_vertex(i);
+            return true;
         }
         let sum = ratio / (1.0 - ratio);
         let few = SEQUENCE_RATIO_ROUNDINGS * f64::EPSILON;
@@ -156,6 +177,21 @@ impl Driver<'_, AnyContacts> {
         }
         self.body.state = end;
         true
+    }
+
+    /// Point `i` hits the two pieces of a vertex in turn at one instant, for ever. In the limit its velocity w is zero; as the impulses of all
+    /// these impacts act at this one point, their sum is P = −W⁻¹w.
+    pub(super) fn stop_in_vertex(&mut self, i: usize) {
+        let (w, slip, rate) = (
+            self.body.state.impact_matrix(i),
+            self.body.state.slip(i),
+            self.body.state.points[i].u,
+        );
+        let determinant = w.tt * w.nn - w.nt * w.nt;
+        let tangential = (w.nt * rate - w.nn * slip) / determinant;
+        let normal = (w.nt * slip - w.tt * rate) / determinant;
+        self.apply_impulse(i, [tangential, normal]);
+        self.body.state.points[i].u = 0.0;
     }
 
     /// Sets contacts to rest, after an impact with the speed `hit` (m/s), that are so slow and so near the ground that the rest of

@@ -3,13 +3,13 @@
 use nalgebra::Vector2;
 
 use crate::body::ground::MOST_IN_VERTICES;
-use crate::body::terrain::Place;
+use crate::body::terrain::{Piece, Place};
 use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{PLACE, STEEPER_PIECE, TOUCH, WEDGED};
+use crate::tolerance::{OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
@@ -107,9 +107,14 @@ impl Driver<'_, AnyContacts> {
         let limit = self.wedged(i);
         // Without gravity a contact may be slow at any height.
         let near = height <= TOUCH * self.body.posture.size();
-        if !(rises > 0.0 && near && square <= limit * limit) {
+        let slow = square <= limit * limit;
+        if !(rises > 0.0 && near && (slow || self.meets_both(i, side, piece))) {
             return false;
         }
+        if !slow {
+            self.stop_in_vertex(i);
+        }
+        let old = self.body.state.points[i];
         let mut p = old;
         (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
         let one = std::mem::replace(&mut self.body.state.points[i], p);
@@ -124,6 +129,18 @@ impl Driver<'_, AnyContacts> {
         }
         self.resting.push(true);
         true
+    }
+
+    /// Whether point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both pieces are
+    /// rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between them.
+    fn meets_both(&self, i: usize, side: usize, other: &Piece) -> bool {
+        let (state, p) = (&self.body.state, &self.body.state.points[i]);
+        let slip = state.slip(i);
+        let inwards = if side == 0 { slip < 0.0 } else { slip > 0.0 };
+        let speed = state.center.v.norm() + p.arm().norm() * state.spin.omega.abs();
+        let least = OVER_VERTEX * f64::EPSILON * speed;
+        let rate = other.normal.dot(&(p.tangent * slip + p.normal * p.u));
+        p.h == 0.0 && p.place.sides[side] == 0.0 && inwards && p.u.abs().max(rate.abs()) <= least
     }
 
     /// Puts contacts that start at rest in vertices on both pieces.

@@ -220,7 +220,11 @@ impl BodyState {
         let rho = self.rho2.sqrt();
         let v = self.center.v;
         let mut velocity = Vector3::new(v.x, v.y, rho * self.spin.omega);
-        let rows = self.independent(modes);
+        // A contact on both pieces of a vertex has no velocity. In a narrow vertex their normal rows determine that badly.
+        let closed = |i: usize| modes[i] != Mode::Separate;
+        let in_vertex = |i: usize| closed(i) && self.twin(i).is_some_and(closed);
+        let held = |i: usize| if in_vertex(i) { Mode::Fixed } else { modes[i] };
+        let rows = self.independent(&(0..modes.len()).map(held).collect::<PerContact<_>>());
         for _ in 0..AGREES {
             let before = velocity.amax();
             for row in &rows {
