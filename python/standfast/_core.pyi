@@ -60,6 +60,9 @@ _By: TypeAlias = Literal[
     "growing-cycle",
     "accelerating-mode",
 ]
+_Reason: TypeAlias = Literal[
+    "ambiguous", "degenerate", "painleve", "modes", "energy", "flight", "cells"
+]
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
 ]
@@ -350,7 +353,7 @@ class Scene:
     def wrench(self) -> _Floats: ...
     @property
     def options(self) -> dict[str, Any]: ...
-    def simulate(self, **override: Any) -> Run: ...
+    def simulate(self, **options: Any) -> Run: ...
     def save(self, path: _Path) -> None: ...
     def to_toml(self) -> str: ...
     def to_json(self) -> str: ...
@@ -661,6 +664,8 @@ class Verdict:
     @property
     def by(self) -> _By | None: ...
     @property
+    def reason(self) -> _Reason | None: ...
+    @property
     def evidence(self) -> Any: ...
     @property
     def delicate(self) -> bool: ...
@@ -724,6 +729,8 @@ def simulate_many(
     q: npt.ArrayLike,
     qdot: npt.ArrayLike,
     *,
+    kicks: Sequence[Kick] = (),
+    ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "newton",
     simultaneous: _Simultaneous | None = None,

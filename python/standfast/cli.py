@@ -18,6 +18,7 @@ import numpy as np
 from cyclopts import (
     App,
     CycloptsError,
+    MissingArgumentError,
     Parameter,
     Token,
     UnusedCliTokensError,
@@ -43,6 +44,12 @@ MOST_VALUES = 10_000_000
 
 #: The path that stands for standard output.
 STDOUT = Path("-")
+
+#: What a command needs, in words, by the name of the argument.
+NEEDED = {
+    "--scene": "a scene file, TOML or JSON, such as examples/stairs.toml",
+    "--over": "--over PATH=LOW:HIGH:COUNT, such as --over center_of_mass.x=-1:1:200",
+}
 
 #: The end of every help page.
 EXIT_CODES = """Exit codes:
@@ -314,6 +321,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(
             f"too many arguments: {' '.join(error.unused_tokens or [])}", 2
         )
+    except MissingArgumentError as error:
+        needed = NEEDED.get(error.argument.name if error.argument else "")
+        command = " ".join(error.command_chain or ())
+        text = f"{command} needs {needed}; standfast {command} --help says more"
+        return _complain(text if needed else str(error), 2)
     except (CycloptsError, ValueError) as error:
         return _complain(str(error), 2)
     return 0

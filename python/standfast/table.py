@@ -137,6 +137,20 @@ ARGUMENTS = {
 }
 
 
+#: Text of the report for each reason why a verdict is undecided.
+UNDECIDED = {
+    "ambiguous": "several contact modes are consistent at rest; rigid-body mechanics does not say which one follows",
+    "degenerate": "the contacts depend on each other, or nearly so",
+    "painleve": "a contact that slides alone jams (Painlevé): no contact mode is consistent",
+    "modes": "after a slide or a landing several contact modes are consistent, or rounding decides",
+    "energy": "frictionless motion need not come to rest on the contacts (lambda > 0 fails)",
+    "flight": "the impacts after a corner cannot be followed to their end with certainty",
+    "cells": "some directions of motion remain open; verdict.evidence lists them",
+}
+#: What to try where no argument decides.
+TRY = "try stability(posture, trials=1000): random small kicks, which are evidence and no proof"
+
+
 #: Text of the report for each reason why a verdict has no bound on the amplification of a kick.
 NO_BOUND = {
     "not-stable": "the posture is not proved stable",
@@ -189,6 +203,9 @@ def verdict_table(verdict: sf.Verdict) -> str:
     lines = [f"  stability         {verdict.frictional_stability}{argument}"]
     if verdict.by is not None:
         lines.append(f"    {ARGUMENTS[verdict.by]}")
+    if verdict.reason is not None:
+        lines.append(f"    {UNDECIDED[verdict.reason]}")
+        lines += [f"    {TRY}"] * (verdict.trials is None)
     lines += [
         f"  equilibrium       {_yes(verdict.equilibrium)}: {where}",
         "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",

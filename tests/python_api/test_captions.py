@@ -190,7 +190,7 @@ def test_a_run_is_called_what_it_is(name):
     assert axes[0].get_title(loc="left") == headline
     logarithmic = [a for a in axes if a.get_xscale() == "log"]
     assert len(logarithmic) == accumulates
-    assert shown in repr(run)
+    assert shown.removesuffix(">") in repr(run)
     printed = account(run, name)
     assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in printed
     # Without infinitely many impacts no text mentions them or a Zeno point.

@@ -225,7 +225,7 @@ def test_a_wrong_argument(tmp_path, monkeypatch, ask, kind, message):
 #: Arguments of the command, and the message after its name. `rod.toml` and a folder `folder.json` exist.
 ON_THE_LINE = [
     ("walk", 'Unknown command "walk". Available commands: run, modes, stability, map, schema.'),
-    ("run", 'Command "run" parameter --scene requires an argument.'),
+    ("run", "run needs a scene file, TOML or JSON, such as examples/stairs.toml; standfast run --help says more"),
     ("run rod.toml --colour", "Unknown option: --colour."),
     ("run rod.toml rod.toml", "too many arguments: rod.toml"),
     ("run nowhere.toml", "nowhere.toml: No such file or directory"),
@@ -241,7 +241,7 @@ ON_THE_LINE = [
     ("map rod.toml --over mass=1:2:3 --netcdf rod.toml", "--netcdf rod.toml: is the scene file"),
     ("map rod.toml --over mass=1:2:3 --netcdf nowhere/map.nc", "--netcdf nowhere/map.nc: nowhere is not a directory"),
     ("--install-completion --shell tcsh", 'Invalid value "tcsh" for --shell. Choose from: "zsh", "bash", "fish", "powershell".'),
-    ("map rod.toml", 'Command "map" parameter --over requires an argument.'),
+    ("map rod.toml", "map needs --over PATH=LOW:HIGH:COUNT, such as --over center_of_mass.x=-1:1:200; standfast map --help says more"),
     ("map rod.toml --over mass=1:2", "--over mass=1:2: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
     ("map rod.toml --over mass=1e308:-1e308:3", "--over mass=1e308:-1e308:3: PATH=LOW:HIGH:COUNT is needed, such as center_of_mass.x=-1:1:200"),
     ("map rod.toml --over mass=-1:1:3", "--over mass=-1:1:3: mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),

@@ -65,6 +65,18 @@ pub(crate) struct Change {
     pub(crate) kicks: Vec<Kick>,
 }
 
+/// The warning about an acceleration of the ground that never ends; `None`: it ends, or there is none.
+pub(crate) fn lasting(motion: Option<&GroundMotion>) -> Option<String> {
+    let motion = motion?;
+    let ([x, y], time) = (*motion.acceleration.last()?, motion.times.last()?);
+    ([x, y] != [0.0; 2]).then(|| {
+        format!(
+            "ground_motion: the last acceleration, ({x:?}, {y:?}) m/s^2, lasts from t = {time:?} s on for ever; \
+             a last entry (0, 0) ends the shaking"
+        )
+    })
+}
+
 /// The warning about kicks among changes that a run does not reach; `None`: there is none.
 pub(crate) fn missed_kicks(changes: &[Change]) -> Option<String> {
     let mut kicks = changes.iter().flat_map(|change| &change.kicks);

@@ -14,7 +14,7 @@ use crate::options::Options;
 use crate::outcome::Outcome;
 use crate::simulate::parallel::in_blocks;
 use crate::simulate::simulate_until;
-use crate::stability::{Argument, Conditions, Stability, conditions, judge};
+use crate::stability::{Argument, Conditions, Stability, conditions, equilibrium_margin, judge};
 
 /// Largest number of points of a grid: 0.8 GB for each quantity.
 pub const MOST_POINTS: usize = 100_000_000;
@@ -276,6 +276,11 @@ impl Quantity {
 }
 
 impl OfConditions {
+    /// Whether it is defined for any number of contacts.
+    fn is_static(self) -> bool {
+        matches!(self, Self::Equilibrium | Self::EquilibriumMargin)
+    }
+
     fn of(self, found: &Conditions) -> f64 {
         let flag = |value: bool| f64::from(u8::from(value));
         match self {
@@ -509,19 +514,27 @@ impl Sweep {
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, Error> {
         let posture = self.posture(point)?;
-        let asks = |test: fn(&Quantity) -> bool| self.quantities.iter().any(test);
-        let verdict = if asks(|q| matches!(q, Quantity::Verdict(_))) {
-            let bound = asks(|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
+        // Equilibrium is defined for any number of contacts.
+        let statics = posture.contacts().len() != 2;
+        let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
+        let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
+            let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
             Some(judge(&posture, bound)?)
         } else {
             None
         };
         let found = match &verdict {
             Some(verdict) => Some(verdict.conditions),
-            None if asks(|q| matches!(q, Quantity::Condition(_))) => Some(conditions(&posture)?),
+            None if asks(
+                &|q| matches!(q, Quantity::Condition(field) if !(statics && field.is_static())),
+            ) =>
+            {
+                Some(conditions(&posture)?)
+            }
             None => None,
         };
-        let run = if asks(|q| q.needs_run()) {
+        let balance = statics.then(|| equilibrium_margin(&posture).1);
+        let run = if asks(&|q| q.needs_run()) {
             let Some((state, options)) = &self.run else {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
                 return Err(unusable("q", "None", allowed));
@@ -534,6 +547,13 @@ impl Sweep {
             None
         };
         for (value, quantity) in row.iter_mut().zip(&self.quantities) {
+            if let (Quantity::Condition(field), Some(margin)) = (quantity, balance)
+                && field.is_static()
+            {
+                let flag = f64::from(u8::from(margin >= 0.0));
+                *value = if *field == OfConditions::Equilibrium { flag } else { margin };
+                continue;
+            }
             *value = match (quantity, &found, &verdict, &run) {
                 (Quantity::Condition(field), Some(found), _, _) => field.of(found),
                 (Quantity::Verdict(field), _, Some(verdict), _) => match field {

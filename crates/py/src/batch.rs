@@ -4,12 +4,14 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::outcome::{End, FirstZeno};
-use standfast::simulate::{Resources, simulate_many_until, simulate_until};
+use standfast::simulate::{Resources, simulate_excited_until, simulate_many_excited_until};
 use standfast::{Error, Options, Posture, State};
 
 use crate::convert::{array, question};
 use crate::error::to_py;
+use crate::excitation::{PyGroundMotion, PyKick};
 use crate::input;
 use crate::interrupt::interruptible;
 use crate::options;
@@ -31,6 +33,7 @@ pub(crate) struct PyRuns {
     postures: Vec<Posture>,
     states: Vec<State>,
     options: Options,
+    excitation: Excitation,
     ends: Vec<End>,
 }
 
@@ -77,7 +80,14 @@ impl PyRuns {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, Vec<[f64; 3]>, Vec<[f64; 3]>))> {
         let simulate = py.import("standfast")?.getattr("simulate_many")?;
-        let many = question(simulate, &options::get(py, &self.options)?)?;
+        let keywords = options::get(py, &self.options)?;
+        if !self.excitation.is_none() {
+            let kicks: Vec<_> = self.excitation.kicks.iter().map(|kick| PyKick(*kick)).collect();
+            keywords.set_item("kicks", kicks)?;
+            let motion = self.excitation.ground_motion.clone().map(PyGroundMotion);
+            keywords.set_item("ground_motion", motion)?;
+        }
+        let many = question(simulate, &keywords)?;
         let postures: Vec<_> = self.postures.iter().cloned().map(PyPosture).collect();
         let postures = match <[PyPosture; 1]>::try_from(postures) {
             Ok([posture]) => posture.into_pyobject(py)?.into_any(),
@@ -97,7 +107,9 @@ impl PyRuns {
         let i = input::run_index(index, self.ends.len())?;
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
         let options = Options { record: true, ..self.options };
-        stopped(py, |cancel| simulate_until(posture, &self.states[i], &options, cancel))
+        stopped(py, |cancel| {
+            simulate_excited_until(posture, &self.states[i], &options, &self.excitation, cancel)
+        })
     }
 
     /// How the runs ended, as in `Run.outcome`.
@@ -235,19 +247,22 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 
 /// The motions of many postures, or of one posture from many states, as Runs.
 ///
-/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. threads : number of
+/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, ground_motion : as for
+/// `simulate`, the same in each run. threads : number of
 /// threads; None uses every core, with at least 16 runs for each. The other keywords are those of `simulate`; `record` and `certify`
 /// have no effect here: use runs[i], which repeats run i with all its events. Each run has the same result, to the last bit, as a
 /// call of `simulate`, with any number of threads.
 ///
 /// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
-#[pyo3(signature = (posture, q, qdot, *, threads=None, **options), text_signature = "(posture, q, qdot, *, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"end\", tolerance=1e-12, record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"end\", tolerance=1e-12, record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,
     q: &Bound<'_, PyAny>,
     qdot: &Bound<'_, PyAny>,
+    #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
+    #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<GroundMotion>,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyRuns> {
@@ -275,8 +290,9 @@ pub(crate) fn simulate_many(
     drop((q, qdot));
     let mut resources = Resources::default();
     resources.threads = threads.unwrap_or(resources.threads);
+    let excitation = Excitation { kicks, ground_motion };
     let ends = interruptible(py, |cancel| {
-        simulate_many_until(&postures, &states, &options, resources, cancel)
+        simulate_many_excited_until(&postures, &states, &options, &excitation, resources, cancel)
     })?;
-    Ok(PyRuns { postures, states, options, ends })
+    Ok(PyRuns { postures, states, options, excitation, ends })
 }

@@ -54,6 +54,13 @@ pub(crate) fn pair_text(pair: [f64; 2]) -> String {
     format!("({}, {})", float(pair[0]), float(pair[1]))
 }
 
+/// The first words of a text, up to some forty characters.
+pub(crate) fn first_words(text: &str) -> String {
+    const LENGTH: usize = 40;
+    let end = text.char_indices().find(|(at, c)| *at >= LENGTH && *c == ' ').map(|(at, _)| at);
+    end.map_or_else(|| text.to_owned(), |end| format!("{} …", &text[..end]))
+}
+
 /// A count with its noun.
 pub(crate) fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })

@@ -8,7 +8,7 @@ use pyo3::types::{PyList, PyTuple};
 use standfast::outcome::{ContactNumber, Phase, ZenoPoint};
 use standfast::{Error, Trajectory};
 
-use crate::convert::{array, counted, local_model, question, vector, word};
+use crate::convert::{array, counted, first_words, local_model, question, vector, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
 use crate::excitation::{PyGroundMotion, PyKick};
@@ -665,8 +665,12 @@ impl PyRun {
             let numbers: Vec<_> = z.contacts.iter().map(|contact| contact.number()).collect();
             events.push(format!("{} on the ground from the start", contacts(&numbers)));
         }
+        let warnings = match self.0.warnings() {
+            [] => String::new(),
+            all => format!("; {}: {}", counted(all.len(), "warning"), first_words(&all[0])),
+        };
         format!(
-            "<Run: {} at {} s; {} model; {}>",
+            "<Run: {} at {} s; {} model; {}{warnings}>",
             self.outcome(),
             self.0.time(),
             self.model(),

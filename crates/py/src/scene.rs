@@ -96,11 +96,12 @@ impl PyScene {
         vector(py, &excitation.wrench(options.time, fields.mass, fields.gravity).into())
     }
 
-    /// Runs the scene. Keywords of `standfast.simulate` override the options of the scene.
-    #[pyo3(signature = (**r#override))]
-    fn simulate(&self, py: Python<'_>, r#override: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
+    /// Runs the scene. Keywords of `standfast.simulate` replace the options of the scene.
+    #[pyo3(signature = (**options))]
+    fn simulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
+        let keywords = options;
         let mut options = self.0.options;
-        if let Some(keywords) = r#override {
+        if let Some(keywords) = keywords {
             set(&mut options, keywords)?;
         }
         let scene = &self.0;

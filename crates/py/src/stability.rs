@@ -127,6 +127,16 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
+    /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "painleve" (a contact that slides
+    /// alone jams: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
+    /// (frictionless motion need not come to rest: λ > 0 fails), "flight" (the impacts after a corner cannot be followed to their end with
+    /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so). None if
+    /// the verdict is decided. `print(verdict)` says it in words, and what to try.
+    #[getter]
+    fn reason(&self) -> Option<&str> {
+        self.verdict.reason().map(standfast::stability::WhyUndecided::as_str)
+    }
+
     /// The data of the argument. For "not-equilibrium" {"equilibrium_margin"}; for "theorem-3", "theorem-3-loose" and "goyal"
     /// {"kinematic_margin", "coupling_margin"}, with the bound of the argument on ψ. For "corner-map" {"limits", "potential", "ends"}:
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
@@ -223,7 +233,8 @@ impl PyVerdict {
 
     fn __repr__(&self) -> String {
         let by = self.by().map_or(String::new(), |by| format!(" by {by}"));
-        format!("<Verdict: {}{by}>", self.frictional_stability())
+        let reason = self.reason().map_or(String::new(), |reason| format!(", reason {reason}"));
+        format!("<Verdict: {}{by}{reason}>", self.frictional_stability())
     }
 
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -14,6 +14,7 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::{full, local};
 use crate::error::Error;
+use crate::excitation::Excitation;
 use crate::math::lanes;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::{Driver, DriverStep, Flight, Pair, Resume};
@@ -21,7 +22,7 @@ use crate::options::{Model, Options};
 use crate::outcome::{End, FirstZeno, Outcome};
 use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::trajectory::Trajectory;
-use crate::simulate::{Start, simulate_until, solvable};
+use crate::simulate::{Start, simulate_excited_until, solvable};
 
 /// Least number of runs that justifies the start of a thread.
 const LEAST: usize = 16;
@@ -81,7 +82,33 @@ pub fn simulate_many_until(
     resources: Resources,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Vec<End>>, Error> {
+    simulate_many_excited_until(
+        postures,
+        states,
+        options,
+        &Excitation::default(),
+        resources,
+        cancel,
+    )
+}
+
+/// As [`simulate_many_until`], with the same kicks and motion of the ground in each run.
+///
+/// # Errors
+///
+/// As [`simulate_many`]; a kick or a motion of the ground that is out of range.
+pub fn simulate_many_excited_until(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+    excitation: &Excitation,
+    resources: Resources,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Vec<End>>, Error> {
     options.validate()?;
+    if let Some(posture) = postures.first() {
+        excitation.validate(options.time, posture.fields().gravity)?;
+    }
     if postures.len() != 1 && postures.len() != states.len() {
         return Err(Error::Unusable {
             field: "posture".into(),
@@ -95,7 +122,7 @@ pub fn simulate_many_until(
         // Each block has its own copy: a shared posture would be reference-counted by all threads.
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
-        Block { posture: &posture, states, options: &options, level, stop }.run(runs)
+        Block { posture: &posture, states, options: &options, excitation, level, stop }.run(runs)
     };
     match in_blocks(states.len(), LEAST, resources.threads, cancel, &work) {
         Ok(blocks) => Ok(blocks.map(|blocks| {
@@ -124,6 +151,7 @@ struct Block<'a> {
     posture: &'a dyn Fn(usize) -> &'a Posture,
     states: &'a [State],
     options: &'a Options,
+    excitation: &'a Excitation,
     level: Option<Level>,
     stop: &'a dyn Fn() -> bool,
 }
@@ -201,6 +229,7 @@ impl Lanes for full::Pool {
 impl<'a> Block<'a> {
     fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
         match self.options.model {
+            _ if !self.excitation.is_none() => runs.map(|run| self.alone(run)).collect(),
             Model::Local => self.in_lanes::<local::Pool>(runs),
             Model::Full => self.in_lanes::<full::Pool>(runs),
             Model::Auto => runs.map(|run| self.alone(run)).collect(),
@@ -209,7 +238,8 @@ impl<'a> Block<'a> {
 
     /// Computes a run outside the lanes; `None` if it was cancelled.
     fn alone(&self, number: usize) -> Result<Option<End>, FailedAt> {
-        simulate_until((self.posture)(number), &self.states[number], self.options, self.stop)
+        let (posture, state) = ((self.posture)(number), &self.states[number]);
+        simulate_excited_until(posture, state, self.options, self.excitation, self.stop)
             .map(|run| run.map(|run| end_of(&run)))
             .map_err(|error| (number, error))
     }

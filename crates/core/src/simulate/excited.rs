@@ -3,7 +3,7 @@
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
-use crate::excitation::{Change, Excitation, missed_kicks};
+use crate::excitation::{Change, Excitation, lasting, missed_kicks};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::options::{Model, Options};
@@ -64,7 +64,10 @@ pub fn simulate_excited_until(
     let state = &state.unsigned_zero();
     let start = Start::new(posture, state, model)?;
     let changes = excitation.changes(options.time, gravity);
-    let record = start.run_excited(posture, state, options, &changes, cancel);
+    let mut record = start.run_excited(posture, state, options, &changes, cancel);
+    if let Some(record) = &mut record {
+        record.warnings.extend(lasting(excitation.ground_motion.as_ref()));
+    }
     let run = |record| Run { model, record }.into_trajectory(reason, *options);
     Ok(record.map(|record| run(record).excited_by(excitation.clone())))
 }

@@ -6,7 +6,7 @@ mod limits;
 pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
-pub use batch::{Resources, simulate_many, simulate_many_until};
+pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
 pub use excited::{simulate_excited, simulate_excited_until};
 pub use trajectory::Trajectory;
 

@@ -92,13 +92,17 @@ pub(crate) enum Decision {
     },
 }
 
-/// Why the corner map does not decide.
+/// Why a posture is undecided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WhyUndecided {
+    /// Several words are consistent at rest.
+    Ambiguous,
+    /// There is no corner map: the contacts depend on each other, or nearly so.
+    Degenerate,
     /// A contact that slides alone jams (Painlevé): no mode is consistent.
     Painleve,
-    /// Several modes are consistent, or the intervals do not decide.
+    /// After a slide or a landing several modes are consistent, or the intervals do not decide.
     Modes,
     /// Frictionless motion need not come to rest: λ > 0 fails.
     Energy,
@@ -106,6 +110,22 @@ pub enum WhyUndecided {
     Flight,
     /// Some cells remain undecided.
     Cells,
+}
+
+impl WhyUndecided {
+    /// Its name in Python and in files.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Ambiguous => "ambiguous",
+            Self::Degenerate => "degenerate",
+            Self::Painleve => "painleve",
+            Self::Modes => "modes",
+            Self::Energy => "energy",
+            Self::Flight => "flight",
+            Self::Cells => "cells",
+        }
+    }
 }
 
 /// The cells of the angles, and the tangents of the limits between them.

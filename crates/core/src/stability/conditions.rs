@@ -111,8 +111,25 @@ pub(super) fn of_words(posture: &Posture, psi: [f64; 2], answers: &[ModeAnswer])
     words.conditions(posture, psi)
 }
 
+/// The equilibrium region, and the distance of the centre of mass from its nearer end in m: negative outside, −∞ if it is empty. Any number
+/// of contacts.
+pub(crate) fn equilibrium_margin(posture: &Posture) -> (Option<[f64; 2]>, f64) {
+    let (region, x) = (equilibrium_region(posture), posture.fields().center_of_mass[0]);
+    (region, region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x)))
+}
+
 /// ψ of a posture that touches the terrain with both contacts.
 pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
+    if posture.contacts().len() != 2 {
+        return Err(Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{} contacts]", posture.contacts().len()),
+            allowed: "exactly 2 contacts for stability; for any number of contacts there are \
+                      equilibrium_region, static_forces, friction_margin, contact_modes, and \
+                      simulate_many with small kicks"
+                .into(),
+        });
+    }
     let psi = posture.psi()?;
     for (i, k) in posture.geometry().iter().enumerate() {
         if k.offset != 0.0 {
@@ -201,10 +218,7 @@ impl Words {
     }
 
     fn conditions(&self, posture: &Posture, psi: [f64; 2]) -> Conditions {
-        let region = equilibrium_region(posture);
-        let x = posture.fields().center_of_mass[0];
-        let equilibrium_margin =
-            region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x));
+        let (region, equilibrium_margin) = equilibrium_margin(posture);
         let equilibrium = equilibrium_margin >= 0.0;
         let e = [0, 1].map(|i| posture.geometry()[i].restitution);
         let coupling = coupling(psi);

@@ -28,6 +28,7 @@ pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
     coupling, neimark_sacker, self_similar,
 };
+pub(crate) use conditions::equilibrium_margin;
 pub use conditions::{Conditions, conditions};
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
@@ -312,6 +313,17 @@ impl Verdict {
     /// [`Error::Io`] if it cannot be written.
     pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
         crate::file::write::write_whole(path.as_ref(), self.to_json().as_bytes())
+    }
+
+    /// Why it is undecided; `None` if it is decided.
+    #[must_use]
+    pub fn reason(&self) -> Option<WhyUndecided> {
+        match (&self.evidence, self.by) {
+            (_, Some(_)) => None,
+            (Some(Evidence::Left { reason, .. }), _) => Some(*reason),
+            _ if !self.conditions.unambiguous => Some(WhyUndecided::Ambiguous),
+            _ => Some(WhyUndecided::Degenerate),
+        }
     }
 
     /// The evidence as JSON.
