@@ -615,6 +615,18 @@ def test_worlds_that_move_alike(image_of, scene_of):
     assert compared > SCENES / (3 if scene_of is scene_between_walls else 2)
 
 
+@pytest.mark.parametrize("seed", [446, 548])
+def test_a_body_that_slides_back_to_a_vertex_after_a_sum_of_cycles(seed):
+    """In other units, where positions are rounded otherwise. The way within the sum decides when the body comes back."""
+    scene, base, limits = case(scene_between_walls, seed)
+    for length in (1e-6, 3.0, 1e6):
+        other = course(in_units(scene, length, 1.0, 1.0), scene.size)
+        change = changes(base, other, scene.size)
+        known = max(limits["time"], base.error, other.error)
+        assert change is not None
+        assert change["time"] <= ALLOWED * known, length
+
+
 def plain(x):
     """Converts to lists and numbers that can be compared."""
     if isinstance(x, np.ndarray):
