@@ -32,12 +32,10 @@ RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
 ALLOWED = 50
 #: Largest part of runs that may be ill-conditioned or without an end.
 SKIPPED = 0.1
-#: Between walls, where units or axes change and with them every rounding: largest part of runs in which the time or the speed of an event
-#: within the run changes by more than allowed, and the largest change of their final state, in m and m/s. In 1000 scenes these are two
-#: runs with Moreau's law, whose siblings change less than their images do.
-WALL_SHARE, WALL_CHANGE = 0.005, 1e-13
 #: Label of a run with simultaneous landings.
 TIE = "same instant"
+#: Why a scene is skipped of which a point is near the end of the terrain only in the other world.
+BESIDE_THERE = "beside the terrain there"
 
 
 @dataclass
@@ -583,7 +581,7 @@ def test_worlds_that_move_alike(image_of, scene_of):
             if image.scene.tilt is not None:  # then sums are followed one by one
                 base = course(Image(scene.changed(tilt=0.0)), scene.size)
         except BesideTerrain:
-            skipped["beside the terrain"] += 1
+            skipped[BESIDE_THERE] += 1
             continue
         ends[base.outcome] += 1
         change = changes(base, other, scene.size)
@@ -604,14 +602,9 @@ def test_worlds_that_move_alike(image_of, scene_of):
     print()
     print(image_of.__name__, scene_of.__name__, dict(ends), dict(skipped), dict(most))
     compared = ends.total()
-    if scene_of is scene_between_walls and image_of in (in_decimal_units, turned):
-        assert all(row[2] in NAMES for row in wrong), wrong
-        assert len({seed for seed, *_ in wrong}) <= WALL_SHARE * compared, wrong
-        assert all(row[-1] < WALL_CHANGE for row in wrong), wrong
-    else:
-        assert not wrong
+    assert not wrong
     lost = skipped["ill-conditioned"] + skipped["event limit"]
-    assert lost <= SKIPPED * (lost + compared)
+    assert lost <= SKIPPED * (lost + compared + skipped[BESIDE_THERE])
     assert compared > SCENES / (3 if scene_of is scene_between_walls else 2)
 
 
