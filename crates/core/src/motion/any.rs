@@ -197,6 +197,7 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Writes the first span, also of a run that ends at once. An outcome: the run ends here.
     pub(super) fn begin(&mut self) -> Option<Outcome> {
+        (0..self.body.contacts).for_each(|i| self.choose_by_facing(i));
         self.write_flight();
         self.enters(0.0)
     }
