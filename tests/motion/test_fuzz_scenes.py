@@ -14,14 +14,18 @@ from walls import flush_box, random_scene
 SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "250"))
 #: Time limit, in units of √(size/g).
 TIME = 20
-#: Part of the scenes whose impacts have no end in time: they grow from the rounding error of an unstable state of rest, or
-#: shrink too slowly.
+#: Part of the scenes whose impacts have no end in time: they grow from the rounding error of an unstable state of rest.
 STUCK = 0.001
 #: Collisions of one instant are counted after the last of them.
 BURST = 10_000
 #: A run that does not end within the first number of events is repeated with the second. `make long` uses the default of
 #: `simulate` for it.
 EVENTS = (1_000, int(os.environ.get("STANDFAST_FUZZ_EVENTS", "100000")))
+#: A run that would not reach its time limit within these events is repeated with this number of them. Impacts that lose a millionth of
+#: their speed each come down to rounding errors, by fourteen orders of magnitude, in 3e7; most begin nearer to them.
+MANY_EVENTS = 30_000_000
+#: Part of the scenes that need so many events.
+SLOW = 0.003
 
 
 def draw(rng):
@@ -128,8 +132,7 @@ def flaws(size, options, run):
 
 
 def outcome(seed):
-    """Number of contacts, outcome and event limit of a scene; where this limit ends it, also whether a time limit is reached
-    instead."""
+    """Number of contacts, outcome and event limit of a scene; where this limit ends it, also what becomes of it with a time limit."""
     rng = np.random.default_rng([2026, seed])
     drawn = draw(rng) if seed % 5 < 3 else draw_on_walls(rng, flush=seed % 5 == 4)
     size, posture, q, qdot, options = drawn
@@ -142,7 +145,12 @@ def outcome(seed):
     else:
         limited = options | {"time_limit": TIME * math.sqrt(size / posture.gravity)}
         again = sf.simulate(posture, q, qdot, **limited, event_limit=limit)
-        rest = "stuck" if again.outcome == "event-limit" else "endless"
+        rest = "endless"
+        if again.outcome == "event-limit":
+            again = sf.simulate(posture, q, qdot, **limited, event_limit=MANY_EVENTS)
+            rest = "stuck" if again.outcome == "event-limit" else "slow"
+        found = flaws(size, limited, again)
+        assert not found, f"seed {seed}: {found}, {posture!r}, {q}, {qdot}, {limited}"
     found = flaws(size, options, run)
     assert not found, f"seed {seed}: {found}, {posture!r}, {q}, {qdot}, {options}"
     return len(posture.contacts), run.outcome, limit, rest
@@ -150,8 +158,9 @@ def outcome(seed):
 
 def test_every_scene_ends():
     """Nearly all end; -s prints the outcomes and the numbers of events. The others continue without end and without a
-    pattern: given a time limit, they reach it."""
-    outcomes, events, endless, stuck = Counter(), Counter(), [], []
+    pattern: given a time limit, they reach it. In a few, each impact is slower than the last one by so little that this takes many events."""
+    outcomes, events = Counter(), Counter()
+    others = {"endless": [], "slow": [], "stuck": []}
     with ProcessPoolExecutor() as workers:
         answers = workers.map(outcome, range(SCENES), chunksize=50)
         for seed, (contacts, ending, limit, rest) in enumerate(answers):
@@ -159,13 +168,13 @@ def test_every_scene_ends():
             if rest is None:
                 events[limit] += 1
             else:
-                (stuck if rest == "stuck" else endless).append(seed)
+                others[rest].append(seed)
     for (contacts, ending), count in sorted(outcomes.items()):
         print(f"{contacts} contact(s)  {ending:14}{count:7}")
     for limit in EVENTS:
         print(f"at most {limit:9} events  {events[limit]:7}")
-    print(
-        f"more, without a time limit {len(endless)}: {endless[:10]}; with one {len(stuck)}: {stuck}"
-    )
-    assert len(endless) <= 0.05 * outcomes.total()
-    assert len(stuck) <= max(1, STUCK * outcomes.total())
+    for rest, seeds in others.items():
+        print(f"more, {rest:8} {len(seeds):7}: {seeds[:20]}")
+    assert len(others["endless"]) <= 0.05 * outcomes.total()
+    assert len(others["slow"]) <= max(1, SLOW * outcomes.total())
+    assert len(others["stuck"]) <= max(1, STUCK * outcomes.total())

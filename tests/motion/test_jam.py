@@ -1,5 +1,8 @@
 """States without a consistent contact mode: an impact without collision, for the laws of impact that define one."""
 
+import math
+import os
+from collections import Counter
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from itertools import pairwise
@@ -7,8 +10,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import LAWS, order_for
 from decimals import cos_sin
+from modes_oracle import Problem
+from walls import flush_box
 
+#: Number of boxes between a wall and a floor.
+BOXES = int(os.environ.get("STANDFAST_JAM_BOXES", "1500"))
 HALF = Decimal(1) / 2
 
 
@@ -208,3 +216,68 @@ def test_a_slide_to_a_singular_friction_matrix_stops_before_it():
             if seen == 8:
                 return
     pytest.fail(f"only {seen} slides come so near")
+
+
+def exact(row):
+    return tuple(Fraction(float(x)) for x in row)
+
+
+def corners_on_the_ground(run):
+    """The exact contact-mode problem of the corners that touch a wall at x = 0 or a floor at y = 0 and do not leave it, from the final
+    q and q̇ of a run. Speeds below 1e-10 m/s count as zero."""
+    box, (x, y, theta), (vx, vy, omega) = run.posture, run.q, run.qdot
+    theta = 0.0 if abs(theta) < 1e-12 else theta
+    cos, sin = math.cos(theta), math.sin(theta)
+    center = np.add(box.center_of_mass, (x, y))
+    arms, tangents, ways, biases = [], [], [], []
+    for contact in box.contacts:
+        arm = np.subtract(contact.point, box.center_of_mass)
+        arm = np.array([cos * arm[0] - sin * arm[1], sin * arm[0] + cos * arm[1]])
+        velocity = np.array([vx - omega * arm[1], vy + omega * arm[0]])
+        for tangent, normal in [((1, 0), (0, 1)), ((0, -1), (1, 0))]:
+            if (center + arm) @ normal > 1e-12 or velocity @ normal > 1e-10:
+                continue
+            slip = velocity @ tangent
+            arms.append(exact(arm))
+            tangents.append(exact(tangent))
+            ways.append(0 if abs(slip) < 1e-10 else int(np.sign(slip)))
+            biases.append(
+                exact([-(omega**2) * (arm @ tangent), -(omega**2) * (arm @ normal)])
+            )
+    return Problem(
+        mass=Fraction(1),
+        rho2=Fraction(box.gyration_radius) ** 2,
+        arms=tuple(arms),
+        tangents=tuple(tangents),
+        friction=(Fraction(box.contacts[0].friction),) * len(arms),
+        sliding=tuple(ways),
+        bias=tuple(biases),
+        free_acceleration=(Fraction(0), Fraction(-box.gravity), Fraction(0)),
+    )
+
+
+def test_boxes_at_a_wall_stop_without_an_answer_only_where_there_is_none_or_more_than_one():
+    """In exact arithmetic. Newton's law has no friction in impacts, and so no impact without collision that ends a jam: a box that slides
+    on its lower side, with a coefficient of friction near one, ends there if its mass is far enough from its leading corner."""
+    ends = Counter()
+    for seed in range(BOXES):
+        for law in ("newton", LAWS[1 + seed % 4]):
+            box, qdot = flush_box(np.random.default_rng([77, seed]))
+            run = sf.simulate(
+                box,
+                np.zeros(3),
+                qdot,
+                model="full",
+                impact=law,
+                simultaneous=order_for(law),
+                time_limit=4.0,
+                event_limit=20_000,
+                record=False,
+            )
+            if run.outcome in ("inconsistent", "ambiguous"):
+                words = corners_on_the_ground(run).motions
+                several = run.outcome == "ambiguous"
+                assert len(words) > 1 if several else not words, (seed, law, run, words)
+                ends[law == "newton", run.outcome] += 1
+    assert ends[True, "inconsistent"] >= BOXES / 300
+    print(dict(ends))

@@ -7,6 +7,7 @@ phases, the run is ill-conditioned: it is skipped and counted. Contacts that lan
 compared: rounding decides which is first.
 """
 
+import itertools
 import math
 import os
 from collections import Counter
@@ -32,12 +33,10 @@ RESOLVED = (1e-7, 1.3e-7, 1.7e-7)
 ALLOWED = 50
 #: Largest part of runs that may be ill-conditioned or without an end.
 SKIPPED = 0.1
-#: Between walls, where units or axes change and with them every rounding: largest part of runs in which the time or the speed of an event
-#: within the run changes by more than allowed, and the largest change of their final state, in m and m/s. In 1000 scenes these are two
-#: runs with Moreau's law, whose siblings change less than their images do.
-WALL_SHARE, WALL_CHANGE = 0.005, 1e-13
 #: Label of a run with simultaneous landings.
 TIE = "same instant"
+#: Why a scene is skipped of which a point is near the end of the terrain only in the other world.
+BESIDE_THERE = "beside the terrain there"
 
 
 @dataclass
@@ -60,6 +59,7 @@ class Scene:
     options: dict = field(default_factory=dict)
     terrain: np.ndarray | None = None  # (k, 2)
     tilt: float | None = None  # of the ground, rad
+    flush: bool = False  # contacts that land simultaneously do so in exact arithmetic
 
     @property
     def size(self):
@@ -120,14 +120,25 @@ class Scene:
         def shift(x):
             return x + self.size * 1e-16 * rng.uniform(-4, 4, x.shape)
 
+        def alike(x):
+            """Equal coordinates stay equal, and zeros zero."""
+            different, where = np.unique(x, return_inverse=True)
+            return move(different)[where.reshape(x.shape)]
+
+        if self.flush:
+            columns = [alike(x) for x in self.points.T]
+            points, terrain = np.transpose(columns), self.terrain
+        else:
+            points = shift(self.points)
+            terrain = None if self.terrain is None else shift(self.terrain)
         return self.changed(
             mass=float(move(self.mass)),
             gyration_radius=float(move(self.gyration_radius)),
             gravity=float(move(self.gravity)),
             restitution=float(move(self.restitution)),
             center=shift(self.center),
-            points=shift(self.points),
-            terrain=None if self.terrain is None else shift(self.terrain),
+            points=points,
+            terrain=terrain,
             slopes=move(self.slopes),
             friction=move(self.friction),
             restitutions=[
@@ -135,7 +146,7 @@ class Scene:
             ],
             tangential=move(self.tangential),
             q=move(self.q),
-            qdot=move(self.qdot),
+            qdot=alike(self.qdot) if self.flush else move(self.qdot),
         )
 
 
@@ -454,7 +465,7 @@ class BesideTerrain(Exception):
 
 def case_of(scene, seed):
     base = course(Image(scene), scene.size)
-    if base.tied:
+    if base.tied and not scene.flush:
         return base, "tie"
     if base.outcome == "event-limit":
         return base, "event limit"
@@ -529,7 +540,19 @@ def scene_on_any_slopes(seed):
 def scene_between_walls(seed):
     """1 to 3 contacts on one terrain with walls and overhangs."""
     rng = np.random.default_rng([12, seed])
-    terrain, posture, qdot, options = walls.random_scene(rng)
+    _, posture, qdot, options = walls.random_scene(rng)
+    return on_terrain(posture, qdot, options["impact"], options["time_limit"])
+
+
+def flush_box(seed):
+    """A box at a wall and a floor, whose corners land together."""
+    rng = np.random.default_rng([13, seed])
+    posture, qdot = walls.flush_box(rng)
+    law = LAWS[rng.integers(len(LAWS))]
+    return on_terrain(posture, qdot, law, 2.0).changed(flush=True)
+
+
+def on_terrain(posture, qdot, law, time_limit):
     points = np.array([contact.point for contact in posture.contacts])
     count = len(points)
     return Scene(
@@ -545,13 +568,9 @@ def scene_between_walls(seed):
         tangential=np.zeros(count),
         q=np.zeros(3),
         qdot=qdot,
-        time_limit=options["time_limit"],
-        options={
-            "model": "full",
-            "impact": options["impact"],
-            "simultaneous": order_for(options["impact"]),
-        },
-        terrain=np.array(terrain),
+        time_limit=time_limit,
+        options={"model": "full", "impact": law, "simultaneous": order_for(law)},
+        terrain=np.array(posture.terrain),
     )
 
 
@@ -566,8 +585,18 @@ IMAGES = [mirrored, in_decimal_units, in_binary_units, moved, renumbered, turned
 FAMILIES = [random_scene, scene_on_any_slopes, scene_between_walls]
 
 
-@pytest.mark.parametrize("scene_of", FAMILIES)
-@pytest.mark.parametrize("image_of", IMAGES)
+#: Corners that are flush with the ground are so in these worlds up to the last bit. In others, rounding tilts the body, and a different
+#: order of the contacts is a different order of their impacts.
+FLUSH_IMAGES = [mirrored, in_decimal_units, in_binary_units]
+
+
+@pytest.mark.parametrize(
+    ("image_of", "scene_of"),
+    [
+        *itertools.product(IMAGES, FAMILIES),
+        *itertools.product(FLUSH_IMAGES, [flush_box]),
+    ],
+)
 def test_worlds_that_move_alike(image_of, scene_of):
     """-s prints the outcomes, the number of skipped runs, and the largest changes in conditioning limits."""
     rng = np.random.default_rng(1)
@@ -583,7 +612,7 @@ def test_worlds_that_move_alike(image_of, scene_of):
             if image.scene.tilt is not None:  # then sums are followed one by one
                 base = course(Image(scene.changed(tilt=0.0)), scene.size)
         except BesideTerrain:
-            skipped["beside the terrain"] += 1
+            skipped[BESIDE_THERE] += 1
             continue
         ends[base.outcome] += 1
         change = changes(base, other, scene.size)
@@ -604,15 +633,22 @@ def test_worlds_that_move_alike(image_of, scene_of):
     print()
     print(image_of.__name__, scene_of.__name__, dict(ends), dict(skipped), dict(most))
     compared = ends.total()
-    if scene_of is scene_between_walls and image_of in (in_decimal_units, turned):
-        assert all(row[2] in NAMES for row in wrong), wrong
-        assert len({seed for seed, *_ in wrong}) <= WALL_SHARE * compared, wrong
-        assert all(row[-1] < WALL_CHANGE for row in wrong), wrong
-    else:
-        assert not wrong
+    assert not wrong
     lost = skipped["ill-conditioned"] + skipped["event limit"]
-    assert lost <= SKIPPED * (lost + compared)
+    assert lost <= SKIPPED * (lost + compared + skipped[BESIDE_THERE])
     assert compared > SCENES / (3 if scene_of is scene_between_walls else 2)
+
+
+@pytest.mark.parametrize("seed", [446, 548])
+def test_a_body_that_slides_back_to_a_vertex_after_a_sum_of_cycles(seed):
+    """In other units, where positions are rounded otherwise. The way within the sum decides when the body comes back."""
+    scene, base, limits = case(scene_between_walls, seed)
+    for length in (1e-6, 3.0, 1e6):
+        other = course(in_units(scene, length, 1.0, 1.0), scene.size)
+        change = changes(base, other, scene.size)
+        known = max(limits["time"], base.error, other.error)
+        assert change is not None
+        assert change["time"] <= ALLOWED * known, length
 
 
 def plain(x):

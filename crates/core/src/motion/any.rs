@@ -2,7 +2,6 @@
 //! when the speeds of its contacts are below the rounding error of the largest speed so far. Impacts in turn at one instant are
 //! summed, and so are cycles of two contacts on the ground that repeat themselves.
 
-use nalgebra::Vector2;
 use std::collections::BTreeSet;
 
 use crate::body::contact::{ContactValues, PerContact};
@@ -198,6 +197,7 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Writes the first span, also of a run that ends at once. An outcome: the run ends here.
     pub(super) fn begin(&mut self) -> Option<Outcome> {
+        (0..self.body.contacts).for_each(|i| self.choose_by_facing(i));
         self.write_flight();
         self.enters(0.0)
     }
@@ -257,16 +257,6 @@ impl<'a> Driver<'a, AnyContacts> {
         }
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
-        // Each point stays on its piece. Its displacement has less rounding error than its position.
-        for (p, old) in self.body.state.points.iter_mut().zip(&before.points) {
-            let turn = self.body.state.spin.theta - before.spin.theta;
-            let arm = old.arm();
-            let way =
-                self.body.state.center.r - before.center.r + Vector2::new(-arm.y, arm.x) * turn;
-            let [left, right] = old.place.sides;
-            let [one, two] = old.place.across.map(|across| across.dot(&way));
-            p.place.sides = [left + one, right - two].map(|side| side.max(0.0));
-        }
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
         if let Some(last) = self.record.zeno.last_mut().filter(|last| last.method == Method::Mixed)
         {

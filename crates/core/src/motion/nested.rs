@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::body::contact::PerContact;
+use crate::body::terrain::Place;
 use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
@@ -27,6 +28,7 @@ pub(crate) struct NestedSequence {
 #[derive(Debug, Clone, Copy)]
 struct Cycle {
     at: Snapshot,
+    places: [Place; 2],
     /// Ratio of the landing speeds of this cycle and the one before.
     ratio: f64,
     /// Change of q̇ in this cycle.
@@ -90,14 +92,20 @@ impl NestedSequence {
     ) -> Option<Limit> {
         let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let now = Snapshot::of_body(body, clock);
-        let start =
-            Cycle { at: now, ratio: f64::NAN, change: Vector3::zeros(), duration: f64::NAN };
+        let places = [0, 1].map(|i| body.points[i].place);
+        let start = Cycle {
+            at: now,
+            places,
+            ratio: f64::NAN,
+            change: Vector3::zeros(),
+            duration: f64::NAN,
+        };
         let last = self.last[b].replace(start)?;
         let before = &last.at;
         let ratio = now.gaps.u[b] / before.gaps.u[b];
         let gained = Base::state(&now).qdot - Base::state(before).qdot;
         let dt = now.clock.since(before.clock);
-        self.last[b] = Some(Cycle { at: now, ratio, change: gained, duration: dt });
+        self.last[b] = Some(Cycle { at: now, places, ratio, change: gained, duration: dt });
         let sum = ratio / (1.0 - ratio);
         let t = dt * sum;
         // The geometry has to stay the same, too: then times shrink in the same ratio. The deviation from it is of the order of
@@ -122,7 +130,8 @@ impl NestedSequence {
         let way = t * (speed(&Base::state(before).qdot) + body.gravity * dt);
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * way);
-        if !body.points.iter().all(room) {
+        let stays = (0..2).all(|i| places[i].piece == last.places[i].piece);
+        if !(stays && body.points.iter().all(room)) {
             return None;
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);
@@ -155,6 +164,14 @@ impl NestedSequence {
         if !reached && (0..end.points.len()).any(turns_back) {
             return None;
         }
+        // The distances to the ends of the pieces have the same sums. Near an end they are known better than positions.
+        for (i, (now, old)) in places.iter().zip(&last.places).enumerate() {
+            for side in (0..2).filter(|&side| now.sides[side] < f64::INFINITY) {
+                let (now, rate) = (now.sides[side], end.side(i, side).u);
+                let way = rate * t + (now - old.sides[side] - rate * dt) * rest;
+                end.points[i].place.sides[side] = (now + way).max(0.0);
+            }
+        }
         let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { way.z });
         for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
@@ -173,7 +190,6 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::body::terrain::Place;
     use crate::collisions::log::Center;
     use crate::sustained::Rounding;
 

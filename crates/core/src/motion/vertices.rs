@@ -193,6 +193,27 @@ impl Driver<'_, AnyContacts> {
         self.body.state.points[i] = chosen;
     }
 
+    /// Puts point `i`, if it starts in a concave vertex and approaches both pieces, onto that which faces up more: which is hit first does not
+    /// depend on their order.
+    pub(super) fn choose_by_facing(&mut self, i: usize) {
+        let p = self.body.state.points[i];
+        let free = p.place.sides == [f64::INFINITY; 2];
+        if free || p.h != 0.0 || p.u >= 0.0 || self.body.state.twin(i).is_some() {
+            return;
+        }
+        let fall = self.body.state.fall;
+        let speed = p.u.abs() + self.body.state.slip(i).abs();
+        for side in (0..2).filter(|&side| p.place.sides[side] == 0.0) {
+            let other = self.neighbour(i, side);
+            let hit = other.h == 0.0 && other.u < -PLACE * speed;
+            if hit && other.normal.dot(&fall) < p.normal.dot(&fall) {
+                self.resting[i] = false;
+                self.body.state.points[i] = other;
+                return;
+            }
+        }
+    }
+
     /// Point `i`, which comes to an end of its piece, lands at the same instant in a convex vertex. Returns whether it does.
     pub(super) fn lands_in_vertex(&mut self, i: usize) -> bool {
         let p = self.body.state.points[i];
