@@ -15,8 +15,8 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
 
 from standfast._core import Posture
-from standfast.maps import described, quantities
 from standfast.plot import Picture, axes_or_none
+from standfast.units import described, quantities
 
 if TYPE_CHECKING:
     import xarray

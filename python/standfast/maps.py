@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from standfast import _core
 from standfast._core import Posture, Sweep, write_whole
-from standfast.suggest import keywords, nearest
+from standfast.suggest import nearest, parameters
+from standfast.units import described
 
 if TYPE_CHECKING:
     import xarray
@@ -30,41 +31,6 @@ CHUNKS, SMALLEST = 128, 256
 
 #: Length of a hash, in bytes.
 HASH = hashlib.sha256().digest_size
-
-#: Description and unit of each parameter and quantity.
-UNITS = {
-    "mass": ("mass", "kg"),
-    "gyration_radius": ("radius of gyration", "m"),
-    "gravity": ("gravity", "m/s²"),
-    "restitution": ("restitution", ""),
-    "friction": ("friction", ""),
-    "tangential_restitution": ("tangential restitution", ""),
-    "slope": ("slope", "rad"),
-    "center_of_mass.x": ("centre of mass x", "m"),
-    "center_of_mass.y": ("centre of mass y", "m"),
-    "point.x": ("x", "m"),
-    "point.y": ("y", "m"),
-    "stability": ("frictional stability", ""),
-    "frictional_stability": ("frictional stability", ""),
-    "by": ("argument of the verdict", ""),
-    "theorem_3": ("kinematic-strong and clattering (Theorem 3)", ""),
-    "equilibrium": ("equilibrium", ""),
-    "equilibrium_margin": ("margin of equilibrium", "m"),
-    "kinematic_strong": ("kinematic-strong equilibrium", ""),
-    "kinematic_strong_strict": ("kinematic-strong equilibrium, strict", ""),
-    "kinematic_margin": ("margin of kinematic-strong equilibrium", ""),
-    "unambiguous": ("no word but FF is consistent", ""),
-    "coupling": ("coupling ψ", ""),
-    "clattering": ("clattering converges (10)", ""),
-    "clattering_margin": ("coupling above the bound (10)", ""),
-    "chatter": ("Goyal's bound holds", ""),
-    "chatter_margin": ("coupling above Goyal's bound", ""),
-    "energy": ("frictionless motion comes to rest", ""),
-    "delicate": ("rounding may decide", ""),
-    "amplification": ("bound on the largest motion relative to the kick", ""),
-    "fate": ("outcome of the run", ""),
-    "zeno_time": ("first Zeno point", "s"),
-}
 
 #: Keywords of `simulate` that `sweep` passes on for "fate" and "zeno_time".
 OPTIONS = {
@@ -141,7 +107,7 @@ def sweep(
     if unknown:
         raise TypeError(
             f"{unknown[0]} = {options[unknown[0]]!r} cannot be used: no keyword of sweep; those of simulate are"
-            f" {', '.join(sorted(OPTIONS))}{nearest(unknown[0], [*keywords('sweep'), *OPTIONS])}"
+            f" {', '.join(sorted(OPTIONS))}{nearest(unknown[0], [*parameters(sweep), *OPTIONS])}"
         )
     if not (
         cache is None or (isinstance(cache, str | os.PathLike) and os.fspath(cache))
@@ -420,19 +386,6 @@ def plot_map(
     return map_plot.draw(dataset, ax, colors, labels, posture)
 
 
-def described(name: str) -> tuple[str, str]:
-    """The description of a path or a quantity, and its unit.
-
-    >>> described("contacts.2.slope"), described("gyration_radius")
-    (('contact 2 slope', 'rad'), ('radius of gyration', 'm'))
-    """
-    if name.startswith("contacts."):
-        _, number, field = name.split(".", 2)
-        text, unit = UNITS[field]
-        return f"contact {number} {text}", unit
-    return UNITS[name]
-
-
 def _attributes(name: str) -> dict[str, str]:
     text, unit = described(name)
     return {"long_name": text, "units": unit or "1"}
@@ -449,12 +402,6 @@ def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
         "flag_values": np.arange(len(words), dtype=np.int8),
         "flag_meanings": " ".join(words),
     }
-
-
-def quantities(grid: "xarray.Dataset") -> list[str]:
-    """The names of the quantities of a sweep, without the variables that have the numbers of words."""
-    names = [str(name) for name in grid.data_vars]
-    return [name for name in names if name not in {f"{of}_code" for of in names}]
 
 
 def _dataset(

@@ -1,21 +1,26 @@
 """Messages for mistyped keywords, with the nearest keyword that the function has."""
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from operator import attrgetter
 
-import standfast
+from standfast import _core
+
+
+def parameters(function: Callable[..., object]) -> list[str]:
+    """The names of the parameters of a function, without `self` and `options`."""
+    names = inspect.signature(function).parameters
+    return [name for name in names if name not in ("self", "options")]
 
 
 def keywords(function: str) -> list[str]:
-    """The names of the parameters of a function of the package.
+    """The names of the parameters of a function of the compiled module.
 
     >>> keywords("stability")
     ['posture', 'trials', 'seed']
     """
-    parameters = inspect.signature(attrgetter(function)(standfast)).parameters
-    return [name for name in parameters if name not in ("self", "options")]
+    return parameters(attrgetter(function)(_core))
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-import standfast as sf
-from standfast.maps import described, quantities
+import standfast._core as sf
+from standfast.units import described, quantities
 
 if TYPE_CHECKING:
     import xarray

@@ -12,7 +12,7 @@ import standfast as sf
 from matplotlib.patches import Polygon
 from plastic_scenes import IN_TURN, block, body, drop, local, rod
 from standfast import plot
-from standfast.cli import account
+from standfast.report import account
 from standfast.table import is_infinite
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

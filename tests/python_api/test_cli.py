@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 import standfast as sf
 from cyclopts.completion import ShellDetectionError
-from standfast.cli import EXIT_CODES, decimal, main
+from standfast.cli import EXIT_CODES, main
+from standfast.report import decimal
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROD = EXAMPLES / "clattering_rod.toml"

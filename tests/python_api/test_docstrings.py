@@ -14,9 +14,11 @@ import standfast.cli
 import standfast.map_plot
 import standfast.maps
 import standfast.plot
+import standfast.report
 import standfast.series
 import standfast.suggest
 import standfast.table
+import standfast.units
 from standfast.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -55,9 +57,11 @@ def run_text(text, name):
         standfast.map_plot,
         standfast.maps,
         standfast.plot,
+        standfast.report,
         standfast.series,
         standfast.suggest,
         standfast.table,
+        standfast.units,
     ],
     ids=lambda m: m.__name__,
 )

@@ -9,12 +9,15 @@ CORE = Path(__file__).parents[2] / "crates" / "core" / "src"
 Sources = dict[str, str]
 
 
-def sources() -> Sources:
-    """The text of each file, by path, without comments and unit tests."""
+def sources(unit_tests: bool = False) -> Sources:
+    """The text of each file, by path, without comments and, unless they are asked for, without unit tests."""
     texts = {}
     for path in CORE.rglob("*.rs"):
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
-        text = re.sub(r"#\[cfg\(test\)\]\s*mod tests \{.*", "", text, flags=re.DOTALL)
+        if not unit_tests:
+            text = re.sub(
+                r"#\[cfg\(test\)\]\s*mod tests \{.*", "", text, flags=re.DOTALL
+            )
         texts[path.relative_to(CORE).as_posix()] = text
     return texts
 
@@ -68,6 +71,74 @@ def methods_away_from_their_type(texts: Sources) -> list[str]:
 
 def test_knowledge_goes_down_only():
     assert upward_imports(sources()) == []
+
+
+def test_unit_tests_use_their_room_and_those_above_it_in_the_list_only():
+    assert upward_imports(sources(unit_tests=True)) == []
+
+
+def binding() -> Sources:
+    folder = CORE.parents[1] / "py" / "src"
+    return {
+        path.stem: re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
+        for path in folder.glob("*.rs")
+    }
+
+
+def python() -> Sources:
+    folder = CORE.parents[2] / "python" / "standfast"
+    return {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.py")}
+
+
+def circles(uses: dict[str, set[str]]) -> list[str]:
+    """Files that use one another, directly or through others."""
+    reached = {file: set(used) for file, used in uses.items()}
+    for through in uses:
+        for known in reached.values():
+            if through in known:
+                known |= reached[through]
+    return sorted(file for file, known in reached.items() if file in known)
+
+
+def used_in_binding(texts: Sources) -> dict[str, set[str]]:
+    """The files that each file of the binding uses; `lib` is the list of what Python sees and uses all."""
+    return {
+        file: set(re.findall(r"\bcrate::(\w+)", text)) & set(texts)
+        for file, text in texts.items()
+    }
+
+
+def used_in_python(texts: Sources) -> dict[str, set[str]]:
+    """The modules that each module imports, anywhere in it; the package itself is `__init__`."""
+    uses: dict[str, set[str]] = {}
+    for file, text in texts.items():
+        found = re.findall(r"^\s*from (?:standfast)?\.(\w+) import", text, flags=re.M)
+        found += re.findall(r"^\s*import standfast\.(\w+)", text, flags=re.M)
+        for names in re.findall(
+            r"^\s*from standfast import ([\w, ]+)$", text, flags=re.M
+        ):
+            parts = [name.split(" as ")[0].strip() for name in names.split(",")]
+            found += [
+                part if part in {*texts, "_core"} else "__init__" for part in parts
+            ]
+        if re.search(r"^\s*import standfast(?: as \w+)?$", text, flags=re.M):
+            found.append("__init__")
+        uses[file] = set(found) & set(texts)
+    return uses
+
+
+def test_no_files_of_the_binding_or_of_the_package_use_one_another():
+    assert circles(used_in_binding(binding())) == []
+    assert circles(used_in_python(python())) == []
+
+
+def test_a_circle_is_found():
+    texts = python()
+    texts["units"] += "\nfrom standfast.maps import sweep\n"
+    assert {"units", "maps"} <= set(circles(used_in_python(texts)))
+    texts = binding()
+    texts["convert"] += "\nuse crate::run::PyRun;\n"
+    assert {"convert", "run"} <= set(circles(used_in_binding(texts)))
 
 
 def test_an_upward_import_is_found():

@@ -261,7 +261,6 @@ mod tests {
     use std::error::Error as _;
 
     use super::*;
-    use crate::scene::Scene;
 
     /// The cause, which has to be of this type.
     fn cause<E: std::error::Error + 'static>(error: &Error) -> &E {
@@ -274,21 +273,6 @@ mod tests {
         assert!(wrong.source().is_none());
         let at = Error::At { place: "run 3".into(), error: Box::new(wrong.clone()) };
         assert_eq!(cause::<Error>(&at), &wrong);
-
-        let missing = Scene::load("no such folder/scene.toml").unwrap_err();
-        assert_eq!(cause::<io::Error>(&missing).kind(), ErrorKind::NotFound);
-        assert_eq!(missing, missing.clone());
-
-        // The value that is wrong in a file.
-        let text = "gravity = -1.0\nrestitution = 0.0\ncontact = []\n[body]\nmass = 1.0\ngyration_radius = 1.0\ncenter_of_mass = [0.0, 0.0]";
-        let file = Scene::from_toml(text).unwrap_err();
-        assert!(matches!(&file, Error::File { problem, .. } if problem.starts_with("line 1,")));
-        let Error::OutOfRange { field, value, .. } = cause::<Error>(&file) else {
-            panic!("{file:?}")
-        };
-        assert_eq!((field.as_str(), *value), ("gravity", -1.0));
-        // A text that cannot be read has none.
-        assert!(Scene::from_toml("gravity = ").unwrap_err().source().is_none());
     }
 
     #[test]

@@ -334,6 +334,9 @@ fn is_json(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::error::Error as _;
+    use std::io::{self, ErrorKind};
+
     use super::*;
 
     const TOML: &str = "gravity = 9.81
@@ -400,5 +403,28 @@ model = \"full\"
             let message = refusal(Scene::from_json, JSON, old, new);
             assert!(message.contains(": invalid type: "), "{message}");
         }
+    }
+
+    /// The cause, which has to be of this type.
+    fn cause<E: std::error::Error + 'static>(error: &Error) -> &E {
+        error.source().and_then(|cause| cause.downcast_ref()).expect("a cause of this type")
+    }
+
+    #[test]
+    fn the_source_of_the_error_of_a_file_is_its_cause() {
+        let missing = Scene::load("no such folder/scene.toml").unwrap_err();
+        assert_eq!(cause::<io::Error>(&missing).kind(), ErrorKind::NotFound);
+        assert_eq!(missing, missing.clone());
+
+        // The value that is wrong in a file.
+        let text = "gravity = -1.0\nrestitution = 0.0\ncontact = []\n[body]\nmass = 1.0\ngyration_radius = 1.0\ncenter_of_mass = [0.0, 0.0]";
+        let file = Scene::from_toml(text).unwrap_err();
+        assert!(matches!(&file, Error::File { problem, .. } if problem.starts_with("line 1,")));
+        let Error::OutOfRange { field, value, .. } = cause::<Error>(&file) else {
+            panic!("{file:?}")
+        };
+        assert_eq!((field.as_str(), *value), ("gravity", -1.0));
+        // A text that cannot be read has none.
+        assert!(Scene::from_toml("gravity = ").unwrap_err().source().is_none());
     }
 }

@@ -705,7 +705,7 @@ mod tests {
         let axis = Axis::new("restitution", (0..4000).map(|k| 2e-4 * f64::from(k)).collect(), &rod);
         let sweep = Sweep::new(&rod, vec![axis.unwrap()], vec![Quantity::Fate]).unwrap();
         let options = Options {
-            stop: crate::Stop::Time,
+            stop: crate::options::Stop::Time,
             time_limit: Some(1e9),
             event_limit: usize::MAX,
             ..Options::default()

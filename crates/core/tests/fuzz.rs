@@ -23,7 +23,7 @@ type Target = fn(&[u8]);
 /// Bytes that select rare or extreme values.
 const TELLING: [u8; 12] = [0, 1, 2, 127, 128, 159, 160, 192, 223, 224, 239, 255];
 /// Longest input.
-const LONGEST: usize = 4096;
+const MOST_BYTES: usize = 4096;
 /// Time after which an input counts as hanging.
 const HANGS: Duration = Duration::from_secs(60);
 
@@ -66,7 +66,7 @@ impl Random {
                 _ => drop(bytes.remove(i)),
             }
         }
-        bytes.truncate(LONGEST);
+        bytes.truncate(MOST_BYTES);
         bytes
     }
 }

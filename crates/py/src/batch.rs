@@ -16,7 +16,7 @@ use crate::input;
 use crate::interrupt::interruptible;
 use crate::options;
 use crate::posture::PyPosture;
-use crate::run::{PyRun, stopped};
+use crate::run::{PyRun, interruptible_run};
 
 /// The results of many runs, as arrays with one entry for each run. `runs[i]` repeats run i, with all its events.
 ///
@@ -107,7 +107,7 @@ impl PyRuns {
         let i = input::run_index(index, self.ends.len())?;
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
         let options = Options { record: true, ..self.options };
-        stopped(py, |cancel| {
+        interruptible_run(py, |cancel| {
             simulate_excited_until(posture, &self.states[i], &options, &self.excitation, cancel)
         })
     }

@@ -1,10 +1,13 @@
 //! Conversion between values of Rust and of Python: words, numbers, arrays, and the pickled form of results.
 
+use std::fmt::{self, Display, Formatter};
+
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
 use serde::de::{Deserialize, IntoDeserializer};
+use serde::ser::Serialize;
 use standfast::Error;
 use standfast::body::LocalModel;
 
@@ -32,16 +35,17 @@ pub(crate) fn call_some<'a, T: Deserialize<'a>>(
     word.map(|word| call(field, word)).transpose()
 }
 
-/// The Python name of a `KebabCase` variant.
-pub(crate) fn word(value: &impl std::fmt::Debug) -> String {
-    let mut text = String::new();
-    for letter in format!("{value:?}").chars() {
-        if letter.is_uppercase() && !text.is_empty() {
-            text.push('-');
+/// The name of a variant of an enumeration in Python and in files.
+pub(crate) fn word(value: &impl Serialize) -> String {
+    struct Name<'v, T>(&'v T);
+
+    impl<T: Serialize> Display for Name<'_, T> {
+        fn fmt(&self, to: &mut Formatter<'_>) -> fmt::Result {
+            self.0.serialize(to)
         }
-        text.extend(letter.to_lowercase());
     }
-    text
+
+    Name(value).to_string()
 }
 
 /// A double as Python writes it, without the sign of zero.

@@ -61,7 +61,7 @@ mod _core {
 
     use crate::input;
     use crate::options::of_call;
-    use crate::run::stopped;
+    use crate::run::interruptible_run;
     use standfast::excitation::{Excitation, GroundMotion, Kick};
     use standfast::simulate::simulate_excited_until;
     use standfast::{Options, State};
@@ -120,7 +120,9 @@ mod _core {
         let state = State::new(q, qdot);
         let body = posture.0.clone();
         let excitation = Excitation { kicks, ground_motion };
-        stopped(py, |cancel| simulate_excited_until(&body, &state, &options, &excitation, cancel))
+        interruptible_run(py, |cancel| {
+            simulate_excited_until(&body, &state, &options, &excitation, cancel)
+        })
     }
 
     #[pymodule_init]

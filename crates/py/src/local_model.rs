@@ -14,7 +14,7 @@ use crate::input;
 use crate::interrupt::interruptible;
 use crate::options::of_call;
 use crate::reduced::{Asked, PyExponents, PyFate, PyOrbit, fate_table};
-use crate::run::{PyRun, stopped};
+use crate::run::{PyRun, interruptible_run};
 
 /// Largest number of impacts of an orbit that is not stored: years of computing. Sums of such numbers stay in range.
 const MOST_IMPACTS: usize = 1 << 52;
@@ -98,7 +98,7 @@ impl PyLocalModel {
                 allowed: "finite and >= 0",
             }));
         }
-        stopped(py, |cancel| {
+        interruptible_run(py, |cancel| {
             simulate_local_until(&self.0, gaps, rates, theta, omega, &options, cancel)
         })
     }

@@ -195,16 +195,16 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 /// (False, ['contact 1: a_n > 0'])
 #[pyclass(frozen, eq, name = "ContactMode", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyContactMode(ModeAnswer, Arc<Question>);
+pub(crate) struct PyContactMode(ModeAnswer, Arc<Asked>);
 
 /// The arguments of a call of `contact_modes`, which determine its result.
 #[derive(PartialEq)]
-struct Question {
+struct Asked {
     problem: ContactProblem,
     method: Method,
 }
 
-impl Question {
+impl Asked {
     /// The call that repeats it.
     fn again<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let ask = py.import("standfast")?.getattr("contact_modes")?;
@@ -297,7 +297,7 @@ impl PyContactMode {
 #[pyclass(frozen, eq, mapping, name = "Modes", module = "standfast")]
 #[derive(PartialEq)]
 pub(crate) struct PyModes {
-    question: Arc<Question>,
+    question: Arc<Asked>,
     modes: Modes,
 }
 
@@ -306,7 +306,7 @@ impl PyModes {
     pub(crate) fn enumerated(problem: ContactProblem) -> PyResult<Self> {
         let method = Method::Enumerate;
         let modes = standfast::modes::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
-        Ok(Self { question: Arc::new(Question { problem, method }), modes })
+        Ok(Self { question: Arc::new(Asked { problem, method }), modes })
     }
 
     fn get(&self, letters: &str) -> Option<&ModeAnswer> {
@@ -448,5 +448,5 @@ pub(crate) fn contact_modes(
     };
     let modes =
         py.detach(|| standfast::modes::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
-    Ok(PyModes { question: Arc::new(Question { problem, method }), modes })
+    Ok(PyModes { question: Arc::new(Asked { problem, method }), modes })
 }

@@ -638,7 +638,7 @@ impl PyRun {
     /// run differs from it. Another version of standfast may compute other last digits.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        stopped(py, |cancel| Trajectory::load_until(path, cancel))
+        interruptible_run(py, |cancel| Trajectory::load_until(path, cancel))
     }
 
     /// Writes the run as JSON.
@@ -712,7 +712,7 @@ impl PyRun {
 }
 
 /// Simulates a run without the GIL; Ctrl-C ends it.
-pub(crate) fn stopped(
+pub(crate) fn interruptible_run(
     py: Python<'_>,
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
 ) -> PyResult<PyRun> {

@@ -14,7 +14,7 @@ use crate::excitation::{PyGroundMotion, PyKick};
 use crate::input;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
-use crate::run::{PyRun, stopped};
+use crate::run::{PyRun, interruptible_run};
 
 /// A posture, its start, and the options of its run.
 ///
@@ -105,7 +105,7 @@ impl PyScene {
             set(&mut options, keywords)?;
         }
         let scene = &self.0;
-        stopped(py, |cancel| {
+        interruptible_run(py, |cancel| {
             let Scene { posture, start, excitation, .. } = scene;
             simulate_excited_until(posture, start, &options, excitation, cancel)
         })

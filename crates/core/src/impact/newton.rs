@@ -71,7 +71,7 @@ pub(crate) enum SequenceEnd {
 
 /// Number of impacts in zero time after which a sequence counts as infinite. It has the frequency f = π/n per impact, at which P and
 /// 2√e are equal within rounding.
-const LONGEST: usize = 10_000_000;
+const MOST_AT_ONCE: usize = 10_000_000;
 
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.
 ///
@@ -86,7 +86,7 @@ pub(crate) fn in_zero_time(
 ) -> SequenceEnd {
     let mut contact = first;
     let (mut u, mut exponent) = (*rates, 0_i32);
-    for _ in 0..LONGEST {
+    for _ in 0..MOST_AT_ONCE {
         if u[contact] >= 0.0 {
             contact = 1 - contact;
             if u[contact] >= 0.0 {

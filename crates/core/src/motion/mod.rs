@@ -17,6 +17,8 @@ mod vertices;
 mod without_body;
 
 pub(crate) use any::AnyContacts;
+#[cfg(test)]
+pub(crate) use driver::Coordinates;
 pub(crate) use driver::{Driver, DriverStep};
 pub(crate) use pair::Pair;
 pub(crate) use pair_flight::{Flight, Resume};

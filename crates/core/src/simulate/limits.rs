@@ -54,7 +54,7 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
 const FASTEST_LANDING: f64 = 1e80;
 
 /// Largest body, in m, whose contacts may be held: near a jam the forces are products of four lengths.
-const LONGEST: f64 = 1e75;
+const LARGEST_BODY: f64 = 1e75;
 
 /// Longest arm, in radii of gyration, up to the first Zeno point: beyond, the fraction ρ²/(b² + ρ²) of an impulse that moves
 /// the centre of mass is below 1e-32, and powers of the arm overflow.
@@ -106,7 +106,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     in_range(
         "distance of the farthest contact from center_of_mass, or gyration_radius",
         posture.size(),
-        flies || posture.size() <= LONGEST,
+        flies || posture.size() <= LARGEST_BODY,
         "at most 1e75 m beyond the first Zeno point, or with friction in impacts",
     )?;
     let (most, allowed) = if flies {

@@ -142,7 +142,7 @@ fn try_local(
         let run = start.run(posture, state, options, cancel);
         return Tried::Run(run.map(|run| Box::new(run.into_trajectory(EXACT, *options))));
     }
-    let event_limit = options.event_limit.min(auto::LONGEST);
+    let event_limit = options.event_limit.min(auto::MOST_EVENTS);
     let recorded = Options { record: true, event_limit, ..*options };
     let Some(mut run) = start.run(posture, state, &recorded, cancel) else {
         return Tried::Run(None);
@@ -441,7 +441,12 @@ const FASTEST_SPIN: f64 = 1e70;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::MOST_RECORDED;
+    use crate::body::contact::Contact;
+    use crate::body::posture::PostureFields;
+    use crate::motion::{Coordinates, DriverStep};
+    use crate::options::{MOST_RECORDED, Stop};
+    use crate::outcome::Outcome;
+    use crate::tolerance::{SHADOW_SAFETY, UNFOLLOWED_PART};
 
     /// A ball that bounces 10¹⁶ times.
     fn endless(record: bool, event_limit: usize) -> Trajectory {
@@ -478,5 +483,106 @@ mod tests {
         assert_eq!(run.outcome(), crate::outcome::Outcome::EventLimit);
         assert!(run.collisions() <= MOST_RECORDED);
         assert!(run.warnings()[0].starts_with("the record is full after 20000000 events"));
+    }
+
+    fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
+        let foot =
+            |&(x, slope): &(f64, f64)| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
+        Posture::new(PostureFields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.0, height],
+            contacts: feet.iter().map(foot).collect(),
+            restitution: 0.3,
+            gravity: 9.81,
+            terrain: Vec::new(),
+            ground: crate::body::GroundKind::default(),
+            outline: Vec::new(),
+        })
+        .unwrap()
+    }
+
+    /// Simulates a scene in both models and compares the estimated error with the difference of the results.
+    #[test]
+    fn the_error_is_the_difference_of_the_models() {
+        let feet = [(-0.5, 0.0), (0.4, 0.0)];
+        let valley = [(-0.5, -0.3), (0.4, 0.2)];
+        let mut compared = 0;
+        for (feet, friction, stop) in [
+            (&feet, 0.0, Stop::Zeno),
+            (&feet, 0.5, Stop::Rest),
+            (&valley, 0.0, Stop::Zeno),
+            (&valley, 0.6, Stop::Rest),
+        ] {
+            for scale in [1e-6, 1e-4, 1e-3] {
+                let posture = standing(feet, friction, 0.3);
+                let state = State::at_rest([0.0, 2.0 * scale, 0.7 * scale]);
+                let options = Options { model: Model::Local, stop, ..Options::default() };
+                let local = simulate(&posture, &state, &options).unwrap();
+                let full =
+                    simulate(&posture, &state, &Options { model: Model::Full, ..options }).unwrap();
+                let size = posture.size();
+                let off = full.state().q - local.state().q;
+                let moved = (libm::hypot(off.x, off.y) / size).max(off.z.abs());
+                let zeno = [&local, &full].map(|run| run.zeno_points().last().unwrap().elapsed);
+                let late = (full.elapsed() - local.elapsed()).abs().max((zeno[1] - zeno[0]).abs());
+                let truth = moved.max(late / local.elapsed());
+                let loose = Options { tolerance: 1e-2, ..options };
+                if let Ok(error) = local.shadow_error(&state, &loose) {
+                    assert!(truth <= error, "{feet:?} {scale}: {truth} {error}");
+                    let rest = SHADOW_SAFETY * loose.tolerance * 4.0 * UNFOLLOWED_PART;
+                    assert!(
+                        error <= SHADOW_SAFETY * 1.1 * truth + rest,
+                        "{feet:?} {scale}: {truth} {error}"
+                    );
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared >= 8, "{compared}");
+    }
+
+    #[test]
+    fn the_tolerance_decides() {
+        let posture = standing(&[(-0.5, 0.0), (0.4, 0.0)], 0.4, 0.3);
+        let state = State::at_rest([0.0, 2e-5, 7e-6]);
+        let run = |tolerance| {
+            simulate(&posture, &state, &Options { tolerance, ..Options::default() }).unwrap()
+        };
+        let (loose, tight) = (run(1e-3), run(1e-12));
+        assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
+        let off = (loose.elapsed() - tight.elapsed()).abs() / tight.elapsed();
+        assert!(off > 1e-9 && off < 1e-3, "{off}");
+        assert!(loose.model_reason().contains("below the tolerance"));
+        assert!(tight.model_reason().contains("turns too far"));
+    }
+
+    fn fall(model: Model, record: bool) -> Driver<'static, Pair> {
+        let rod = Posture::rod(0.5, 0.3, 0.6, 0.3, 9.81).expect("a rod");
+        let state = State::new([0.0, 0.2, 0.1], [0.3, 0.0, -0.2]);
+        let start = Start::new(&rod, &state, model).expect("above the ground");
+        let options = Options { record, ..Options::default() };
+        start.driver(&rod, &state, &options, &|| false)
+    }
+
+    #[test]
+    fn a_run_piece_by_piece_ends_in_the_bits_of_a_recorded_one() {
+        for model in [Model::Local, Model::Full] {
+            let mut whole = fall(model, true);
+            whole.run().expect("an end");
+            let whole = whole.record;
+            let mut pieces = fall(model, false);
+            let mut outcome = None;
+            while outcome.is_none() {
+                outcome = match pieces.piece() {
+                    DriverStep::Piece => None,
+                    DriverStep::Flight => Pair::fly(&mut pieces),
+                    DriverStep::End(outcome) => Some(outcome),
+                };
+            }
+            let end = pieces.finish(outcome.expect("rest")).expect("an end");
+            assert_eq!((end.outcome, end.state), (Outcome::Rest, whole.end.state));
+            assert_eq!((end.elapsed, end.collisions), (whole.end.clock.hi, whole.hits));
+        }
     }
 }

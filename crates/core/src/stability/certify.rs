@@ -43,7 +43,7 @@ const TRANSIT: f64 = 0.05;
 
 /// Number of steps of an orbit in the search for a cycle, and length of the longest cycle.
 const ORBIT: usize = 240;
-const LONGEST: usize = 24;
+const LONGEST_CYCLE: usize = 24;
 
 /// Half-widths of the intervals of φ around a cycle, tried in turn.
 const AROUND: [f64; 3] = [1e-10, 1e-8, 1e-6];
@@ -533,7 +533,7 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
     let (mut j, mut phi) = (contact, phi);
     let mut way: Vec<Corner> = Vec::new();
     for step in 0..ORBIT {
-        if step % LONGEST == 0
+        if step % LONGEST_CYCLE == 0
             && let Some(found) = back(map, &way)
         {
             return found;
@@ -562,7 +562,7 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
 #[allow(clippy::option_option, reason = "none yet, or one that does not grow")]
 fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     let last = way.len().checked_sub(1)?;
-    let period = (1..=LONGEST.min(last)).find(|p| {
+    let period = (1..=LONGEST_CYCLE.min(last)).find(|p| {
         let (one, two) = (&way[last], &way[last - p]);
         one.contact == two.contact && (one.phi - two.phi).abs() <= ORBIT_CLOSED
     })?;

@@ -272,7 +272,7 @@ mod bound_or_reason {
     use super::NoBound;
 
     #[derive(Serialize, Deserialize)]
-    struct PostureFields {
+    struct BoundFields {
         amplification: Option<f64>,
         amplification_reason: Option<NoBound>,
     }
@@ -281,15 +281,15 @@ mod bound_or_reason {
         bound: &Result<f64, NoBound>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        PostureFields { amplification: bound.ok(), amplification_reason: bound.err() }
+        BoundFields { amplification: bound.ok(), amplification_reason: bound.err() }
             .serialize(serializer)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Result<f64, NoBound>, D::Error> {
-        let PostureFields { amplification, amplification_reason } =
-            PostureFields::deserialize(deserializer)?;
+        let BoundFields { amplification, amplification_reason } =
+            BoundFields::deserialize(deserializer)?;
         match (amplification, amplification_reason) {
             (Some(bound), None) => Ok(Ok(bound)),
             (None, Some(reason)) => Ok(Err(reason)),

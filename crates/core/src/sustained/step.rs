@@ -62,8 +62,8 @@ pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f6
 /// coefficients that matter later may have underflowed. Limits of the units, so that squares of accelerations stay in range.
 const SHORTER: f64 = 1.0 / LATE;
 const LATE: f64 = 4_294_967_296.0;
-const SHORTEST: f64 = 1e-100;
-const LONGEST: f64 = 1e50;
+const SHORTEST_UNIT: f64 = 1e-100;
+const LONGEST_UNIT: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.
 const SQUARED: i32 = 500;
 
@@ -142,7 +142,7 @@ impl Step {
     fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
-        while !step.is_finite() && unit >= SHORTEST {
+        while !step.is_finite() && unit >= SHORTEST_UNIT {
             unit *= SHORTER;
             step = Self::in_units(rows, state, modes, order, unit)?;
         }
@@ -152,7 +152,7 @@ impl Step {
     /// The same step in a longer unit of time, for late events: coefficients of a slow rotation that matter by then may have
     /// underflowed. `None` if it is not needed.
     pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
-        let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST;
+        let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST_UNIT;
         let rows = || state.independent(modes);
         let step =
             late.then(|| Self::in_units(&rows(), state, modes, self.order, LATE * self.unit));
