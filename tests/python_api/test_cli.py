@@ -150,11 +150,11 @@ def test_help_has_the_exit_codes(capsys, command):
         assert f"\n  {code}: " in told
 
 
-def test_the_exit_codes_are_in_the_readme():
-    readme = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+def test_the_exit_codes_are_on_the_page():
+    page = (EXAMPLES.parent / "docs" / "cli.md").read_text(encoding="utf-8")
     for line in EXIT_CODES.splitlines()[1:]:
         code, meaning = line.strip().rstrip(".").split(": ")
-        assert f"{code} ({meaning})" in " ".join(readme.split())
+        assert f"{code} ({meaning})" in " ".join(page.split())
 
 
 def test_completion_is_installed(tmp_path):

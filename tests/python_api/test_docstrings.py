@@ -112,22 +112,29 @@ def blocks(language, page="README.md"):
 
 def test_the_examples_of_the_scope_table_run():
     """In the order of the rows, in one namespace."""
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    scope = text.split("## Scope")[1].split("\n## ")[0]
-    rows = [row for row in scope.splitlines() if row.startswith("| ")]
+    text = (ROOT / "docs" / "scope.md").read_text(encoding="utf-8")
+    rows = [row for row in text.splitlines() if row.startswith("| ")]
     codes = [code for row in rows for code in re.findall(r"`([^`]*\(.*?)`", row)]
     assert len(codes) > 15
     names = {"math": math, "sf": standfast}
     for code in codes:
-        exec(code, names)  # text of the README
+        exec(code, names)  # text of the page
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/impact_laws.md"])
 def test_pages_python(page):
+    """The blocks of a page, in one namespace."""
     examples = blocks("python", page)
     assert examples
     for example in examples:
-        assert run_text(example, page) > 0
+        assert ">>> " in example
+    run_text("\n\n".join(examples), page)
+
+
+def test_the_readme_is_short():
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 150
+    assert max(map(len, lines)) <= 160
 
 
 def test_the_first_lines_say_what_ground_a_contact_has():
@@ -137,11 +144,15 @@ def test_the_first_lines_say_what_ground_a_contact_has():
             assert words in first, (name, words)
 
 
-def test_readme_commands(capsys, monkeypatch, tmp_path):
-    """The README shows after `$ standfast …` the output of the command."""
+def test_commands(capsys, monkeypatch, tmp_path):
+    """The page shows after `$ standfast …` the output of the command."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
-    shown = [block for block in blocks("console") if block.startswith("$ standfast ")]
+    shown = [
+        block
+        for block in blocks("console", "docs/cli.md")
+        if block.startswith("$ standfast ")
+    ]
     assert shown
     for block in shown:
         line, _, output = block.partition("\n")
