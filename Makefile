@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls footprint fuzz mutate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -148,6 +148,14 @@ fuzz:
 # Offspring of the fuzz targets' corpora, a quarter of an hour of each.
 mutate:
 	STANDFAST_FUZZ_SECONDS=900 cargo test --release -p standfast --test fuzz -- --ignored --nocapture mutated
+
+# The crate as it is published: packed, unpacked elsewhere, and tested there.
+crate:
+	cargo package -p standfast --allow-dirty --no-verify --target-dir target/crate
+	rm -rf target/crate/alone && mkdir -p target/crate/alone
+	tar -xzf target/crate/package/standfast-*.crate -C target/crate/alone --strip-components=1
+	test -f target/crate/alone/LICENSE-MIT -a -f target/crate/alone/LICENSE-APACHE -a -f target/crate/alone/README.md
+	cd target/crate/alone && printf '\n[workspace]\n[profile.test]\nopt-level = 2\n' >> Cargo.toml && cargo test --target-dir ../build
 
 # Licences and origins of all packages that are built in. Needs cargo-deny.
 audit:

@@ -150,3 +150,10 @@ def test_a_wrong_function_is_found():
         "no_such_file.rs::rod_couplings_by_hand",
     ):
         assert wrong_functions(row(wrong)) == [wrong]
+
+
+def test_the_crate_has_the_licences_of_the_project():
+    root = Path(__file__).parents[2]
+    for name in ("LICENSE-MIT", "LICENSE-APACHE"):
+        own = (root / "crates" / "core" / name).read_bytes()
+        assert own == (root / name).read_bytes()

@@ -79,3 +79,8 @@ pub use simulate::{Trajectory, simulate, simulate_many};
 pub use stability::stability;
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
+
+/// The example of the page of the package.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
