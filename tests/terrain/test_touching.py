@@ -127,7 +127,7 @@ def test_touching_under_an_overhang_and_beside_a_wall():
     assert shaft.touching(1, 0.0).tolist() == [0, 0, 0]  # on the wall already
     room = body([(1, 2), (-1, 2), (-1, 0), (1, 0)], (0.0, 1.75), (0.0, 0.5))
     assert room.touching(1, 0.0).tolist() == [0, 0.25, 0]  # on the ceiling
-    with pytest.raises(ValueError, match=r"contact 1 lies 1.0 m in it"):
+    with pytest.raises(ValueError, match=r"contact 1 lies 1.0 m in the ground"):
         body([(-5, 0), (5, 0)], (0, 1), (1, 2)).touching(2, 0.0)
     edge = body([(-1, 0), (1, 0)], (0, 4), center=(0, 1))
     with pytest.raises(ValueError, match="above or below"):

@@ -101,7 +101,7 @@ impl GroundMotion {
         };
         if self.acceleration.is_empty() == self.tilt.is_empty() {
             let value = format!("{} of each", self.tilt.len());
-            return Err(unusable("acceleration, tilt", value, "one of the two"));
+            return Err(unusable("acceleration, tilt", value, "exactly one of them is needed"));
         }
         for (field, entries) in
             [("acceleration", self.acceleration.len()), ("tilt", self.tilt.len())]

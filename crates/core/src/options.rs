@@ -168,7 +168,7 @@ impl Options {
             }
             None | Some(f64::INFINITY) if self.stop == Stop::Time => {
                 let value = self.time_limit.map_or("none", |_| "inf");
-                Err(unusable(value.into(), "a finite time_limit, because stop = \"time\""))
+                Err(unusable(value.into(), "stop = \"time\" needs a finite time_limit"))
             }
             _ => Ok(()),
         }?;

@@ -112,7 +112,7 @@ impl PyGroundMotion {
             return Err(to_py(&Error::Unusable {
                 field: "acceleration, tilt".into(),
                 value: if tilt.is_some() { "both" } else { "none" }.into(),
-                allowed: "one of the two".into(),
+                allowed: "exactly one of them is needed".into(),
             }));
         }
         let (acceleration, tilt) = (acceleration.unwrap_or_default(), tilt.unwrap_or_default());

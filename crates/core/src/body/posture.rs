@@ -412,15 +412,15 @@ impl Posture {
             gaps.find(|(k, gap)| *k != i && *gap < -TOUCH * self.size())
         };
         let Some(first) = found.first() else {
-            let allowed = "a contact and a theta for which a vertical displacement brings the contact onto its ground; no ground, or only a wall, is above or below it here";
-            return unusable(format!("{number}"), allowed.into());
+            let allowed = format!("turned by this theta, contact {number} has no ground above or below it, or only a wall");
+            return unusable(format!("{number}"), allowed);
         };
         if let Some(q) = found.iter().find(|q| in_ground(q).is_none()) {
             return Ok(*q);
         }
         let (k, gap) = in_ground(first).unwrap_or((i, 0.0));
         let allowed = format!(
-            "a contact and a theta with no contact in the ground; contact {} lies {:?} m in it",
+            "with contact {number} on the ground and the body turned by this theta, contact {} lies {:?} m in the ground",
             k + 1,
             -gap
         );

@@ -410,7 +410,7 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
         return Err(unusable(
             format!("terrain.{}", k + 2),
             value,
-            "another point than the vertex before",
+            "a vertex must differ from the one before it",
         ));
     }
     if let Some((i, j)) = meeting(vertices, false) {
@@ -418,7 +418,7 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
         return Err(unusable(
             "terrain".into(),
             value,
-            "a polyline that does not meet itself; piece k goes from vertex k to the next one",
+            "a terrain must not meet itself; piece k goes from vertex k to vertex k + 1",
         ));
     }
     let corners = without_straight_vertices(vertices);

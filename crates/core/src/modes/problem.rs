@@ -268,7 +268,7 @@ impl ContactProblem {
                 format_args!("arms.{number}"),
                 row.arm.norm(),
                 row.arm.norm() <= LONGEST_ARM,
-                "length over gyration_radius at most 1e4: forces of longer ones have few digits left",
+                "at most 1e4; forces on longer arms have few correct digits",
             )?;
             rows.push(row);
         }
@@ -444,7 +444,7 @@ impl ContactProblem {
         Self::new(problem).map_err(|e| {
             e.renamed(|field| match field.strip_prefix("arms.") {
                 Some(number) => format!(
-                    "distance of contacts.{number}.point from center_of_mass over gyration_radius"
+                    "(distance of contacts.{number}.point from center_of_mass) / gyration_radius"
                 ),
                 None => field.into(),
             })

@@ -97,7 +97,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     let fields = posture.fields();
     let reach = posture.geometry().iter().map(|k| libm::hypot(k.b, k.c)).fold(0.0, f64::max);
     in_range(
-        "gyration_radius over the distance of the farthest contact from center_of_mass",
+        "gyration_radius / (distance of the farthest contact from center_of_mass)",
         fields.gyration_radius / reach,
         reach == 0.0 || fields.gyration_radius <= HEAVIEST * reach,
         "at most 1e6, or contacts at center_of_mass",
@@ -127,13 +127,13 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
             let apart = one.apart(other, posture.size());
             in_range(
                 format_args!(
-                    "distance of contacts.{}.point from contacts.{}.point over the size of the body, or of their normals",
-                    j + 1,
-                    i + 1
+                    "distance between contacts {} and {} in body sizes (or between their unit normals)",
+                    i + 1,
+                    j + 1
                 ),
                 apart,
                 apart == 0.0 || apart >= NEAREST,
-                "0, or at least 1e-6",
+                "0, which makes them one contact, or at least 1e-6",
             )?;
             let surface = |k: usize| {
                 let contact = contacts[k];
@@ -148,7 +148,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
                     field: format!("contacts.{}.point", j + 1),
                     value: format!("{:?}", contacts[j].point),
                     allowed: format!(
-                        "another point than that of contacts.{}, or the same slope, segment, friction and restitution (a corner is a terrain)",
+                        "contact {} is at the same point; place them apart, or give both the same slope, segment, friction and restitution (a corner of the ground needs terrain=)",
                         i + 1
                     ),
                 });
@@ -160,7 +160,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
             let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
             in_range(
                 format_args!(
-                    "distance of contacts.{}.point from center_of_mass over gyration_radius",
+                    "(distance of contacts.{}.point from center_of_mass) / gyration_radius",
                     i + 1
                 ),
                 arm,
@@ -183,7 +183,7 @@ pub(super) fn touch(gaps: &mut [f64], touch: f64) -> Result<Vec<String>, Error> 
         if gap < 0.0 {
             *height = 0.0;
             warnings.push(format!(
-                "contact {} starts {:?} m below the terrain, which is within rounding: it counts as touching",
+                "contact {} starts {:?} m below the terrain, which is as small as the rounding error of its position: it counts as touching",
                 i + 1,
                 -gap
             ));
