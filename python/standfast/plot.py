@@ -508,13 +508,12 @@ def body_size(posture: Posture) -> float:
     return float(max(posture.gyration_radius, *np.hypot(*arms.T)))
 
 
-def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
-    """The terrain as straight pieces. For each: a point (2,), the direction (2,), and the interval along the direction, m.
+#: A straight piece of ground: a point (2,), the direction (2,) with the air on its left, and the interval along it, m.
+Piece = tuple[_Floats, _Floats, float, float]
 
-    The air is on the left of the direction. The pieces of a polyline are those of the terrain. Without a polyline every contact has a
-    line of its own. The drawn part of this line ends where it meets the line of another contact between both contacts. If they do not
-    meet there, each line ends halfway to the other contact.
-    """
+
+def ground(posture: Posture) -> list[Piece]:
+    """The ground of a posture as straight pieces: those of its polyline, or the line that all contacts share, or the contacts' own lines."""
     if posture.terrain is not None:
         vertices = np.array(posture.terrain)
         ways = np.diff(vertices, axis=0)
@@ -526,15 +525,23 @@ def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
     points = np.array([contact.point for contact in posture.contacts])
     slopes = [contact.slope for contact in posture.contacts]
     tangents = np.column_stack([np.cos(slopes), np.sin(slopes)])
+    if posture.ground == "shared":
+        lowest = min(range(len(points)), key=lambda i: _cross(tangents[i], points[i]))
+        return [(points[lowest], tangents[lowest], -math.inf, math.inf)]
+    return joined(own_lines(posture, points, tangents), body_size(posture))
+
+
+def own_lines(posture: Posture, points: _Floats, tangents: _Floats) -> list[Piece]:
+    """The line of each contact. It ends where it meets the line of another contact between both contacts. If they do not meet there,
+    each line ends halfway to the other contact. Lines that are the same do not end each other."""
     size = body_size(posture)
     pieces = []
     for i, contact in enumerate(posture.contacts):
         low, high = contact.segment
         for j in range(len(points)):
             to = points[j] - points[i]
-            side = _cross(tangents[i], to)
             turn = _cross(tangents[i], tangents[j])
-            if max(abs(side) / size, abs(turn)) < SAME_LINE:
+            if same_line((points[i], tangents[i]), (points[j], tangents[j]), size):
                 continue
             along, back = float(to @ tangents[i]), -float(to @ tangents[j])
             if abs(along) < SAME_LINE * size and abs(turn) < SAME_LINE:
@@ -554,13 +561,34 @@ def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
     return pieces
 
 
+def same_line(
+    one: tuple[_Floats, _Floats], other: tuple[_Floats, _Floats], size: float
+) -> bool:
+    """Whether two lines, each a point and a direction, are the same for a body of this size."""
+    side = _cross(one[1], other[0] - one[0])
+    return max(abs(side) / size, abs(_cross(one[1], other[1]))) < SAME_LINE
+
+
+def joined(pieces: list[Piece], size: float) -> list[Piece]:
+    """The pieces, with one piece for those that overlap on the same side of the same line."""
+    kept: list[Piece] = []
+    for point, tangent, low, high in pieces:
+        for other in [*kept]:
+            alike = same_line((point, tangent), other[:2], size)
+            along = float((other[0] - point) @ tangent)
+            begin, end = along + other[2], along + other[3]
+            if alike and tangent @ other[1] > 0.0 and begin <= high and low <= end:
+                low, high = min(low, begin), max(high, end)
+                kept = [piece for piece in kept if piece is not other]
+        kept.append((point, tangent, low, high))
+    return kept
+
+
 def _cross(a: _Floats, b: _Floats) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
 
 
-def clipped(
-    piece: tuple[_Floats, _Floats, float, float], low: _Floats, high: _Floats
-) -> tuple[float, float] | None:
+def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | None:
     """The interval along a piece of ground in which it is inside the box from `low` (2,) to `high` (2,); None if it is outside.
 
     >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
@@ -610,11 +638,11 @@ class View:
         reach = JOURNEY * body_size(self.posture)
         points, tangents, first, last = map(np.array, zip(*self.pieces, strict=True))
         for shape in self.corners:
-            for index, foot in enumerate(shape[:-1]):
+            for foot in shape[:-1]:
                 along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
                 places = points + tangents * along[:, None]
                 away = np.hypot(*(foot - places).T)
-                nearest = index if self.posture.terrain is None else int(away.argmin())
+                nearest = int(away.argmin())
                 if away[nearest] <= reach:
                     yield places[nearest : nearest + 1]
 
