@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotParams
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.path import Path
@@ -56,8 +57,8 @@ APART = 0.015
 MARK = 0.12
 #: Where the curve of the approach ends after the last simulated impact: the share of the time then left.
 BEYOND = 1e-3
-#: Largest number of entries in a legend, and in a row of one that is above the curves; room for that row, as a share of the curves.
-LEGEND, ROW, ROOM = 12, 6, 0.35
+#: Largest number of entries in a legend; width of its columns and height of its rows, in inches.
+LEGEND, COLUMN, ROW = 12, 1.3, 0.17
 #: Times around an impact, relative to the time left, at which the curve is sampled near its cusp.
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
 #: Largest number of poses of the body that are drawn, and of instants among which they are chosen.
@@ -107,6 +108,14 @@ def axes_or_none(ax: object) -> Axes | None:
     )
 
 
+def fitted(axes: Axes) -> None:
+    """Lets matplotlib arrange given axes, so that no label is cut off, where the caller has arranged nothing."""
+    figure = axes.figure.figure
+    arranged = vars(figure.subplotpars) != vars(SubplotParams())
+    if figure.get_layout_engine() is None and not arranged:
+        figure.set_layout_engine("constrained")
+
+
 def plot(
     run: Run, path: str | PathLike[str] | None = None, ax: object = None
 ) -> Figure | Axes:
@@ -129,6 +138,7 @@ def plot(
         width = axes.get_window_extent().width / axes.figure.dpi
         draw_gaps(axes, run, max(APART, MARK / width))
         axes.set_xlabel("time / s")
+        fitted(axes)
         return axes
     view = None if run.posture is None else View(run)
     point = accumulation(run)
@@ -353,29 +363,31 @@ def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
         label = "kick" if len(kick_times(run)) == 1 else "kicks"
         entries[label] = Line2D([], [], color=KICK, lw=1.5)
     highest = gaps[np.isfinite(gaps)].max(initial=0.0)
-    room = 1.05 if len(entries) <= FEW else 1.35
-    axes.set_ylim(0.0, room * highest if highest > 0.0 else None)
+    axes.set_ylim(0.0, 1.05 * highest if highest > 0.0 else None)
     axes.margins(x=0.03)
     if not run.elapsed:
         axes.set_xticks([run.time])
         text = f"The run ends at its start: {run.outcome}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", fontsize=9)
     axes.set_ylabel("gap / m")
-    _legend(axes, entries)
+    _legend(axes, entries, row=len(entries) > FEW + 1)
     _bare(axes)
 
 
 def _legend(
     axes: Axes, entries: dict[str, Any], row: bool = False, title: str | None = None
 ) -> None:
-    """A legend in the axes: handles by their labels; in a row above the curves, or where they leave room."""
+    """A legend in the axes: handles by their labels; in rows above the curves, or where they leave room."""
     first = dict(list(entries.items())[:LEGEND])
     if len(entries) > LEGEND:
         title = f"the first {LEGEND} of {len(entries)}"
-    few = len(first) <= FEW + 1
+    box = axes.get_window_extent().transformed(axes.figure.dpi_scale_trans.inverted())
+    columns = max(1, int(box.width / COLUMN)) if row else 1
     if row:
+        rows = math.ceil(len(first) / columns) + (title is not None)
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high + ROOM * (high - low))
+        share = min(0.6, ROW * (rows + 1) / box.height)
+        axes.set_ylim(low, low + (high - low) / (1.0 - share))
     axes.legend(
         list(first.values()),
         list(first),
@@ -385,9 +397,8 @@ def _legend(
         framealpha=0.9,
         labelspacing=0.3,
         columnspacing=1.2,
-        ncols=ROW if row else 1 if few else 2,
-        # The best place is sought slowly among many curves.
-        loc="best" if few and not row else "upper right",
+        ncols=columns,
+        loc="upper right" if row else "best",
     )
 
 
@@ -449,7 +460,9 @@ def forces(run: Run) -> tuple[_Floats, _Floats] | None:
 
 def draw_forces(axes: Axes, times: _Floats, values: _Floats) -> None:
     """Normal and tangential forces over time. See `forces`."""
-    entries: dict[str, Any] = {}
+    normal = Line2D([], [], color="black")
+    tangential = Line2D([], [], color="black", ls=LINES[1])
+    entries: dict[str, Any] = {"normal": normal, "tangential": tangential}
     for index in np.flatnonzero(np.nan_to_num(abs(values)).max(axis=(0, 2)) > 0.0):
         look: dict[str, Any] = {
             "color": COLORS[index % 4],
@@ -458,8 +471,6 @@ def draw_forces(axes: Axes, times: _Floats, values: _Floats) -> None:
         (line,) = axes.plot(times, values[:, index, 1], **look)
         axes.plot(times, values[:, index, 0], ls=LINES[1], **look)
         entries[f"contact {index + 1}"] = line
-    entries["normal"] = Line2D([], [], color="black")
-    entries["tangential"] = Line2D([], [], color="black", ls=LINES[1])
     axes.axhline(0.0, color=PATH, lw=0.6, zorder=0)
     axes.set_ylabel("force / N")
     _legend(axes, entries, row=True)
@@ -863,6 +874,7 @@ def draw_body(axes: Axes, view: View) -> None:
     draw_ground(axes, view)
     entries: dict[str, Any] = {}
     posture = view.posture
+    thin = 0.6 if len(posture.contacts) <= FEW else 0.25
     for shade, shape in zip(view.shades(), view.poses, strict=True):
         last = shape is view.poses[-1]
         look: dict[str, Any] = {"color": str(shade), "lw": 1.8 if last else 1.0}
@@ -871,7 +883,7 @@ def draw_body(axes: Axes, view: View) -> None:
         if posture.outline is None:
             arms = np.full((3 * len(shape.contacts), 2), np.nan)
             arms[0::3], arms[1::3] = shape.center, shape.contacts
-            axes.plot(*arms.T, **{**look, "lw": 0.6 * look["lw"]})
+            axes.plot(*arms.T, **{**look, "lw": thin * look["lw"]})
         (entries["centre of mass"],) = axes.plot(
             *shape.center, marker="+", color=str(shade), markersize=7, ls="none"
         )
@@ -960,7 +972,8 @@ def write_times(axes: Axes, view: View) -> None:
         points = np.vstack([shape.outline, shape.center])
         heights = points @ ways.T
         highest = heights >= heights.max(axis=0) - 1e-6 * view.scale
-        corners = (highest.T @ points) / highest.sum(axis=0)[:, None]
+        tied = [points[high] for high in highest.T]
+        corners = np.array([0.5 * (p.min(axis=0) + p.max(axis=0)) for p in tied])
         text = view.clock(shape.time)
         room = view.scale * (size(text) + 0.06) * ways
         # At the corner that is farthest in a direction, or beside the middle of the body.

@@ -261,26 +261,43 @@ def test_a_run_without_record_cannot_be_drawn():
         run.plot()
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_no_text_overlaps(name):
-    figure = sf.load(EXAMPLES / name).simulate().plot()
+def inside_and_apart(figure):
+    """No text leaves the figure or covers another one."""
     figure.draw_without_rendering()
-    boxes = [
-        (text.get_text(), text.get_window_extent()) for text in visible_texts(figure)
-    ]
-    inside = figure.bbox
+    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
     for text, box in boxes:
-        assert inside.x0 <= box.x0, text
-        assert box.x1 <= inside.x1, text
+        assert figure.bbox.x0 <= box.x0, text
+        assert box.x1 <= figure.bbox.x1, text
+        assert figure.bbox.y0 <= box.y0, text
+        assert box.y1 <= figure.bbox.y1, text
     for (one, box), (other, second) in combinations(boxes, 2):
         assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_into_given_axes(name):
-    """In one column of a paper: 3.4 inches."""
+def test_no_text_overlaps_in_examples(name):
+    inside_and_apart(sf.load(EXAMPLES / name).simulate().plot())
+
+
+def test_no_text_overlaps():
+    kick = sf.Kick(0.1, (1.2, 0), (0, 0.5))
+    shake = sf.GroundMotion([0.1, 0.4, 0.6], [(9, 0), (-9, 0), (0, 0)])
+    for run in (
+        box((0, 0.6, 0.4), (1.5, 0.5, -3)),
+        box(),
+        box(kicks=[kick]),
+        box(ground_motion=shake, friction=0.9, time_limit=2),
+        box((0, 3, 0.4), (9, 1, -3), time=1000.0, time_limit=1003.0),
+    ):
+        inside_and_apart(run.plot())
+
+
+@pytest.mark.parametrize("layout", ["constrained", None])
+@pytest.mark.parametrize("name", SCENES)
+def test_into_given_axes(name, layout):
+    """In one column of a paper: 3.4 inches. Axes that the caller has not arranged are arranged."""
     run = sf.load(EXAMPLES / name).simulate()
-    figure = Figure(figsize=(3.4, 2.8), layout="constrained")
+    figure = Figure(figsize=(3.4, 2.6), layout=layout)
     axes = figure.subplots()
     assert run.plot(ax=axes) is axes
     assert figure.axes == [axes]
@@ -288,13 +305,7 @@ def test_into_given_axes(name):
     for mine, other in zip(curves(axes), curves(whole), strict=True):
         np.testing.assert_array_equal(mine.get_xydata(), other.get_xydata())
     assert axes.get_title(loc="left") == ""
-    figure.draw_without_rendering()
-    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
-    for text, box in boxes:
-        assert figure.bbox.x0 <= box.x0, text
-        assert box.x1 <= figure.bbox.x1, text
-    for (one, box), (other, second) in combinations(boxes, 2):
-        assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
+    inside_and_apart(figure)
     # Marks stand apart by more than their width, 7 points.
     wide = 72.0 * axes.get_window_extent().width / figure.dpi
     scale = wide / np.diff(axes.get_xlim())[0]
@@ -328,3 +339,12 @@ def test_a_legend_of_many_contacts_is_cut(tmp_path):
     legend = gaps_panel(figure).get_legend()
     assert len(legend.get_texts()) == 12
     assert legend.get_title().get_text().startswith("the first 12 of ")
+
+
+def test_an_arrangement_of_the_caller_is_kept():
+    figure = Figure(figsize=(3.4, 2.6))
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.3)
+    rod().plot(ax=axes)
+    assert figure.get_layout_engine() is None
+    assert axes.get_position().x0 == pytest.approx(0.3)
