@@ -963,7 +963,7 @@ def write_times(axes: Axes, view: View) -> None:
                 out = np.array([0.0, -1.0])
             far = 0.18 * view.scale / math.hypot(*out)
             write(str(index + 1), [corner + far * out])
-    # Upwards, then to both sides, then downwards.
+    # Upwards; then to both sides and downwards.
     turns = math.pi * np.array([6, 5, 7, 4, 8, 3, 9, 2, 10, 0, 12, 18]) / 12.0
     ways = np.column_stack([np.cos(turns), np.sin(turns)])
     shades = view.shades()
@@ -972,16 +972,24 @@ def write_times(axes: Axes, view: View) -> None:
         points = np.vstack([shape.outline, shape.center])
         heights = points @ ways.T
         highest = heights >= heights.max(axis=0) - 1e-6 * view.scale
+        # At the corner that is farthest in a direction.
         tied = [points[high] for high in highest.T]
         corners = np.array([0.5 * (p.min(axis=0) + p.max(axis=0)) for p in tied])
         text = view.clock(shape.time)
         room = view.scale * (size(text) + 0.06) * ways
-        # At the corner that is farthest in a direction, or beside the middle of the body.
-        places = corners + room
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        beside = middle + ways * ((corners - middle) * ways).sum(axis=1)[:, None]
-        places[-3:] = (beside + room)[-3:]
-        write(text, [*places, *(corners + room)[-3:]], str(min(shade, 0.5)))
+        corners += room
+        # Beside the sides of the body, the highest first.
+        begin, way = shape.outline[:-1], np.diff(shape.outline, axis=0)
+        turn = math.copysign(
+            1.0, (begin[:, 0] * way[:, 1] - begin[:, 1] * way[:, 0]).sum()
+        )
+        out = turn * np.column_stack([way[:, 1], -way[:, 0]])
+        out /= np.maximum(np.hypot(*out.T), np.finfo(float).tiny)[:, None]
+        far = view.scale * (abs(out) @ size(text) + 0.03)
+        sides = begin + 0.5 * way + far[:, None] * out
+        sides = sides[np.argsort(-sides[:, 1], kind="stable")]
+        places = [*corners[:-3], *sides, *corners[-3:]]
+        write(text, places, str(min(shade, 0.5)))
 
 
 def hull(points: _Floats) -> _Floats:
