@@ -13,9 +13,10 @@ from matplotlib.colors import ListedColormap, is_color_like
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
+from matplotlib.text import Text
 
 from standfast._core import Posture
-from standfast.plot import Picture, axes_or_none
+from standfast.plot import Picture, axes_or_none, fitted
 from standfast.units import described, quantities
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ WIDTH, LABELS, BAR = 3.4, 0.6, 0.6
 HEIGHT, LEAST, LARGEST, STRIP, AROUND, LINE = 2.2, 0.8, 4.5, 0.5, 0.75, 0.16
 #: Size of the text of a new figure, in points, and its resolution in dots per inch.
 TEXT, DPI = 8.0, 220
+#: A figure of given axes that is narrower than this, in inches, has text of at most this size.
+NARROW = 4.5
 #: Mean width of a character, relative to the size of the text.
 CHARACTER = 0.55
 #: Position and size of the colour scale beside a panel, relative to the width and height of the panel.
@@ -99,6 +102,9 @@ def draw(
                 f"dataset has the quantities {', '.join(names)}: with ax one is allowed, such as dataset[[{names[0]!r}]]"
             )
         panel(axes, grid, names[0], style, posture)
+        if axes.figure.bbox.width / axes.figure.dpi < NARROW:
+            smaller(axes)
+        fitted(axes)
         return axes
     rows = math.ceil(len(names) / ROW)
     columns = min(len(names), ROW)
@@ -119,6 +125,14 @@ def draw(
             # Ticks are created later, when the size of text is another one.
             axes.tick_params(labelsize=TEXT)
     return figure
+
+
+def smaller(axes: Axes) -> None:
+    """Text of at most the size of a new figure, in axes and in the colour scale beside them."""
+    for text in axes.findobj(Text):
+        text.set_fontsize(min(text.get_fontsize(), TEXT))
+    for one in axes.findobj(Axes):
+        one.tick_params(labelsize=TEXT)
 
 
 class Style:
@@ -217,7 +231,7 @@ def panel(
         areas(axes, coordinates, variable.values, words, name, style)
     elif len(paths) == 1:
         axes.plot(coordinates[0], variable.values, color=COLORS["stable"])
-        axes.set_ylabel(style.axis(name))
+        axes.set_ylabel(wrapped(axes, style.axis(name), upright=True))
     else:
         axes.set_title(wrapped(axes, style.axis(name)), loc="left", fontsize="medium")
         numbers(axes, coordinates, variable.values, style.colors.get(name, "cividis"))
@@ -281,9 +295,10 @@ def areas(
     )
 
 
-def wrapped(axes: Axes, text: str) -> str:
-    """A text in lines that are not wider than the axes."""
-    width = 72.0 * axes.get_window_extent().width / axes.figure.dpi
+def wrapped(axes: Axes, text: str, upright: bool = False) -> str:
+    """A text in lines that are not wider than the axes, or than they are high."""
+    box = axes.get_window_extent()
+    width = 72.0 * (box.height if upright else box.width) / axes.figure.dpi
     return fill(text, max(1, int(width / (CHARACTER * rcParams["font.size"]))))
 
 

@@ -1,21 +1,25 @@
-"""Pictures of a run: the gaps over time, the gaps before a Zeno point, and the body. Needs matplotlib."""
+"""Pictures of a run: the body on its ground, what happens over time, and the gaps before a Zeno point. Needs matplotlib."""
 
 import math
+import pathlib
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from itertools import pairwise
 from os import PathLike
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
+from matplotlib.gridspec import SubplotParams
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.transforms import Bbox
 
-from standfast._core import Posture, Run, ZenoPoint, write_whole
+from standfast._core import GroundMotion, Posture, Run, ZenoPoint, write_whole
 from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
@@ -24,16 +28,27 @@ _Floats = npt.NDArray[np.float64]
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 LINES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 MARKERS = ("o", "^", "s", "D")
+KICK = "#E69F00"
+BODY = "#56B4E9"
 SHADE = "0.93"
 GROUND, SURFACE = "0.85", "0.5"
-LANDING = "0.6"
-#: Width of a figure, in inches.
-WIDTH = 9.0
+#: Of contacts that never touch the ground, where there are many; of the path of the centre of mass.
+ALOOF, PATH = "0.8", "0.6"
+#: Width of a figure, in inches, and the largest number of its panels.
+WIDTH, PANELS = 9.0, 5
+#: Heights of the panels of the gaps, of another quantity over time, and of the gaps against the time left, in inches.
+GAPS, OTHER, APPROACH = 2.2, 1.5, 2.4
+#: Size of small text, in points.
+SMALL = 8
 
 #: Samples of a curve between two events, and of a whole curve.
 ARC, CURVE = 60, 6000
 #: Samples in one revolution of the body.
 TURN = 20
+#: Samples of the forces between two events, and the shortest time between these for which forces are drawn, as a share of the run.
+FORCES, VISIBLE = 16, 1e-3
+#: Least share of the run with contacts on the ground for which the forces have a panel, and least range of the angle (rad).
+CLOSED, TURNED = 0.02, 0.05
 #: Largest number of impacts that are marked one by one.
 MARKS = 500
 #: Least distance between marks on the time axis, as a share of the run: about the width of a marker.
@@ -42,29 +57,35 @@ APART = 0.015
 MARK = 0.12
 #: Where the curve of the approach ends after the last simulated impact: the share of the time then left.
 BEYOND = 1e-3
-#: Largest number of entries in a legend: more would not fit beside the axes.
-LEGEND = 14
+#: Largest number of entries in a legend; width of its columns and height of its rows, in inches.
+LEGEND, COLUMN, ROW = 12, 1.3, 0.17
 #: Times around an impact, relative to the time left, at which the curve is sampled near its cusp.
 CUSP = np.array([-1e-2, -1e-3, -1e-4, 0.0, 1e-4, 1e-3, 1e-2])
-#: Number of poses of the body that are drawn.
-POSES = 5
+#: Largest number of poses of the body that are drawn, and of instants among which they are chosen.
+POSES, CHOICE = 7, 200
+#: Least distance of two poses, as a share of the longest distance between poses, and in sizes of the body.
+SPREAD, STEP = 0.15, 0.25
 #: Distances, in sizes of the body: a body that moves farther than the first is drawn only within the second of its end.
-JOURNEY, NEAR = 12.0, 3.0
+JOURNEY, NEAR = 30.0, 8.0
+#: Distance, in sizes of the body, from which the ground beneath a point of the body is not shown.
+REACH = 12.0
+#: Shares of the room that the body leaves in the panel: on its left, and below the ground.
+BELOW = np.array([0.5, 0.3])
 #: Room around the body and the ground beneath it, and thickness of the ground, as shares of their extent.
 MARGIN, THICKNESS = 0.08, 0.05
 #: Width, least height and largest height of the panel of the body, in inches, without labels and title.
-PANEL, LOW, HIGH = WIDTH - 1.2, 1.2, 4.0
-#: Part of that width that a legend beside the panel above needs, in inches.
-BESIDE = 2.3
-#: Largest number of contacts whose legend is drawn among the curves.
-FEW = 2
+PANEL, LOW, HIGH = WIDTH - 0.7, 2.0, 4.6
+#: Largest number of contacts that are all drawn in colour and whose numbers are written at the body.
+FEW = 4
 #: Two lines of ground are the same where their directions (rad) and their positions (in sizes of the body) differ by less than this.
 SAME_LINE = 1e-6
 #: Height that labels and title of that panel need, in inches.
-LABELS = 0.9
+LABELS = 0.8
 #: Impacts that are not summed are simulated until their speeds are below rounding. They accumulate over a time, and not at one
 #: instant, if the time left at the last of them is less than this share of the time they took.
 FOLLOWED = 1e-3
+#: An accumulation is the main event of a run if it ends after this share of the run.
+MAIN = 0.5
 
 
 def _png(figure: Figure) -> bytes:
@@ -87,17 +108,26 @@ def axes_or_none(ax: object) -> Axes | None:
     )
 
 
+def fitted(axes: Axes) -> None:
+    """Lets matplotlib arrange given axes, so that no label is cut off, where the caller has arranged nothing."""
+    figure = axes.figure.figure
+    arranged = vars(figure.subplotpars) != vars(SubplotParams())
+    if figure.get_layout_engine() is None and not arranged:
+        figure.set_layout_engine("constrained")
+
+
 def plot(
     run: Run, path: str | PathLike[str] | None = None, ax: object = None
 ) -> Figure | Axes:
     """Draw a run into a new figure, and save it if `path` is given; or draw its gaps over time into the axes `ax`.
 
-    The suffix of `path` determines the format. The figure has up to three panels:
+    The suffix of `path` determines the format. The figure has at most five panels:
 
-    1. the gaps over time, with the impacts marked on the terrain;
-    2. if impacts accumulate, the gaps against the time left until the last Zeno point of an accumulation, with two logarithmic
-       axes: accumulating impacts are evenly spaced here;
-    3. if the run has a posture, the body over its terrain at some instants, to scale.
+    1. if the run has a posture, the body on its ground at some instants, to scale, with arrows for kicks;
+    2. the gaps over time, with the impacts marked on the terrain;
+    3. the angle, the contact forces and the motion of the ground over time, each only if there is something to see;
+    4. if one accumulation of impacts is the main event, the gaps against the time left until its end, with two logarithmic axes:
+       accumulating impacts are evenly spaced here.
     """
     axes = axes_or_none(ax)
     if axes is not None:
@@ -106,25 +136,36 @@ def plot(
                 f"path = {str(path)!r} cannot be used: None is allowed with ax; save the figure of the axes instead"
             )
         width = axes.get_window_extent().width / axes.figure.dpi
-        draw_gaps(axes, run, max(APART, MARK / width), ABOVE)
+        draw_gaps(axes, run, max(APART, MARK / width))
+        axes.set_xlabel("time / s")
+        fitted(axes)
         return axes
-    point = accumulation(run)
     view = None if run.posture is None else View(run)
-    heights = [3.2] + [3.5] * (point is not None)
-    if view is not None:
-        heights.append(view.height + LABELS)
-    size = (WIDTH, sum(heights) + 0.3 * len(heights))
-    figure = Picture(figsize=size, dpi=110, layout="constrained")
+    point = accumulation(run)
+    others = list(over_time(run))
+    rest = 1 + (view is not None) + (point is not None)
+    others = others[max(0, rest + len(others) - PANELS) :]
+    heights = [] if view is None else [view.height + LABELS]
+    heights += [GAPS] + [OTHER] * len(others) + [APPROACH] * (point is not None)
+    figure = Picture(figsize=(WIDTH, sum(heights)), dpi=110, layout="constrained")
     grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
-    panels = iter([figure.add_subplot(grid[row]) for row in range(len(heights))])
-
-    top = next(panels)
-    draw_gaps(top, run, APART, BY_SIDE if len(run.gaps) > FEW else AMONG)
-    top.set_title(_headline(run), loc="left", fontsize=11)
-    if point is not None:
-        draw_approach(next(panels), run, point)
+    rows = iter(range(len(heights)))
     if view is not None:
-        draw_body(next(panels), view)
+        draw_body(figure.add_subplot(grid[next(rows)]), view)
+    gaps = figure.add_subplot(grid[next(rows)])
+    draw_gaps(gaps, run, APART)
+    timed = [gaps]
+    for draw in others:
+        timed.append(figure.add_subplot(grid[next(rows)], sharex=gaps))
+        draw(timed[-1])
+    for axes in timed:
+        for time in kick_times(run):
+            axes.axvline(time, color=KICK, lw=1.5, zorder=0.5)
+        axes.tick_params(labelbottom=axes is timed[-1])
+    timed[-1].set_xlabel("time / s")
+    if point is not None:
+        draw_approach(figure.add_subplot(grid[next(rows)]), run, point)
+    figure.axes[0].set_title(_headline(run), loc="left", fontsize=11)
     if path is not None:
         save(figure, path)
     return figure
@@ -135,7 +176,7 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
 
     Raises ValueError for a suffix that is no picture format, and OSError if the file cannot be written.
     """
-    target = Path(path)
+    target = pathlib.Path(path)
     kind = target.suffix[1:].lower()
     known = sorted(figure.canvas.get_supported_filetypes())
     if kind not in known:
@@ -148,9 +189,11 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
 
 
 def accumulation(run: Run) -> ZenoPoint | None:
-    """The last Zeno point at which infinitely many impacts accumulate over a time, and not at one instant."""
-    reached = (point for point in run.zeno_points[::-1] if accumulates(run, point))
-    return next(reached, None)
+    """The Zeno point of a run whose main event it is: the only one, at which infinitely many impacts accumulate over a time."""
+    points = [point for point in run.zeno_points if is_infinite(point)]
+    if len(points) != 1 or not accumulates(run, points[0]):
+        return None
+    return points[0] if points[0].elapsed >= MAIN * run.elapsed else None
 
 
 def is_summed(point: ZenoPoint) -> bool:
@@ -265,46 +308,60 @@ def _style(index: int) -> int:
     return (index + index // 4) % 4
 
 
-#: Places of a legend: among the curves, beside the axes where many lines leave no room among the curves, and above the axes.
-AMONG = {"loc": "best", "framealpha": 0.9, "fontsize": 9}
-BY_SIDE = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
-ABOVE = {
-    "loc": "lower left",
-    "bbox_to_anchor": (0.0, 1.0),
-    "frameon": False,
-    "fontsize": 8,
-    "borderpad": 0.2,
-}
+def touching(run: Run) -> set[int]:
+    """The contacts that touch the ground at some instant, counted from 0."""
+    closed = {
+        index
+        for phase in run.phases
+        for index, letter in enumerate(phase.mode)
+        if letter != "S"
+    }
+    landed = {number - 1 for point in run.zeno_points for number in point.contacts}
+    return closed | landed | {int(index) for index in np.unique(run.impacts["index"])}
 
 
-def draw_gaps(axes: Axes, run: Run, spacing: float, place: dict[str, Any]) -> None:
-    """Gaps over time; markers on the terrain for the impacts that were simulated. `spacing`: see `APART`; `place`: of the legend.
+def kick_times(run: Run) -> _Floats:
+    """Times of the kicks during the run that can be told apart."""
+    times = np.array([kick.time for kick in run.kicks if start(run) <= kick.time])
+    times = np.unique(times[times <= run.time])
+    return times[apart(times, APART * run.elapsed)]
 
-    Impacts and Zeno points that would be drawn over one another are left out, and the legend says so.
-    """
+
+def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
+    """Gaps over time; markers on the terrain for the impacts that can be told apart. `spacing`: see `APART`."""
     t, gaps = curves(run)
-    for index, look in _contacts(run):
-        if not run.elapsed:  # one point needs a marker
-            look |= {"marker": MARKERS[_style(index)], "clip_on": False}
-        axes.plot(t, gaps[:, index], label=f"contact {index + 1}", **look)
     least = spacing * run.elapsed
     impacts = run.impacts
     shown = impacts[marked(impacts, least)]
-    for index, _ in _contacts(run):
-        hits = impacts["time"][impacts["index"] == index]
-        if len(hits):
-            seen = shown["time"][shown["index"] == index]
-            axes.plot(
-                seen,
-                np.zeros_like(seen),
-                clip_on=False,
-                label=f"impact on {index + 1} ({_count(len(hits), len(seen), 'simulated')})",
-                **_mark(index),
-            )
-    infinite = [p for p in run.zeno_points if is_infinite(p)]
-    plastic = [p for p in run.zeno_points if p.plastic]
-    _draw_times(axes, infinite, least, "Zeno point", "black")
-    _draw_times(axes, plastic, least, "plastic landing", LANDING)
+    touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
+    infinite = [point for point in run.zeno_points if is_infinite(point)]
+    summed = {number for point in infinite for number in point.contacts}
+    entries: dict[str, Any] = {}
+    for index, look in _contacts(run):
+        if not run.elapsed:  # one point needs a marker
+            look |= {"marker": MARKERS[_style(index)], "clip_on": False}
+        if index not in touched:
+            look |= {"color": ALOOF, "linestyle": "-", "lw": 0.8, "zorder": 1.0}
+        (line,) = axes.plot(t, gaps[:, index], **look)
+        seen = shown["time"][shown["index"] == index]
+        if len(seen):
+            on_ground = np.zeros_like(seen)
+            (marks,) = axes.plot(seen, on_ground, clip_on=False, **_mark(index))
+            many = (impacts["index"] == index).sum() > 1 or index + 1 in summed
+            label = f"contact {index + 1}, impact{'s' if many else ''}"
+            entries[label] = line, marks
+        elif index in touched:
+            entries[f"contact {index + 1}"] = line
+        else:
+            entries["contacts that never touch"] = line
+    ends = np.array([point.time for point in infinite])
+    for time in ends[apart(ends, least)]:
+        label = "Zeno point" if len(infinite) == 1 else "Zeno points"
+        look = {"color": "black", "lw": 1.0, "ls": ":", "zorder": 0}
+        entries[label] = axes.axvline(time, **look)
+    if len(kick_times(run)):
+        label = "kick" if len(kick_times(run)) == 1 else "kicks"
+        entries[label] = Line2D([], [], color=KICK, lw=1.5)
     highest = gaps[np.isfinite(gaps)].max(initial=0.0)
     axes.set_ylim(0.0, 1.05 * highest if highest > 0.0 else None)
     axes.margins(x=0.03)
@@ -312,39 +369,135 @@ def draw_gaps(axes: Axes, run: Run, spacing: float, place: dict[str, Any]) -> No
         axes.set_xticks([run.time])
         text = f"The run ends at its start: {run.outcome}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", fontsize=9)
-    axes.set_xlabel("time / s")
     axes.set_ylabel("gap / m")
-    _draw_legend(axes, place)
+    _legend(axes, entries, row=len(entries) > FEW + 1)
     _bare(axes)
 
 
-def _draw_times(
-    axes: Axes, points: list[ZenoPoint], least: float, name: str, color: str
+def _legend(
+    axes: Axes, entries: dict[str, Any], row: bool = False, title: str | None = None
 ) -> None:
-    """Vertical lines where contacts come to rest."""
-    times = np.array([point.time for point in points])
-    lines = times[apart(times, least)]
-    label: str | None = name
-    if len(times) > 1:
-        label = f"{name} ({_count(len(times), len(lines), 'found')})"
-    for time in lines:
-        axes.axvline(time, color=color, lw=1.0, ls=":", zorder=0, label=label)
-        label = None
-
-
-def _draw_legend(axes: Axes, place: dict[str, Any]) -> None:
-    """The legend of the gaps at a place: among the curves, beside the axes or above them."""
-    entries = list(zip(*axes.get_legend_handles_labels(), strict=True))
+    """A legend in the axes: handles by their labels; in rows above the curves, or where they leave room."""
+    first = dict(list(entries.items())[:LEGEND])
     if len(entries) > LEGEND:
-        place = {**place, "title": f"the first {LEGEND} of {len(entries)}"}
-        # Vertical lines, which are few, come first: they are not among those left out.
-        entries.sort(key=lambda entry: "contact" in entry[1] or "impact on" in entry[1])
-    handles, labels = zip(*entries[:LEGEND], strict=True)
-    axes.legend(handles, labels, labelspacing=0.3, **place)
+        title = f"the first {LEGEND} of {len(entries)}"
+    box = axes.get_window_extent().transformed(axes.figure.dpi_scale_trans.inverted())
+    columns = max(1, int(box.width / COLUMN)) if row else 1
+    if row:
+        rows = math.ceil(len(first) / columns) + (title is not None)
+        low, high = axes.get_ylim()
+        share = min(0.6, ROW * (rows + 1) / box.height)
+        axes.set_ylim(low, low + (high - low) / (1.0 - share))
+    axes.legend(
+        list(first.values()),
+        list(first),
+        title=title,
+        title_fontsize=SMALL,
+        fontsize=SMALL,
+        framealpha=0.9,
+        labelspacing=0.3,
+        columnspacing=1.2,
+        ncols=columns,
+        loc="upper right" if row else "best",
+    )
 
 
-def _count(number: int, shown: int, what: str) -> str:
-    return f"{number} {what}" + (f", {shown} shown" if shown < number else "")
+def over_time(run: Run) -> Iterator[Callable[[Axes], None]]:
+    """What draws the further panels over time, those first that are left out first where there are too many."""
+    if run.posture is None or not run.elapsed:
+        return
+    times = np.unique([*event_times(run), *np.linspace(start(run), run.time, CURVE)])
+    theta = run.at(times)[0][:, 2]
+    if np.ptp(theta) > TURNED:
+
+        def draw_angle(axes: Axes) -> None:
+            axes.plot(times, theta, color="black", lw=1.6)
+            axes.set_ylabel("θ / rad")
+            _bare(axes)
+
+        yield draw_angle
+    pressed = forces(run)
+    if pressed is not None:
+
+        def draw(axes: Axes) -> None:
+            draw_forces(axes, *pressed)
+
+        yield draw
+    motion = run.ground_motion
+    if motion is not None:
+
+        def draw_motion(axes: Axes) -> None:
+            draw_ground_motion(axes, run, motion)
+
+        yield draw_motion
+
+
+def forces(run: Run) -> tuple[_Floats, _Floats] | None:
+    """Times (k,) and the forces of the contacts there (k, n, 2), with NaN between pieces of smooth motion; None if too little of the run
+    has contacts on the ground."""
+    events = event_times(run)
+    phases = [phase for phase in run.phases if set(phase.mode) != {"S"}]
+    begins, ends = (
+        np.array([getattr(phase, end) for phase in phases]) for end in ("start", "end")
+    )
+    pieces = [
+        (begin, end)
+        for begin, end in pairwise(events)
+        if end - begin > VISIBLE * run.elapsed
+        and ((begins <= begin) & (end <= ends)).any()
+    ]
+    if sum(end - begin for begin, end in pieces) <= CLOSED * run.elapsed:
+        return None
+    # At the end of a piece the forces may be those after an event.
+    shares = np.append(np.linspace(0.0, 1.0 - 1e-6, FORCES), np.nan)
+    times = np.concatenate([begin + (end - begin) * shares for begin, end in pieces])
+    values = np.full((len(times), len(run.gaps), 2), np.nan)
+    known = np.isfinite(times)
+    values[known] = run.forces_at(times[known])
+    values[(values == 0.0).all(axis=2)] = np.nan  # open contacts
+    return times, values
+
+
+def draw_forces(axes: Axes, times: _Floats, values: _Floats) -> None:
+    """Normal and tangential forces over time. See `forces`."""
+    normal = Line2D([], [], color="black")
+    tangential = Line2D([], [], color="black", ls=LINES[1])
+    entries: dict[str, Any] = {"normal": normal, "tangential": tangential}
+    for index in np.flatnonzero(np.nan_to_num(abs(values)).max(axis=(0, 2)) > 0.0):
+        look: dict[str, Any] = {
+            "color": COLORS[index % 4],
+            "lw": 1.6 / (1 + index // 4),
+        }
+        (line,) = axes.plot(times, values[:, index, 1], **look)
+        axes.plot(times, values[:, index, 0], ls=LINES[1], **look)
+        entries[f"contact {index + 1}"] = line
+    axes.axhline(0.0, color=PATH, lw=0.6, zorder=0)
+    axes.set_ylabel("force / N")
+    _legend(axes, entries, row=True)
+    _bare(axes)
+
+
+def draw_ground_motion(axes: Axes, run: Run, motion: GroundMotion) -> None:
+    """The acceleration or the tilt of the ground over time."""
+    times = np.array([start(run), *motion.times, max(run.time, motion.times[-1])])
+    if motion.tilt is not None:
+        values = {"tilt": np.array(motion.tilt)}
+        axes.set_ylabel("ground / rad")
+    else:
+        across, up = np.array(motion.acceleration).T
+        values = {"acceleration x": across, "acceleration y": up}
+        values = {label: a for label, a in values.items() if a.any()}
+        axes.set_ylabel("ground / (m/s²)")
+    entries: dict[str, Any] = {}
+    for (label, steps), color, style in zip(
+        values.items(), COLORS, LINES, strict=False
+    ):
+        level = np.array([0.0, *steps, steps[-1]])
+        look: dict[str, Any] = {"color": color, "ls": style, "lw": 1.6}
+        (entries[label],) = axes.step(times, level, where="post", **look)
+    axes.set_xlim(axes.get_xlim())
+    _legend(axes, entries, row=True)
+    _bare(axes)
 
 
 def _mark(index: int) -> dict[str, Any]:
@@ -375,15 +528,20 @@ def _headline(run: Run) -> str:
             return f"Infinitely many impacts on {who} in one instant, {when}"
         return f"Infinitely many impacts on {who} end {when}"
     infinite = sum(map(is_infinite, moving))
-    events = [
-        counted(number, noun)
-        for number, noun in (
-            (run.collisions, "impact"),
-            (len(moving) - infinite, "plastic landing"),
-            (infinite, "Zeno point"),
+    plastic = len(moving) - infinite
+    # Impacts on several contacts at one instant are one for the eye.
+    instants = max(len(np.unique(run.impacts["time"])), plastic)
+    events = []
+    if instants and not infinite > plastic:
+        events.append(counted(instants, "impact"))
+    if plastic and events:
+        events[0] += (
+            " without rebound"
+            if plastic == instants
+            else f", {plastic} of them without rebound"
         )
-        if number
-    ]
+    if infinite:
+        events.append(counted(infinite, "Zeno point"))
     if not events and resting:
         touch = "touches" if len(resting[0].contacts) == 1 else "touch"
         who = contacts_named(resting[0].contacts)
@@ -437,12 +595,9 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
         fontsize=9,
         bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2.0},
     )
-    axes.set_title(
-        f"The same against the time left until t = {point.time:.12f} s",
-        loc="left",
-        fontsize=11,
-    )
-    axes.set_xlabel("time left until the Zeno point / s")
+    title = "Gaps against the time left until the Zeno point"
+    axes.set_title(title, loc="left", fontsize=11)
+    axes.set_xlabel("time left / s")
     axes.set_ylabel("gap / m")
     axes.xaxis.set_major_locator(LogLocator(numticks=20))
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
@@ -470,35 +625,69 @@ def _posture(run: Run) -> Posture:
     return run.posture
 
 
-def poses(run: Run) -> tuple[_Floats, list[_Floats], list[_Floats]]:
-    """Times, and for each the points of the body (n + 1, 2), its contact points and its centre of mass; and its outline (k + 1, 2).
+class Pose(NamedTuple):
+    """The body at a time (s): its contacts (n, 2), centre of mass (2,) and closed outline (k + 1, 2), m."""
 
-    Without an outline the convex hull of the contact points stands for it.
+    time: float
+    contacts: _Floats
+    center: _Floats
+    outline: _Floats
 
-    The times go from the start to the end. If the body moves far, they cover only the part near the end.
-    """
+
+def pose(run: Run, time: float) -> Pose:
+    """The body at this time. Without an outline the convex hull of the contact points stands for it, or for one contact the circle of
+    gyration."""
     posture = _posture(run)
-    center = np.asarray(posture.center_of_mass)
-    arms = np.array([contact.point for contact in posture.contacts]) - center
-    times = np.linspace(start(run), run.time, 400)
-    places = run.at(times)[0][:, :2]
-    away = np.hypot(*(places - places[-1]).T) / body_size(posture)
+    nominal = np.asarray(posture.center_of_mass)
+    x, y, theta = run.at(time)[0]
+    contacts = run.points_at(time)
+    center = nominal + np.array([x, y])
+    if posture.outline is None and len(contacts) > 1:
+        return Pose(time, contacts, center, hull(contacts))
+    if posture.outline is None:
+        turns = np.linspace(0.0, 2.0 * math.pi, ARC)
+        circle = posture.gyration_radius * np.array([np.cos(turns), np.sin(turns)])
+        return Pose(time, contacts, center, center + circle.T)
+    c, s = (1.0, theta) if run.model == "local" else (math.cos(theta), math.sin(theta))
+    outline = np.array([*posture.outline, posture.outline[0]]) - nominal
+    return Pose(time, contacts, center, center + outline @ [[c, s], [-s, c]])
+
+
+def instants(run: Run) -> list[float]:
+    """Times at which the body is drawn: the start and the end, changes of the course between them, and times between these, as far as
+    the body is not drawn over itself. If the body moves far, they cover only the part near the end."""
+    size = body_size(_posture(run))
+    even = np.linspace(start(run), run.time, CHOICE)
+    away = np.hypot(*(run.at(even)[0][:, :2] - run.at(run.time)[0][:2]).T) / size
     if away.max() > JOURNEY:
-        times = times[np.flatnonzero(away > NEAR)[-1] :]
-    times = np.unique(np.linspace(times[0], times[-1], POSES))
-    outline = None if posture.outline is None else np.array(posture.outline) - center
-    corners, outlines = [], []
-    for x, y, theta in run.at(times)[0]:
-        turn = np.array(
-            [[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]]
-        )
-        at = center + np.array([x, y])
-        corners.append(np.vstack([arms @ turn.T, [0.0, 0.0]]) + at)
-        if outline is None:
-            outlines.append(hull(corners[-1][:-1]))
-        else:
-            outlines.append(np.vstack([outline, outline[:1]]) @ turn.T + at)
-    return times, corners, outlines
+        even = even[np.flatnonzero(away > NEAR)[-1] :]
+    events = event_times(run)
+    events = events[(events >= even[0]) & (events <= run.time)]
+    events = events[apart(events, run.elapsed / CHOICE)]
+    kicks = kick_times(run)
+    kicks = kicks[kicks >= even[0]]
+    times = np.array([even[0], run.time, *kicks, *events, *even])
+    if not run.elapsed:
+        return [run.time]
+    # The centre of mass counts twice: a body that turns at its place is drawn over itself.
+    q = run.at(times)[0]
+    points = np.concatenate([run.points_at(times), q[:, None, :2]], axis=1)
+    shapes = np.column_stack([points.reshape(len(times), -1), q[:, :2]])
+
+    def distance(i: int, chosen: list[int]) -> float:
+        moves = (shapes[chosen] - shapes[i]).reshape(len(chosen), -1, 2)
+        return float(np.hypot(moves[..., 0], moves[..., 1]).mean(axis=1).min())
+
+    longest = max(distance(i, [0]) for i in range(len(times)))
+    least = max(SPREAD * longest, STEP * size)
+    while True:
+        chosen = [0, 1]
+        for i in range(2, len(times)):
+            if distance(i, chosen) >= least:
+                chosen.append(i)
+        if len(chosen) <= POSES:
+            return sorted(float(times[i]) for i in chosen)
+        least *= 1.1
 
 
 def body_size(posture: Posture) -> float:
@@ -508,13 +697,12 @@ def body_size(posture: Posture) -> float:
     return float(max(posture.gyration_radius, *np.hypot(*arms.T)))
 
 
-def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
-    """The terrain as straight pieces. For each: a point (2,), the direction (2,), and the interval along the direction, m.
+#: A straight piece of ground: a point (2,), the direction (2,) with the air on its left, and the interval along it, m.
+Piece = tuple[_Floats, _Floats, float, float]
 
-    The air is on the left of the direction. The pieces of a polyline are those of the terrain. Without a polyline every contact has a
-    line of its own. The drawn part of this line ends where it meets the line of another contact between both contacts. If they do not
-    meet there, each line ends halfway to the other contact.
-    """
+
+def ground(posture: Posture) -> list[Piece]:
+    """The ground of a posture as straight pieces: those of its polyline, or the line that all contacts share, or the contacts' own lines."""
     if posture.terrain is not None:
         vertices = np.array(posture.terrain)
         ways = np.diff(vertices, axis=0)
@@ -526,15 +714,23 @@ def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
     points = np.array([contact.point for contact in posture.contacts])
     slopes = [contact.slope for contact in posture.contacts]
     tangents = np.column_stack([np.cos(slopes), np.sin(slopes)])
+    if posture.ground == "shared":
+        lowest = min(range(len(points)), key=lambda i: _cross(tangents[i], points[i]))
+        return [(points[lowest], tangents[lowest], -math.inf, math.inf)]
+    return joined(own_lines(posture, points, tangents), body_size(posture))
+
+
+def own_lines(posture: Posture, points: _Floats, tangents: _Floats) -> list[Piece]:
+    """The line of each contact. It ends where it meets the line of another contact between both contacts. If they do not meet there,
+    each line ends halfway to the other contact. Lines that are the same do not end each other."""
     size = body_size(posture)
     pieces = []
     for i, contact in enumerate(posture.contacts):
         low, high = contact.segment
         for j in range(len(points)):
             to = points[j] - points[i]
-            side = _cross(tangents[i], to)
             turn = _cross(tangents[i], tangents[j])
-            if max(abs(side) / size, abs(turn)) < SAME_LINE:
+            if same_line((points[i], tangents[i]), (points[j], tangents[j]), size):
                 continue
             along, back = float(to @ tangents[i]), -float(to @ tangents[j])
             if abs(along) < SAME_LINE * size and abs(turn) < SAME_LINE:
@@ -554,13 +750,34 @@ def ground(posture: Posture) -> list[tuple[_Floats, _Floats, float, float]]:
     return pieces
 
 
+def same_line(
+    one: tuple[_Floats, _Floats], other: tuple[_Floats, _Floats], size: float
+) -> bool:
+    """Whether two lines, each a point and a direction, are the same for a body of this size."""
+    side = _cross(one[1], other[0] - one[0])
+    return max(abs(side) / size, abs(_cross(one[1], other[1]))) < SAME_LINE
+
+
+def joined(pieces: list[Piece], size: float) -> list[Piece]:
+    """The pieces, with one piece for those that overlap on the same side of the same line."""
+    kept: list[Piece] = []
+    for point, tangent, low, high in pieces:
+        for other in [*kept]:
+            alike = same_line((point, tangent), other[:2], size)
+            along = float((other[0] - point) @ tangent)
+            begin, end = along + other[2], along + other[3]
+            if alike and tangent @ other[1] > 0.0 and begin <= high and low <= end:
+                low, high = min(low, begin), max(high, end)
+                kept = [piece for piece in kept if piece is not other]
+        kept.append((point, tangent, low, high))
+    return kept
+
+
 def _cross(a: _Floats, b: _Floats) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
 
 
-def clipped(
-    piece: tuple[_Floats, _Floats, float, float], low: _Floats, high: _Floats
-) -> tuple[float, float] | None:
+def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | None:
     """The interval along a piece of ground in which it is inside the box from `low` (2,) to `high` (2,); None if it is outside.
 
     >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
@@ -582,99 +799,197 @@ def clipped(
 class View:
     """The body at some instants, the ground around it, and the box that shows both, to scale.
 
-    times (k,), s; corners and outlines: see `poses`, m; low, high (2,), m: the box; height: of the panel, in inches.
+    poses: the body at these instants; path (k, 2), m: of the centre of mass; kicks: the tail and the head of an arrow for each; low, high
+    (2,), m: the box; height: of the panel, in inches; scale: metres in an inch.
     """
 
     def __init__(self, run: Run) -> None:
+        self.run = run
         self.posture = _posture(run)
-        self.times, self.corners, self.outlines = poses(run)
+        size = body_size(self.posture)
+        self.poses = [pose(run, time) for time in instants(run)]
+        times = np.linspace(self.poses[0].time, run.time, CURVE // 4)
+        times = np.unique([*times, *event_times(run)])
+        times = times[times >= self.poses[0].time]
+        self.path = run.at(times)[0][:, :2] + self.posture.center_of_mass
+        self.kicks = list(self._kicks(size))
         self.pieces = ground(self.posture)
-        shown = np.vstack(self.corners)
-        if len(self.posture.contacts) == 1:  # its circle of gyration
-            radius = self.posture.gyration_radius
-            centers = shown[1::2]
-            shown = np.vstack([shown, centers - radius, centers + radius])
-        shown = np.vstack([shown, *self.outlines, *self._beneath()])
+        shown = np.vstack([*self.path[None], *self.kicks])
+        for _, contacts, _, outline in self.poses:
+            shown = np.vstack([shown, contacts, outline])
+        shown = np.vstack([shown, *self._beneath()])
         low, high = shown.min(axis=0), shown.max(axis=0)
         margin = MARGIN * float((high - low).max())
         wide, tall = high - low + 2.0 * margin
-        panel = PANEL - BESIDE * (len(self.posture.contacts) > FEW)
-        self.height = float(np.clip(panel * tall / wide, LOW, HIGH))
+        self.height = float(np.clip(PANEL * tall / wide, LOW, HIGH))
         # Where the panel is wider or higher than its contents, the ground fills it.
-        scale = max(wide / panel, tall / self.height)
-        middle, half = 0.5 * (low + high), 0.5 * scale * np.array([panel, self.height])
-        self.low, self.high = middle - half, middle + half
+        self.scale = max(wide / PANEL, tall / self.height)
+        low, high = low - margin, high + margin
+        room = self.scale * np.array([PANEL, self.height]) - (high - low)
+        self.low, self.high = low - BELOW * room, high + (1.0 - BELOW) * room
+
+    def shades(self) -> list[float]:
+        """The grey of each pose, from light to black."""
+        return [float(s) for s in np.linspace(0.0, 0.7, len(self.poses))[::-1]]
+
+    def clock(self, time: float) -> str:
+        """A time with as many digits as tell the poses apart."""
+        whole = max(self.run.elapsed, np.finfo(float).tiny)
+        longer = math.log10(max(abs(self.run.time), whole) / whole)
+        return f"{time:.{3 + max(0, math.ceil(longer))}g} s"
+
+    def _kicks(self, size: float) -> Iterator[_Floats]:
+        """Arrows (2, 2) to the points of the body that kicks act on, as long as the largest radius of the body or shorter."""
+        times = [time for time in kick_times(self.run) if time >= self.poses[0].time]
+        kicks = [kick for kick in self.run.kicks if kick.time in times][:POSES]
+        largest = max((math.hypot(*kick.impulse) for kick in kicks), default=0.0)
+        for kick in kicks if largest > 0.0 else []:
+            x, y, theta = self.run.at(kick.time)[0]
+            arm = np.subtract(
+                kick.point or self.posture.center_of_mass, self.posture.center_of_mass
+            )
+            c, s = math.cos(theta), math.sin(theta)
+            head = arm @ [[c, s], [-s, c]] + self.posture.center_of_mass + (x, y)
+            yield np.array([head - size * np.array(kick.impulse) / largest, head])
 
     def _beneath(self) -> Iterator[_Floats]:
-        """The points of the ground (1, 2) that are nearest to the contacts, for poses in which the body is not far from the ground."""
-        reach = JOURNEY * body_size(self.posture)
+        """The points of the ground (1, 2) that are nearest to the contacts and the centre of mass, where these are not far from it."""
+        reach = REACH * body_size(self.posture)
         points, tangents, first, last = map(np.array, zip(*self.pieces, strict=True))
-        for shape in self.corners:
-            for index, foot in enumerate(shape[:-1]):
-                along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
-                places = points + tangents * along[:, None]
-                away = np.hypot(*(foot - places).T)
-                nearest = index if self.posture.terrain is None else int(away.argmin())
-                if away[nearest] <= reach:
-                    yield places[nearest : nearest + 1]
+        for foot in np.vstack([[*p.contacts, p.center] for p in self.poses]):
+            along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
+            places = points + tangents * along[:, None]
+            away = np.hypot(*(foot - places).T)
+            nearest = int(away.argmin())
+            if away[nearest] <= reach:
+                yield places[nearest : nearest + 1]
 
 
 def draw_body(axes: Axes, view: View) -> None:
-    """The body over its terrain, to scale, at some instants of the run: its arms, its hull, its contacts."""
+    """The body on its ground, to scale, at some instants of the run, with their times, its contacts and the path of its centre of mass."""
+    axes.set_aspect("equal", adjustable="box", anchor="W")
+    axes.set_xlim(view.low[0], view.high[0])
+    axes.set_ylim(view.low[1], view.high[1])
+    axes.set_autoscale_on(False)
+    draw_ground(axes, view)
+    entries: dict[str, Any] = {}
     posture = view.posture
-    extent = view.high - view.low
-    depth = THICKNESS * float(extent.min())
+    thin = 0.6 if len(posture.contacts) <= FEW else 0.25
+    for shade, shape in zip(view.shades(), view.poses, strict=True):
+        last = shape is view.poses[-1]
+        look: dict[str, Any] = {"color": str(shade), "lw": 1.8 if last else 1.0}
+        axes.fill(*shape.outline.T, color=BODY, alpha=0.15, lw=0.0)
+        axes.plot(*shape.outline.T, solid_joinstyle="round", **look)
+        if posture.outline is None:
+            arms = np.full((3 * len(shape.contacts), 2), np.nan)
+            arms[0::3], arms[1::3] = shape.center, shape.contacts
+            axes.plot(*arms.T, **{**look, "lw": thin * look["lw"]})
+        (entries["centre of mass"],) = axes.plot(
+            *shape.center, marker="+", color=str(shade), markersize=7, ls="none"
+        )
+    (entries["its path"],) = axes.plot(*view.path.T, color=PATH, lw=1.0, ls=":")
+    if posture.outline is None and len(posture.contacts) == 1:
+        circle = Line2D([], [], ls="none", marker="o", ms=9, mfc="none", mec="black")
+        entries["radius of gyration"] = circle
+    for tail, head in view.kicks:
+        arrow = {"color": KICK, "arrowstyle": "-|>", "lw": 2.0}
+        axes.annotate("", head, tail, arrowprops={**arrow, "shrinkA": 0, "shrinkB": 0})
+        label = "kick" if len(view.kicks) == 1 else "kicks"
+        entries[label] = Line2D([], [], color=KICK, lw=2.0, marker=">")
+    for index, corner in enumerate(view.poses[-1].contacts):
+        axes.plot(*corner, **{**_mark(index), "markersize": 6})
+    write_times(axes, view)
+    frame = "" if view.run.ground_motion is None else ", relative to the ground"
+    axes.set_xlabel(f"x / m{frame}")
+    axes.set_ylabel("y / m")
+    begin = view.poses[0].time
+    late = begin > start(view.run)
+    _legend(axes, entries, title=f"from t = {view.clock(begin)}" if late else None)
+    _bare(axes)
+
+
+def draw_ground(axes: Axes, view: View) -> None:
+    """The surface of the ground, and a strip under it."""
+    depth = THICKNESS * float((view.high - view.low).min())
     shown = []
     for piece in view.pieces:
         if (ends := clipped(piece, view.low, view.high)) is not None:
             point, tangent, *_ = piece
             line = point + np.outer(ends, tangent)
             shown.append((line, line + depth * np.array([tangent[1], -tangent[0]])))
-    for (line, under), (then, under_then) in pairwise(
-        [*shown, shown[-1]] if shown else []
-    ):
-        axes.add_patch(
-            Polygon(np.vstack([line, under[::-1]]), color=GROUND, lw=0.0, zorder=0)
-        )
-        if (line[1] == then[0]).all():  # the corner between two pieces of a polyline
-            corner = np.vstack([line[1], under[1], under_then[0]])
-            axes.add_patch(Polygon(corner, color=GROUND, lw=0.0, zorder=0))
+    strips = [np.vstack([line, under[::-1]]) for line, under in shown]
+    strips += [  # in the corners between two pieces
+        np.vstack([line[1], under[1], under_then[0]])
+        for line, under in shown
+        for then, under_then in shown
+        if np.allclose(line[1], then[0], rtol=0.0, atol=1e-6 * depth)
+    ]
+    for strip in strips:
+        axes.add_patch(Polygon(strip, color=GROUND, lw=0.5, zorder=0))
     for line, _ in shown:
-        axes.plot(
-            *line.T, color=SURFACE, lw=1.0, zorder=0.5, scalex=False, scaley=False
+        axes.plot(*line.T, color=SURFACE, lw=1.0, zorder=0.5)
+
+
+def write_times(axes: Axes, view: View) -> None:
+    """The numbers of the contacts at the last pose, and the times at the poses, where they cover no text and, if possible, no pose."""
+    end = view.poses[-1]
+    bodies = [Path(shape.outline) for shape in view.poses]
+    strips = [patch.get_path() for patch in axes.patches if patch.get_zorder() == 0]
+    taken: list[Bbox] = []
+
+    def size(text: str) -> _Floats:
+        """Half of its width and height, in inches."""
+        return np.array([0.035 * len(text) + 0.02, 0.08])
+
+    def write(text: str, places: list[_Floats], color: str = "black") -> None:
+        half = view.scale * size(text)
+        free: list[tuple[float, int, _Floats, Bbox]] = []
+        for place in places:
+            box = Bbox([place - half, place + half])
+            inside = (view.low <= box.min).all() and (box.max <= view.high).all()
+            if inside and not box.count_overlaps(taken):
+                covered = sum(body.intersects_bbox(box) for body in bodies)
+                on_ground = any(strip.intersects_bbox(box) for strip in strips)
+                free.append((covered + 0.5 * on_ground, len(free), place, box))
+        for _, _, (x, y), box in sorted(free, key=lambda found: found[:2])[:1]:
+            taken.append(box)
+            look: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 6}
+            axes.text(x, y, text, fontsize=SMALL, color=color, **look)
+
+    if len(end.contacts) <= FEW:
+        for index, corner in enumerate(end.contacts):
+            out = corner - end.center
+            if not out.any():
+                out = np.array([0.0, -1.0])
+            far = 0.18 * view.scale / math.hypot(*out)
+            write(str(index + 1), [corner + far * out])
+    # Upwards; then to both sides and downwards.
+    turns = math.pi * np.array([6, 5, 7, 4, 8, 3, 9, 2, 10, 0, 12, 18]) / 12.0
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    shades = view.shades()
+    for index in dict.fromkeys([0, len(shades) - 1, *range(1, len(shades) - 1)]):
+        shape, shade = view.poses[index], shades[index]
+        points = np.vstack([shape.outline, shape.center])
+        heights = points @ ways.T
+        highest = heights >= heights.max(axis=0) - 1e-6 * view.scale
+        # At the corner that is farthest in a direction.
+        tied = [points[high] for high in highest.T]
+        corners = np.array([0.5 * (p.min(axis=0) + p.max(axis=0)) for p in tied])
+        text = view.clock(shape.time)
+        room = view.scale * (size(text) + 0.06) * ways
+        corners += room
+        # Beside the sides of the body, the highest first.
+        begin, way = shape.outline[:-1], np.diff(shape.outline, axis=0)
+        turn = math.copysign(
+            1.0, (begin[:, 0] * way[:, 1] - begin[:, 1] * way[:, 0]).sum()
         )
-    shades = np.linspace(0.0, 0.8, len(view.times))[::-1]
-    poses = zip(view.times, view.corners, view.outlines, shades, strict=True)
-    for t, shape, outline, shade in poses:
-        last = t == view.times[-1]
-        label = f"t = {t:.6g} s" if last or t == view.times[0] else None
-        style: dict[str, Any] = {"color": str(shade), "solid_joinstyle": "round"}
-        axes.plot(*outline.T, lw=1.8 if last else 1.0, label=label, **style)
-        arms = np.full((3 * len(shape) - 3, 2), np.nan)
-        arms[0::3], arms[1::3] = shape[-1], shape[:-1]
-        axes.plot(*arms.T, lw=1.0 if last else 0.6, **style)
-        axes.plot(*shape[-1], marker="+", color=str(shade), markersize=7)
-        if len(shape) == 2:  # one contact: the circle of gyration stands for the body
-            radius = posture.gyration_radius
-            axes.add_patch(Circle(shape[-1], radius, fill=False, edgecolor=str(shade)))
-        for index, corner in enumerate(shape[:-1]):
-            if last:
-                axes.plot(*corner, **{**_mark(index), "markersize": 6})
-    parts = "Contacts and centre of mass (+), joined by lines"
-    if len(posture.contacts) > 2:
-        parts = "Contacts with their hull, and centre of mass (+)"
-    if posture.outline is not None:
-        parts = "Body with its contacts, and centre of mass (+)"
-    if len(posture.contacts) == 1:
-        parts = "Contact, centre of mass (+) and circle of gyration"
-    axes.set_title(f"{parts}; to scale", loc="left", fontsize=11)
-    axes.set_aspect("equal", adjustable="box", anchor="W")
-    axes.set_xlim(view.low[0], view.high[0])
-    axes.set_ylim(view.low[1], view.high[1])
-    axes.set_xlabel("x / m")
-    axes.set_ylabel("y / m")
-    axes.legend(loc="upper right", fontsize=9)
-    _bare(axes)
+        out = turn * np.column_stack([way[:, 1], -way[:, 0]])
+        out /= np.maximum(np.hypot(*out.T), np.finfo(float).tiny)[:, None]
+        far = view.scale * (abs(out) @ size(text) + 0.03)
+        sides = begin + 0.5 * way + far[:, None] * out
+        sides = sides[np.argsort(-sides[:, 1], kind="stable")]
+        places = [*corners[:-3], *sides, *corners[-3:]]
+        write(text, places, str(min(shade, 0.5)))
 
 
 def hull(points: _Floats) -> _Floats:

@@ -1,4 +1,4 @@
-"""The texts of a figure."""
+"""The panels and the texts of a figure."""
 
 from matplotlib.axes import Axes
 from matplotlib.text import Text
@@ -16,3 +16,23 @@ def visible_texts(figure):
     for text in figure.findobj(Text):
         if text.get_visible() and text.get_text() and text not in hidden:
             yield text
+
+
+def body_panel(figure):
+    (axes,) = [axes for axes in figure.axes if axes.get_aspect() == 1.0]
+    return axes
+
+
+def gaps_panel(figure):
+    """The gaps over time."""
+    (axes,) = [
+        axes
+        for axes in figure.axes
+        if axes.get_ylabel() == "gap / m" and axes.get_xscale() == "linear"
+    ]
+    return axes
+
+
+def approach_panels(figure):
+    """The gaps against the time left: one panel or none."""
+    return [axes for axes in figure.axes if axes.get_xscale() == "log"]

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import standfast as sf
-from matplotlib.patches import Polygon
+from drawn import approach_panels, body_panel, gaps_panel
 from plastic_scenes import IN_TURN, block, body, drop, local, rod
 from standfast import plot
 from standfast.report import account
@@ -36,8 +36,8 @@ def ladder(q=(0, 0, 0), friction=0.5, **options):
     return sf.simulate(posture, q, (0, 0, 0), **options)
 
 
-#: A run; its headline, with t for its time; the title of the list in the report; its repr; whether impacts accumulate in
-#: finite time.
+#: A run; its headline, with t for its time; the title of the list in the report; its repr; whether one accumulation of
+#: impacts over a time is its main event.
 RUNS = {
     "one contact, plastic": (
         lambda: drop(body([0.0])),
@@ -62,21 +62,21 @@ RUNS = {
     ),
     "both ends in turn, plastic, uncoupled": (
         lambda: drop(body([-0.5, 0.5], gyration_radius=0.5, height=0.0), 0.1),
-        "Outcome: rest at t = {t} s; 2 impacts, 2 plastic landings",
+        "Outcome: rest at t = {t} s; 2 impacts without rebound",
         "plastic landings (no rebound)",
         "; 2 collisions, 2 plastic landings>",
         False,
     ),
     "both ends in turn, plastic, coupled: in one instant in the end": (
         lambda: drop(rod(0.0), 0.1),
-        "Outcome: rest at t = {t} s; 1 impact, 1 plastic landing, 1 Zeno point",
+        "Outcome: rest at t = {t} s; 1 impact without rebound, 1 Zeno point",
         "Zeno points (infinitely many impacts end), plastic landings (no rebound)",
         "; 1 collision, 1 plastic landing, 1 Zeno point (2-zeno at 0.148",
         False,
     ),
     "a table, plastic": (
         lambda: drop(body([-0.6, -0.2, 0.2, 0.6], height=0.7), 0.05),
-        "Outcome: rest at t = {t} s; 4 impacts, 2 plastic landings",
+        "Outcome: rest at t = {t} s; 2 impacts without rebound",
         "plastic landings (no rebound)",
         "; 4 collisions, 2 plastic landings>",
         False,
@@ -118,14 +118,14 @@ RUNS = {
     ),
     "a rocking block": (
         lambda: sf.load(EXAMPLES / "rocking_block.toml").simulate(),
-        "Outcome: rest at t = {t} s; 233 impacts, 18 Zeno points",
+        "Outcome: rest at t = {t} s; 18 Zeno points",
         "Zeno points (infinitely many impacts end), contacts on the ground from the start",
         "; 233 collisions, 18 Zeno points, contact 1 on the ground from the start>",
-        True,
+        False,
     ),
     "a plastic rocking block: its landings accumulate": (
         block,
-        "Outcome: rest at t = {t} s; 74 impacts, 74 plastic landings, 1 Zeno point",
+        "Outcome: rest at t = {t} s; 74 impacts without rebound, 1 Zeno point",
         "Zeno points (infinitely many impacts end), plastic landings (no rebound), contacts on"
         " the ground from the start",
         "; 74 collisions, 74 plastic landings, 1 Zeno point (2-zeno at 6.22",
@@ -183,19 +183,19 @@ RUNS = {
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_is_called_what_it_is(name):
-    make, headline, title, shown, accumulates = RUNS[name]
+    make, headline, title, shown, accumulation = RUNS[name]
     run = make()
-    axes = run.plot().axes
+    figure = run.plot()
     headline = headline.format(t=f"{run.time:.12f}")
-    assert axes[0].get_title(loc="left") == headline
-    logarithmic = [a for a in axes if a.get_xscale() == "log"]
-    assert len(logarithmic) == accumulates
+    assert figure.axes[0].get_title(loc="left") == headline
+    assert len(approach_panels(figure)) == accumulation
     assert shown.removesuffix(">") in repr(run)
     printed = account(run, name)
     assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in printed
     # Without infinitely many impacts no text mentions them or a Zeno point.
     infinite = any(is_infinite(p) for p in run.zeno_points)
-    labels = " ".join(text.get_text() for text in axes[0].get_legend().get_texts())
+    texts = gaps_panel(figure).get_legend().get_texts()
+    labels = " ".join(text.get_text() for text in texts)
     for text in (labels, repr(run), printed.replace("no Zeno point", "")):
         assert ("Zeno point" in text) == infinite, text
     assert ("nfinitely many" in printed) == infinite
@@ -235,7 +235,7 @@ def test_a_run_that_takes_no_time_is_drawn():
     for speed, outcome in ((0.0, "rest"), (1.0, "sliding")):
         smooth = sf.simulate(rod(0.1), (0, 0, 0), (speed, 0, 0))
         assert (smooth.outcome, smooth.elapsed) == (outcome, 0.0)
-        axes = smooth.plot().axes[0]
+        axes = gaps_panel(smooth.plot())
         (text,) = axes.texts
         assert text.get_text() == f"The run ends at its start: {outcome}"
         assert [line.get_xydata().tolist() for line in axes.lines] == [[[0, 0]]] * 2
@@ -251,18 +251,21 @@ def test_the_legend_is_inside_the_figure(number, restitution):
     posture = body(xs, restitution, 1.0, gyration_radius=2.0)
     figure = drop(posture, 0.001, event_limit=100).plot()
     figure.draw_without_rendering()
-    over, below = figure.axes[0], figure.axes[-1]
-    for axes in (over, below):
+    over = gaps_panel(figure)
+    for axes in (over, body_panel(figure)):
         box = axes.get_legend().get_window_extent()
         assert figure.bbox.x0 <= box.x0
         assert box.x1 <= figure.bbox.x1
         # No legend reaches into the next panel.
         assert axes.get_window_extent().y0 <= box.y0
         assert box.y1 <= figure.bbox.y1
-    looks = {
-        (line.get_color(), str(line._dash_pattern)) for line in over.lines[:number]
-    }
-    assert len(looks) == min(number, 16)
+    lines = [line for line in over.lines if line.get_linestyle() not in ("None", ":")]
+    assert len(lines) == number
+    drawn = [line for line in lines if line.get_color() != plot.ALOOF]
+    looks = {(line.get_color(), str(line._dash_pattern)) for line in drawn}
+    assert len(looks) == min(len(drawn), 16)
+    # Where there are many contacts, those that never touch the ground are grey.
+    assert len(drawn) == number or number > 4
 
 
 # The body.
@@ -293,7 +296,7 @@ def surfaces(axes):
 def test_a_ladder_fills_its_panel(run):
     figure = run().plot()
     figure.draw_without_rendering()
-    axes = figure.axes[-1]
+    axes = body_panel(figure)
     view, shown = spans(axes)
     assert shown[1] > 0.75 * view[1]
     box = axes.get_window_extent()
@@ -314,19 +317,20 @@ def test_a_body_on_a_steep_slope_fills_its_panel():
     slope = math.pi / 2 - LEAN
     foot = sf.Contact((0.0, 0.0), slope=slope, friction=1.0)
     posture = sf.Posture(1.0, 0.3, (-0.5, 0.0), [foot], 0.5, 0.0)
-    axes = (
-        sf.simulate(posture, (-0.01, 0, 0), (0.3, 0, 0), time_limit=0.1).plot().axes[-1]
-    )
+    run = sf.simulate(posture, (-0.01, 0, 0), (0.3, 0, 0), time_limit=0.1)
+    axes = body_panel(run.plot())
     (wall,) = surfaces(axes)
     np.testing.assert_allclose(wall[:, 0], 0.0, atol=1e-6)
     assert sorted(wall[:, 1]) == pytest.approx(sorted(axes.get_ylim()))
-    (circle, *_) = [p for p in axes.patches if not isinstance(p, Polygon)]
-    assert 2.0 * circle.radius > 0.6 * np.ptp(axes.get_ylim())
+    circle = next(line for line in axes.lines if line.get_color() == "0.0")
+    across, up = np.ptp(circle.get_xydata(), axis=0)
+    assert across == pytest.approx(up, rel=0.01)
+    assert up > 0.6 * np.ptp(axes.get_ylim())
 
 
 def test_stairs_are_drawn_with_their_risers():
     scene = sf.load(EXAMPLES / "stairs.toml")
-    axes = scene.simulate().plot().axes[-1]
+    axes = body_panel(scene.simulate().plot())
     lines = surfaces(axes)
     vertices = np.array(scene.posture.terrain)
     inside = [
@@ -353,7 +357,7 @@ def test_stairs_are_drawn_with_their_risers():
 
 
 def test_ground_that_is_far_below_does_not_shrink_the_body():
-    axes = drop(rod(0.1), height=1e6, time_limit=0.1).plot().axes[-1]
+    axes = body_panel(drop(rod(0.1), height=1e6, time_limit=0.1).plot())
     view, shown = spans(axes)
     assert shown[0] > 0.8 * view[0]
 
@@ -404,7 +408,7 @@ def test_the_body_is_drawn_with_its_arms_and_its_hull():
     feet = [sf.Contact(p, friction=0.5) for p in corners]
     posture = sf.Posture(1.0, 0.4, (0.5, 0.6), feet, 0.0, 0.0)
     run = sf.simulate(posture, (0, 1, 0), (0, 0, 0), time_limit=0.1)
-    axes = run.plot().axes[-1]
+    axes = body_panel(run.plot())
     black = [line.get_xydata() for line in axes.lines if line.get_color() == "0.0"]
     outline, arms, center = black
     up = np.array([0.0, 1.0])

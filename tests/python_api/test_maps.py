@@ -629,20 +629,26 @@ def overlaps(figure):
     boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
     inside = figure.bbox.padded(1.0)
     for text, box in boxes:
-        if box.x0 < inside.x0 or box.x1 > inside.x1 or box.y1 > inside.y1:
+        if (
+            box.x0 < inside.x0
+            or box.x1 > inside.x1
+            or box.y0 < inside.y0
+            or box.y1 > inside.y1
+        ):
             yield text, "the edge"
     for (one, box), (other, second) in combinations(boxes, 2):
         if box.padded(-1.0).overlaps(second.padded(-1.0)):
             yield one, other
 
 
-@pytest.mark.parametrize("given", [False, True], ids=["figure", "axes"])
+@pytest.mark.parametrize("given", ["a figure", "arranged axes", "axes"])
 @pytest.mark.parametrize("over", [PLACES, {"friction": np.linspace(0, 1, 9)}])
 @pytest.mark.parametrize("quantity", ["by", "theorem_3", "kinematic_margin", "energy"])
 def test_a_map_is_readable_in_one_column(quantity, over, given):
     grid = sf.sweep(VEE, over, quantity)
-    if given:
-        figure = Figure(figsize=(3.4, 3.6), layout="constrained")
+    if given != "a figure":
+        layout = None if given == "axes" else "constrained"
+        figure = Figure(figsize=(3.4, 2.6), layout=layout)
         axes = figure.subplots()
         assert sf.plot_map(grid, axes) is axes
     else:

@@ -563,9 +563,13 @@ impl PyRun {
         self.at_times(py, t, &[], |t| Ok([self.0.energy(t)?]))
     }
 
-    /// Draw the run. Without `ax`: a new figure with the gaps over time, the gaps before a Zeno point if impacts accumulate, and the
-    /// body if the run has a posture. Returns the matplotlib.figure.Figure, which a notebook shows once: it is not left open in
-    /// pyplot, so that `plt.show()` does not show it. With `ax`: the gaps over time in these axes, without a title. Returns `ax`.
+    /// Draw the run. Without `ax`: a new figure with at most five panels. If the run has a posture, the first and largest shows the body
+    /// on its ground at some instants, to scale, with the times, the path of the centre of mass and arrows for kicks; of a long journey
+    /// only the end. Below are the gaps over time with the impacts that can be told apart, and, if there is something to see, the angle,
+    /// the contact forces (see `forces_at`) and the motion of the ground; vertical lines are kicks. If one accumulation of impacts is the
+    /// main event, the last panel shows the gaps against the time left until its end. Returns the matplotlib.figure.Figure, which a
+    /// notebook shows once: it is not left open in pyplot, so that `plt.show()` does not show it. With `ax`: the gaps over time in these
+    /// axes, without a title; a figure that has no layout of its own gets one in which no label is cut off. Returns `ax`.
     ///
     /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes; for a window use `fig, ax =
     /// plt.subplots(); run.plot(ax=ax); plt.show()`.
