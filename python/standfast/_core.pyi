@@ -59,6 +59,7 @@ _By: TypeAlias = Literal[
     "corner-map",
     "growing-cycle",
     "accelerating-mode",
+    "no-solution",
 ]
 _Reason: TypeAlias = Literal[
     "ambiguous", "degenerate", "painleve", "modes", "energy", "flight", "cells"

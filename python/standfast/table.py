@@ -134,6 +134,8 @@ ARGUMENTS = {
     "corner-map": "every sequence of corners shrinks, or ends at rest",
     "growing-cycle": "a cycle of corners repeats, larger every time",
     "accelerating-mode": "a contact mode leads away from the posture and does not return",
+    "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion,"
+    " and impacts without collision are not allowed here",
 }
 
 

@@ -121,7 +121,7 @@ impl PyVerdict {
     }
 
     /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle",
-    /// "accelerating-mode", or None.
+    /// "accelerating-mode", "no-solution", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
         self.verdict.by.map(standfast::stability::Argument::as_str)
@@ -142,7 +142,9 @@ impl PyVerdict {
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
     /// above which V holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners
     /// (contact, phi, growth). For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
-    /// "velocity"} that starts at q = 0 with this velocity. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot"}: a start in the
+    /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
+    /// times f², 0 < f < 1. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
     /// computed).
     #[getter]

@@ -334,7 +334,7 @@ impl Local {
     }
 
     /// Ratio of gravity into the terrain of contact k to its normal force, while it slides with this sign.
-    fn stiffness(&self, k: usize, side: f64) -> I {
+    pub(super) fn stiffness(&self, k: usize, side: f64) -> I {
         self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k]
     }
 
@@ -406,6 +406,23 @@ impl Local {
             [one] => *one,
             _ => FromRest::Unknown,
         }
+    }
+
+    /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
+    pub(super) fn no_slide_together(&self, side: f64) -> bool {
+        let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
+        let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
+        let entry = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
+        let force = solve([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]], self.g);
+        let both_fail = force.iter().any(|f| f.is_negative());
+        // i slides, the other one lifts.
+        let one_fails = |i: usize| {
+            let j = 1 - i;
+            entry(i, i).is_negative()
+                || entry(i, i).is_positive()
+                    && (entry(j, i) * self.g[i] / entry(i, i) - self.g[j]).is_negative()
+        };
+        self.g.iter().all(|g| g.is_positive()) && both_fail && one_fails(0) && one_fails(1)
     }
 
     /// Motion with both contacts sliding on the terrain with this sign of s.

@@ -17,6 +17,7 @@ mod certify;
 mod clattering;
 mod conditions;
 mod corner;
+mod existence;
 mod fate;
 mod reduced;
 mod region;
@@ -96,6 +97,8 @@ pub enum Argument {
     GrowingCycle,
     /// The body moves away in a mode and does not come back.
     AcceleratingMode,
+    /// After some kicks, however small, no motion exists: no mode is consistent, and no impact is due.
+    NoSolution,
 }
 
 impl Argument {
@@ -106,14 +109,15 @@ impl Argument {
             Self::Theorem3 | Self::Theorem3Loose | Self::Goyal | Self::CornerMap => {
                 Stability::Stable
             }
-            Self::NotEquilibrium | Self::GrowingCycle | Self::AcceleratingMode => {
-                Stability::Unstable
-            }
+            Self::NotEquilibrium
+            | Self::GrowingCycle
+            | Self::AcceleratingMode
+            | Self::NoSolution => Stability::Unstable,
         }
     }
 
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -121,6 +125,7 @@ impl Argument {
         Self::CornerMap,
         Self::GrowingCycle,
         Self::AcceleratingMode,
+        Self::NoSolution,
     ];
 
     /// Its name in Python and in files.
@@ -134,6 +139,7 @@ impl Argument {
             Self::CornerMap => "corner-map",
             Self::GrowingCycle => "growing-cycle",
             Self::AcceleratingMode => "accelerating-mode",
+            Self::NoSolution => "no-solution",
         }
     }
 }
@@ -182,6 +188,20 @@ pub enum Evidence {
         /// The velocity at q = 0 with which it starts, 1 m/s at the contact on the terrain or at the other one: (ẋ, ẏ, θ̇), in m/s and
         /// rad/s.
         velocity: [f64; 3],
+    },
+    /// A start, as small as one likes, from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide; with
+    /// any factor 0 < f < 1 on `qdot`, and f² on `q`, there is no motion either.
+    NoMotion {
+        /// The contacts that slide.
+        contacts: Vec<ContactNumber>,
+        /// Their directions: R or L.
+        slides: String,
+        /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone, per unit mass: negative.
+        stiffness: Option<f64>,
+        /// m, m, rad
+        q: [f64; 3],
+        /// m/s, m/s, rad/s
+        qdot: [f64; 3],
     },
     /// Why the corner map does not decide, and the undecided cells.
     Left {
@@ -382,6 +402,15 @@ impl Verdict {
             let word = Evidence::Word(answer.word.to_string());
             return Finding::Decided(Argument::AcceleratingMode, word);
         }
+        let without_motion = |map: &CornerMap| {
+            let lack = existence::lack(map.local())?;
+            existence::evidence(&lack, map.local(), posture)
+        };
+        if let Some(evidence) =
+            map.filter(|_| !self.conditions.unambiguous).and_then(without_motion)
+        {
+            return Finding::Decided(Argument::NoSolution, evidence);
+        }
         let Some(map) = map.filter(|_| self.conditions.unambiguous) else {
             return Finding::Undecided(None);
         };
@@ -409,6 +438,9 @@ impl Verdict {
                 None => Finding::Undecided(None),
             },
             Decision::Undecided { reason, cells, left } => {
+                if let Some(evidence) = without_motion(map) {
+                    return Finding::Decided(Argument::NoSolution, evidence);
+                }
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
                 let left = left.into_iter().map(number).collect();
                 Finding::Undecided(Some(Evidence::Left { reason, cells, left }))
