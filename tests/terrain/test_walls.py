@@ -93,7 +93,12 @@ def test_an_overhang_is_hit_from_below():
 
 
 #: A rod whose foot circles under the left end of a hill with a wall: its speed, and its place, sideways.
-UNDER_THE_END = [(0.0, 6.0, -0.6), (0.0, -6.0, -0.6), (2.0, 9.0, -0.6), (0.6, 4.0, -0.9)]
+UNDER_THE_END = [
+    (0.0, 6.0, -0.6),
+    (0.0, -6.0, -0.6),
+    (2.0, 9.0, -0.6),
+    (0.6, 4.0, -0.9),
+]
 
 
 @pytest.mark.parametrize("mirror", [1, -1])
@@ -122,6 +127,41 @@ def test_a_contact_that_has_come_under_the_end_of_the_terrain_meets_nothing(
     assert behind.sum() > 50
     assert np.isinf(gaps[:-1][behind]).all()
     assert (gaps >= 0).all()
+
+
+def turned(points, angle):
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.asarray(points) @ np.array([[cos, sin], [-sin, cos]])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, 0.7, 1.1, 1.5, 2.0, -2.7])
+def test_at_a_wall_the_rounding_error_of_gravity_brings_no_contact_to_rest(angle):
+    """Two feet of a body that jams between a wall and a slope are hit in turn. The component of gravity along the normal of the wall is zero;
+    in a turned world it is rounding error, and the time in which it would stop the foot is arbitrary."""
+    ground = [(-9, -3.695), (-3.156, -0.42), (-2.248, -1.251)]
+    wall = [(-2.248, 1.126), (-3.114, 2.775)]
+    feet = [(-3.655, 0.574), (-3.699, 1.374), (-3.36, 0.712)]
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=0.2347,
+        center_of_mass=turned((-3.338, 1.094), angle),
+        contacts=[sf.Contact(turned(foot, angle), friction=1.023) for foot in feet],
+        restitution=0.2176,
+        gravity=G,
+        terrain=turned(ground + wall, angle),
+    )
+    run = sf.simulate(
+        posture,
+        (0, 0, 0),
+        (*turned((1.156, 0.732), angle), -1.79),
+        impact="stronge",
+        model="full",
+        ground_motion=sf.GroundMotion([0], tilt=[-angle]),
+    )
+    assert run.outcome == "rest"
+    (zeno,) = run.zeno_points
+    assert zeno.contacts == (2, 3)
+    assert zeno.time_error < 1e-14
 
 
 def entries(terrain, posture, run):
