@@ -193,6 +193,11 @@ pub(crate) const CONTACT_STOPPED: f64 = 1e-16;
 /// that. Range: 10 to 1e6.
 pub(crate) const HIT_IN_TURN: f64 = 1e3;
 
+/// Effective gravity of a contact that counts as zero. Unit: machine epsilon times gravity and the acceleration |c| ω² of the contact. At a
+/// vertical wall the sign of the component of gravity is rounding error, and a time that is inversely proportional to it is arbitrary.
+/// Range: 2 to 64.
+pub(crate) const PULL_ROUNDINGS: f64 = 8.0;
+
 /// Rounding of the change of velocity between two impacts of one contact at one instant. Unit: machine epsilon. Range: 16 to 256.
 pub(crate) const SEQUENCE_RATIO_ROUNDINGS: f64 = 64.0;
 
