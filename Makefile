@@ -81,7 +81,7 @@ long: wheel
 	STANDFAST_WALL_SCENES=100000 STANDFAST_THROWS=10000 STANDFAST_EDGE_RUNS=3000 STANDFAST_STAIRS=3000 $(BIN)/python -m pytest -s tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
 	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(BIN)/python -m pytest -s tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 $(BIN)/python -m pytest -s tests/stability/test_statics_on_walls.py
-	STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 $(BIN)/python -m pytest -s tests/stability/test_verdicts.py tests/stability/test_existence.py
+	STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 $(BIN)/python -m pytest -s tests/stability/test_verdicts.py tests/stability/test_existence.py tests/stability/test_drift.py
 
 # The bits of every answer on 11 000 seeded scenes beside those that tests/data/bits.txt has: half a minute.
 bits: EXTRA :=

@@ -76,8 +76,8 @@ def account(run: sf.Run, title: str) -> str:
         lines.append(
             "  impacts simulated one by one (rates: all gaps, in contact order)"
         )
-        rows, listed_impacts = _impact_table(impacts)
-        lines.extend(rows)
+        table, listed_impacts = _impact_table(impacts)
+        lines.extend(table)
         if len(impacts) > listed_impacts:
             more = len(impacts) - listed_impacts
             lines.append(f"    ... and {more} more (all with --json)")

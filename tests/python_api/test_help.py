@@ -33,7 +33,7 @@ def v_posture(x, y):
 @pytest.mark.parametrize(
     ("at", "reason"),
     [
-        ((-0.9, 0.842), "energy"),
+        ((-0.86, 1.92), "cells"),
         ((-0.2, 1.0), "flight"),
     ],
 )

@@ -10,6 +10,7 @@ use standfast::modes::ContactProblem;
 use standfast::stability::{StaticForces, Verdict};
 use standfast::{Posture, State};
 
+use crate::convert::word;
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
@@ -114,6 +115,13 @@ impl PyVerdict {
         self.verdict.energy
     }
 
+    /// Why every frictionless flight ends at a Zeno point: "energy" (λ > 0), "drift" (λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact:
+    /// contact j is not hit any more after a time of the size of the kick), or None.
+    #[getter]
+    fn flight(&self) -> Option<String> {
+        self.verdict.flight.as_ref().map(word)
+    }
+
     /// "stable", "unstable" or "undecided".
     #[getter]
     fn frictional_stability(&self) -> &str {
@@ -129,7 +137,7 @@ impl PyVerdict {
 
     /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "painleve" (a contact that slides
     /// alone jams: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
-    /// (frictionless motion need not come to rest: λ > 0 fails), "flight" (the impacts after a corner cannot be followed to their end with
+    /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]

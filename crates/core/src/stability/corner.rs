@@ -17,6 +17,8 @@
 //!
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
 
+use serde::{Deserialize, Serialize};
+
 use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::impact::newton;
@@ -243,6 +245,17 @@ impl Images {
     }
 }
 
+/// Why every frictionless flight ends at a Zeno point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FlightsEnd {
+    /// λ = D⁻¹(g_1, g_2) > 0: the energy bounds the gaps.
+    Energy,
+    /// λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact: contact j drifts away and is not hit any more after a time of the size of the
+    /// kick.
+    Drift,
+}
+
 /// The corner map.
 #[derive(Debug, Clone)]
 pub(crate) struct CornerMap {
@@ -331,6 +344,21 @@ impl Local {
     /// λ = (N M⁻¹Nᵀ)⁻¹ g: the forces of the contacts without friction.
     pub(crate) fn weights(&self) -> [I; 2] {
         solve(self.nn, self.g)
+    }
+
+    /// Why every frictionless flight ends at a Zeno point; `None` if neither reason is certain.
+    ///
+    /// Drift, for λ_j < 0 and i the other contact: ψ_1, ψ_2 ≤ 0, g_i > 0. Put s = u_j + ψ_i u_i and y = h_j + ψ_i h_i. In a flight ṡ = κ with
+    /// κ = −(g_j + ψ_i g_i) > 0, which is λ_j < 0. An impulse at i leaves s as it is; one at j adds P D_jj (1 − ψ_1ψ_2) ≥ 0. So
+    /// y ≥ y_0 + s_0 t + κt²/2, and j is hit only while y ≤ 0: not after T* = (S + √(S² + 2κY))/κ, S = max(0, −s_0), Y = max(0, −y_0).
+    pub(super) fn flights_end(&self) -> Option<FlightsEnd> {
+        let weights = self.weights();
+        if weights.iter().all(|weight| weight.is_positive()) {
+            return Some(FlightsEnd::Energy);
+        }
+        let repels = self.psi.iter().all(|psi| psi.hi <= 0.0);
+        let drifts = |j: usize| weights[j].is_negative() && self.g[1 - j].is_positive();
+        (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
     }
 
     /// Ratio of gravity into the terrain of contact k to its normal force, while it slides with this sign.

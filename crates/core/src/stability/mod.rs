@@ -31,6 +31,7 @@ pub use clattering::{
 };
 pub(crate) use conditions::equilibrium_margin;
 pub use conditions::{Conditions, conditions};
+pub use corner::FlightsEnd;
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
@@ -232,6 +233,8 @@ pub struct Verdict {
     pub conditions: Conditions,
     /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
     pub energy: bool,
+    /// Why every frictionless flight ends, if that is certain.
+    pub flight: Option<FlightsEnd>,
     /// Whether rounding may decide: a margin of the argument is below 1e-10.
     pub delicate: bool,
     /// Bound on the growth of a motion after a kick: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at
@@ -270,6 +273,7 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
     let mut verdict = Verdict {
         conditions: found,
         energy,
+        flight: map.as_ref().and_then(|map| map.local().flights_end()),
         frictional_stability: Stability::Undecided,
         by: None,
         evidence: None,
