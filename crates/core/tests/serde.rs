@@ -231,7 +231,10 @@ fn a_verdict_is_read_as_it_was_written() {
         assert_eq!((json(&same), verdict.to_json()), (text.clone(), text));
         assert_eq!((&same.evidence, &same.conditions), (&verdict.evidence, &verdict.conditions));
     }
-    assert_eq!(kinds, ["cycle", "left", "margins", "potential", "region", "word"].into());
+    assert_eq!(
+        kinds,
+        ["cycle", "left", "margins", "no-motion", "potential", "region", "word"].into()
+    );
     let corner = r#"{"contact":2,"phi":0.5,"growth":0.25}"#;
     let away: Evidence = read(corner);
     assert!(matches!(away, Evidence::Away(step) if step.contact.number() == 2));
