@@ -208,6 +208,10 @@ def verdict_table(verdict: sf.Verdict) -> str:
     if verdict.reason is not None:
         lines.append(f"    {UNDECIDED[verdict.reason]}")
         lines += [f"    {TRY}"] * (verdict.trials is None)
+    if len(verdict.posture.contacts) > len(verdict.contacts):
+        lines.append(
+            f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
+        )
     lines += [
         f"  equilibrium       {_yes(verdict.equilibrium)}: {where}",
         "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",

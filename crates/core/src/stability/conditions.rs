@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::body::posture::Posture;
+use crate::body::posture::{GroundKind, Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -86,8 +86,11 @@ impl Conditions {
 ///
 /// # Errors
 ///
-/// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
+/// [`Error::Unusable`] naming `contacts` unless two touch.
 pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
+    if let Some((pair, _)) = pair_that_touches(posture) {
+        return conditions(&pair);
+    }
     let psi = on_two_feet(posture)?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let mut words = Words::default();
@@ -118,13 +121,40 @@ pub(crate) fn equilibrium_margin(posture: &Posture) -> (Option<[f64; 2]>, f64) {
     (region, region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x)))
 }
 
+/// The contacts that touch their ground in the nominal posture, from 0.
+fn touching(posture: &Posture) -> impl Iterator<Item = usize> {
+    let geometry = posture.geometry();
+    (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0)
+}
+
+/// The posture with the two contacts that touch, and their places in the list, if there are others that do not touch: small motions do
+/// not reach the ground of those.
+pub(super) fn pair_that_touches(posture: &Posture) -> Option<(Posture, [usize; 2])> {
+    if posture.contacts().len() == 2 {
+        return None;
+    }
+    let mut closed = touching(posture);
+    let (Some(i), Some(j), None) = (closed.next(), closed.next(), closed.next()) else {
+        return None;
+    };
+    let fields = PostureFields {
+        contacts: [i, j].map(|k| posture.contacts()[k]).into(),
+        terrain: Vec::new(),
+        ground: GroundKind::Own,
+        outline: Vec::new(),
+        ..posture.fields().clone()
+    };
+    Posture::new(fields).ok().map(|pair| (pair, [i, j]))
+}
+
 /// ψ of a posture that touches the terrain with both contacts.
 pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
     if posture.contacts().len() != 2 {
+        let touching = touching(posture).count();
         return Err(Error::Unusable {
             field: "contacts".into(),
-            value: format!("[{} contacts]", posture.contacts().len()),
-            allowed: "exactly 2 contacts for stability; for any number of contacts there are \
+            value: format!("[{} contacts, {touching} of them touch]", posture.contacts().len()),
+            allowed: "exactly 2 contacts that touch, for stability; for any number of contacts there are \
                       equilibrium_region, static_forces, friction_margin, contact_modes, and \
                       simulate_many with small kicks"
                 .into(),

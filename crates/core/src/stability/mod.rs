@@ -1,4 +1,4 @@
-//! Stability of a posture on two frictional contacts: whether after any sufficiently small kick the body comes back to rest
+//! Stability of a posture that touches its ground with two frictional contacts: whether after any sufficiently small kick the body comes back to rest
 //! near it.
 //!
 //! The verdict follows the paper [Or & Rimon 2008] and extends it. In order:
@@ -224,6 +224,8 @@ enum Finding {
 /// Verdict on the stability of a posture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
+    /// The two contacts that touch. Words have a letter for each of them.
+    pub contacts: Vec<ContactNumber>,
     /// The verdict.
     pub frictional_stability: Stability,
     /// Its argument.
@@ -251,17 +253,29 @@ pub struct Verdict {
     pub modes: Vec<ModeAnswer>,
 }
 
-/// The verdict on a posture with two contacts, in its nominal configuration q = 0.
+/// The verdict on a posture that touches its ground with two contacts, in its nominal configuration q = 0. Contacts in the air have no effect
+/// on small motions.
 ///
 /// # Errors
 ///
-/// [`Error::Unusable`] naming `contacts` unless there are two, or where one does not touch.
+/// [`Error::Unusable`] naming `contacts` unless two touch.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     judge(posture, true)
 }
 
+/// The posture that a verdict is about: with the two contacts that touch, if there are others.
+#[must_use]
+pub fn of_touching_contacts(posture: &Posture) -> Posture {
+    conditions::pair_that_touches(posture).map_or_else(|| posture.clone(), |(pair, _)| pair)
+}
+
 /// As [`stability`]. `amplification`: whether to compute that field, which may take most of the time.
 pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
+    if let Some((pair, places)) = conditions::pair_that_touches(posture) {
+        let mut verdict = judge(&pair, amplification)?;
+        verdict.renumber(places);
+        return Ok(verdict);
+    }
     let psi = conditions::on_two_feet(posture)?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
@@ -271,6 +285,7 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
         .as_ref()
         .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
     let mut verdict = Verdict {
+        contacts: [0, 1].map(ContactNumber::of).into(),
         conditions: found,
         energy,
         flight: map.as_ref().and_then(|map| map.local().flights_end()),
@@ -354,6 +369,24 @@ impl Verdict {
     #[must_use]
     pub fn evidence_json(&self) -> String {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
+    }
+
+    /// Names the two contacts by these places in the list of the posture.
+    fn renumber(&mut self, places: [usize; 2]) {
+        let rename =
+            |number: &mut ContactNumber| *number = ContactNumber::of(places[number.index()]);
+        self.contacts.iter_mut().for_each(rename);
+        match &mut self.evidence {
+            Some(Evidence::Cycle(cycle)) => {
+                cycle.iter_mut().for_each(|corner| rename(&mut corner.contact));
+            }
+            Some(Evidence::Away(corner)) => rename(&mut corner.contact),
+            Some(Evidence::NoMotion { contacts, .. }) => contacts.iter_mut().for_each(rename),
+            Some(Evidence::Left { left, .. }) => {
+                left.iter_mut().for_each(|(contact, _)| rename(contact));
+            }
+            _ => {}
+        }
     }
 
     fn decide(&mut self, map: Option<&CornerMap>, posture: &Posture) {

@@ -13,6 +13,7 @@ use crate::math::random::Random;
 use crate::options::{Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
+use crate::stability::conditions::pair_that_touches;
 use crate::tolerance::START_LIFT;
 
 /// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model has no scale:
@@ -50,7 +51,9 @@ pub fn trials(
     seed: u64,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trials>, Error> {
-    // Small motions do not reach the ends of the pieces of terrain.
+    // Small motions do not reach the ground of contacts in the air, nor the ends of the pieces of terrain.
+    let pair = pair_that_touches(posture);
+    let posture = pair.as_ref().map_or(posture, |(pair, _)| pair);
     let contacts = posture.contacts();
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
     let straight =
