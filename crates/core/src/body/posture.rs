@@ -412,7 +412,9 @@ impl Posture {
             gaps.find(|(k, gap)| *k != i && *gap < -TOUCH * self.size())
         };
         let Some(first) = found.first() else {
-            let allowed = format!("turned by this theta, contact {number} has no ground above or below it, or only a wall");
+            let allowed = format!(
+                "turned by this theta, contact {number} has no ground above or below it, or only a wall"
+            );
             return unusable(format!("{number}"), allowed);
         };
         if let Some(q) = found.iter().find(|q| in_ground(q).is_none()) {
