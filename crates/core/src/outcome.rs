@@ -371,7 +371,7 @@ impl Uncertain {
             Self::Limit => "a limit of the run is reached",
             Self::Never => "no contact lands again",
             Self::Rest => {
-                "what follows is shorter than a rounding of the time: only the local model encloses its end"
+                "all further flights are shorter than the rounding error of the time: only the local model encloses their end"
             }
         }
     }

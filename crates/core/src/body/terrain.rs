@@ -526,7 +526,7 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
             return Err(Error::Unusable {
                 field: format!("{at}{field}"),
                 value: format!("{given:?}"),
-                allowed: "left out where the posture has a terrain: it follows from that".into(),
+                allowed: "left out, because the terrain of the posture determines it".into(),
             });
         }
     }

@@ -420,7 +420,7 @@ impl ContactProblem {
                     field: "q".into(),
                     value: format!("[{x:?}, {y:?}, {theta:?}]"),
                     allowed: format!(
-                        "contact {} off the vertex of its terrain: there it is on two pieces, each a contact of a ContactProblem",
+                        "contact {} off the vertex of its terrain; in the vertex it rests on two pieces, which a ContactProblem takes as two contacts",
                         i + 1
                     ),
                 });
@@ -429,7 +429,7 @@ impl ContactProblem {
                 return Err(Error::Unusable {
                     field: "qdot".into(),
                     value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
-                    allowed: "rates >= 0 at closed contacts: an impact is due, level \"impulse\""
+                    allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due: level = \"impulse\" solves it"
                         .into(),
                 });
             }

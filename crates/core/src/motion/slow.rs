@@ -218,7 +218,7 @@ impl Driver<'_, AnyContacts> {
         let [slow, fast] = [*limit, self.body.fastest].map(in_words);
         (!contacts.is_empty()).then(|| {
             format!(
-                "{who} bounced below {slow} without becoming slower; next to speeds of up to {fast} only rounding errors are left: taken to rest"
+                "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
             )
         })
     }

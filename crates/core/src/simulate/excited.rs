@@ -54,7 +54,7 @@ pub fn simulate_excited_until(
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "false where there are kicks or a ground_motion".into(),
+            allowed: "false, because the run has kicks or a ground_motion".into(),
         });
     }
     let (model, reason) = match options.model {
