@@ -367,8 +367,8 @@ impl ContactProblem {
         Ok(best.map_or(first, |(_, problem)| problem))
     }
 
-    /// Whether a consistent word holds all closed contacts fixed, and the most contacts that stay on their pieces in a consistent word: those
-    /// that stay fixed or slide in the direction given here, away from the vertex in which they are.
+    /// Whether a consistent word holds all closed contacts fixed; and the largest number of contacts that stay on their pieces in a
+    /// consistent word. A contact stays on its piece if it is fixed, or if it slides in the direction given here, away from its vertex.
     pub(crate) fn holds(&self, inwards: &[Option<Mode>]) -> (bool, usize) {
         let Ok(modes) = contact_modes(self, Method::Enumerate) else { return (false, 0) };
         let of = |answer: &ModeAnswer| {

@@ -94,7 +94,7 @@ pub(crate) struct BodyState {
     pub(crate) frozen: Option<f64>,
 }
 
-/// The derived one clones the points one by one.
+/// Written by hand: the derived `clone` copies the points one by one.
 impl Clone for BodyState {
     fn clone(&self) -> Self {
         let Self { center, spin, rho2, fall, gravity, frozen, .. } = *self;
@@ -169,8 +169,8 @@ impl BodyState {
             .unzip()
     }
 
-    /// Gap and rate of a point. With walls it moves between the separating lines of a piece, and the nearest piece may be another one: the
-    /// gap is that of the nearest piece.
+    /// Gap and rate of a point. With walls, the piece between whose separating lines the point moves may differ from the nearest piece; the
+    /// gap is the gap to the nearest piece.
     fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
         let i = p.place.contact;
         if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {
