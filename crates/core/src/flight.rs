@@ -183,9 +183,9 @@ impl GapArc {
 
     /// The earliest touchdown at a time > 0: gap zero, coming from above; `None` if there is none.
     ///
-    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is
-    /// split at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where
-    /// `h = 0`. A gap that touches zero within rounding without crossing it is not a touchdown.
+    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is split
+    /// at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where `h = 0`. A gap
+    /// that touches zero within its rounding error, without crossing it, is not a touchdown.
     #[must_use]
     pub fn touchdown(&self) -> Option<f64> {
         self.find_touchdown().map(|found| found.dt)

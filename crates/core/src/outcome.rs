@@ -151,7 +151,7 @@ pub struct ZenoPoint {
     pub gaps: Vec<f64>,
     /// Gap rates there, in m/s.
     pub gap_rates: Vec<f64>,
-    /// Whether the sum is proved (within rounding) and not estimated.
+    /// Whether the sum is proved (except for rounding errors) and not estimated.
     pub certified: bool,
     /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
     pub method: &'static str,
@@ -358,7 +358,7 @@ pub enum Uncertain {
     Limit,
     /// It is certain that no contact lands again.
     Never,
-    /// The rest of the motion is shorter than the rounding of the time, and its end is not enclosed (full model only).
+    /// The rest of the motion is shorter than the rounding error of the time, and its end is not enclosed (full model only).
     Rest,
 }
 

@@ -158,13 +158,14 @@ impl Piece {
         [from, -to]
     }
 
-    /// Distance of a point from the nearest point of the piece, in m, to some roundings of its distance from the nearest vertex of the piece.
+    /// Distance of a point from the nearest point of the piece, in m, with an error of a few ε times its distance from the nearest vertex
+    /// of the piece.
     fn distance(&self, at: &Vector2<f64>) -> f64 {
         let [before, after] = self.along(at).map(|side| (-side).max(0.0));
         libm::hypot(self.height(at), before.max(after))
     }
 
-    /// As `distance`, to some roundings of its value. The vertices of the piece must be exact.
+    /// As `distance`, with an error of a few ε times its value. The vertices of the piece must be exact.
     fn precise_distance(&self, at: &Vector2<f64>) -> f64 {
         let [from, to] = self.ends.map(|end| end.vertex);
         for (near, far) in [(from, to), (to, from)] {
@@ -261,7 +262,7 @@ impl Ground {
         if pieces.len() == 1 {
             return 0;
         }
-        // `distance` has these roundings.
+        // `distance` has these rounding errors.
         let known = |piece: &Piece| {
             let [from, to] = piece.ends.map(|end| (at - end.vertex).amax());
             (piece.distance(at), DISTANCE_ROUNDINGS * f64::EPSILON * from.max(to))

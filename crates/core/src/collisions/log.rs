@@ -177,10 +177,10 @@ impl<'a> Log<'a> {
     }
 }
 
-/// Impacts in a stretch: the fastest impacts of two stretches are compared.
+/// Number of impacts in a block. The fastest impacts of two successive blocks are compared.
 const STRETCH: usize = 1024;
 
-/// A stretch of impacts: the highest speed in m/s, the time of the first, the contacts hit (one bit each).
+/// A block of impacts: the highest speed in m/s, the time of the first impact, the contacts hit (one bit each).
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
     impacts: usize,
