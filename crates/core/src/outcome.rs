@@ -62,7 +62,7 @@ pub enum Outcome {
     Rest,
     /// The run ended at the first Zeno point, as its options ask.
     Zeno,
-    /// The body leaves for ever, or has left the neighbourhood of the options.
+    /// The body moves away for ever, or its centre of mass has moved farther than the option `neighbourhood`.
     Escape,
     /// The body slides on its contacts without end.
     Sliding,

@@ -210,8 +210,9 @@ pub(crate) const HIT_IN_TURN: f64 = 1e3;
 /// Relative rounding error of the change of velocity over one cycle of impacts at one instant. Unit: ε. Range: 16 to 256.
 pub(crate) const SEQUENCE_RATIO_ROUNDINGS: f64 = 64.0;
 
-/// Largest error of the velocity after impacts at one instant have been summed as a geometric series, from the rounding error of its ratio.
-/// Unit: the largest speed of the run. Half of the digits are then correct. Range: 1e-12 to 1e-6.
+/// Impacts at one instant are summed as a geometric series, and the rounding error of its ratio causes an error of the summed velocity. If
+/// that error is above this value, the series is not summed. Unit: the largest speed of the run. At this value half of the digits are
+/// correct. Range: 1e-12 to 1e-6.
 pub(crate) const SUMMED_VELOCITY: f64 = 1e-8;
 
 /// Ratio of the largest speeds of two successive blocks of 256 impacts below which the speeds count as constant. Contacts that lose a

@@ -92,7 +92,8 @@ pub(crate) struct Ground {
 pub(crate) struct Place {
     /// The contact of this point.
     pub(crate) contact: usize,
-    /// The piece that it may touch: −1 before the first one, their number beyond the last one.
+    /// Index of the piece that the point may touch, from 0. Before the first piece it is −1, beyond the last piece it is the number of
+    /// pieces.
     pub(crate) piece: isize,
     /// Distances to the separating lines at the start and at the end of this piece, in m.
     pub(crate) sides: [f64; 2],
