@@ -13,7 +13,7 @@ use crate::outcome::ContactNumber;
 /// P(μ) = (1/m)(1 + b(b + σμc)/ρ²)
 /// ```
 ///
-/// Where P ≤ 0, a slide on this contact alone has no force or two, and a motion may not exist or not be unique.
+/// If P ≤ 0, a slide on this contact alone has no consistent normal force, or two. A motion may then not exist, or not be unique.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jamming {
     /// The contact.

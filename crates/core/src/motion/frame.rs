@@ -262,7 +262,7 @@ impl Frame {
         }
     }
 
-    /// Own-rate jumps, their time integrals or rates as translational impulses per unit mass.
+    /// Converts own-rate jumps to translational impulses per unit mass; likewise their time integrals and their rates.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }

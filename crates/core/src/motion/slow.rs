@@ -39,7 +39,7 @@ impl InstantImpacts {
 /// The cycle from one impact at a point and a piece of ground to the next one there, at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SinceLastHit {
-    /// The point that is hit, the pieces under all points, and the gap rates of all points, at its start.
+    /// At the start of the cycle: the point that is hit, the pieces under all points, and the gap rates of all points.
     point: usize,
     pieces: ContactValues<isize>,
     rates: ContactValues<f64>,

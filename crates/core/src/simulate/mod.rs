@@ -434,8 +434,8 @@ pub(crate) fn checked(
     Ok((gaps, warnings))
 }
 
-/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: the forces of a rotation on dependent contacts
-/// are of fourth order in it.
+/// Largest angular velocity ω, in rad/s, and largest product of ω and the size of the body, in m/s. The forces on dependent contacts
+/// contain ω⁴, which must not overflow.
 const FASTEST_SPIN: f64 = 1e70;
 
 #[cfg(test)]

@@ -138,8 +138,8 @@ impl BodyState {
         fixed(i).then(|| self.twin(i)).flatten().filter(|&j| fixed(j))
     }
 
-    /// Whether b and c turn a velocity into the rates of the contacts: they are not frozen, or frozen for the whole motion (ω²
-    /// = 0) and not at a moment of it.
+    /// Whether the velocity of the body determines the rates of the contacts by b and c. It does unless b and c were frozen at a moment of
+    /// a full motion (ω² ≠ 0).
     fn has_rows(&self) -> bool {
         self.frozen.is_none_or(|omega_squared| omega_squared == 0.0)
     }
