@@ -20,7 +20,8 @@ PARTS = {"a": 0.8, "b": 0.4}
 AREAS = {
     "theorem": (COLORS["theorem-3"], "stable by Theorem 3"),
     "stable": (COLORS["goyal"], "stable by a sharper test"),
-    "unstable": (COLORS["unstable"], "unstable in equilibrium"),
+    "unstable": (COLORS["unstable"], "unstable: a motion grows"),
+    "jams": (COLORS["no-solution"], "unstable: no motion exists"),
     "undecided": (COLORS["undecided"], "undecided"),
     "falls": ("white", "no equilibrium"),
 }
@@ -56,6 +57,7 @@ def grid(gyration_radius, points):
             "kinematic_strong",
             "theorem_3",
             "stability",
+            "by",
         ],
     )
 
@@ -74,8 +76,14 @@ def draw(axes, found, part, gyration_radius):
     equilibrium, theorem = found["equilibrium"].values, found["theorem_3"].values
     verdict = found["stability"].values
     kinds = np.select(
-        [~equilibrium, theorem, verdict == "stable", verdict == "unstable"],
-        ["falls", "theorem", "stable", "unstable"],
+        [
+            ~equilibrium,
+            theorem,
+            verdict == "stable",
+            found["by"].values == "no-solution",
+            verdict == "unstable",
+        ],
+        ["falls", "theorem", "stable", "jams", "unstable"],
         "undecided",
     )
     picture = np.zeros((*kinds.shape, 3))

@@ -59,6 +59,7 @@ _By: TypeAlias = Literal[
     "corner-map",
     "growing-cycle",
     "accelerating-mode",
+    "no-solution",
 ]
 _Reason: TypeAlias = Literal[
     "ambiguous", "degenerate", "painleve", "modes", "energy", "flight", "cells"
@@ -659,6 +660,8 @@ class Verdict:
     def chatter_margin(self) -> float: ...
     @property
     def energy(self) -> bool: ...
+    @property
+    def flight(self) -> Literal["energy", "drift"] | None: ...
     @property
     def frictional_stability(self) -> _Stability: ...
     @property

@@ -33,6 +33,7 @@ COLORS = {
     "corner-map": "#009E73",
     "growing-cycle": "#D55E00",
     "accelerating-mode": "#E69F00",
+    "no-solution": "#CC79A7",
     "undecided": "#D9D9D9",
     "rest": "#0072B2",
     "zeno": "#56B4E9",

@@ -76,9 +76,11 @@ def account(run: sf.Run, title: str) -> str:
         lines.append(
             "  impacts simulated one by one (rates: all gaps, in contact order)"
         )
-        lines.extend(_impact_table(impacts[:ROWS]))
-        if len(impacts) > ROWS:
-            lines.append(f"    ... and {len(impacts) - ROWS} more (all with --json)")
+        table, listed_impacts = _impact_table(impacts)
+        lines.extend(table)
+        if len(impacts) > listed_impacts:
+            more = len(impacts) - listed_impacts
+            lines.append(f"    ... and {more} more (all with --json)")
     elif run.collisions:
         lines.append(
             f"  impacts simulated one by one: {run.collisions}, not recorded (record = false)"
@@ -139,19 +141,27 @@ def account(run: sf.Run, title: str) -> str:
     return "\n".join(lines)
 
 
-def _impact_table(impacts: np.ndarray[Any, Any]) -> list[str]:
+def _impact_table(impacts: np.ndarray[Any, Any]) -> tuple[list[str], int]:
+    """The first rows of the table of impacts, and the number of impacts in them. Impacts at one instant are one row, with the rates
+    before the first and after the last of them."""
     rows = [("#", "time / s", "contact", "rates before / (m/s)", "rates after / (m/s)")]
-    rows += [
-        (
-            str(number),
-            decimal(impact["time"]),
-            str(impact["contact"]),
-            " ".join(f"{rate: .6e}" for rate in impact["rates_before"]),
-            " ".join(f"{rate: .6e}" for rate in impact["rates_after"]),
+    # The instants begin where the time changes.
+    begins = np.flatnonzero(np.diff(impacts["elapsed"], prepend=-1.0))
+    ends = [*begins[1:], len(impacts)]
+    for begin, end in list(zip(begins, ends, strict=True))[:ROWS]:
+        first, last = impacts[begin], impacts[end - 1]
+        count = f"{begin + 1}" if end == begin + 1 else f"{begin + 1} to {end}"
+        rows.append(
+            (
+                count,
+                decimal(first["time"]),
+                listed(sorted(set(impacts["contact"][begin:end].tolist()))),
+                " ".join(f"{rate: .6e}" for rate in first["rates_before"]),
+                " ".join(f"{rate: .6e}" for rate in last["rates_after"]),
+            )
         )
-        for number, impact in enumerate(impacts, start=1)
-    ]
-    return aligned(rows)
+    shown = ends[min(ROWS, len(ends)) - 1]
+    return aligned(rows), int(shown)
 
 
 #: Text of the report for each method of a Zeno point.

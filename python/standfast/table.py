@@ -134,6 +134,8 @@ ARGUMENTS = {
     "corner-map": "every sequence of corners shrinks, or ends at rest",
     "growing-cycle": "a cycle of corners repeats, larger every time",
     "accelerating-mode": "a contact mode leads away from the posture and does not return",
+    "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion,"
+    " and impacts without collision are not allowed here",
 }
 
 
@@ -143,7 +145,7 @@ UNDECIDED = {
     "degenerate": "the contacts depend on each other, or nearly so",
     "painleve": "a contact that slides alone jams (Painlevé): no contact mode is consistent",
     "modes": "after a slide or a landing several contact modes are consistent, or rounding decides",
-    "energy": "frictionless motion need not come to rest on the contacts (lambda > 0 fails)",
+    "energy": "frictionless motion need not come to rest on the contacts: neither its energy nor a drift bounds it",
     "flight": "the impacts after a corner cannot be followed to their end with certainty",
     "cells": "some directions of motion remain open; verdict.evidence lists them",
 }
@@ -228,6 +230,10 @@ def verdict_table(verdict: sf.Verdict) -> str:
         f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
         f" margin {verdict.chatter_margin:.4g}",
     ]
+    if verdict.flight == "drift":
+        lines.append(
+            "  flights           end by drift: lambda < 0 at one contact, which is not hit any more after a time of the size of the kick"
+        )
     if (bound := verdict.amplification) is not None:
         lines.append(
             f"  amplification     at most {_rounded_up(bound)}: no later motion is faster than that many times the kick"

@@ -322,6 +322,65 @@ def test_a_body_below_all_of_its_terrain_has_no_ground():
     assert (low > 0).all()
 
 
+#: Two feet that are hit in turn at the first instant, infinitely often: points, slopes, coefficients of friction and of restitution,
+#: the centre of mass, the radius of gyration, the velocity, and the outcome.
+HIT_IN_TURN = {
+    "between two ceilings": (
+        [(-0.9386, 0.0601), (0.947, -0.0957)],
+        [-1.783, 1.797],
+        [0.571, 0.819],
+        [0.42, 0.461],
+        (0.287, 0.363),
+        0.607,
+        (0.807, 0.809, 1.163),
+        "ambiguous",
+    ),
+    "between two slopes": (
+        [(-0.942, -0.0846), (0.866, 0.0782)],
+        [-0.564, 0.913],
+        [0.918, 1.124],
+        [0.111, 0.111],
+        (0.27, 0.198),
+        0.2037,
+        (0.382, -0.316, -0.172),
+        "rest",
+    ),
+}
+
+
+@pytest.mark.parametrize("feet", HIT_IN_TURN)
+@pytest.mark.parametrize("model", ["local", "full"])
+def test_impacts_at_the_start_are_summed_on_ground_that_moves_from_then_on(feet, model):
+    """As on ground that stays at rest: the speeds of the sum are compared with the largest one so far, which is that of the start."""
+    points, slopes, friction, e, center, gyration, speed, outcome = HIT_IN_TURN[feet]
+    rows = zip(points, slopes, friction, e, strict=True)
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=gyration,
+        center_of_mass=center,
+        contacts=[
+            sf.Contact(at, slope=slope, friction=mu, restitution=e)
+            for at, slope, mu, e in rows
+        ],
+        restitution=0,
+        gravity=G,
+    )
+    still, level = (
+        sf.simulate(
+            posture,
+            (0, 0, 0),
+            speed,
+            model=model,
+            impact="poisson",
+            ground_motion=ground,
+        )
+        for ground in (None, sf.GroundMotion([0], tilt=[0.0]))
+    )
+    assert still.outcome == level.outcome == outcome
+    assert level.elapsed == still.elapsed == 0
+    np.testing.assert_array_equal(level.impacts, still.impacts)
+
+
 def test_the_run_before_a_kick_has_the_same_bits():
     """At any time before it, on ground of every kind: events, motion, gaps and forces. A kick within the sum of the bounces of a
     contact makes the run follow them one by one, with other roundings."""

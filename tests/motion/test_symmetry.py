@@ -424,8 +424,9 @@ def compared(one, other, size, resolved):
                 hits[-1][0].add(contact)
             else:
                 hits.append(({contact}, t))
-        words = [(p[0], p[3]) for p in phases], [h[0] for h in hits], len(zeno)
-        times = [t for p in phases for t in p[1:3] if p[3]] + [h[1] for h in hits]
+        words = [p[0] for p in phases], [h[0] for h in hits], len(zeno)
+        ends = [t if p[3] else math.nan for p in phases for t in p[1:3]]
+        times = ends + [h[1] for h in hits]
         return (run.outcome, *words), times, zeno
 
     (story, times, zeno), (other_story, other_times, other_zeno) = map(
@@ -442,7 +443,8 @@ def compared(one, other, size, resolved):
         [abs(b[k] - a[k]) * (1.0 if k == 0 else lever) for a, b in [ends, *both]]
         for k in (0, 2, 3)
     ]
-    shifts[0] += [abs(b - a) for a, b in zip(times, other_times, strict=True)]
+    pairs = zip(times, other_times, strict=True)
+    shifts[0] += [abs(b - a) for a, b in pairs if not math.isnan(a + b)]
     return {name: np.max(s) for name, s in zip(NAMES, shifts, strict=True)}
 
 

@@ -415,3 +415,18 @@ def test_the_body_is_drawn_with_its_arms_and_its_hull():
     np.testing.assert_allclose(outline - up, [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])
     np.testing.assert_allclose(arms[1::3] - up, corners)
     np.testing.assert_allclose(arms[0::3] - center, np.zeros((5, 2)), atol=1e-15)
+
+
+def test_impacts_at_one_instant_are_one_row_of_the_report():
+    """A rod falls flat without rebound: both ends are hit at one instant, in turn."""
+    flat = rod(0.0)
+    run = sf.simulate(flat, (0, 0.1, 0), (0, 0, 0), impact="poisson", model="full")
+    table = account(run, "flat").split("impacts simulated")[1].split("\n\n")[0]
+    rows = [line.split() for line in table.splitlines()[2:]]
+    count = len(run.impacts)
+    assert count > 1
+    assert len(np.unique(run.impacts["elapsed"])) == len(rows) == 1
+    number = f"1 to {count}".split()
+    assert rows[0][:3] == number
+    assert rows[0][4:7] == ["1", "and", "2"]
+    assert float(rows[0][-1]) == run.impacts["rates_after"][-1][1]

@@ -100,6 +100,10 @@ def check_unstable(posture, verdict):
         )
         assert growth > 0, posture
         return "cycle"
+    if verdict.by == "no-solution":
+        run = sf.simulate(posture, evidence["q"], evidence["qdot"], model="local")
+        assert (run.outcome, len(run.impacts)) == ("inconsistent", 0), posture
+        return "no motion"
     assert verdict.by == "accelerating-mode"
     if isinstance(evidence, str):
         assert evidence != "FF"

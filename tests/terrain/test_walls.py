@@ -92,6 +92,78 @@ def test_an_overhang_is_hit_from_below():
     assert float(run.impacts[0]["time"]) == pytest.approx(hit, rel=1e-12)
 
 
+#: A rod whose foot circles under the left end of a hill with a wall: its speed, and its place, sideways.
+UNDER_THE_END = [
+    (0.0, 6.0, -0.6),
+    (0.0, -6.0, -0.6),
+    (2.0, 9.0, -0.6),
+    (0.6, 4.0, -0.9),
+]
+
+
+@pytest.mark.parametrize("mirror", [1, -1])
+@pytest.mark.parametrize(("speed", "spin", "x"), UNDER_THE_END)
+def test_a_contact_that_has_come_under_the_end_of_the_terrain_meets_nothing(
+    speed, spin, x, mirror
+):
+    """Whichever piece is nearest, its gap is infinite: while it is behind pieces, and after the event with which it leaves them."""
+    hill = [(0.0, 0.0), (1.0, 0.3), (2.0, 0.0), (2.0, -30.0), (4.0, -30.0)]
+    rod = sf.Posture(
+        mass=1,
+        gyration_radius=0.5,
+        center_of_mass=(mirror * x, 0.5),
+        contacts=[sf.Contact((mirror * (x + 1.5), 0.5))],
+        restitution=0.3,
+        gravity=G,
+        terrain=[(mirror * x, y) for x, y in hill][::mirror],
+    )
+    start = (0.0, -1.0, -mirror * math.pi / 2), (mirror * speed, 2.0, mirror * spin)
+    run = sf.simulate(rod, *start, model="full")
+    assert run.outcome == "escape"
+    times = np.append(np.linspace(0, run.elapsed, 1000), run.elapsed)
+    gaps = np.append(run.gaps_at(times), run.gaps)
+    x, y = run.points_at(times)[:, 0].T * [[mirror], [1]]
+    behind = (x > 1e-3) & (x < 2 - 1e-3) & (y < -0.5)
+    assert behind.sum() > 50
+    assert np.isinf(gaps[:-1][behind]).all()
+    assert (gaps >= 0).all()
+
+
+def turned(points, angle):
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.asarray(points) @ np.array([[cos, sin], [-sin, cos]])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, 0.7, 1.1, 1.5, 2.0, -2.7])
+def test_at_a_wall_the_rounding_error_of_gravity_brings_no_contact_to_rest(angle):
+    """Two feet of a body that jams between a wall and a slope are hit in turn. The component of gravity along the normal of the wall is zero;
+    in a turned world it is rounding error, and the time in which it would stop the foot is arbitrary."""
+    ground = [(-9, -3.695), (-3.156, -0.42), (-2.248, -1.251)]
+    wall = [(-2.248, 1.126), (-3.114, 2.775)]
+    feet = [(-3.655, 0.574), (-3.699, 1.374), (-3.36, 0.712)]
+    posture = sf.Posture(
+        mass=1,
+        gyration_radius=0.2347,
+        center_of_mass=turned((-3.338, 1.094), angle),
+        contacts=[sf.Contact(turned(foot, angle), friction=1.023) for foot in feet],
+        restitution=0.2176,
+        gravity=G,
+        terrain=turned(ground + wall, angle),
+    )
+    run = sf.simulate(
+        posture,
+        (0, 0, 0),
+        (*turned((1.156, 0.732), angle), -1.79),
+        impact="stronge",
+        model="full",
+        ground_motion=sf.GroundMotion([0], tilt=[-angle]),
+    )
+    assert run.outcome == "rest"
+    (zeno,) = run.zeno_points
+    assert zeno.contacts == (2, 3)
+    assert zeno.time_error < 1e-14
+
+
 def entries(terrain, posture, run):
     """The contacts and pieces that a contact has crossed from its front, away from its ends, at 1000 times."""
     q = np.array([run.at(t)[0] for t in np.linspace(0, run.time, 1000)])

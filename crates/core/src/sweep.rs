@@ -181,8 +181,8 @@ const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Sta
 const STABILITY_WORDS: [&str; 3] =
     [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
 
-const ARGUMENTS: [Argument; 7] = Argument::ALL;
-const ARGUMENT_WORDS: [&str; 8] = [
+const ARGUMENTS: [Argument; 8] = Argument::ALL;
+const ARGUMENT_WORDS: [&str; 9] = [
     ARGUMENTS[0].as_str(),
     ARGUMENTS[1].as_str(),
     ARGUMENTS[2].as_str(),
@@ -190,6 +190,7 @@ const ARGUMENT_WORDS: [&str; 8] = [
     ARGUMENTS[4].as_str(),
     ARGUMENTS[5].as_str(),
     ARGUMENTS[6].as_str(),
+    ARGUMENTS[7].as_str(),
     STABILITY_WORDS[2], // no argument
 ];
 

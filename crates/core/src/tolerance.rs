@@ -207,6 +207,11 @@ pub(crate) const CONTACT_STOPPED: f64 = 1e-16;
 /// before either of them rests. Unit: [`CONTACT_STOPPED`]. Range: 10 to 1e6.
 pub(crate) const HIT_IN_TURN: f64 = 1e3;
 
+/// Effective gravity of a contact that counts as zero. Unit: ε times the sum of gravity and the acceleration |c| ω² of the contact. At a
+/// vertical wall the component of gravity along the normal is a rounding error of either sign, and a time that is inversely proportional
+/// to it would be arbitrary. Range: 2 to 64.
+pub(crate) const PULL_ROUNDINGS: f64 = 8.0;
+
 /// Relative rounding error of the change of velocity over one cycle of impacts at one instant. Unit: ε. Range: 16 to 256.
 pub(crate) const SEQUENCE_RATIO_ROUNDINGS: f64 = 64.0;
 

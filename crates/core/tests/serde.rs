@@ -218,6 +218,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::Word(_)) => "word",
             Some(Evidence::Away(_)) => "away",
             Some(Evidence::Motion { .. }) => "motion",
+            Some(Evidence::NoMotion { .. }) => "no-motion",
             Some(Evidence::Left { .. }) => "left",
             None => "nothing",
         });
@@ -230,7 +231,10 @@ fn a_verdict_is_read_as_it_was_written() {
         assert_eq!((json(&same), verdict.to_json()), (text.clone(), text));
         assert_eq!((&same.evidence, &same.conditions), (&verdict.evidence, &verdict.conditions));
     }
-    assert_eq!(kinds, ["cycle", "left", "margins", "potential", "region", "word"].into());
+    assert_eq!(
+        kinds,
+        ["cycle", "left", "margins", "no-motion", "potential", "region", "word"].into()
+    );
     let corner = r#"{"contact":2,"phi":0.5,"growth":0.25}"#;
     let away: Evidence = read(corner);
     assert!(matches!(away, Evidence::Away(step) if step.contact.number() == 2));

@@ -10,6 +10,7 @@ use standfast::modes::ContactProblem;
 use standfast::stability::{StaticForces, Verdict};
 use standfast::{Posture, State};
 
+use crate::convert::word;
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
@@ -114,6 +115,13 @@ impl PyVerdict {
         self.verdict.energy
     }
 
+    /// Why every frictionless flight ends at a Zeno point: "energy" (λ > 0), "drift" (λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact:
+    /// contact j is not hit any more after a time of the size of the kick), or None.
+    #[getter]
+    fn flight(&self) -> Option<String> {
+        self.verdict.flight.as_ref().map(word)
+    }
+
     /// "stable", "unstable" or "undecided".
     #[getter]
     fn frictional_stability(&self) -> &str {
@@ -121,7 +129,7 @@ impl PyVerdict {
     }
 
     /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle",
-    /// "accelerating-mode", or None.
+    /// "accelerating-mode", "no-solution", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
         self.verdict.by.map(standfast::stability::Argument::as_str)
@@ -129,7 +137,7 @@ impl PyVerdict {
 
     /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "painleve" (a contact that slides
     /// alone jams: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
-    /// (frictionless motion need not come to rest: λ > 0 fails), "flight" (the impacts after a corner cannot be followed to their end with
+    /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
@@ -142,7 +150,9 @@ impl PyVerdict {
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
     /// above which V holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners
     /// (contact, phi, growth). For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
-    /// "velocity"} that starts at q = 0 with this velocity. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot"}: a start in the
+    /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
+    /// times f², 0 < f < 1. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
     /// computed).
     #[getter]

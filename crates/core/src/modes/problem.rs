@@ -429,7 +429,7 @@ impl ContactProblem {
                 return Err(Error::Unusable {
                     field: "qdot".into(),
                     value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
-                    allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due: level = \"impulse\" solves it"
+                    allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due, which a ContactProblem of level \"impulse\" solves"
                         .into(),
                 });
             }

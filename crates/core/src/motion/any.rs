@@ -122,7 +122,7 @@ impl Coordinates for AnyContacts {
         let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
         let new: ContactValues<usize> = (0..rests.len())
             .filter(|&i| rests[i] && !held(i))
-            .filter(|&i| match body.arc(i).effective_gravity() {
+            .filter(|&i| match body.known_pull(i) {
                 0.0 => !fresh,
                 pull => pull > 0.0,
             })

@@ -7,7 +7,7 @@
 use crate::body::contact::{ContactValues, PerContact};
 use crate::math::clock::Clock;
 use crate::motion::any::AnyContacts;
-use crate::motion::driver::Driver;
+use crate::motion::driver::{Coordinates, Driver};
 use crate::outcome::Outcome;
 use crate::sustained::ContactState;
 
@@ -73,6 +73,10 @@ impl Driver<'_, AnyContacts> {
         while !coming.is_empty() {
             if !self.log.step() {
                 return Some(Outcome::EventLimit);
+            }
+            // The largest speed so far, with which the speeds after an impact are compared.
+            if AnyContacts::has_left(self) {
+                return Some(Outcome::Escape);
             }
             if let Some(outcome) = self.impact(&coming) {
                 return Some(outcome);

@@ -227,9 +227,8 @@ impl Driver<'_, AnyContacts> {
     /// `hit`: the speed of the collision; `by`: the speed of the impact that brings contacts to rest, in m/s; infinite if no impact does.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
         let limit = CONTACT_STOPPED * self.body.fastest;
-        let pulls: ContactValues<f64> = (0..self.body.state.points.len())
-            .map(|i| self.body.state.arc(i).effective_gravity())
-            .collect();
+        let pulls: ContactValues<f64> =
+            (0..self.body.state.points.len()).map(|i| self.body.state.known_pull(i)).collect();
         // Without gravity, or with very little, a contact may be slow at any height.
         let near = TOUCH * self.body.posture.size();
         let speed = |(p, pull): (&ContactState, &f64)| match (p.h, *pull > 0.0) {

@@ -121,7 +121,7 @@ impl Driver<'_, AnyContacts> {
         let twin = ContactState { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
         self.body.state.points.push(twin);
         // If a body in flight turns so fast that the contact is accelerated away from both pieces, the contact leaves at once.
-        let leaves = |k: usize| self.body.state.arc(k).effective_gravity() < 0.0;
+        let leaves = |k: usize| self.body.state.known_pull(k) < 0.0;
         if !self.resting.contains(&true) && leaves(i) && leaves(self.body.state.points.len() - 1) {
             self.body.state.points.pop();
             self.body.state.points[i] = one;

@@ -104,7 +104,7 @@ pub enum WhyUndecided {
     Painleve,
     /// After a slide or a landing several modes are consistent, or the intervals do not decide.
     Modes,
-    /// Frictionless motion need not come to rest: λ > 0 fails.
+    /// Frictionless motion need not come to rest: λ > 0 fails, and so does the drift that can replace it.
     Energy,
     /// The impacts after a corner cannot be followed to their end with certainty.
     Flight,
@@ -220,7 +220,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
         Some(WhyUndecided::Painleve)
     } else if !map.returns() || slides.iter().any(unknown) {
         Some(WhyUndecided::Modes)
-    } else if !map.local().weights().iter().all(|weight| weight.is_positive()) {
+    } else if map.local().flights_end().is_none() {
         Some(WhyUndecided::Energy)
     } else if map.flies_unknown() {
         Some(WhyUndecided::Flight)

@@ -17,6 +17,8 @@
 //!
 //! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
 
+use serde::{Deserialize, Serialize};
+
 use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::impact::newton;
@@ -243,6 +245,17 @@ impl Images {
     }
 }
 
+/// Why every frictionless flight ends at a Zeno point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FlightsEnd {
+    /// λ = D⁻¹(g_1, g_2) > 0: the energy bounds the gaps.
+    Energy,
+    /// λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact: contact j drifts away and is not hit any more after a time of the size of the
+    /// kick.
+    Drift,
+}
+
 /// The corner map.
 #[derive(Debug, Clone)]
 pub(crate) struct CornerMap {
@@ -333,8 +346,23 @@ impl Local {
         solve(self.nn, self.g)
     }
 
+    /// Why every frictionless flight ends at a Zeno point; `None` if neither reason is certain.
+    ///
+    /// Drift, for λ_j < 0 and i the other contact: ψ_1, ψ_2 ≤ 0, g_i > 0. Put s = u_j + ψ_i u_i and y = h_j + ψ_i h_i. In a flight ṡ = κ with
+    /// κ = −(g_j + ψ_i g_i) > 0, which is λ_j < 0. An impulse at i leaves s as it is; one at j adds P D_jj (1 − ψ_1ψ_2) ≥ 0. So
+    /// y ≥ y_0 + s_0 t + κt²/2, and j is hit only while y ≤ 0: not after T* = (S + √(S² + 2κY))/κ, S = max(0, −s_0), Y = max(0, −y_0).
+    pub(super) fn flights_end(&self) -> Option<FlightsEnd> {
+        let weights = self.weights();
+        if weights.iter().all(|weight| weight.is_positive()) {
+            return Some(FlightsEnd::Energy);
+        }
+        let repels = self.psi.iter().all(|psi| psi.hi <= 0.0);
+        let drifts = |j: usize| weights[j].is_negative() && self.g[1 - j].is_positive();
+        (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
+    }
+
     /// Ratio of gravity into the terrain of contact k to its normal force, while it slides with this sign.
-    fn stiffness(&self, k: usize, side: f64) -> I {
+    pub(super) fn stiffness(&self, k: usize, side: f64) -> I {
         self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k]
     }
 
@@ -406,6 +434,23 @@ impl Local {
             [one] => *one,
             _ => FromRest::Unknown,
         }
+    }
+
+    /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
+    pub(super) fn no_slide_together(&self, side: f64) -> bool {
+        let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
+        let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
+        let entry = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
+        let force = solve([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]], self.g);
+        let both_fail = force.iter().any(|f| f.is_negative());
+        // i slides, the other one lifts.
+        let one_fails = |i: usize| {
+            let j = 1 - i;
+            entry(i, i).is_negative()
+                || entry(i, i).is_positive()
+                    && (entry(j, i) * self.g[i] / entry(i, i) - self.g[j]).is_negative()
+        };
+        self.g.iter().all(|g| g.is_positive()) && both_fail && one_fails(0) && one_fails(1)
     }
 
     /// Motion with both contacts sliding on the terrain with this sign of s.

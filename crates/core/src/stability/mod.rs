@@ -17,6 +17,7 @@ mod certify;
 mod clattering;
 mod conditions;
 mod corner;
+mod existence;
 mod fate;
 mod reduced;
 mod region;
@@ -30,6 +31,7 @@ pub use clattering::{
 };
 pub(crate) use conditions::equilibrium_margin;
 pub use conditions::{Conditions, conditions};
+pub use corner::FlightsEnd;
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
@@ -96,6 +98,8 @@ pub enum Argument {
     GrowingCycle,
     /// The body moves away in a mode and does not come back.
     AcceleratingMode,
+    /// After some kicks, however small, no motion exists: no mode is consistent, and no impact is due.
+    NoSolution,
 }
 
 impl Argument {
@@ -106,14 +110,15 @@ impl Argument {
             Self::Theorem3 | Self::Theorem3Loose | Self::Goyal | Self::CornerMap => {
                 Stability::Stable
             }
-            Self::NotEquilibrium | Self::GrowingCycle | Self::AcceleratingMode => {
-                Stability::Unstable
-            }
+            Self::NotEquilibrium
+            | Self::GrowingCycle
+            | Self::AcceleratingMode
+            | Self::NoSolution => Stability::Unstable,
         }
     }
 
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -121,6 +126,7 @@ impl Argument {
         Self::CornerMap,
         Self::GrowingCycle,
         Self::AcceleratingMode,
+        Self::NoSolution,
     ];
 
     /// Its name in Python and in files.
@@ -134,6 +140,7 @@ impl Argument {
             Self::CornerMap => "corner-map",
             Self::GrowingCycle => "growing-cycle",
             Self::AcceleratingMode => "accelerating-mode",
+            Self::NoSolution => "no-solution",
         }
     }
 }
@@ -183,6 +190,20 @@ pub enum Evidence {
         /// rad/s.
         velocity: [f64; 3],
     },
+    /// A start, as small as one likes, from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide; with
+    /// any factor 0 < f < 1 on `qdot`, and f² on `q`, there is no motion either.
+    NoMotion {
+        /// The contacts that slide.
+        contacts: Vec<ContactNumber>,
+        /// Their directions: R or L.
+        slides: String,
+        /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone, per unit mass: negative.
+        stiffness: Option<f64>,
+        /// m, m, rad
+        q: [f64; 3],
+        /// m/s, m/s, rad/s
+        qdot: [f64; 3],
+    },
     /// Why the corner map does not decide, and the undecided cells.
     Left {
         /// The reason.
@@ -212,6 +233,8 @@ pub struct Verdict {
     pub conditions: Conditions,
     /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
     pub energy: bool,
+    /// Why every frictionless flight ends, if that is certain.
+    pub flight: Option<FlightsEnd>,
     /// Whether rounding may decide: a margin of the argument is below 1e-10.
     pub delicate: bool,
     /// Bound on the growth of a motion after a kick: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at
@@ -250,6 +273,7 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
     let mut verdict = Verdict {
         conditions: found,
         energy,
+        flight: map.as_ref().and_then(|map| map.local().flights_end()),
         frictional_stability: Stability::Undecided,
         by: None,
         evidence: None,
@@ -382,6 +406,15 @@ impl Verdict {
             let word = Evidence::Word(answer.word.to_string());
             return Finding::Decided(Argument::AcceleratingMode, word);
         }
+        let without_motion = |map: &CornerMap| {
+            let lack = existence::lack(map.local())?;
+            existence::evidence(&lack, map.local(), posture)
+        };
+        if let Some(evidence) =
+            map.filter(|_| !self.conditions.unambiguous).and_then(without_motion)
+        {
+            return Finding::Decided(Argument::NoSolution, evidence);
+        }
         let Some(map) = map.filter(|_| self.conditions.unambiguous) else {
             return Finding::Undecided(None);
         };
@@ -409,6 +442,9 @@ impl Verdict {
                 None => Finding::Undecided(None),
             },
             Decision::Undecided { reason, cells, left } => {
+                if let Some(evidence) = without_motion(map) {
+                    return Finding::Decided(Argument::NoSolution, evidence);
+                }
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
                 let left = left.into_iter().map(number).collect();
                 Finding::Undecided(Some(Evidence::Left { reason, cells, left }))

@@ -7,7 +7,7 @@ use crate::math::roots::ORDER;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding, Step};
-use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, STILL};
+use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, PULL_ROUNDINGS, STILL};
 
 /// Time to the next zero of an arc.
 pub(super) fn next(arc: &GapArc) -> Option<f64> {
@@ -57,6 +57,15 @@ impl BodyState {
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
         -self.fall.dot(&p.normal) + self.frozen.map_or(0.0, |square| p.c * square)
+    }
+
+    /// Effective gravity of a point, in m/s²: zero where it is the rounding error of its terms, as that of a contact at a vertical wall is in a
+    /// turned world.
+    pub(crate) fn known_pull(&self, i: usize) -> f64 {
+        let (arc, square) = (self.arc(i), self.spin.omega * self.spin.omega);
+        let pull = arc.effective_gravity();
+        let terms = self.gravity + arc.c.abs() * square;
+        if pull.abs() <= PULL_ROUNDINGS * f64::EPSILON * terms { 0.0 } else { pull }
     }
 
     /// Distance of a point from the separating line at the start (0) or the end (1) of its piece of terrain, as an arc.

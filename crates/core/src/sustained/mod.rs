@@ -170,7 +170,8 @@ impl BodyState {
     }
 
     /// Gap and rate of a point. With walls, the piece between whose separating lines the point moves may differ from the nearest piece; the
-    /// gap is the gap to the nearest piece.
+    /// gap is the gap to the nearest piece. A point with an infinite gap is beyond an end of its ground, or has come behind pieces from there:
+    /// it meets the nearest piece only at its front.
     fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
         let i = p.place.contact;
         if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {
@@ -183,7 +184,8 @@ impl BodyState {
                 } else {
                     (k.gap(&q, &turn), k.gap_rate(&qdot, &turn))
                 };
-                return (if under.exists { h } else { f64::INFINITY }, u);
+                let is_behind = p.h == f64::INFINITY && h < 0.0;
+                return (if under.exists && !is_behind { h } else { f64::INFINITY }, u);
             }
         }
         (p.h, p.u)
