@@ -62,8 +62,8 @@ class Family:
 
 
 def conditioned(truth, **numbers):
-    """An exact result, and its change by roundings of its numbers. They are rounded towards zero, so that all of them stay in
-    their ranges."""
+    """An exact result, and the sum of its relative changes when each input is reduced by one rounding error. Inputs are reduced
+    and not increased, so that all of them stay within their ranges."""
     given = {name: mpf(value) for name, value in numbers.items()}
     right = truth(**given)
     moved = (truth(**given | {name: x * (1 - ROUNDING)}) for name, x in given.items())

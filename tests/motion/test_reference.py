@@ -1,7 +1,8 @@
 """Reference trajectories to 25 digits, through the Python interface.
 
-Data: tests/data/reference_local.json and reference_full.json. A tolerance is 50 times the change by one ulp of every input,
-plus 4 ulp of the largest term involved, as stated for each.
+Data: tests/data/reference_local.json and reference_full.json. A tolerance is 50 times the change of the result when every input
+changes by one ulp, plus 4 ulp of its largest term. The rounding error of the geometry counts as a change too, and a time also
+has the error bound of the reference.
 """
 
 import json
@@ -105,7 +106,8 @@ def judge_collisions(case, run, point):
 def judge_state(case, found):
     """Checks the state at the Zeno point.
 
-    Tolerance: 50 · (change by one ulp of every input, from the oracle) + 50 · (rounding of the geometry, as a time) · rate +
+    Tolerance: 50 · (change by one ulp of every input, from the oracle) + 50 · (error of the time from the rounding error of the
+    geometry) · rate +
     4 ulp(scale). Rates: the largest speed and angular velocity in the run, and gravity for velocities. Scale: the largest
     term in the sum of the entry.
     """

@@ -76,7 +76,7 @@ def extrapolated(f, y, x, h):
 
 
 def integrate(f, y, x, end, step):
-    """Integrates from x to end in steps of about this size."""
+    """The solution y at `end` of y′ = f, from y at `x`, in equal steps of at most the size `step`."""
     count = max(1, math.ceil(abs(end - x) / step))
     h = (end - x) / count
     for k in range(count):

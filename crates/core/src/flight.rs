@@ -73,7 +73,7 @@ const GRAZING_TURNS: usize = 32;
 
 /// The warning of a run that ends because of [`is_lost`].
 pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad or goes farther than 1e12 times the size of the \
-     body: at most four digits of the heights of its contacts at its end would be left; the run ends here";
+     body, so that at most four digits of the gaps at its end would be correct: the run ends here";
 
 /// Whether rounding makes the position of the body unknown after a flight: `angle` is its rotation (rad), `way` the distance covered (m),
 /// `square` the squared size of the body (m²).
@@ -183,9 +183,9 @@ impl GapArc {
 
     /// The earliest touchdown at a time > 0: gap zero, coming from above; `None` if there is none.
     ///
-    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is
-    /// split at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where
-    /// `h = 0`. A gap that touches zero within rounding without crossing it is not a touchdown.
+    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is split
+    /// at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where `h = 0`. A gap
+    /// that touches zero within its rounding error, without crossing it, is not a touchdown.
     #[must_use]
     pub fn touchdown(&self) -> Option<f64> {
         self.find_touchdown().map(|found| found.dt)

@@ -62,7 +62,7 @@ pub enum Outcome {
     Rest,
     /// The run ended at the first Zeno point, as its options ask.
     Zeno,
-    /// The body leaves for ever, or has left the neighbourhood of the options.
+    /// The body moves away for ever, or its centre of mass has moved farther than the option `neighbourhood`.
     Escape,
     /// The body slides on its contacts without end.
     Sliding,
@@ -151,7 +151,7 @@ pub struct ZenoPoint {
     pub gaps: Vec<f64>,
     /// Gap rates there, in m/s.
     pub gap_rates: Vec<f64>,
-    /// Whether the sum is proved (within rounding) and not estimated.
+    /// Whether the sum is proved (except for rounding errors) and not estimated.
     pub certified: bool,
     /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
     pub method: &'static str,
@@ -358,7 +358,7 @@ pub enum Uncertain {
     Limit,
     /// It is certain that no contact lands again.
     Never,
-    /// The rest of the motion is shorter than the rounding of the time, and its end is not enclosed (full model only).
+    /// The rest of the motion is shorter than the rounding error of the time, and its end is not enclosed (full model only).
     Rest,
 }
 
@@ -371,7 +371,7 @@ impl Uncertain {
             Self::Limit => "a limit of the run is reached",
             Self::Never => "no contact lands again",
             Self::Rest => {
-                "what follows is shorter than a rounding of the time: only the local model encloses its end"
+                "all further flights are shorter than the rounding error of the time: only the local model encloses their end"
             }
         }
     }

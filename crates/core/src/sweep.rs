@@ -378,7 +378,7 @@ impl Axis {
             return Err(unusable(path, "[]", "at least one value"));
         }
         if !fields.terrain.is_empty() && matches!(field, Field::Contact(_, OfContact::Slope)) {
-            let allowed = "left out where the posture has a terrain: it follows from that";
+            let allowed = "left out, because the terrain of the posture determines it";
             return Err(unusable(path, "[...]", allowed));
         }
         // The allowed values are an interval, so its ends are checked. Over a terrain it depends on other parameters whether a point
@@ -444,11 +444,7 @@ impl Sweep {
         for (k, axis) in axes.iter().enumerate() {
             if let Some(other) = axes[..k].iter().find(|other| other.field.clashes(axis.field)) {
                 let both = format!("{:?} and {:?}", other.path, axis.path);
-                return Err(unusable(
-                    "over",
-                    &both,
-                    "parameters of which each sets its own number",
-                ));
+                return Err(unusable("over", &both, "parameters that set different numbers"));
             }
         }
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
@@ -470,7 +466,7 @@ impl Sweep {
         state.validate()?;
         options.validate()?;
         if options.certify {
-            return Err(unusable("certify", "true", "false: a map has no bounds"));
+            return Err(unusable("certify", "true", "false, because a map has no proved bounds"));
         }
         self.run = Some((state, Options { record: false, ..options }));
         Ok(self)

@@ -1,430 +1,451 @@
-//! Every tolerance: what counts as zero, as equal or as reached where numbers are rounded. Each has its unit, the reason for its value,
-//! and the range of values for which that reason holds (an order of magnitude; no campaign has varied them).
+//! Every tolerance of the crate: what counts as zero, as equal or as reached although numbers are rounded. Each comment gives the quantity
+//! that is compared, its unit, the reason for the value, and under "Range:" the values for which that reason holds. A range is an order of
+//! magnitude; no test varies the values within it.
 //!
-//! Elsewhere stand: ranges of input (`simulate/limits.rs`, `error.rs`, `body/posture.rs`), proved bounds of rounding (`math/ball.rs`,
-//! `math/interval.rs`, `stability/corner.rs`, `enclosure/`), limits on numbers of steps, and parameters of a search that only change
-//! its cost (`stability/certify.rs`, `stability/trials.rs`).
+//! ε is machine epsilon, 2⁻⁵² ≈ 2.2e-16. One operation has a relative rounding error of at most ε/2. A quantity whose unit is "its terms"
+//! is compared with the sum of the absolute values of the terms of which it is the sum or difference. "Time elapsed" is the time since the
+//! start of the run. "Size of the body" is `Posture::size`.
+//!
+//! Not here: limits of input (`simulate/limits.rs`, `error.rs`, `body/posture.rs`); proved bounds of rounding errors (`math/ball.rs`,
+//! `math/interval.rs`, `stability/corner.rs`, `enclosure/`); limits on numbers of steps; and parameters of a search that change only its
+//! cost (`stability/certify.rs`, `stability/trials.rs`).
 
 // --- Starts and terrain ---
 
-/// Least |n_y| of a ground onto which a contact is put by a vertical displacement. Dimensionless. On a steeper one the displacement would be
-/// a million times the gap. Range: 1e-9 to 1e-3.
+/// Least |n_y| of a ground onto which a contact is put by a vertical displacement of the body. Dimensionless. At this value the
+/// displacement is a million times the gap. Range: 1e-9 to 1e-3.
 pub(crate) const STEEPEST_REACHED: f64 = 1e-6;
 
-/// Change of the gap rate of a closed contact by a kick that counts as zero. Unit: roundings of the size of its three terms. A kick along the
-/// ground would otherwise lift a contact, or hit it, by its rounding error. Range: 2 to 16.
+/// Change of the gap rate of a closed contact by a kick that counts as zero. Unit: ε times the terms of the change. Otherwise the rounding
+/// error of a kick along the ground would lift the contact or drive it into the ground. Range: 2 to 16.
 pub(crate) const KICK_ROUNDINGS: f64 = 4.0;
 
-/// Gap of a contact that counts as touching, at the start and at vertices of the terrain; and distance of a corner of the ground from a side
-/// of the body at the start of a motion in which it enters. Unit: size of the body.
-/// Positions in doubles carry rounding of about 1e-16 of their size. A larger value would hide a wrong start, a smaller one refuse a
-/// right one. Range: 1e-14 to 1e-9.
+/// Gap below which a contact counts as touching, at the start and at a vertex of the terrain. Unit: size of the body. Also the distance
+/// from a side of the body within which a corner of the ground counts as touching that side at the start of a motion; unit there: largest
+/// distance of a corner of the body from its centre of mass. Positions have rounding errors of about ε times their size. A larger value
+/// would accept a wrong start, a smaller value would refuse a right start. Range: 1e-14 to 1e-9.
 pub const TOUCH: f64 = 1e-12;
 
-/// Distance of a vertex of the terrain from the straight line between the vertices around it that is rounding. Unit: machine epsilon times
-/// the coordinates of the vertex and of the point of that line nearest to it. The coordinates are often computed from a slope, with a few
-/// roundings. A larger value would remove real bends, a smaller one would keep vertices at which nothing changes. Range: 4 to 64.
+/// Distance of a vertex of the terrain from the line between two other vertices below which it counts as on that line. Unit: ε times the
+/// coordinates of the vertex and of the nearest point of the line. Coordinates that the user computed from a slope have a rounding error of
+/// a few ε. A larger value would remove real bends; a smaller value would keep vertices at which nothing changes. Range: 4 to 64.
 pub(crate) const STRAIGHT_VERTEX: f64 = 8.0;
 
-/// Height above the ground of another contact that counts as zero where the lines of several contacts are compared. Unit: size of the
-/// body and its displacement. Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
+/// Height of a contact relative to the ground line of another contact that counts as zero. Unit: size of the body plus its displacement.
+/// Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
 pub(crate) const SAME_GROUND: f64 = 1e-3;
 
-/// Rounding of the gap and of the gap rate of a closed contact in the final state of a run, which counts as touching when the next run
-/// starts from that state. Unit: machine epsilon times the terms of the gap. The roundings of the steps of a rotation add up.
-/// Range: 8 to 1e3.
+/// Gap, and gap rate, of a contact at the start of a run that count as zero. Unit: ε times the terms of the gap, and of the gap rate. With
+/// this value a run that starts from the final state of another run keeps its closed contacts closed: the rounding errors of the steps of a
+/// rotation add up in that state. Also used for the position of a contact relative to its ground. Range: 8 to 1e3.
 pub(crate) const FINAL_GAP_ROUNDINGS: f64 = 32.0;
 
-/// Excess of the product ψ_1ψ_2 over its bound 1 that is rounding. Relative. The product has a few roundings.
-/// Range: 4 to 64 machine epsilons.
+/// Excess of the product ψ_1ψ_2 over 1, its largest possible value, that is accepted. Relative. The user computes the product with a
+/// rounding error of a few ε. Range: 4 ε to 64 ε.
 pub(crate) const COUPLING_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Distance from the start at which a body has left for ever. Unit: m. Its square is close to the largest double.
+/// Distance from the start beyond which a body has left for ever. Unit: m. Its square must not overflow: the largest double is 1.8e308.
 /// Range: below 1e150.
 pub(crate) const DEPARTED: f64 = 1e140;
 
-/// Time up to which it is not examined whether a body has departed. Unit: s. Range: below the time to fall by [`DEPARTED`].
+/// Time elapsed before which a run does not examine whether the body has left for ever. Unit: s. Range: below the time in which a body
+/// falls by [`DEPARTED`].
 pub(crate) const DEPARTS_AFTER: f64 = 1e18;
 
 // --- Flight ---
 
-/// Newton step to a touchdown after which no other one is needed. Relative to the time. The error after the step is of third order
-/// in it, below 1e-17; the turn is updated by its Taylor terms of the same order. Range: up to 4e-6.
+/// Newton step in the search for a touchdown below which it is the last step. Unit: the time to the touchdown. The relative error after
+/// this step is of third order in the step, below 1e-17. The sine and cosine of the rotation are updated by a Taylor series of the same
+/// order. Range: up to 4e-6.
 pub(crate) const LAST_NEWTON_STEP: f64 = 2e-6;
 
-/// Lowest gap within a turn of a spinning body that is rounding. Unit: sum of the terms of the gap. Range: 4 to 64 machine epsilons.
+/// Value of h − c − |d|, the lowest gap of a spinning body within a turn, that counts as zero. Unit: its terms. Range: 4 ε to 64 ε.
 pub(crate) const LOWEST_GAP_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Rounding of a difference of gaps or gap rates. Unit: size of its terms. Range: 2 to 16 machine epsilons.
+/// Rounding error of u − ωb, the mean gap rate of a spinning body. Unit: its terms. Range: 2 ε to 16 ε.
 pub(crate) const GAP_DIFFERENCE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Margin by which the bounds of a touchdown time are widened, so that rounding cannot exclude the touchdown. Relative.
-/// A wider bracket costs steps, not accuracy. Range: 1e-14 to 1e-3.
+/// Margin by which the bracket of a touchdown time is widened, so that rounding errors cannot exclude the touchdown. Relative. A wider
+/// bracket costs steps, not accuracy. Range: 1e-14 to 1e-3.
 pub(crate) const BRACKET_MARGIN: f64 = 1e-9;
 
-/// Number of turns in flight after which the angle is reduced again. A sum of so many turns keeps ten digits of one turn.
+/// Number of turns in one flight after which the angle is reduced modulo 2π again. An angle of so many turns keeps ten digits of one turn.
 /// Range: 1e3 to 1e8.
 pub(crate) const MANY_TURNS: f64 = 1e6;
 
-/// Rotation in one flight beyond which at most four digits of the angle at its end are left. Unit: rad. Range: 1e10 to 1e13.
+/// Rotation in one flight beyond which at most four digits of the final angle modulo 2π are correct. Unit: rad. Range: 1e10 to 1e13.
 pub(crate) const PHASE_LOST: f64 = 1e12;
 
-/// Distance of one flight beyond which at most four digits of the distances between the contacts are left. Unit: size of the body.
+/// Displacement in one flight beyond which at most four digits of the distances between the contacts are correct. Unit: size of the body.
 /// Range: 1e10 to 1e13.
 pub(crate) const PLACE_LOST: f64 = 1e12;
 
-/// Difference of two touchdown times below which both contacts land together. Relative to the times. Each time has a few roundings: of
-/// its gap, of gravity and of a square root. Range: 4 to 64 machine epsilons.
+/// Difference of two touchdown times below which the two contacts land together. Unit: the earlier time. Each time has a rounding error of
+/// a few ε, from its gap, from gravity and from a square root. Range: 4 ε to 64 ε.
 pub(crate) const SIMULTANEOUS: f64 = 8.0 * f64::EPSILON;
 
 // --- Impact ---
 
-/// Impulse of a contact that is rounding. Unit: the largest impulse of the collision. Range: 2 to 64 machine epsilons.
+/// Impulse of a contact that counts as zero. Unit: the larger of the two impulses that each contact would need alone. Range: 2 ε to 64 ε.
 pub(crate) const UNLOADED: f64 = 4.0 * f64::EPSILON;
 
-/// Rise of the normal velocity with the normal impulse of a sliding contact that counts as zero. Unit: the rise without friction. A slide
-/// that jams ends where the rise vanishes. Range: 1e-12 to 1e-6.
+/// Rate dv_n/dp of a sliding contact (normal velocity per normal impulse) below which the contact jams. Unit: the same rate without
+/// friction. A slide that jams ends where the rate vanishes. Range: 1e-12 to 1e-6.
 pub(crate) const JAMMED_SLIDE: f64 = 1e-9;
 
 // --- Contact modes ---
 
-/// Distance from equality below which a test of Table I counts as a tie. Unit: load.
+/// Margin of a test of Table I within which the test counts as a tie. Unit: load.
 ///
-/// A tie belongs to the closed, the static word: a_n within this of zero is not S, a_t within this is neither R nor L, and
-/// f_n ≥ −`TIE` is closed; unless no word is consistent then, but one is whose a_n or a_t is positive. Rows are of length one and loads of
-/// size one, so that rounding is of order 1e-16 times the condition of a word's system. A larger value would blur modes that differ.
-/// Range: 1e-12 to 1e-8.
+/// A tie is decided for the closed and static word: if |a_n| is below this value, the contact is not S; if |a_t| is below it, the contact
+/// is neither R nor L; and f_n ≥ −`TIE` suffices for a closed contact. Exception: if no word is consistent by these rules, a strict test
+/// holds as soon as its a_n or a_t is positive. Rows have length one and loads have size one, so that rounding errors are about 1e-16 times
+/// the condition number of the system of a word. A larger value would blur modes that differ. Range: 1e-12 to 1e-8.
 pub const TIE: f64 = 1e-10;
 
-/// Acceleration that counts as zero where geometry and biases fix it near zero. Unit: load.
+/// Acceleration that counts as an exact zero if the held rows and the biases alone determine it. Unit: load.
 ///
-/// Such a zero may hold for reasons that the numbers do not show (a body on four contacts rebounds with −e times its velocity), up to
-/// rounding of order 1e-16 times the condition of the rows. A larger value would hide ties, a smaller one would report rounding.
-/// Range: 1e-15 to 1e-12.
+/// Such a zero may have a reason that the numbers do not show: a body on four contacts, for instance, rebounds with −e times its velocity.
+/// Its rounding error is about 1e-16 times the condition number of the rows. A larger value would hide ties; a smaller value would report
+/// rounding errors as ties. Range: 1e-15 to 1e-12.
 pub(crate) const FIXED_ACCELERATION: f64 = 1e-14;
 
-/// Distance of a row from the span of others below which it depends on them. Unit: length of the row, which is about one.
-/// Rows carry rounding of order 1e-16. A larger value would treat contacts that are close together as one. Range: 1e-12 to 1e-8.
+/// Part of a contact row orthogonal to other rows below which it depends linearly on them. Unit: length of the row, which is about one.
+/// Rows have rounding errors of about ε. A larger value would treat two contacts that are close together as one contact. Range: 1e-12 to
+/// 1e-8.
 pub(crate) const DEPENDENT_ROW: f64 = 1e-10;
 
-/// Acceleration per unit of a force outside its cone that a tie allows. Rows are of length about one. Range: 10 to 1e3.
+/// Acceleration that may come from a force outside its cone, as a multiple of the amount by which the force is outside; an acceleration
+/// below it does not count as different from zero. Rows have length about one. Range: 10 to 1e3.
 pub(crate) const CONE_TIE_ACCELERATION: f64 = 100.0;
 
-/// Difference of the length of a tangent from one that is rounding of decimals such as 0.8 and 0.6. Range: 1e-15 to 1e-6.
+/// Deviation of the length of a given tangent from one that is accepted. Decimals such as 0.8 and 0.6 are rounded. Range: 1e-15 to 1e-6.
 pub(crate) const UNIT_TANGENT: f64 = 1e-12;
 
-/// Accelerations below which the solution of a convex programme counts as zero, tried in this order. Unit: load. Clarabel's 1e-8 in the
-/// objective is at most 1e-4 in the acceleration. Range: 0 to 1e-3.
+/// Accelerations below which the solution of a convex programme counts as zero; they are tried in this order. Unit: load. Clarabel's
+/// tolerance of 1e-8 in the objective allows at most 1e-4 in the acceleration. Range: 0 to 1e-3.
 #[cfg(feature = "qp")]
 pub(crate) const QP_ZERO: [f64; 3] = [0.0, 1e-6, 1e-4];
 
-/// Accuracies asked of Clarabel, tried in this order. Only the active edges of the cones are needed, and a rough solution mostly shows
-/// them. Range: 1e-10 to 1e-3.
+/// Accuracies that Clarabel is asked for, tried in this order. Only the active edges of the cones are needed, and a rough solution shows
+/// them in most cases. Range: 1e-10 to 1e-3.
 #[cfg(feature = "qp")]
 pub(crate) const QP_ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 
-/// Residual of the balance of forces that is rounding. Unit: the largest force. It is the rounding of a sum of up to 64 forces; one edge
-/// too many among the active ones leaves more. Range: 1e-14 to 1e-11.
+/// Residual of the balance of forces that counts as zero. Unit: the largest force. A sum of up to 64 forces has a smaller rounding error; a
+/// set of active edges with one edge too many leaves a larger residual. Range: 1e-14 to 1e-11.
 #[cfg(feature = "qp")]
 pub(crate) const FORCE_BALANCE: f64 = 1e-13;
 
-/// Entry of a tableau of the simplex method that is rounding. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.
+/// Entry of a simplex tableau that counts as zero. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.
 pub(crate) const SIMPLEX_ZERO: f64 = 1e-12;
 
 // --- Zeno points ---
 
-/// Error of a summed tail at which the sum is taken. Unit: time elapsed.
+/// Estimated error of the sum of a tail below which the sum is taken. Unit: time elapsed.
 ///
-/// A fortieth of the rounding of the time itself. The estimate of the error of a clattering tail can be 9 times too low; with this value
-/// the error stays below half a unit in the last place all the same. Range: 1e-20 to 1e-17.
+/// The estimate for a clattering tail can be 9 times too low. With this value, about ε/44, the error is still below half an ulp of the
+/// time. Range: 1e-20 to 1e-17.
 pub(crate) const TAIL: f64 = 5e-18;
 
-/// Value of ε²τ at which a clattering tail is tried, with τ the last flight and ε = 2gh/(u² + 2gh) the part of gravity in the next one.
-/// Unit: time elapsed. The error of the sum grows like ε²τ. A larger value costs collisions that try in vain, a smaller one collisions
-/// that could have been summed; no answer depends on it beyond [`TAIL`]. Range: 10 to 1e4 times [`TAIL`].
+/// Value of (2gh/u²)²τ below which the sum of a clattering tail is tried. Unit: time elapsed. τ is the last flight; h, u and g are the gap,
+/// its rate and the gravity of the contact that lands next. The error of the sum grows like this value. A larger tolerance costs attempts
+/// that fail; a smaller tolerance costs collisions that could have been summed. No result depends on it beyond [`TAIL`]. Range: 10 to 1e4
+/// times [`TAIL`].
 pub(crate) const TRY_TAIL: f64 = 1e2 * TAIL;
 
-/// Remaining time of an accumulation without a closed form at which it counts as reached. Unit: time elapsed. Below the rounding of the
-/// time. Range: 1e-18 to 1e-16.
+/// Remaining time of an accumulation without a closed form below which its end counts as reached. Unit: time elapsed. The value is below
+/// the rounding error of the time. Range: 1e-18 to 1e-16.
 pub(crate) const REACHED: f64 = 1e-17;
 
-/// Change of the scale-reduced state over one cycle that counts as a repetition. Relative. Range: 1e-8 to 1e-4.
+/// Largest relative change over one cycle of impacts for which the cycle counts as repeated. Compared are quantities without scale, such as
+/// ratios of speeds. Range: 1e-8 to 1e-4.
 pub(crate) const SELF_SIMILAR: f64 = 1e-6;
 
-/// Ratio of the speeds of a clattering state to the speed g T0 that gravity gives in the time left, T0 = h_b/d, at which the sum leaves
-/// gravity out. Range: above 4.
+/// Ratio of the speeds of a clattering state to g T0 above which the sum leaves gravity out. T0 = h_b/d is the time left, so that g T0 is
+/// the speed that gravity can add. Range: above 4.
 pub(crate) const GRAVITY_NEGLIGIBLE: f64 = 16.0;
 
-/// 1 − ψ_1ψ_2 below which the rows of two gaps count as parallel. It carries a few roundings. Range: 8 to 64 machine epsilons.
+/// Value of 1 − ψ_1ψ_2 below which the rows of two gaps count as parallel. It has a rounding error of a few ε. Range: 8 ε to 64 ε.
 pub(crate) const PARALLEL_GAP_ROWS: f64 = 16.0 * f64::EPSILON;
 
-/// Ratio (2u_a − g_aτ)/u_a below which the order of two touchdowns is decided from their difference. Range: 1e-15 to 1e-6.
+/// Ratio (2u_a − g_aτ)/u_a below which contact a returns to the ground at nearly the time τ of the other touchdown. The order of the two is
+/// then decided from the difference of the times. Range: 1e-15 to 1e-6.
 pub(crate) const LANDING_ORDER_CLOSE: f64 = 1e-14;
 
-/// Flight below which an accumulation may be close to its end. Unit: time elapsed. Range: 1e-17 to 1e-12; only the cost depends on it.
+/// Next flight of an accumulation below which its remaining time is computed and compared with [`REACHED`]. Unit: time elapsed. Range:
+/// 1e-17 to 1e-12; only the cost depends on it.
 pub(crate) const NEARLY_REACHED: f64 = 1e-16;
 
-/// Time to rest above which it is not examined whether the geometry can be frozen. Unit: time elapsed. Range: 1e-6 to 1e-1; only the cost
-/// depends on it.
+/// Bound of the time to rest above which a run does not examine whether the geometry can be frozen. Unit: time elapsed. Range: 1e-6 to
+/// 1e-1; only the cost depends on it.
 pub(crate) const TAIL_TOO_LONG: f64 = 1e-3;
 
 /// Safety factor on the estimated change of the geometry within a tail. Range: 1 to 16.
 pub(crate) const FROZEN_CHANGE_MARGIN: f64 = 4.0;
 
-/// Distance of two contacts from which on equal gap rates show that the body does not turn. Unit: √(b² + ρ²). At smaller distances the
-/// rates are equal within their rounding even where it turns. Range: 1e-6 to 1e-2.
+/// Difference |b_1 − b_2| of two arms above which equal gap rates over one ground prove ω = 0. Unit: √(b² + ρ²). If the arms differ by
+/// less, the rates of a turning body can be equal within their rounding errors. Range: 1e-6 to 1e-2.
 pub(crate) const CONTACTS_APART: f64 = 1e-3;
 
-/// Speed of the body at a touchdown that is rounding. Unit: the largest speed of the run. About fifty roundings.
-/// Range: 1e-15 to 1e-13.
+/// Speed of the body at a touchdown, with another contact held, that counts as zero. Unit: the largest speed of the run. The value is about
+/// 50 ε. Range: 1e-15 to 1e-13.
 pub(crate) const QUIET_LANDING: f64 = 1e-14;
 
-/// Rounding of the ratio of two landing speeds one cycle apart. Unit: machine epsilon. Range: 16 to 256.
+/// Rounding error of the ratio of two landing speeds that are one cycle apart. Unit: ε. Range: 16 to 256.
 pub(crate) const CYCLE_RATIO_ROUNDINGS: f64 = 64.0;
 
-/// Safety factor on the estimated remainder of a sum of cycles where speeds count as zero. Range: 1 to 16.
+/// Safety factor on what the sum of a series of cycles leaves out: on the time v/g for which a speed v set to zero stands, and on the
+/// distance that a contact still covers along the ground. Range: 1 to 16.
 pub(crate) const REMAINDER_FACTOR: f64 = 4.0;
 
-/// √(u² + 2gh) of a contact below which it has come to rest. Unit: the largest speed of the run. It is the rounding of the speeds of the
-/// body. Range: 5e-17 to 1e-14.
+/// Value of √(u² + 2gh) of a contact below which the contact has come to rest. Unit: the largest speed of the run. The speeds of the body
+/// have rounding errors of this size. Range: 5e-17 to 1e-14.
 pub(crate) const CONTACT_STOPPED: f64 = 1e-16;
 
-/// Speed of a contact, in units of [`CONTACT_STOPPED`], up to which it may be part of a sequence of impacts with a contact that is below
-/// that. Range: 10 to 1e6.
+/// Speed below which a contact may take part in one sequence of impacts with a contact below [`CONTACT_STOPPED`], so that both must be slow
+/// before either of them rests. Unit: [`CONTACT_STOPPED`]. Range: 10 to 1e6.
 pub(crate) const HIT_IN_TURN: f64 = 1e3;
 
-/// Effective gravity of a contact that counts as zero. Unit: machine epsilon times gravity and the acceleration |c| ω² of the contact. At a
-/// vertical wall the sign of the component of gravity is rounding error, and a time that is inversely proportional to it is arbitrary.
-/// Range: 2 to 64.
+/// Effective gravity of a contact that counts as zero. Unit: ε times the sum of gravity and the acceleration |c| ω² of the contact. At a
+/// vertical wall the component of gravity along the normal is a rounding error of either sign, and a time that is inversely proportional
+/// to it would be arbitrary. Range: 2 to 64.
 pub(crate) const PULL_ROUNDINGS: f64 = 8.0;
 
-/// Rounding of the change of velocity between two impacts of one contact at one instant. Unit: machine epsilon. Range: 16 to 256.
+/// Relative rounding error of the change of velocity over one cycle of impacts at one instant. Unit: ε. Range: 16 to 256.
 pub(crate) const SEQUENCE_RATIO_ROUNDINGS: f64 = 64.0;
 
-/// Largest error of a velocity from the rounding of the ratio by which impacts at one instant are summed. Unit: the largest speed of
-/// the run. Half of the digits. Range: 1e-12 to 1e-6.
+/// Impacts at one instant are summed as a geometric series, and the rounding error of its ratio causes an error of the summed velocity. If
+/// that error is above this value, the series is not summed. Unit: the largest speed of the run. At this value half of the digits are
+/// correct. Range: 1e-12 to 1e-6.
 pub(crate) const SUMMED_VELOCITY: f64 = 1e-8;
 
-/// Ratio of the speeds of two stretches of collisions from which on the contacts come down. Contacts that lose a hundredth of their speed
-/// in each impact come down by more. Range: 2 to 100.
+/// Ratio of the largest speeds of two successive blocks of 256 impacts below which the speeds count as constant. Contacts that lose a
+/// hundredth of their speed in each impact have a larger ratio. Range: 2 to 100.
 pub(crate) const SLOWER_STRETCH: f64 = 8.0;
 
-/// Ratio of the fastest impacts of two stretches of collisions from which on the impacts become faster or slower. Range: 1.001 to 1.1.
+/// Ratio of the fastest impacts in two successive blocks of impacts above which a message says that the impacts become faster or slower.
+/// Range: 1.001 to 1.1.
 pub(crate) const CHANGED_SPEED: f64 = 1.02;
 
 // --- Sustained contact ---
 
-/// Sliding speed at the end of an accumulation that counts as zero where friction can hold the contact. Unit: the largest speed of the
-/// run. Also the tangential acceleration that counts as zero, in units of gravity. Sums of rounded impulses leave residues of order 1e-15.
-/// A larger value would end nested accumulations too early, by as much of their time. Range: 1e-14 to 1e-12.
+/// Sliding speed that counts as zero if friction can hold the contact. Unit: the largest speed of the run. Also the acceleration of a body
+/// at rest that counts as zero. Unit: gravity. Sums of rounded impulses leave speeds of about 1e-15. A larger value would end nested
+/// accumulations too early, by the same fraction of their time. Range: 1e-14 to 1e-12.
 pub(crate) const STILL: f64 = 3e-14;
 
-/// Distance of a contact from a piece of ground or from an end of its piece that is rounding error. Unit: displacement, arm and size of
-/// the body. A body that stands on two corners is tilted by the rounding errors of both. Range: 16 to 256 machine epsilons.
+/// Distance of a contact from a piece of ground, or from an end of a piece, that counts as zero. Unit: displacement, arm and size of the
+/// body. Also the speed of a contact at a vertex that counts as zero. Unit: speed of the body. The rounding errors of both corners on which
+/// a body stands tilt the body. Range: 16 ε to 256 ε.
 pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
 
-/// Distance of a nominal contact from a vertex that is rounding error of its coordinates. Unit: sum of the sizes of the coordinates.
-/// Range: 2 to 16 machine epsilons.
+/// Distance of a contact in its nominal position from a vertex that counts as zero. Unit: sum of the absolute coordinates of the contact.
+/// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
 
-/// Largest sliding speed that counts as zero after a sum of impacts whose time has an error. Unit: the sliding speed that counts as zero
-/// elsewhere. Errors of nested sums give some hundred. Range: 1e2 to 1e4.
+/// Largest sliding speed that counts as zero just after a sum of impacts. Unit: the sliding speed that counts as zero elsewhere. The error
+/// of the time of the sum, times gravity, is an error of the speed; nested sums have errors of some hundred units. Range: 1e2 to 1e4.
 pub(crate) const SLOWEST_KNOWN: f64 = 1e3;
 
-/// Gap of a contact that lands together with another one. Unit: bound of the rounding of the gap. The bound leaves out the errors of the
-/// body's own motion, which add a few times as much to all gaps. Range: 4 to 64.
+/// Gap below which a contact lands together with another contact. Unit: bound of the rounding error of the gap. The bound leaves out the
+/// errors of the motion of the body, which are a few times as large for all gaps. Range: 4 to 64.
 pub(crate) const LANDS_TOGETHER: f64 = 16.0;
 
-/// Ratio of the gap rates of two contacts up to which they may land together. The gap that counts as zero grows with it.
-/// Range: 2 to 100.
+/// Largest ratio of the gap rates of two contacts that enters the gap at which they land together. That gap grows with the ratio. Range: 2
+/// to 100.
 pub(crate) const LANDS_TOGETHER_SPEED: f64 = 8.0;
 
-/// Speed of a contact at a vertex that counts as zero. Unit: machine epsilon times the terms of the speed. It is horizontal right above the
-/// vertex, where the acceleration then decides to which piece the contact goes, or normal to the pieces of a narrow vertex, in which the
-/// contact then rests. Each crossing of the vertex adds roundings. Range: 4 to 64.
+/// Gap rate of a contact in a vertex that counts as zero. Unit: ε times the terms of the rate. A contact that passes horizontally over a
+/// vertex has rate zero there, and its acceleration decides on which piece it goes on. A contact in a narrow vertex has rate zero on both
+/// pieces, and rests. Each crossing of the vertex adds rounding errors. Range: 4 to 64.
 pub(crate) const OVER_VERTEX: f64 = 16.0;
 
-/// Depth below the terrain that is rounding, as a multiple of machine epsilon times the size of the body. The smaller of this and
-/// [`GRAZE_OF_WAY`] counts. A contact that passes through the terrain by less does not touch it. Range: 1 to 16.
+/// Depth below the ground that a contact may reach without landing, as long as it comes up again. Unit: ε times the size of the body. The
+/// smaller one of this depth and [`GRAZE_OF_WAY`] is the limit. Range: 1 to 16.
 pub(crate) const GRAZE_OF_SIZE: f64 = 2.0;
 
-/// Depth below the terrain that is rounding, as a multiple of machine epsilon times the distance covered. Range: 4 to 64.
+/// As [`GRAZE_OF_SIZE`], but with the unit: ε times the distance that the contact has covered in this word. Range: 4 to 64.
 pub(crate) const GRAZE_OF_WAY: f64 = 16.0;
 
-/// Speed of the body below which it has stopped together with one of its contacts. Unit: the speeds that count as zero. The speeds have
-/// decreased together, to the rounding of the time at which they vanish. Range: 10 to 1e5.
+/// Speed of the body below which the whole body has stopped when one of its contacts stops sliding. Unit: the sliding speed that counts as
+/// zero. All speeds decrease to zero together, and the instant at which they vanish has a rounding error. Range: 10 to 1e5.
 pub(crate) const BODY_STOPPED: f64 = 1e3;
 
-/// Sliding speed that is rounding, relative to that of another contact that slides. Range: 1e-13 to 1e-8.
+/// Sliding speed that counts as zero beside another contact that slides. Unit: the speed of that contact. Range: 1e-13 to 1e-8.
 pub(crate) const SLOWER_SLIDE: f64 = 1e-10;
 
-/// Duration of a phase with frozen geometry. Unit: time elapsed. The error of the rates is of second order in it, below their rounding up
-/// to 1e-8, and small enough for the end of an accumulation. Range: 1e-9 to 1e-5.
+/// Longest duration of a motion in contact with frozen geometry. Unit: time elapsed. The error of the rates is of second order in this
+/// duration; up to 1e-8 it is below their rounding error. The value is small enough for the end of an accumulation. Range: 1e-9 to 1e-5.
 pub(crate) const FROZEN_PHASE: f64 = 1e-6;
 
-/// Relative difference of the energies of two equal swings. A swing has some twenty steps with one rounding each.
-/// Range: 4e-15 to 1e-12.
+/// Relative difference of the energies of two swings below which the energies count as equal. A swing has about twenty steps, each with one
+/// rounding error. Range: 4e-15 to 1e-12.
 pub(crate) const SWING_REPEATS: f64 = 1e-14;
 
-/// Angle between pieces of ground up to which the rotation is taken from the difference of the rows of their contacts. Unit: distance of
-/// the contacts over the radius of gyration. The difference is smaller by this factor than the terms that cancel otherwise.
-/// Range: 1e-5 to 1e-2.
+/// Value of |n_i − n_j| ρ/|b_i − b_j| below which two pieces of ground count as parallel, and the rotation is computed from the difference
+/// of the rows of their contacts. The terms of that difference are smaller by this factor than the terms that cancel otherwise. Range: 1e-5
+/// to 1e-2.
 pub(crate) const PARALLEL_GROUND: f64 = 1e-3;
 
-/// Part of a row outside the span of others that is rounding. Unit: length of the row. The row then follows from the others in exact
-/// arithmetic too. Range: 1 to 16 machine epsilons over [`NEARLY_EQUAL_ROWS`].
+/// Part of a row orthogonal to other rows that counts as zero. Unit: length of the row. The row then follows from the others in exact
+/// arithmetic too. Range: 1 ε to 16 ε, divided by [`NEARLY_EQUAL_ROWS`].
 pub(crate) const IMPLIED_ROW: f64 = 4.0 * f64::EPSILON / NEARLY_EQUAL_ROWS;
 
-/// Difference of two rows below which they are nearly equal, and part of a row outside the span of others below which the row is not used
-/// beside them. Unit: length of the row. Range: 1e-5 to 1e-1.
+/// Difference of two rows below which they count as nearly equal. Also the part of a row orthogonal to other rows below which the row is
+/// not used beside them. Unit: length of the row. Range: 1e-5 to 1e-1.
 pub(crate) const NEARLY_EQUAL_ROWS: f64 = 1e-3;
 
-/// Difference of a gap from the value that the other closed contacts imply that is rounding. Unit: machine epsilon times size and
-/// displacement of the body. A contact that differs by more is above uneven ground. Range: 16 to 1e3.
+/// Difference between a gap and its value computed from the gaps of the other closed contacts below which the computed value is taken.
+/// Unit: ε times the sum of size and displacement of the body. A larger difference means that the ground under this contact is uneven.
+/// Range: 16 to 1e3.
 pub(crate) const UNEVEN_GAP: f64 = 64.0;
 
-/// Part of a velocity left by a projection below which the projection is repeated. Relative. Range: 1e-12 to 1e-4.
+/// Ratio of the velocity after a projection to the velocity before it below which the projection is repeated, because the part removed has
+/// a rounding error too. Range: 1e-12 to 1e-4.
 pub(crate) const CORRECTED_VELOCITY: f64 = 1e-8;
 
-/// Determinant of a friction matrix below which it is singular. Unit: product of the lengths of its columns. Its rounding is 1e-15; steps
-/// towards a jam that come closer do not move the body. Range: 2e-15 to 1e-12.
+/// Determinant of a friction matrix below which the matrix is singular. Unit: product of the lengths of its columns. The rounding error of
+/// the determinant is about 1e-15. Steps towards a jam that come closer than this do not move the body. Range: 2e-15 to 1e-12.
 pub(crate) const SINGULAR_FRICTION_MATRIX: f64 = 1e-14;
 
-/// Distance of a force from the edge of the hull of two cones that is rounding. Unit: the force. Range: 16 to 256 machine epsilons.
+/// Distance of a force from the edge of the hull of two friction cones that counts as zero. Unit: the force. Range: 16 ε to 256 ε.
 pub(crate) const HULL_EDGE: f64 = 64.0 * f64::EPSILON;
 
-/// Drift of a fixed contact that is corrected. Unit: distances of the body. Range: 1 to 8 machine epsilons.
+/// Drift of the position of a fixed contact above which it is corrected. Unit: displacement of the body plus arm of the contact. Range: 1 ε
+/// to 8 ε.
 pub(crate) const DRIFT: f64 = 2.0 * f64::EPSILON;
 
-/// Potential energy of a drift above which it is not corrected. Unit: kinetic energy. One rounding of a position can be more than all
-/// the energy of a small motion. Range: 4 to 64 machine epsilons.
+/// Potential energy of a drift above which the drift is not corrected. Unit: kinetic energy. The rounding error of a position can be worth
+/// more than all the energy of a small motion. Range: 4 ε to 64 ε.
 pub(crate) const DRIFT_ENERGY: f64 = 16.0 * f64::EPSILON;
 
-/// Coefficient of the rate of a row that is more than rounding. Unit: the terms it is computed from. Range: 1e-13 to 1e-7.
+/// Taylor coefficient of the rate of a row above which it is not zero. Unit: its terms. Range: 1e-13 to 1e-7.
 pub(crate) const RATE_COEFFICIENT: f64 = 1e-9;
 
-/// Force outside its cone that is rounding. Unit: the largest force. Range: 1e-13 to 1e-7.
+/// Part of a force outside its friction cone that counts as zero. Unit: the largest force. Range: 1e-13 to 1e-7.
 pub(crate) const FORCE_OUTSIDE_CONE: f64 = 1e-9;
 
-/// Speed of a contact without friction in a vertex of its terrain below which it has come to rest there. Unit: the largest speed of the
-/// run. The speed is a difference of the body's speeds and has a few of their roundings. Range: 1e-15 to 1e-13.
+/// Speed of a frictionless contact in a vertex of its terrain below which it has come to rest there. Unit: the largest speed of the run.
+/// The speed is a difference of speeds of the body, with a rounding error of a few ε of them. Range: 1e-15 to 1e-13.
 pub(crate) const WEDGED: f64 = 1e-14;
 
-/// Ratio of the slopes of two pieces above which the gap over the steeper one loses more of its digits than its rounding accounts for.
-/// Range: 2 to 64.
+/// Ratio n_y,next/n_y,old above which the gap over the old, steeper piece is not converted to a gap over the next piece, because this would
+/// lose more digits than the rounding error of the gap accounts for. The gap is then computed from the position. Range: 2 to 64.
 pub(crate) const STEEPER_PIECE: f64 = 8.0;
 
 // --- Choice of the model and proved bounds ---
 
-/// Factor by which the estimated error of the local model must be below the tolerance, for what the estimate leaves out.
-/// Range: 1 to 10.
+/// Safety factor on the estimated error of the local model, for what the estimate leaves out. Range: 1 to 10.
 pub(crate) const SHADOW_SAFETY: f64 = 2.0;
 
-/// Error of the first flight and impact of the local model above which the full model is solved at once. Unit: tolerance. The error of a
-/// whole run is seldom smaller. A larger value costs runs in vain, a smaller one runs that would have been accepted; no answer depends on
-/// it beyond the tolerance. Range: 1 to 100.
+/// Error of the local model in the first flight and impact above which the full model is solved at once. Unit: tolerance of the run. The
+/// error of a whole run is seldom smaller. A larger value costs local runs that are then refused; a smaller value refuses local runs that
+/// would have been accepted. No result depends on it beyond the tolerance. Range: 1 to 100.
 pub(crate) const FIRST_DEFECT: f64 = 4.0;
 
-/// Change 2Gh/u² of the squared landing speed between the models above which their events are not compared. Range: 0.01 to 0.5.
+/// Change 2Gh/u² of the squared landing speed from the local to the full model above which their touchdowns are not compared. Also the
+/// relative change of the duration of a slide above which their stops are not compared. Range: 0.01 to 0.5.
 pub(crate) const LANDING_SPEED_CHANGE: f64 = 0.25;
 
-/// Part of the tolerance for the motions that are bounded instead of followed. Range: 1/256 to 1/4.
+/// Error allowed for motions whose error is bounded instead of followed. Unit: tolerance of the run. Range: 1/256 to 1/4.
 pub(crate) const UNFOLLOWED_PART: f64 = 1.0 / 32.0;
 
-/// Rotation up to which the full equations are followed along a local run. Unit: rad. The polynomials for sine and cosine have errors
-/// below 1e-9 there. Range: up to 0.1.
+/// Rotation up to which the full equations are followed along a local run. Unit: rad. The polynomials for sine and cosine have relative
+/// errors below 1e-9 there. Range: up to 0.1.
 pub(crate) const SHADOW_TURN: f64 = 0.1;
 
-/// ω²|d|/g up to which the arcs of a flight count as concave. Range: below 1.
+/// Value of ω²|d|/g up to which the gaps in a flight count as concave functions of time. Range: below 1.
 pub(crate) const CONCAVE_ARC: f64 = 0.5;
 
-/// Safety factor on the estimated change of a sum that is not followed. Range: 1 to 16.
+/// Safety factor on the estimated error of the duration of a tail that is not followed. Range: 1 to 16.
 pub(crate) const UNFOLLOWED_FACTOR: f64 = 4.0;
 
-/// Flight that is shorter than the rounding of the time. Unit: time elapsed. Range: 1/16 to 1 machine epsilon.
+/// Duration of a flight below which it does not change the time. Unit: time elapsed. Range: ε/16 to ε.
 pub(crate) const FLIGHT_UNRESOLVED: f64 = f64::EPSILON / 8.0;
 
-/// Width of the enclosure of a Zeno time below which it is not narrowed further. Unit: time elapsed. It is below one rounding of its ends.
-/// Range: 1/64 to 1 machine epsilon; only width and cost depend on it.
+/// Width of the enclosure of a Zeno time below which the enclosure is not narrowed further. Unit: time elapsed. The width is then below the
+/// rounding error of its ends. Range: ε/64 to ε; only width and cost depend on it.
 pub(crate) const NARROW_ENOUGH: f64 = f64::EPSILON / 8.0;
 
 /// Distance of a Zeno time from its proved bounds above which the run has a warning. Unit: time elapsed. Range: 1e-15 to 1e-12.
 pub(crate) const OUTSIDE_PROVED_BOUNDS: f64 = 1e-13;
 
-/// Rounding of the clock of a run in the error of a Zeno time. Unit: half a unit in the last place. Range: 1 to 16.
+/// Rounding error of the time of a run, as part of the error of a Zeno time. Unit: ε times the time elapsed. Range: 1 to 16.
 pub(crate) const CLOCK_ROUNDINGS: f64 = 4.0;
 
 // --- Stability ---
 
-/// Margin below which rounding may decide a verdict. Unit: size of the body, or load. Range: 1e-13 to 1e-8.
+/// Margin of a condition below which rounding errors may decide the verdict. Unit: size of the body, or load. Range: 1e-13 to 1e-8.
 pub(crate) const DELICATE_MARGIN: f64 = 1e-10;
 
-/// Cross product of two edges below which they are parallel. Unit: terms of the product. Range: 4 to 64 machine epsilons.
+/// Cross product of two edges of friction cones below which the edges are parallel. Unit: terms of the product. Range: 4 ε to 64 ε.
 pub(crate) const PARALLEL_EDGES: f64 = 8.0 * f64::EPSILON;
 
-/// Moment of a combination of forces with zero sum that counts as zero. Unit: the terms it is a difference of. Range: 1e-15 to 1e-11.
+/// Moment of a combination of forces with zero sum that counts as zero. Unit: the moments of the single forces. Range: 1e-15 to 1e-11.
 pub(crate) const SQUEEZE_MOMENT: f64 = 1e-13;
 
-/// Component of a direction without bound in a family of forces that counts as zero. Unit: sum of its weights. Range: 1e-12 to 1e-6.
+/// Component of a force in a direction in which the family of forces is unbounded that counts as zero. Unit: sum of the weights of that
+/// direction. Range: 1e-12 to 1e-6.
 pub(crate) const UNBOUNDED_DIRECTION: f64 = 1e-9;
 
-/// Distance of two shapes below which the orbit has returned. Unit: one plus the size of a coordinate. A chaotic orbit returns as close by
-/// chance about once in 1e9 impacts; each return is then tested by its tangent map. Range: 1e-12 to 1e-7.
+/// Distance of two shapes below which the orbit has returned. Unit: one plus the absolute value of the coordinate. A chaotic orbit returns
+/// as close by chance about once in 1e9 impacts; each return is then tested by its tangent map. Range: 1e-12 to 1e-7.
 pub(crate) const RECURRENCE: f64 = 1e-9;
 
-/// Distance from an attracting cycle, by its tangent map, below which the cycle counts as reached. Unit: one plus the size of a
-/// coordinate. Range: 1e-9 to 1e-4.
+/// Distance of a shape from an attracting cycle, computed with the tangent map, below which the cycle counts as reached. Unit: one plus the
+/// absolute value of the coordinate. Range: 1e-9 to 1e-4.
 pub(crate) const CYCLE_REACHED: f64 = 1e-6;
 
-/// Rounding of a shape up to which the fate found is that of the motion from its start on. Unit: one plus the size of a coordinate. A
-/// chaotic transient exceeds it after some fifty impacts. Range: 1e-9 to 1e-4.
+/// Accumulated rounding error of a shape up to which the fate found is the fate of the given start. Unit: one plus the absolute value of
+/// the coordinate. A chaotic transient exceeds it after about fifty impacts. Range: 1e-9 to 1e-4.
 pub(crate) const SHAPE_LOST: f64 = 1e-6;
 
-/// Landing speed of the reduced map that counts as zero: the contact rests on the terrain. Unit: the size of the reduced state. Its own
-/// bounces would last less than the rounding of any time here. Range: 1e-140 to 1e-20.
+/// Landing speed of the reduced map below which the contact rests on the terrain. Unit: the size of the reduced state. The bounces of this
+/// contact would last less than the rounding error of any time here. Range: 1e-140 to 1e-20.
 pub(crate) const SHAPE_AT_REST: f64 = 1e-100;
 
-/// Time left of a clattering tail at which it is added as an interval. Unit: time of the flight so far. Range: 1e-15 to 1e-6; only width
-/// and cost of the enclosure depend on it.
+/// Time left of a clattering tail below which the tail is added as an interval. Unit: duration of the flight so far. Range: 1e-15 to 1e-6;
+/// only width and cost of the enclosure depend on it.
 pub(crate) const CORNER_TAIL: f64 = 1e-12;
 
-/// Difference of two directions at which an orbit has closed. Unit: rad. Only the start of a search depends on it; the certificate is
+/// Difference of two directions below which an orbit has closed. Unit: rad. Only the start of a search depends on it; the certificate is
 /// proved in intervals. Range: 1e-13 to 1e-6.
 pub(crate) const ORBIT_CLOSED: f64 = 1e-9;
 
-/// Strict decrease that a certificate asks of its potential on each step. Relative. Range: 1e-12 to 1e-6; a larger value refuses
-/// certificates.
+/// Decrease of its potential that a certificate requires on each step, in addition to the logarithm of the growth. Range: 1e-12 to 1e-6; a
+/// larger value refuses certificates.
 pub(crate) const STRICT_DECREASE: f64 = 1e-9;
 
-/// Rounding of a limit of a cell of directions: a tangent and its argument. Relative to one plus its size. Range: 1e-15 to 1e-9.
+/// Rounding error of a limit of a cell of directions, which is a tangent of an angle. Unit: one plus its absolute value. Range: 1e-15 to
+/// 1e-9.
 pub(crate) const CELL_LIMIT_ROUNDING: f64 = 1e-14;
 
-/// Sine y/r of a direction below which an orbit that is searched for a cycle counts as ended at a slide or at rest.
-/// Range: 1e-15 to 1e-6; only the search depends on it.
+/// Sine y/r of a direction below which an orbit that is searched for a cycle counts as ended, in a slide or at rest. Range: 1e-15 to 1e-6;
+/// only the search depends on it.
 pub(crate) const SLIDE_END: f64 = 1e-12;
 
-/// Error of a sine, a cosine or an arc tangent of a computed angle, absolute; of a tangent, times 1 + tan². It is more than two units in
-/// the last place. Range: above 2.3e-16.
+/// Absolute error of a sine, a cosine or an arc tangent of a computed angle; the error of a tangent is 1 + tan² times as large. The value
+/// is more than two ulp. Range: above 2.3e-16.
 pub(crate) const TRIGONOMETRIC_ERROR: f64 = 4e-16;
 
-/// Margin of a proved bound for the rounding of the few operations, logarithms and exponential functions in it. Relative.
-/// Range: above 1e-14.
+/// Margin of a proved bound for the rounding errors of its few operations, logarithms and exponential functions. Relative. Range: above
+/// 1e-14.
 pub(crate) const BOUND_MARGIN: f64 = 1e-12;
 
-/// Part by which a random start is lifted more than to the ground, so that rounding leaves no gap negative. Relative.
-/// Range: 1e-14 to 1e-3.
+/// Excess of the height to which a random start is lifted over the height at which it touches the ground, so that rounding errors leave no
+/// gap negative. Relative. Range: 1e-14 to 1e-3.
 pub(crate) const START_LIFT: f64 = 1e-9;
 
-/// Depth of a corner of the ground in the body from which on it has entered the body. Unit: largest distance of a corner of the body
-/// from its centre of mass. Above the rounding of positions along a run. A larger value would miss entries that are not deeper; the time of
-/// an entry is that of depth zero and does not depend on it.
-/// Range: 1e-12 to 1e-6.
+/// Depth below a side of the body from which on a corner of the ground has entered the body. Unit: largest distance of a corner of the body
+/// from its centre of mass. The value is above the rounding error of positions along a run. A larger value would miss shallower entries.
+/// The reported time of an entry is the time of depth zero and does not depend on this value. Range: 1e-12 to 1e-6.
 pub(crate) const EDGE_DEPTH: f64 = 1e-9;
 
-/// Turn of a body up to which a cubic stands for the way of a point, so that its error in the middle is nearly its largest one. Unit:
-/// rad. Range: 0.1 to 1; only cost depends on it.
+/// Rotation of a body within an interval of time up to which the path of a point is approximated by a cubic; the error of the cubic is then
+/// nearly largest at the middle of the interval. Unit: rad. Range: 0.1 to 1; only the cost depends on it.
 pub(crate) const CUBIC_TURN: f64 = 0.5;
 
-/// Bound of the error of a cubic. Unit: its error in the middle of the interval, where it is largest but for higher orders. Range: 1.5
-/// to 10.
+/// Bound of the error of that cubic. Unit: its error at the middle of the interval, which is the largest error except for terms of higher
+/// order. Range: 1.5 to 10.
 pub(crate) const MEASURED_ERROR: f64 = 2.0;

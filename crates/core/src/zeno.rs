@@ -67,7 +67,7 @@ pub(crate) struct ClatterTail {
 }
 
 /// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one. The
-/// equations then hold to rounding even if they are nearly parallel.
+/// equations then hold within their rounding errors even if they are nearly parallel.
 pub(crate) fn solve_coupled(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     if is_parallel(psi) {
         return [y[0], 0.0];
@@ -80,7 +80,7 @@ pub(crate) fn solve_coupled(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     x
 }
 
-/// Whether the rows of two contacts are equal, to rounding.
+/// Whether the rows of two contacts are equal within their rounding errors.
 fn is_parallel(psi: [f64; 2]) -> bool {
     1.0 - psi[0] * psi[1] <= PARALLEL_GAP_ROWS
 }
@@ -214,7 +214,7 @@ impl FrozenModel {
         self.g[i] + self.psi[1 - i] * self.g[1 - i]
     }
 
-    /// Whether the rows of the contacts are equal, to rounding.
+    /// Whether the rows of the contacts are equal within their rounding errors.
     pub(crate) fn is_parallel(&self) -> bool {
         is_parallel(self.psi)
     }

@@ -129,8 +129,8 @@ const ORDER: NoShadow =
     "the local model was tried: the full one may have its collisions in another order";
 const MODES: NoShadow = "the local model was tried: the full model may have other contact modes";
 const TURNS: NoShadow = "the local model was tried: the body turns too far";
-const MANY: NoShadow = "the local model was tried: it has so many events that following them would cost more than the full model";
-const ENDS: NoShadow = "the local model was tried: its error is not known for a motion without end, or one that a limit ends";
+const MANY: NoShadow = "the local model was tried: it has so many events that measuring its error would cost more than the full model";
+const ENDS: NoShadow = "the local model was tried: its error is not known for a motion without end, or for a run that ends at a limit";
 const TIPS: NoShadow =
     "the local model was tried: it comes to rest on one contact, where the full model tips over";
 

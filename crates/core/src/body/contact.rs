@@ -1,5 +1,5 @@
-//! A contact: a point of the body on a straight piece of terrain. This is the line of its slope through its point, unless the posture has
-//! a terrain for all contacts.
+//! A contact: a point of the body that can touch a straight piece of terrain. If the posture has a terrain, all contacts share its pieces.
+//! Otherwise the piece of each contact is the straight line with its slope through its point.
 //!
 //! ```text
 //!        n  (out of the terrain)

@@ -27,8 +27,8 @@ pub(crate) struct ContactGeometry {
 }
 
 impl ContactGeometry {
-    /// Corrects b and c, which were turned step by step with one rounding each: computes them from the rotation `theta`, or, where the
-    /// rounding of `theta` is larger, restores their length.
+    /// Corrects b and c, to which each step of the rotation has added a rounding error. Computes them from the rotation `theta`; if `theta`
+    /// is so large that its own rounding error is larger, only restores the length √(b² + c²).
     pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
         if theta.abs() <= Turn::<f64>::LARGEST {
             return self.turned(&Turn::by(theta));

@@ -200,7 +200,7 @@ impl Posture {
             normal: piece.normal,
             b: piece.tangent.dot(&arm),
             c: piece.normal.dot(&arm),
-            // Zero where it touches within rounding.
+            // Zero if it touches within its rounding error.
             offset: if offset.abs() <= TOUCH * self.size() { 0.0 } else { offset },
             gravity: self.fields().gravity * piece.normal.y,
             ..self.geometry()[i]

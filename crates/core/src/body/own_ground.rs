@@ -7,7 +7,7 @@
 //!   ────────2────────                               ────1───2────
 //! ```
 //!
-//! If a contact has a `segment`, its line is intended: it does not concern other contacts.
+//! A line with a `segment` is not compared with other contacts.
 
 use nalgebra::Vector2;
 use smallvec::SmallVec;

@@ -454,7 +454,7 @@ impl Posture {
         )
     }
 
-    /// Whether a contact is on its ground at `q`, within rounding.
+    /// Whether a contact is on its ground at `q`, within its rounding error.
     fn touches(&self, i: usize, q: &Vector3<f64>) -> bool {
         let Under { geometry, exists, .. } = self.under(i, q, false);
         let known = self.place_rounding(i, q, false).max(TOUCH * self.size());

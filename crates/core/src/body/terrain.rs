@@ -92,7 +92,8 @@ pub(crate) struct Ground {
 pub(crate) struct Place {
     /// The contact of this point.
     pub(crate) contact: usize,
-    /// The piece that it may touch: −1 before the first one, their number beyond the last one.
+    /// Index of the piece that the point may touch, from 0. Before the first piece it is −1, beyond the last piece it is the number of
+    /// pieces.
     pub(crate) piece: isize,
     /// Distances to the separating lines at the start and at the end of this piece, in m.
     pub(crate) sides: [f64; 2],
@@ -158,13 +159,14 @@ impl Piece {
         [from, -to]
     }
 
-    /// Distance of a point from the nearest point of the piece, in m, to some roundings of its distance from the nearest vertex of the piece.
+    /// Distance of a point from the nearest point of the piece, in m, with an error of a few ε times its distance from the nearest vertex
+    /// of the piece.
     fn distance(&self, at: &Vector2<f64>) -> f64 {
         let [before, after] = self.along(at).map(|side| (-side).max(0.0));
         libm::hypot(self.height(at), before.max(after))
     }
 
-    /// As `distance`, to some roundings of its value. The vertices of the piece must be exact.
+    /// As `distance`, with an error of a few ε times its value. The vertices of the piece must be exact.
     fn precise_distance(&self, at: &Vector2<f64>) -> f64 {
         let [from, to] = self.ends.map(|end| end.vertex);
         for (near, far) in [(from, to), (to, from)] {
@@ -261,7 +263,7 @@ impl Ground {
         if pieces.len() == 1 {
             return 0;
         }
-        // `distance` has these roundings.
+        // `distance` has these rounding errors.
         let known = |piece: &Piece| {
             let [from, to] = piece.ends.map(|end| (at - end.vertex).amax());
             (piece.distance(at), DISTANCE_ROUNDINGS * f64::EPSILON * from.max(to))
@@ -526,7 +528,7 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
             return Err(Error::Unusable {
                 field: format!("{at}{field}"),
                 value: format!("{given:?}"),
-                allowed: "left out where the posture has a terrain: it follows from that".into(),
+                allowed: "left out, because the terrain of the posture determines it".into(),
             });
         }
     }

@@ -177,10 +177,10 @@ impl<'a> Log<'a> {
     }
 }
 
-/// Impacts in a stretch: the fastest impacts of two stretches are compared.
+/// Number of impacts in a block. The fastest impacts of two successive blocks are compared.
 const STRETCH: usize = 1024;
 
-/// A stretch of impacts: the highest speed in m/s, the time of the first, the contacts hit (one bit each).
+/// A block of impacts: the highest speed in m/s, the time of the first impact, the contacts hit (one bit each).
 #[derive(Debug, Clone, Copy, Default)]
 struct Stretch {
     impacts: usize,
@@ -234,7 +234,7 @@ impl LastImpacts {
             format!("impacts of {contacts} at up to {speed}")
         } else if clock.since(before.began) == 0.0 {
             format!(
-                "the last {count} impacts, of {contacts} at up to {speed}, come at one instant: each causes the next one"
+                "the last {count} impacts, of {contacts} at up to {speed}, happen at one instant: each causes the next one"
             )
         } else if ratio * CHANGED_SPEED < 1.0 {
             format!(
@@ -298,7 +298,7 @@ mod tests {
             (0.999, 1.0, "contacts 1 and 2 become slower"),
             (1.001, 1.0, "contacts 1 and 2 become faster"),
             (1.0, 1.0, "neither slower nor faster"),
-            (0.999, 0.0, "come at one instant"),
+            (0.999, 0.0, "happen at one instant"),
         ] {
             let mut log = Log::new(&Options::default(), 2, &|| false);
             let mut last = LastImpacts::default();

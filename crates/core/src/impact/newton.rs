@@ -69,8 +69,8 @@ pub(crate) enum SequenceEnd {
     Infinite,
 }
 
-/// Number of impacts in zero time after which a sequence counts as infinite. It has the frequency f = π/n per impact, at which P and
-/// 2√e are equal within rounding.
+/// Number of impacts in zero time after which a sequence counts as infinite. It has the frequency f = π/n per impact, at which P and 2√e
+/// are equal within their rounding errors.
 const MOST_AT_ONCE: usize = 10_000_000;
 
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.

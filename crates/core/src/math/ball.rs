@@ -20,7 +20,7 @@ pub(crate) struct Ball {
 const ROUNDING: f64 = 8.0 * (0.5 * f64::EPSILON) * (0.5 * f64::EPSILON);
 /// More than the rounding error of numbers below the normal range.
 const TINY: f64 = f64::MIN_POSITIVE;
-/// More than the roundings of a radius, computed from a few positive terms.
+/// More than the rounding errors of a radius that is computed from a few positive terms.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
@@ -264,7 +264,7 @@ mod tests {
         }
     }
 
-    /// Bounds of the radius that an operation adds, relative to a value, and absolutely: a dozen roundings of 106 bits.
+    /// Bounds of the radius that an operation adds, relative to a value, and absolutely: a dozen rounding errors of numbers with 106 bits.
     fn rounding(value: &Q) -> Q {
         let size = if *value < zero() { -value } else { value.clone() };
         size * exact(16.0 * ROUNDING).unwrap() + exact(8.0 * TINY).unwrap()

@@ -1,6 +1,6 @@
 //! A clock that does not stall.
 //!
-//! Near an accumulation of impacts the flights are far shorter than the rounding of the time at which
+//! Near an accumulation of impacts the flights are far shorter than the rounding error of the time at which
 //! they begin. The elapsed time is therefore kept as an unevaluated sum of two doubles.
 
 use crate::math::real::Real;
@@ -12,7 +12,7 @@ pub(crate) struct Clock {
     pub(crate) lo: f64,
 }
 
-/// The sum hi + lo + dt, with |lo| as large as the roundings of all steps since it was last renormalised (Knuth's two-sum).
+/// The sum hi + lo + dt, with |lo| as large as the rounding errors of all steps since it was last renormalised (Knuth's two-sum).
 #[inline(always)]
 pub(crate) fn unnormalised_after<T: Real>(hi: T, lo: T, dt: T) -> (T, T) {
     let sum = hi + dt;

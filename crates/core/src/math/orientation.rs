@@ -14,7 +14,7 @@ pub(crate) fn area(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 
     if sum.abs() > ROUNDING * (one.abs() + two.abs()) { sum } else { precise_area(a, b, c) }
 }
 
-/// As [`area`], to a few roundings of its value.
+/// As [`area`], with an error of a few ε times its value.
 pub(crate) fn precise_area(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 {
     sum_of_products([(b.x, c.y), (-b.x, a.y), (-a.x, c.y), (-b.y, c.x), (b.y, a.x), (a.y, c.x)])
 }
@@ -38,7 +38,7 @@ pub(crate) fn along(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64
     ])
 }
 
-/// Σ aᵢbᵢ of up to 8 products, to a few roundings of its value.
+/// Σ aᵢbᵢ of up to 8 products, with an error of a few ε times its value.
 fn sum_of_products<const N: usize>(products: [(f64, f64); N]) -> f64 {
     // The exact sum is that of these parts, which do not overlap and increase in size [Shewchuk 1997, Theorem 10].
     let mut parts = [0.0_f64; 16];

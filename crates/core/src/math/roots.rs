@@ -44,7 +44,7 @@ pub(crate) const ORDER: usize = 21;
 ///
 /// Descartes' rule in the Bernstein basis: no sign change, no root; one sign change, exactly one root;
 /// otherwise the interval is halved (de Casteljau), earlier half first. A double root that touches zero
-/// without crossing can be missed within rounding; it is not a collision.
+/// without crossing can be missed because of rounding errors; it is not a collision.
 ///
 /// `count`: coefficients beyond are zero.
 pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) -> Option<f64> {
@@ -93,7 +93,7 @@ fn bernstein(a: &[f64]) -> [f64; ORDER] {
     beta
 }
 
-/// Deepest halving: below it an interval is a few roundings wide.
+/// Deepest halving: below it an interval is a few ulp wide.
 const DEEPEST: usize = 48;
 
 fn first_crossing(

@@ -10,7 +10,7 @@ use crate::outcome::ContactNumber;
 use crate::serial::numbers::AnyNumber;
 use crate::tolerance::{FIXED_ACCELERATION, TIE};
 
-/// Whether an acceleration that no force changes is a tie, but larger than the rounding of an exact zero.
+/// Whether an acceleration that no force can change counts as a tie although it is above the rounding error of an exact zero.
 pub(super) fn is_doubtful(value: f64) -> bool {
     value.abs() > FIXED_ACCELERATION && value.abs() <= TIE
 }
@@ -29,8 +29,8 @@ pub enum Condition {
     SlidesRight,
     /// L at v_t = 0: a_t < 0.
     SlidesLeft,
-    /// F, R, L: a_n = 0, where the other closed contacts determine a_n; the margin is −|a_n|. It is left out where it holds up to
-    /// rounding.
+    /// F, R, L: a_n = 0, where the other closed contacts determine a_n; the margin is −|a_n|. The test is left out if |a_n| is below its
+    /// rounding error.
     Touches,
     /// F: a_t = 0, likewise.
     Sticks,
@@ -127,7 +127,7 @@ pub(super) fn test(
 pub enum Forces {
     /// The equations determine the forces.
     Unique,
-    /// The word is hyperstatic: the forces form a family, and one of it is given.
+    /// The word is hyperstatic: the forces form a family, and one of its members is given.
     Family,
     /// The friction matrix is singular: there is no force, or a family of forces.
     Singular,
@@ -159,7 +159,7 @@ pub struct ModeAnswer {
     pub margins: Vec<Margin>,
     /// Whether all tests hold.
     pub consistent: bool,
-    /// Whether the friction matrix of the word is singular, to rounding.
+    /// Whether the friction matrix of the word is singular within its rounding error.
     pub(super) singular: bool,
 }
 

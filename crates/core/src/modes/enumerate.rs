@@ -81,7 +81,7 @@ struct Equations {
     planes: Vec<Plane>,
     /// Direction of the unknown force.
     directions: Vec<Vector3<f64>>,
-    /// Contact of the unknown, and whether it is a tangential force of its own.
+    /// Contact of the unknown, and whether the unknown is a tangential force independent of the normal force.
     owner: Vec<(usize, bool)>,
 }
 

@@ -81,14 +81,15 @@ impl Flat {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
 
-    /// Adds the words of the cells of this flat, both with ties counted for the static word and by the signs alone.
+    /// Adds the words of the cells of this flat. If an acceleration is a tie, adds both the words in which it counts as zero and the words
+    /// that its sign gives.
     pub(super) fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
         if self.words_above(TIE, rows, words) {
             self.words_above(FIXED_ACCELERATION, rows, words);
         }
     }
 
-    /// Adds the words, where accelerations up to `zero` count as zero. Returns whether one of these is a tie.
+    /// Adds the words of the cells if accelerations up to `zero` count as zero. Returns whether one of the accelerations is a tie.
     fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
         let mut doubtful = false;
         let mut constant = |value: f64| {

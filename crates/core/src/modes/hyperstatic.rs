@@ -21,8 +21,8 @@ struct Generator {
     force: [f64; 2],
 }
 
-/// `planes`: the rows of the word that vanish; `independent`: an orthonormal basis of them. If both have the same number, only the
-/// friction matrix can be singular.
+/// Solves a word. `planes`: the rows that the word keeps at zero; `independent`: an orthonormal basis of them. If there are as many rows as
+/// basis vectors, the rows are independent, and only friction can make the system singular.
 pub(super) fn solve(
     problem: &ContactProblem,
     word: Word,

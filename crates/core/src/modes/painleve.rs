@@ -4,7 +4,8 @@ use crate::modes::problem::ContactProblem;
 use crate::modes::words::Mode;
 use crate::outcome::ContactNumber;
 
-/// How close a sliding contact is to jamming, that is to a state in which a normal force does not lift it.
+/// How close a sliding contact is to jamming. It jams if its normal force, together with the friction that this force causes, does not
+/// accelerate it away from the terrain.
 ///
 /// With b = t·d, c = n·d and σ the direction of sliding, a unit normal force changes a_n by
 ///
@@ -12,7 +13,7 @@ use crate::outcome::ContactNumber;
 /// P(μ) = (1/m)(1 + b(b + σμc)/ρ²)
 /// ```
 ///
-/// Where P ≤ 0, a slide on this contact alone has no force or two, and a motion may not exist or not be unique.
+/// If P ≤ 0, a slide on this contact alone has no consistent normal force, or two. A motion may then not exist, or not be unique.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jamming {
     /// The contact.

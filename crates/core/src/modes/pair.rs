@@ -282,7 +282,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// a_n of contact `i` without a force, under that of the other.
+    /// a_n of contact `i`, which has no force, under the force of the other contact.
     #[inline(always)]
     fn normal(&self, i: usize, [f_t, f_n]: [f64; 2]) -> f64 {
         self.need[i][1] + (self.cosine * f_n + self.across[i] * f_t)

@@ -367,8 +367,8 @@ impl ContactProblem {
         Ok(best.map_or(first, |(_, problem)| problem))
     }
 
-    /// Whether a consistent word holds all closed contacts fixed, and the most contacts that stay on their pieces in a consistent word: those
-    /// that stay fixed or slide in the direction given here, away from the vertex in which they are.
+    /// Whether a consistent word holds all closed contacts fixed; and the largest number of contacts that stay on their pieces in a
+    /// consistent word. A contact stays on its piece if it is fixed, or if it slides in the direction given here, away from its vertex.
     pub(crate) fn holds(&self, inwards: &[Option<Mode>]) -> (bool, usize) {
         let Ok(modes) = contact_modes(self, Method::Enumerate) else { return (false, 0) };
         let of = |answer: &ModeAnswer| {
@@ -420,7 +420,7 @@ impl ContactProblem {
                     field: "q".into(),
                     value: format!("[{x:?}, {y:?}, {theta:?}]"),
                     allowed: format!(
-                        "contact {} off the vertex of its terrain: there it is on two pieces, each a contact of a ContactProblem",
+                        "contact {} off the vertex of its terrain; in the vertex it rests on two pieces, which a ContactProblem takes as two contacts",
                         i + 1
                     ),
                 });
@@ -429,7 +429,7 @@ impl ContactProblem {
                 return Err(Error::Unusable {
                     field: "qdot".into(),
                     value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
-                    allowed: "rates >= 0 at closed contacts: an impact is due, level \"impulse\""
+                    allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due, which a ContactProblem of level \"impulse\" solves"
                         .into(),
                 });
             }

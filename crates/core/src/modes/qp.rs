@@ -1,9 +1,8 @@
 //! Modes by convex quadratic programmes, with Clarabel.
 //!
-//! Coulomb's law written as one linear complementarity problem is not convex once μ > 0, and a solver for convex
-//! programmes fails on it (`tests/mode_qp.rs` measures how often). De Saxcé's change of variable makes it a fixed
-//! point of convex ones: for given s_i ≥ 0 the acceleration y is the point nearest to the load w that satisfies, for
-//! every generator γ = N_i + σT_i of a cone,
+//! Coulomb's law written as one linear complementarity problem is not convex once μ > 0, and a solver for convex programmes fails on it
+//! (`tests/mode_qp.rs` measures how often). De Saxcé's change of variable turns the law into a fixed point of convex programmes: for given
+//! s_i ≥ 0 the acceleration y is the point nearest to the load w that satisfies, for every generator γ = N_i + σT_i of a cone,
 //!
 //! ```text
 //! γ·y + bias_n,i + σ bias_t,i + s_i ≥ 0     σ = ±μ_i at rest, −μ_i sliding right, +μ_i sliding left
@@ -182,7 +181,7 @@ impl Tried<'_> {
     }
 }
 
-/// The word with the letter changed whose test has the worst margin.
+/// The word after a change of one letter: the letter whose test has the worst margin.
 fn mended(problem: &ContactProblem, answer: &ModeAnswer) -> Option<Word> {
     let worst = answer.violated().min_by(|a, b| a.value.total_cmp(&b.value))?;
     let i = worst.contact.index();

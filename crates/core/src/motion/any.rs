@@ -1,6 +1,6 @@
-//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation ends
-//! when the speeds of its contacts are below the rounding error of the largest speed so far. Impacts in turn at one instant are
-//! summed, and so are cycles of two contacts on the ground that repeat themselves.
+//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation ends when the
+//! speeds of its contacts are below the rounding error of the largest speed so far. Successive impacts at one instant are summed, and so
+//! are repeating cycles of two contacts on the ground.
 
 use std::collections::BTreeSet;
 
@@ -27,7 +27,8 @@ const REFRESH: usize = 32;
 pub(crate) struct AnyContacts {
     pub(super) posture: Posture,
     pub(super) state: BodyState,
-    /// Number of distinct contacts. Each has a point, and while it is in a vertex a second one, listed after all first ones.
+    /// Number of contacts. Each contact has one point, and a second point while it is in a vertex. The second points come after all first
+    /// points.
     pub(super) contacts: usize,
     /// The largest speed so far, in m/s.
     pub(super) fastest: f64,
@@ -195,7 +196,7 @@ impl<'a> Driver<'a, AnyContacts> {
         }
     }
 
-    /// Writes the first span, also of a run that ends at once. An outcome: the run ends here.
+    /// Writes the first span, also if the run ends at once. Returns an outcome if the run ends here.
     pub(super) fn begin(&mut self) -> Option<Outcome> {
         (0..self.body.contacts).for_each(|i| self.choose_by_facing(i));
         self.write_flight();
@@ -213,8 +214,8 @@ impl<'a> Driver<'a, AnyContacts> {
         Some(Outcome::EdgeContact)
     }
 
-    /// The state and the modes at time `dt` of a sum of cycles that starts in this state, cycle by cycle; `None` if too many events
-    /// come before. `options`: of the run.
+    /// The state and the modes at time `dt` within a sum of cycles that starts in this state, computed cycle by cycle; `None` if too many
+    /// events come before that time. `options`: of the run.
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
@@ -265,8 +266,8 @@ impl<'a> Driver<'a, AnyContacts> {
         outcome
     }
 
-    /// Records that these contacts have come to rest by an impact with the speed `hit` (m/s): 0 if impacts were summed, infinite
-    /// without one.
+    /// Records that these contacts have come to rest. `hit`: speed of the impact that stopped them, in m/s; 0 if impacts were summed,
+    /// infinite if there was no impact.
     pub(super) fn settle(
         &mut self,
         points: &[usize],

@@ -21,7 +21,7 @@ impl Driver<'_, AnyContacts> {
         self.arriving_before(coming, self.log.clock)
     }
 
-    /// As `arriving`, with all that arrive up to the time `end`, which is a few roundings of the clock away.
+    /// As `arriving`, with all contacts that arrive up to the time `end`, which is a few ulp of the clock later.
     fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
         let firsts: PerContact<ContactState> =
             coming.iter().map(|&i| self.body.state.points[i]).collect();
@@ -66,8 +66,8 @@ impl Driver<'_, AnyContacts> {
         self.approaching()
     }
 
-    /// The impacts whose recorded time is `end` (s since the start), which the run has reached. The time of a kick less that of the start is
-    /// rounded, so that impacts recorded one rounding error later count, too.
+    /// The impacts whose recorded time is `end` (s since the start), which the run has reached. The difference of the time of a kick and
+    /// the time of the start is rounded. Impacts that are recorded later by one rounding error therefore count too.
     pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
         let mut coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
         while !coming.is_empty() {

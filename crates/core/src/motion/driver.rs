@@ -120,7 +120,7 @@ pub(crate) trait Coordinates: Sized {
     /// A point has come to the left (0) or right (1) end of the piece of terrain under it.
     fn cross_end(_: &mut Driver<'_, Self>, _point: usize, _side: usize) {}
 
-    /// The step after so slow a landing of point `b`, while another is held, that the body comes to rest.
+    /// Point `b` lands while another point is held: the step after this landing, if it is so slow that the body comes to rest.
     fn stop_slowly(_: &mut Driver<'_, Self>, _b: usize, _body: &BodyState) -> Option<DriverStep> {
         None
     }
@@ -372,7 +372,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         end
     }
 
-    /// Point `b` lands while another is held: a cycle ends. Of a body with these two points only, the limit of all cycles may be
+    /// Point `b` lands while another is held: a cycle ends. If the body has only these two points, the limit of all further cycles may be
     /// known.
     fn round(&mut self, b: usize, body: BodyState) -> DriverStep {
         if body.points.len() != 2 {

@@ -1,4 +1,4 @@
-//! Frames: from the coordinates in which a stretch of motion is computed to q and q̇.
+//! Frames convert the coordinates in which a part of the motion is computed to q and q̇.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -203,9 +203,9 @@ impl Frame {
         Vector3::new(r.x, r.y, start.spin.theta + start.spin.omega * dt - turned)
     }
 
-    /// Corrects rounding errors: sums of impulses cancel against the fall, gaps and rates do not. The body is moved along the
-    /// shortest way until it agrees with them, again if this way is longer than the body. Only where they are linear in its state,
-    /// without spin at the start.
+    /// Corrects rounding errors of q, in which the sums of impulses and the fall nearly cancel. Gaps and rates have no such cancellation.
+    /// The body is therefore moved by the shortest displacement after which q agrees with them; this is repeated if the displacement is
+    /// longer than ρ. Only if gaps and rates are linear in the state, that is without spin at the start of the frame.
     fn agree(&self, frozen: &FrozenModel, body: &PairBody, full: &mut Snapshot) {
         let turn = Turn::by(self.spin.theta);
         let linear = (0..2).all(|i| frozen.g[i] == body.contacts[i].gravity);
@@ -262,7 +262,7 @@ impl Frame {
         }
     }
 
-    /// Own-rate jumps, their time integrals or rates as translational impulses per unit mass.
+    /// Converts own-rate jumps to translational impulses per unit mass; likewise their time integrals and their rates.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }

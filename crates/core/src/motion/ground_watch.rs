@@ -31,7 +31,8 @@ pub(crate) struct GroundWatch {
     room: f64,
 }
 
-/// Height of a point over the ground of contact `i`, and its distance from it or less, in m. `None`: no piece of the ground is under it.
+/// Height of a point over the ground of contact `i`, and a lower bound of its distance from this ground, in m. `None`: no piece of the
+/// ground is under it.
 fn height(posture: &Posture, i: usize, at: &Vector2<f64>) -> (Option<f64>, f64) {
     let Some(ground) = posture.ground(i) else {
         let height =

@@ -97,7 +97,7 @@ impl Driver<'_, AnyContacts> {
         let Some((i, impulse)) = found else { return false };
         let contact = self.body.state.points[i].place.contact;
         let warning = format!(
-            "contact {} jammed while it slid, where no contact mode is consistent: an impact without collision",
+            "contact {} jammed while it slid: no contact mode was consistent, and an impact without collision followed",
             contact + 1
         );
         if !self.record.warnings.contains(&warning) {
@@ -189,7 +189,9 @@ impl Driver<'_, AnyContacts> {
         let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
         let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
         let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
-            self.record.warnings.push("the simultaneous impacts could not be solved".into());
+            self.record
+                .warnings
+                .push("the law of impact has no solution for the simultaneous impacts".into());
             return Some(Outcome::Inconsistent);
         };
         let pushed = || forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0);

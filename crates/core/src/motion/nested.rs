@@ -63,8 +63,8 @@ impl NestedSequence {
         self.dropped = self.dropped.max(speed);
     }
 
-    /// Error of the time of a rest, in s. A speed that counted as zero is missing in all cycles since, for about as long as
-    /// gravity takes to compensate it.
+    /// Error of the time at which the body comes to rest, in s. A speed v that was set to zero is missing in all later cycles. This changes
+    /// the time by about v/g, in which gravity compensates the speed.
     pub(crate) fn missing(&self, gravity: f64) -> f64 {
         if self.dropped > 0.0 { REMAINDER_FACTOR * self.dropped / gravity } else { 0.0 }
     }

@@ -142,8 +142,8 @@ impl Driver<'_, Pair> {
         outcome
     }
 
-    /// Contact `b` lands while another is held. If the speeds of the body are rounding error, it comes to rest; if the landing
-    /// speed is, the contact does.
+    /// Contact `b` lands while another is held. If all speeds of the body are below their rounding error, the body comes to rest. If only
+    /// the landing speed is, contact `b` comes to rest.
     pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
         let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
         let v = body.state().qdot;

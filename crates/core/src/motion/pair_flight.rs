@@ -89,7 +89,7 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// A plain collision at contact 1, if contact 2 was hit last. `None`: those in turn are next; else as
+    /// A plain collision at contact 1, if contact 2 was hit last. `None`: collisions in turn are next. Otherwise the result of
     /// `FullCollisions::end_after`.
     fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
@@ -103,7 +103,7 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// Plain collisions in turn. `None`: the limit of their number; else as `come_to_first`.
+    /// Plain collisions in turn. `None`: their number has reached its limit. Otherwise as `come_to_first`.
     fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
         match flight {
             Flight::Full(state, collisions) => {

@@ -76,7 +76,7 @@ pub(crate) struct Moment {
     pub(crate) rates: PerContact<f64>,
 }
 
-/// The derived one clones numbers one by one.
+/// Written by hand: the derived `clone` copies the numbers one by one.
 impl Clone for Moment {
     fn clone(&self) -> Self {
         let [gaps, rates] = [&self.gaps, &self.rates].map(|values| PerContact::from_slice(values));

@@ -24,8 +24,8 @@ pub(super) struct InstantImpacts {
     hits: usize,
     /// Number of points of the body.
     count: usize,
-    /// Per point and piece of ground that has been hit at this instant, since the last such impact. A contact in a narrow vertex hits the
-    /// two pieces in turn.
+    /// One cycle for each point and piece of ground that have hit each other at this instant, since their last impact. A contact in a
+    /// narrow vertex hits the two pieces in turn.
     pub(super) cycles: Vec<SinceLastHit>,
 }
 
@@ -39,7 +39,7 @@ impl InstantImpacts {
 /// The cycle from one impact at a point and a piece of ground to the next one there, at one instant.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SinceLastHit {
-    /// The point that is hit, the pieces under all points, and the gap rates of all points, at its start.
+    /// At the start of the cycle: the point that is hit, the pieces under all points, and the gap rates of all points.
     point: usize,
     pieces: ContactValues<isize>,
     rates: ContactValues<f64>,
@@ -53,12 +53,12 @@ pub(super) struct SinceLastHit {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct ChatterMonitor {
     impacts: usize,
-    /// The largest speed of a slow contact in this stretch of impacts, and in the previous one, in m/s.
+    /// The largest speed of a slow contact in this block of impacts, and in the previous block, in m/s.
     largest: f64,
     before: f64,
-    /// Two stretches had similar speeds.
+    /// Whether two successive blocks had similar speeds.
     persistent: bool,
-    /// Number of times that contacts have been set to rest because of that.
+    /// Number of times that contacts have been set to rest for this reason.
     ends: i32,
 }
 
@@ -194,9 +194,10 @@ impl Driver<'_, AnyContacts> {
         self.body.state.points[i].u = 0.0;
     }
 
-    /// Sets contacts to rest, after an impact with the speed `hit` (m/s), that are so slow and so near the ground that the rest of
-    /// their motion is rounding error. A slow contact waits while another one is nearly as slow: the two may be hit in turn.
-    /// Impacts nearly as slow that become neither slower nor faster are ended too: rounding errors of faster motions sustain them.
+    /// After an impact with the speed `hit` (m/s): sets those contacts to rest that are so slow and so near the ground that their remaining
+    /// motion is below its rounding error. A slow contact waits while another contact is nearly as slow, because the two may be hit in
+    /// turn. Impacts nearly as slow that become neither slower nor faster are ended too, because rounding errors of faster motions sustain
+    /// them.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         self.stop(hit, hit)
     }
@@ -218,12 +219,12 @@ impl Driver<'_, AnyContacts> {
         let [slow, fast] = [*limit, self.body.fastest].map(in_words);
         (!contacts.is_empty()).then(|| {
             format!(
-                "{who} bounced below {slow} without becoming slower; next to speeds of up to {fast} only rounding errors are left: taken to rest"
+                "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
             )
         })
     }
 
-    /// `hit`: the speed of the collision; `by`: the speed of what brings contacts to rest, in m/s.
+    /// `hit`: the speed of the collision; `by`: the speed of the impact that brings contacts to rest, in m/s; infinite if no impact does.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
         let limit = CONTACT_STOPPED * self.body.fastest;
         let pulls: ContactValues<f64> =

@@ -76,7 +76,7 @@ impl<'a> Driver<'a, AnyContacts> {
         self.run_on()
     }
 
-    /// The ground changes its acceleration, which moves nothing at once; then come the impacts at this time, then the kicks.
+    /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks.
     fn change(&mut self, change: &Change) -> Option<Outcome> {
         if let Some(fall) = change.fall {
             self.body.state.set_fall(fall);

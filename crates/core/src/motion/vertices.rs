@@ -175,8 +175,8 @@ impl Driver<'_, AnyContacts> {
         ContactState { h: 0.0, ..self.neighbour(i, side) }
     }
 
-    /// Puts point `i`, if it moves on the ground in a convex vertex, onto one of the two pieces: that which faces up more, unless it approaches
-    /// this one and leaves the other.
+    /// Puts point `i`, if it moves on the ground in a convex vertex, onto one of the two pieces. This is the piece that faces up more,
+    /// unless the point approaches this piece and moves away from the other one.
     pub(super) fn choose_by_velocity(&mut self, i: usize) {
         let Some(side) = self.convex_end(i) else { return };
         let (p, other) = (self.body.state.points[i], self.beyond_vertex(i, side));
@@ -193,8 +193,8 @@ impl Driver<'_, AnyContacts> {
         self.body.state.points[i] = chosen;
     }
 
-    /// Puts point `i`, if it starts in a concave vertex and approaches both pieces, onto that which faces up more: which is hit first does not
-    /// depend on their order.
+    /// Puts point `i`, if it starts in a concave vertex and approaches both pieces, onto the piece that faces up more. The choice of the
+    /// piece that is hit first thus does not depend on the order of the pieces.
     pub(super) fn choose_by_facing(&mut self, i: usize) {
         let p = self.body.state.points[i];
         let free = p.place.sides == [f64::INFINITY; 2];
@@ -231,8 +231,9 @@ impl Driver<'_, AnyContacts> {
         lands
     }
 
-    /// Contacts that have come to rest in convex vertices are each on one of the two pieces. All combinations are tried; if contacts stay in
-    /// another one that leave their pieces in this one, that is taken.
+    /// Contacts that have come to rest in convex vertices are each on one of the two pieces. All combinations are tried. They are compared
+    /// first by whether a consistent word holds all closed contacts fixed, then by the number of contacts that stay on their pieces. The
+    /// first of the best ones is taken.
     pub(super) fn stay_in_vertices(&mut self) {
         let points = &self.body.state.points;
         let rests = |i: &usize| points[*i].h == 0.0 && points[*i].u == 0.0;

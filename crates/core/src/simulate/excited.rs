@@ -12,10 +12,10 @@ use crate::simulate::{Run, Start, Trajectory, simulate_until, solvable};
 const EXCITED: &str =
     "the body is kicked or the ground moves: the error of the local model is not known";
 
-/// The motion of `posture` from `state` on, with kicks and a motion of the ground. The run up to the first kick is, to the last bit, the run
-/// without kicks, except where the kick falls into bounces of a contact that are summed without it: they are then followed one by one, and
-/// the states between them differ by some roundings. A run that is not stopped earlier by its options lasts at least until the last kick and the last change of the motion of
-/// the ground.
+/// The motion of `posture` from `state` on, with kicks and a motion of the ground. Up to the first kick the run is, to the last bit, the
+/// run without kicks. There is one exception: if the kick falls into bounces that are summed in the run without kicks, these bounces are
+/// followed one by one, and the states between them differ by rounding errors. A run that is not stopped earlier by its options lasts at
+/// least until the last kick and the last change of the motion of the ground.
 ///
 /// # Errors
 ///
@@ -54,7 +54,7 @@ pub fn simulate_excited_until(
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "false where there are kicks or a ground_motion".into(),
+            allowed: "false, because the run has kicks or a ground_motion".into(),
         });
     }
     let (model, reason) = match options.model {

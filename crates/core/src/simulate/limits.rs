@@ -17,7 +17,7 @@ pub(super) fn clatters(starts: impl IntoIterator<Item = (f64, f64, f64)>) -> Res
         "largest speed of a first landing, |u| + sqrt(2 g h),",
         fastest,
         fastest == 0.0 || (1.0 / FASTEST_LANDING..=FASTEST_LANDING).contains(&fastest),
-        "0, or from 1e-80 to 1e80 m/s where there are several contacts",
+        "0, or from 1e-80 to 1e80 m/s with several contacts",
     )?;
     Ok(())
 }
@@ -79,7 +79,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "with one contact or two at different points, impact = \"newton\" and terrain without ends"
+            allowed: "false, except with one contact or two at different points, impact = \"newton\" and terrain without ends"
                 .into(),
         });
     }

@@ -107,7 +107,7 @@ const MEASURED: &str =
 const TURNS: &str =
     "the body turns too far for the tolerance already in the first flight and impact";
 const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
-const START: &str = "the local model has other contacts touching at the start";
+const START: &str = "different contacts touch at the start in the local and in the full model";
 const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
 const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
 
@@ -434,8 +434,8 @@ pub(crate) fn checked(
     Ok((gaps, warnings))
 }
 
-/// Fastest rotation, in rad/s, and its speed at the size of the body, in m/s: the forces of a rotation on dependent contacts
-/// are of fourth order in it.
+/// Largest angular velocity ω, in rad/s, and largest product of ω and the size of the body, in m/s. The forces on dependent contacts
+/// contain ω⁴, which must not overflow.
 const FASTEST_SPIN: f64 = 1e70;
 
 #[cfg(test)]

@@ -189,7 +189,7 @@ fn too_deep(t: f64) -> Error {
     Error::Unusable {
         field: "t".into(),
         value: format!("{t:?}"),
-        allowed: "too many collisions of a summed tail come before this time".into(),
+        allowed: "a time before which fewer collisions of a summed tail take place".into(),
     }
 }
 

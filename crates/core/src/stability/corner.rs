@@ -736,7 +736,8 @@ impl CornerMap {
         !self.both.contains(&BothSlide::Unknown)
     }
 
-    /// The smaller |α_i|, the component of a contact in the common sliding direction. Near zero that contact hardly moves.
+    /// The smaller |α_i| of the two contacts. α_i is the speed of contact i per unit speed s of the body when both contacts slide. If it is
+    /// near zero, contact i hardly moves.
     pub(crate) fn least_slide(&self) -> f64 {
         self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
     }

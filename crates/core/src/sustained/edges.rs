@@ -7,10 +7,10 @@
 //! p = R(−θ)(V − x − r),   ṗ = −ω (−p_y, p_x) − R(−θ) ṙ
 //! ```
 //!
-//! In an interval of time it stays in the hull of the four control points of the cubic with p and ṗ of both ends, up to the error of this
-//! cubic, which is measured in the middle. An interval whose hull lies off the sides of the body contains no entry, nor does one in which
-//! the centre of mass stays farther from the corner than all of the body; all others are halved. The time of an entry is the root of the
-//! depth of the corner below the side.
+//! In an interval of time p(t) differs from the cubic with the same p and ṗ at both ends by at most an error that is measured at the
+//! middle. The cubic stays in the hull of its four control points. An interval contains no entry if this hull, enlarged by the error, meets
+//! no side of the body, or if the corner stays farther from the centre of mass than every point of the body. All other intervals are
+//! halved. The time of an entry is the root of the depth of the corner below the side.
 
 use nalgebra::Vector2;
 
@@ -26,10 +26,10 @@ use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, TOUCH};
 /// Watches the corners of the ground, each until it has entered the body.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeWatch {
-    /// The corners that have not entered it, world axes, in m. Those in which the ground is concave enter after another one, or after a
-    /// corner of the body that is no contact has passed through the ground.
+    /// The corners of the ground that have not entered the body, world axes, in m. A concave corner can enter only after another corner has
+    /// entered, or after a corner of the body that is not a contact has passed through the ground.
     corners: Vec<Vector2<f64>>,
-    /// Whether the run ends where one enters.
+    /// Whether the run ends when a corner enters.
     ends: bool,
 }
 
@@ -49,7 +49,7 @@ struct Seen {
     p: Vector2<f64>,
     /// ṗ, in m/s.
     v: Vector2<f64>,
-    /// The centre of mass from the corner in the axes of the world, in m, and its velocity.
+    /// Position of the centre of mass relative to the corner, world axes, in m, and its velocity.
     center: [Vector2<f64>; 2],
     /// In rad/s.
     omega: f64,
@@ -92,7 +92,7 @@ impl EdgeWatch {
     }
 
     /// When the run ends because a corner enters the body, if within `dt` of the start of this motion (s). `free`: the acceleration of the
-    /// centre of mass, if it is constant; the motion may then be endless. `time`: on the clock, of a time since the start.
+    /// centre of mass, if it is constant; the motion may then be endless. `time`: converts a time since the start to a time on the clock.
     pub(crate) fn end(
         &mut self,
         path: Path<'_>,
@@ -169,7 +169,7 @@ impl<'a> Path<'a> {
         Self { posture, at }
     }
 
-    /// Tells of a corner whether the body comes near it within this time.
+    /// Whether the body comes near a given corner within this time.
     fn neighbourhood(&self, dt: f64, radius: f64) -> impl Fn(&Vector2<f64>) -> bool + use<> {
         let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).center);
         let hull = control_points(dt, [start.r, start.v], [end.r, end.v]);
@@ -268,7 +268,7 @@ impl<'a> Path<'a> {
 }
 
 impl Seen {
-    /// Whether the centre of mass stays farther than this from the corner until another instant, from its place in the middle.
+    /// Whether the centre of mass stays farther than `radius` from the corner until the instant of `end`. `middle`: halfway between.
     fn is_far_until(&self, end: &Self, middle: &Self, radius: f64) -> bool {
         let hull = control_points(end.t - self.t, self.center, end.center);
         let [from, _] = middle.center;

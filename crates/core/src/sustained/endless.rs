@@ -35,7 +35,7 @@ fn is_single(word: &[Mode]) -> bool {
     word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
 }
 
-/// A stretch of motion, from its start, in which θ and ω form a closed system.
+/// A motion, since its start, in which θ and ω do not depend on the other coordinates.
 pub(super) struct ClosedMotion {
     kind: Drive,
     theta: f64,
@@ -138,9 +138,9 @@ impl Swing {
         Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
 
-    /// Whether a later swing has no more energy, and not enough for any place that the body has not passed since. The energy of
-    /// the next swing is a function of that of the last one. It is assumed, and not proved, that less energy leaves less:
-    /// then the energies never increase again, and no place is new (`docs/theory.md`, motions without end).
+    /// Whether a later swing has no more energy than this one, and too little energy for any rotation that the body has not passed since.
+    /// The energy of the next swing is a function of the energy of the last one. This function is assumed to be increasing, which is not
+    /// proved. The energies then never increase again, and the body reaches no new rotation (`docs/theory.md`, motions without end).
     pub(super) fn encloses(&self, later: &Self, body: &BodyState) -> bool {
         let less = later.energy <= self.energy + SWING_REPEATS * self.energy.abs();
         let arm = body.points[self.contact].arm();

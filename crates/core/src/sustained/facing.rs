@@ -73,7 +73,7 @@ impl BodyState {
         PLACE * (self.center.r.norm() + self.points[i].arm().norm() + posture.size())
     }
 
-    /// The end of its piece that point `i` reaches now. `comes`: of a distance (m) and its rate (m/s), whether it is zero now.
+    /// The end of its piece that point `i` reaches now. `comes`: whether a distance (m) with this rate (m/s) reaches zero now.
     pub(crate) fn end_reached(&self, i: usize, comes: impl Fn(f64, f64) -> bool) -> Option<usize> {
         let sides = self.points[i].place.sides;
         let reached =
@@ -81,7 +81,7 @@ impl BodyState {
         [0, 1].into_iter().find(reached)
     }
 
-    /// The piece that does not adjoin that of point `i`, but that the point hits now. `comes`: as for `end_reached`.
+    /// The piece that point `i` hits now and that does not adjoin its own piece. `comes`: as for `end_reached`.
     pub(crate) fn struck(
         &self,
         i: usize,

@@ -1,4 +1,4 @@
-//! Flights of a body with any number of contacts, and the state at any time in a stretch.
+//! Flights of a body with any number of contacts, and the state at any time in a span of the record.
 
 use nalgebra::Vector2;
 
@@ -19,8 +19,8 @@ pub(super) fn next(arc: &GapArc) -> Option<f64> {
 }
 
 impl ContactState {
-    /// Whether it lands together with `first`: its gap is closing and below its rounding error plus the way within the uncertainty
-    /// δh/|u| of the instant at which `first` lands.
+    /// Whether it lands together with `first`: its gap is closing, and is below its rounding error plus the distance by which it closes
+    /// within δh/|u|, the uncertainty of the instant at which `first` lands.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
         let doubt = first.rounding.gap * (self.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         let known = self.rounding.gap + doubt;
@@ -183,7 +183,7 @@ impl BodyState {
         after
     }
 
-    /// The state at time `dt` of a stretch in this word.
+    /// The state at time `dt` of a span in this word.
     pub(crate) fn moved(&self, word: &[Mode], dt: f64) -> Self {
         if word.iter().all(|&mode| mode == Mode::Separate) {
             return self.flown(dt);
@@ -221,5 +221,6 @@ impl BodyState {
     }
 }
 
-/// Number of series after which the last one is followed to the end. A stretch is a step of the motion and needs one or two.
+/// Largest number of Taylor series in a span of the record; the last one is followed to the end. A span is one step of the motion and needs
+/// one or two series.
 const SERIES: usize = 1000;

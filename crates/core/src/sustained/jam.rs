@@ -1,11 +1,11 @@
 //! The end of a slide whose friction matrix becomes singular (dynamic jam).
 //!
-//! M f = r gives the forces f that keep the rows at zero, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces
-//! approach p (l·r)/det M: they grow without bounds. Each impulse p J reduces det M by a factor, so the forces act until
-//! another event comes, in no time and at constant geometry. This event is the end of a slide, where some J stops it: M p = 0
-//! keeps the normal rows, and friction takes energy. Before that, ω may come to zero, so that det M grows again, or l·r may, so
-//! that the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion [Génot & Brogliato 1999;
-//! Nordmark, Várkonyi & Champneys 2018]).
+//! M f = r gives the forces f that keep the rows at zero, and det M → 0 along the slide. With M p = 0 and l M = 0 the forces approach p
+//! (l·r)/det M: they grow without bounds. Each impulse p J reduces det M by a factor. So the forces act as an impulse, in no time and at
+//! constant geometry, until another event comes. In most cases this event is the end of a slide: because M p = 0, the impulse keeps the
+//! normal rows at zero, and because friction takes energy, some J stops the slide. Two other events may come first: ω reaches zero, and det
+//! M grows again; or l·r reaches zero, and the forces are 0/0 (Painlevé's singular point, beyond which a rigid body has no unique motion
+//! [Génot & Brogliato 1999; Nordmark, Várkonyi & Champneys 2018]).
 
 use nalgebra::{Matrix3, Vector3};
 

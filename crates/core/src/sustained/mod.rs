@@ -94,7 +94,7 @@ pub(crate) struct BodyState {
     pub(crate) frozen: Option<f64>,
 }
 
-/// The derived one clones the points one by one.
+/// Written by hand: the derived `clone` copies the points one by one.
 impl Clone for BodyState {
     fn clone(&self) -> Self {
         let Self { center, spin, rho2, fall, gravity, frozen, .. } = *self;
@@ -138,8 +138,8 @@ impl BodyState {
         fixed(i).then(|| self.twin(i)).flatten().filter(|&j| fixed(j))
     }
 
-    /// Whether b and c turn a velocity into the rates of the contacts: they are not frozen, or frozen for the whole motion (ω²
-    /// = 0) and not at a moment of it.
+    /// Whether the velocity of the body determines the rates of the contacts by b and c. It does unless b and c were frozen at a moment of
+    /// a full motion (ω² ≠ 0).
     fn has_rows(&self) -> bool {
         self.frozen.is_none_or(|omega_squared| omega_squared == 0.0)
     }
@@ -169,9 +169,9 @@ impl BodyState {
             .unzip()
     }
 
-    /// Gap and rate of a point. With walls it moves between the separating lines of a piece, and the nearest piece may be another one: the
-    /// gap is that of the nearest piece. A point with an infinite gap is beyond an end of its ground, or has come behind pieces from there: it
-    /// meets the nearest piece only at its front.
+    /// Gap and rate of a point. With walls, the piece between whose separating lines the point moves may differ from the nearest piece; the
+    /// gap is the gap to the nearest piece. A point with an infinite gap is beyond an end of its ground, or has come behind pieces from there:
+    /// it meets the nearest piece only at its front.
     fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
         let i = p.place.contact;
         if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {

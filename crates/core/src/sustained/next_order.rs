@@ -15,8 +15,8 @@ use crate::sustained::step::Track;
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::{FORCE_OUTSIDE_CONE, RATE_COEFFICIENT};
 
-/// Index of the coefficient of the rate of a row that is its acceleration, and of the first one that the choice of a word does
-/// not use.
+/// Index of the Taylor coefficient of the rate of a row that is its acceleration, and of the next coefficient, which the contact-mode
+/// problem does not use.
 const FIRST: usize = 1;
 const NEXT: usize = 2;
 
@@ -76,8 +76,8 @@ impl BodyState {
         self.is_dependent(word) || (0..word.len()).any(idle)
     }
 
-    /// Adds the words in which a body continues that begins to move in this one. `ways`: the signs of sliding of its contacts,
-    /// `None` for separate ones.
+    /// Adds the words in which a body continues that begins to move in the word `from`. `ways`: the signs of sliding of its contacts,
+    /// `None` for separate contacts.
     pub(crate) fn next_order(&self, from: &Onward, ways: &[Option<i8>], search: &mut Search) {
         let mut found = Vec::new();
         if self.is_dependent(&from.word) {

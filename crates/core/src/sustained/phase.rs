@@ -142,7 +142,7 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) cause: Option<Cause>,
 }
 
-/// Called at the start of every stretch, with its state, its word, its time and its cause.
+/// Called at the start of every step of the motion, with its state, word, time and cause.
 pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,7 +158,7 @@ pub(crate) enum PhaseEnd {
     Thaw,
 }
 
-/// What ends a stretch in one mode.
+/// What ends a stretch: the motion in one word up to an event.
 #[derive(Debug, Clone, Copy)]
 enum StretchEnd {
     End(PhaseEnd),
@@ -240,7 +240,7 @@ impl<'a> ContactPhase<'a> {
         center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
     }
 
-    /// Simulates word after word until the phase ends. `note` is called at the start of every stretch.
+    /// Simulates word after word until the phase ends. `note` is called at the start of every step.
     pub(crate) fn run(
         &mut self,
         log: &mut Log<'_>,
@@ -324,8 +324,8 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// The only word in which the motion continues; an error: the outcome if there is none or more than one. A rotation that is rounding
-    /// error does not decide: without gravity its ω² would be the only load.
+    /// The only word in which the motion continues; an error: the outcome if there is none or more than one. If there is no such word while
+    /// the body turns with a speed that counts as zero, the rotation is stopped first: without gravity its ω² would be the only load.
     fn choose(&mut self) -> Result<Onward, Outcome> {
         let mut chosen = self.choose_as_it_turns();
         if chosen.is_err() && self.turns_slowly() {
@@ -580,9 +580,9 @@ impl<'a> ContactPhase<'a> {
 }
 
 impl BodyState {
-    /// Whether a contact passes over the ground, with its gap raised, although the gap has reached zero: this acceleration (m/s²)
-    /// turns it round at a depth u²/(2ḧ) below the rounding error of the gap, which has followed from the speeds of the body for a
-    /// time (s).
+    /// Whether a contact whose gap has reached zero passes over the ground without landing; its gap is then raised. It does so if its
+    /// acceleration ḧ = `lift` (m/s²) turns it round at a depth u²/(2ḧ) that is below the rounding error of the gap after this `time` (s)
+    /// of motion.
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];

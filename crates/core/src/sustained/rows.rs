@@ -32,10 +32,10 @@ pub(super) struct Row {
 /// A value of a row, and a bound of its rounding error.
 type Known = (f64, f64);
 
-/// Makes the values of rows consistent with one velocity or displacement. The most accurate values of independent rows stay; the
-/// others follow from them, with their rounding errors. Rows that are `None` are left out. A row that nearly equals one that stays
-/// (two contacts one above the other) keeps its value too: the difference of the two is of second order in the rotation and more
-/// accurate than a value that follows.
+/// Makes the values of rows consistent with one velocity or displacement. The most accurate values of independent rows stay; the others
+/// follow from them, with their rounding errors. Rows that are `None` are left out. A row that nearly equals a row that stays (two contacts
+/// one above the other) keeps its value too: the difference of the two values is of second order in the rotation, and is more accurate as
+/// stored than as computed from other rows.
 fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     let mut order: PerContact<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
     order.sort_by(|&i, &j| {

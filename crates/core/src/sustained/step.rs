@@ -67,7 +67,8 @@ const LONGEST_UNIT: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.
 const SQUARED: i32 = 500;
 
-/// Number of coefficients in frozen geometry, where forces are constant: three, and two zeros, so that the reach is infinite.
+/// Number of Taylor coefficients in frozen geometry. Forces are constant there, so that only the first three coefficients differ from zero.
+/// The last two are zero, from which `radius` finds that the series hold for any time.
 const FROZEN: usize = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
