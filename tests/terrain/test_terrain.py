@@ -543,7 +543,7 @@ def test_a_wrong_terrain_is_named(terrain, text):
     ],
 )
 def test_a_slope_of_its_own_contradicts_a_terrain(contact):
-    with pytest.raises(ValueError, match="follows from"):
+    with pytest.raises(ValueError, match="terrain of the posture determines it"):
         sf.Posture(1.0, 0.1, (0, 0), [contact], 0.0, terrain=[(-1, 0), (1, 0)])
 
 
