@@ -495,7 +495,10 @@ sf.sweep(rod, {"restitution": [0.1, 0.999999999]}, "fate", chunk=1, cache=sys.ar
         ({"restitution": [[0.1]]}, r"restitution = array of shape \[1, 1\]"),
         ({"restitution": 0.1}, r"restitution = array of shape \[\]"),
         ({}, "at least one parameter"),
-        ({"friction": [0.1], "contacts.1.friction": [0.1]}, "friction.*contacts.1.friction"),
+        (
+            {"friction": [0.1], "contacts.1.friction": [0.1]},
+            "friction.*contacts.1.friction",
+        ),
         (
             {"mass": np.ones(10**5), "gravity": np.ones(10**5)},
             "at most 100000000 points",
