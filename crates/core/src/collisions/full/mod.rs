@@ -417,8 +417,8 @@ pub(crate) struct FullCollisions {
 
 /// Least number of remaining collisions for which a vector lane is used.
 const WORTH: usize = 4;
-/// A lane is used only after this number divided by (1 − e) collisions: by then most motions that can be summed have been summed. The
-/// smaller the loss of an impact, the longer a motion lasts.
+/// A lane is used only after this number times (1 − e) collisions, because most motions that can be summed have been summed by then. The
+/// factor 1 − e is the loss of an impact: the smaller this loss, the more collisions a motion has, and the sooner a lane is worth its cost.
 const YOUNG: f64 = 16.0;
 
 impl FullCollisions {
