@@ -440,7 +440,7 @@ def ticks(values):
 
 
 def silent(points):
-    """Range without results."""
+    """Range of the parameter in which there are no results."""
     found = []
     for before, p in zip([None, *points], points, strict=False):
         if p.error is None:

@@ -189,7 +189,8 @@ def test_errors_of_times_are_of_second_order(way):
 
 
 def test_nor_does_it_matter_what_is_the_same_at_the_start():
-    """The full model starts with the gaps and rates of the local one, instead of its q and q̇."""
+    """The full model starts with the gaps and rates of the local model instead of with its q and q̇. The order is
+    the same."""
     skipped, orders = Counter(), {}
     for seed in range(POSTURES):
         start = posture_and_state(seed, 0.0)

@@ -1,10 +1,11 @@
-"""Mirrored, rescaled, translated, renumbered and turned scenes have the same motion, with friction, any law of impact and 1 to 4
-contacts, on slopes of their own and between walls. In a turned scene the ground is tilted back, so that gravity is turned, too.
+"""Mirrored, rescaled, translated, renumbered and turned scenes have the same motion, with friction, any law of
+impact and 1 to 4 contacts, on slopes of their own and between walls. In a turned scene the ground is tilted back,
+so that gravity is turned, too.
 
-A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs are
-changed by a rounding or two, and at least one rounding of time, position and speed. If a sibling has another outcome or other
-phases, the run is ill-conditioned: it is skipped and counted. Contacts that land simultaneously, or almost so, are not
-compared: rounding decides which is first.
+The results of a run and of its image may differ by 50 times the conditioning limit. This limit is the largest change
+of the results of sibling runs, whose inputs are changed by one or two ulp; it is at least one ulp of time, position
+and speed. If a sibling has another outcome or other phases, the run is ill-conditioned: it is skipped and counted.
+Contacts that land simultaneously, or almost so, are not compared, because rounding errors decide which one is first.
 """
 
 import itertools
@@ -392,7 +393,7 @@ def compared(one, other, size, resolved):
     begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
     def counting(entries, time):
-        """The entries whose times are outside all of the spans."""
+        """The entries whose times lie outside of all spans."""
         times = np.array([entry[time] for entry in entries])
         begun = np.searchsorted(begins, times, side="left")
         within = begun > np.searchsorted(ends, times, side="right")
@@ -462,7 +463,8 @@ def case(scene_of, seed):
 
 
 class BesideTerrain(Exception):
-    """A point is near the end of the terrain: rounding decides whether it is over it. In a turned scene the end is another line."""
+    """A point is so near the end of the terrain that rounding errors decide whether it is over the terrain. In a
+    turned scene the line through this end is another one."""
 
 
 def case_of(scene, seed):
@@ -643,7 +645,8 @@ def test_worlds_that_move_alike(image_of, scene_of):
 
 @pytest.mark.parametrize("seed", [446, 548])
 def test_a_body_that_slides_back_to_a_vertex_after_a_sum_of_cycles(seed):
-    """In other units, where positions are rounded otherwise. The way within the sum decides when the body comes back."""
+    """In other units positions have other rounding errors. The distance covered within the sum determines when the
+    body comes back."""
     scene, base, limits = case(scene_between_walls, seed)
     for length in (1e-6, 3.0, 1e6):
         other = course(in_units(scene, length, 1.0, 1.0), scene.size)
