@@ -192,7 +192,7 @@ def still_matters(scene):
 
 
 def near_bound(scene):
-    """The bound (10) at the ψ of the body, and the time of rest impact by impact."""
+    """The margin of the bound (10) on ψ of the paper, and the time of rest, found by simulating impact by impact."""
     psi, e = rod(scene), exact(scene.posture.restitution)
     bound = (mp.cbrt(e) + mp.cbrt(e) ** 2) / (1 + e)
     found = oracle.orbit(local_inputs(scene))

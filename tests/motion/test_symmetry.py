@@ -378,14 +378,15 @@ def is_tied(run, hits, slow, size):
 def changes(one, other, size):
     """Largest differences of times, positions and speeds of two runs, or None if their events differ.
 
-    The number of terms of a sum that are recorded one by one, and the end of an accumulation in rounding errors, are not
-    compared.
+    Two differences do not count. Of a sum of infinitely many impacts, one run may record more impacts one by one than
+    the other; and an accumulation may end in different rounding errors.
     """
     return next(filter(None, (compared(one, other, size, x) for x in RESOLVED)), None)
 
 
 def compared(one, other, size, resolved):
-    """The differences at one resolution."""
+    """The differences if phases shorter than `resolved` times the duration of the run, and impacts slower than
+    `resolved` times its top speed, are left out; None if the remaining events differ."""
     brief, slow = resolved * one.elapsed, resolved * one.top
     same = 1e-11 * one.elapsed
     spans = np.reshape([*one.sums, *other.sums], (-1, 2))
@@ -393,7 +394,8 @@ def compared(one, other, size, resolved):
     begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
     def counting(entries, time):
-        """The entries whose times lie outside of all spans."""
+        """Those of the entries (phases, impacts or Zeno points) whose time, element `time` of the entry, is not
+        within a sum of infinitely many impacts of either run."""
         times = np.array([entry[time] for entry in entries])
         begun = np.searchsorted(begins, times, side="left")
         within = begun > np.searchsorted(ends, times, side="right")

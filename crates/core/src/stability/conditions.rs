@@ -12,7 +12,8 @@ use crate::modes::{
 use crate::stability::clattering::{chatter_bound, clattering_bound, coupling};
 use crate::stability::region::equilibrium_region;
 
-/// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins.
+/// The part of a [`Verdict`](super::Verdict) that has a closed form: the conditions of Theorem 3 of the paper [Or & Rimon 2008] and their
+/// margins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Whether the centre of mass lies over the equilibrium region.
