@@ -265,7 +265,7 @@ def neglected(scene):
 
 
 def rounded_start(scene):
-    """The start is that of the self-similar orbit up to rounding."""
+    """The start is on the self-similar orbit, up to rounding errors."""
     body, state = scene.posture, [mpf(x) for x in told_shape(scene)]
     actual = time_left(
         state, exact(body.gravity), rod(scene), exact(body.restitution), mpf(10) ** -30

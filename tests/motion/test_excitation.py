@@ -117,7 +117,8 @@ def test_ground_that_accelerates_upwards():
 
 
 def overturns(pulse, steps, duration, height=2.0, width=1.0):
-    """Whether a half-sine pulse by steps overturns the block. By mpmath: it rocks about one foot, and after the pulse the energy decides."""
+    """Whether a half-sine pulse, approximated by steps, overturns the block. Computed with mpmath: the block rocks
+    about one foot during the pulse; afterwards its energy decides."""
     with mp.workdps(20):
         rho2, g = mpf(5) / 3, mpf(10)
         inertia = rho2 + height**2 + width**2

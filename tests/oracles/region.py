@@ -166,7 +166,7 @@ class Region:
 
 
 def root(x):
-    """Square root of a fraction, to a few roundings."""
+    """Square root of a fraction, with an error of a few ulp."""
     if x == 0:
         return 0.0
     shift = 2 * (128 + max(0, x.denominator.bit_length() - x.numerator.bit_length()))

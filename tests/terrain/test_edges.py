@@ -1,4 +1,5 @@
-"""Corners of the ground that enter a body through its sides, where only its contacts meet the ground."""
+"""Corners of the ground that enter a body through one of its sides. Only the contacts of a body meet the ground, so
+that nothing in the motion prevents this."""
 
 import math
 import os
@@ -141,8 +142,9 @@ def test_a_box_that_stands_over_a_corner_of_the_ground_is_not_inside_it():
 
 
 def test_a_box_slides_with_its_side_against_a_point():
-    """In a contact phase: a point of the ground sticks out over the level that the box slides on. Its time of contact is that of a
-    slide without friction and with it, also if the slide would be endless."""
+    """In a contact phase: a point of the ground stands above the level on which the box slides. The box meets the
+    point at the time that follows from a slide without friction and with friction, also if the slide would be
+    endless."""
     terrain = [(-9, 0), (3, 0), (3, 0.8), (2, 0.5), (3, 3)]
     for friction, speed in [(0.0, 2.0), (0.1, 3.0)]:
         box = sf.Posture.box(1.0, 1.0, friction=friction, terrain=terrain)

@@ -127,7 +127,7 @@ impl WhyUndecided {
     }
 }
 
-/// The cells of the angles, and the tangents of the limits between them.
+/// The cells of the angles φ: the limits between them, and the tangents of these limits.
 pub(super) struct Grid {
     pub(super) cells: Vec<Cell>,
     limits: Vec<f64>,

@@ -263,7 +263,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     judge(posture, true)
 }
 
-/// The posture that a verdict is about: with the two contacts that touch, if there are others.
+/// The posture to which a verdict applies: the given one, without the contacts that do not touch if exactly two contacts touch.
 #[must_use]
 pub fn of_touching_contacts(posture: &Posture) -> Posture {
     conditions::pair_that_touches(posture).map_or_else(|| posture.clone(), |(pair, _)| pair)

@@ -142,8 +142,8 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) cause: Option<Cause>,
 }
 
-/// A function that records the motion. It is called at the start of every step with the state, the contact-mode word, the time, and the
-/// cause of the word if the word is new.
+/// A function that records the motion. It is called at the start of every step with the state, the contact-mode word, the time, and,
+/// at the first step in a word, the cause of that word.
 pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
