@@ -1,8 +1,10 @@
 """Errors of Zeno times, collision times and states, compared with arbitrary precision, by family of random scenes.
 
-`python benches/accuracy.py` writes docs/accuracy.md and docs/accuracy.png. Errors of times are in ulps of the time, and every
-error also in units of c, its conditioning: the largest change of the exact result when one input moves by one ulp. An error of
-about c is all that a double can be asked for: the exact answer to another number that rounds to the same input."""
+`python benches/accuracy.py` writes docs/accuracy.md and docs/accuracy.png. Errors of times are in ulps of the time.
+Every error is also given in units of its conditioning c: the largest change of the exact result when one input
+changes by one ulp. No computation in doubles can avoid an error of about c, because inputs that differ by less than
+half an ulp are the same double.
+"""
 
 import argparse
 import math

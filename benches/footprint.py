@@ -1,4 +1,4 @@
-"""The time of importing the package, without that of numpy, and the size of its wheel."""
+"""The time of importing the package, without the time of importing numpy, and the size of its wheel."""
 
 import statistics
 import subprocess

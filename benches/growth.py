@@ -73,7 +73,7 @@ def contacts():
 
 
 def restitutions():
-    """A rod up to its first Zeno point, over 1 − e."""
+    """A rod up to its first Zeno point, as a function of 1 − e."""
     for loss in 10.0 ** np.arange(-0.25, -3.6, -0.25):
         body = rod(1 - loss)
         for model in ("local", "full"):

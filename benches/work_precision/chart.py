@@ -73,8 +73,8 @@ def measure(tool, command):
 
 
 def points(scenes):
-    """Every point with its error. Errors of positions are relative to `length`, those of times to the exact time; None where a
-    tool never comes to rest."""
+    """Every point with its error. Errors of positions are relative to `length`, errors of times to the exact time.
+    The error is None if a tool never comes to rest."""
     found = []
     for tool in TOOLS:
         if not kept(tool).exists():

@@ -1,8 +1,9 @@
 """The scenes of the chart and their exact answers, to 20 digits: computed with mpmath from the equations of motion, event
 by event, without standfast. All given numbers are the doubles that the tools get, and exact.
 
-`python scenes.py` writes scenes.json, which every tool reads. Each scene has two tasks: *before* the impacts accumulate, the
-state at the time `before.time`; and *rest*, the time at which all motion has ceased and where. SI units; two contact points
+`python scenes.py` writes scenes.json, which every tool reads. Each scene has two tasks: *before*, the
+state at the time `before.time`, before the impacts accumulate; and *rest*, the time at which all motion has ceased, and the position
+then. SI units; two contact points
 with arms `arms` from the centre of mass, on a floor of slope `slope` through the point (0, 0) under gravity; `q` and `v` are
 (x, y, θ) of the centre of mass and their rates, world axes."""
 

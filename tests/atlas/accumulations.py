@@ -101,7 +101,8 @@ def rest_of_bench(name):
 
 
 def flights_added_up(scene, gaps, psi):
-    """Impacts of a body let go at rest, and the time at which adding flights no longer changes it."""
+    """Number of impacts of a body let go at rest until adding a further flight no longer changes the time; and that
+    time."""
     body = scene.posture
     return baseline_methods.event_loop(
         gaps, (0.0, 0.0), (body.gravity,) * 2, (psi, psi), body.restitution
@@ -191,7 +192,7 @@ def still_matters(scene):
 
 
 def near_bound(scene):
-    """The bound (10) at the ψ of the body, and the time of rest impact by impact."""
+    """The margin of the bound (10) on ψ of the paper, and the time of rest, found by simulating impact by impact."""
     psi, e = rod(scene), exact(scene.posture.restitution)
     bound = (mp.cbrt(e) + mp.cbrt(e) ** 2) / (1 + e)
     found = oracle.orbit(local_inputs(scene))
@@ -213,7 +214,7 @@ def margin_told(scene):
 
 
 def within_rounding_of_psi(scene):
-    """ψ is rounded: its distance to the bound has the same absolute error."""
+    """Allowed error: ψ has a rounding error, and the distance of ψ from its bound has the same absolute error."""
     margin = near_bound(scene)["margin of [10]"]
     return {"margin of [10]": float(2 * 2.0**-53 / margin)}
 
@@ -264,7 +265,7 @@ def neglected(scene):
 
 
 def rounded_start(scene):
-    """The start is that of the self-similar orbit up to rounding."""
+    """The start is on the self-similar orbit, up to rounding errors."""
     body, state = scene.posture, [mpf(x) for x in told_shape(scene)]
     actual = time_left(
         state, exact(body.gravity), rod(scene), exact(body.restitution), mpf(10) ** -30
@@ -273,7 +274,7 @@ def rounded_start(scene):
 
 
 def told_shape(scene):
-    """(v, y) of a scene that starts after an impact of end 1 with 1 m/s."""
+    """(v, y) of a scene that starts right after an impact of end 1, with the take-off speed 1 m/s."""
     (_, h), half = local_gaps(scene), scene.posture.contacts[1].point[0]
     return float(scene.qdot[1] + half * scene.qdot[2]), float(h)
 
@@ -348,8 +349,8 @@ def chaotic_rest(scene, psi):
 
 
 def sensitive(scene):
-    """Allowed errors. For the averages: four standard errors, scaled as 1/√n from those that the package states. For the time
-    of rest: the effect of a rounding of ψ."""
+    """Allowed errors. For the averages: four of the standard errors that the package states, scaled as 1/√n. For the
+    time of rest: its change when ψ changes by its rounding error."""
     found = scene.posture.local().exponents((0, 0.5), (1, -0.3))
     more = 4 * math.sqrt(found.hits / AVERAGED + 1)
     psi = rod(scene)

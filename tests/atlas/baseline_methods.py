@@ -1,6 +1,7 @@
-"""The usual ways to compute a body that bounces: those of textbooks, short scripts and engines with a fixed step.
+"""The usual ways to compute a body that bounces: those of textbooks, of short scripts, and of engines with a fixed
+step.
 
-Each is implemented as well as its idea allows; its failures are those of the idea.
+Each method is implemented as well as it can be, so that its failures are caused by the method itself.
 """
 
 import math
@@ -59,8 +60,8 @@ def semi_implicit_euler(h, u, gravity, restitution, step, end):
 
 
 def moreau_jean(gaps, rates, gravity, psi, restitution, step, end):
-    """Two contacts: θ = 1/2 in the gaps, impulses once per step at closed gaps, u⁺ + e u⁻ ≥ 0 ⊥ p ≥ 0. The last time at which
-    a rate was above ten times the change by gravity in a step."""
+    """Two contacts: θ = 1/2 in the gaps; once per step impulses at the closed gaps, u⁺ + e u⁻ ≥ 0 ⊥ p ≥ 0. Returns
+    the last time at which a rate was above ten times its change by gravity in a step."""
     h, u, moved = list(gaps), list(rates), 0.0
     for k in range(round(end / step)):
         before = list(u)
@@ -142,8 +143,8 @@ def corner_hits(psi, restitution, rates, slow):
 
 
 def event_loop(gaps, rates, gravity, psi, restitution, most=100_000):
-    """Impacts of two contacts with frozen geometry, with summed times: their number until the time does not change, and that
-    time."""
+    """Impacts of two contacts with frozen geometry; their times of flight are added. Number of impacts until the
+    time does not change any more, and that time."""
     h, u, t = list(gaps), list(rates), 0.0
     for hits in range(most):
         flights = [
@@ -204,9 +205,9 @@ def static_force(b, rho, gravity):
 
 
 def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
-    """Endless impacts of a level rod with equal ends. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²), a the end
-    that was hit: speeds are in units of the last one. For each impact: (v, y), the factor of u_a, and the time since the last
-    impact, over the u_a before."""
+    """Endless impacts of a level rod with equal ends. The state after an impact is (v, y) = (u_b/u_a, h_b/u_a²),
+    with a the end that was hit. Speeds are in units of u_a after the last impact. Returned for each impact: (v,
+    y), the factor of u_a, and the time since the last impact, in units of u_a before this impact."""
     v, y = state
     kept = (1 + restitution) * psi
     while True:
@@ -225,8 +226,8 @@ def impacts_up_to_scale(state, gravity, psi, restitution, sqrt=math.sqrt):
 def impacts_until_gravity_is_negligible(
     state, gravity, psi, restitution, share, most=1_000_000
 ):
-    """Number of impacts until ε = 2gh/u² has decreased to this part of its first value, and its part then; stopped after
-    `most`."""
+    """The ratio ε = 2gh/u² decreases from impact to impact. Number of impacts until ε has decreased to this part of
+    its first value, and the part that is reached. Stops after `most` impacts."""
     first, count = None, 0
     for (v, y), _, _ in impacts_up_to_scale(state, gravity, psi, restitution):
         now = 2 * gravity * y / (v * v)
@@ -237,7 +238,8 @@ def impacts_until_gravity_is_negligible(
 
 
 def sum_without_gravity(state, psi, restitution):
-    """Time of the infinitely many later alternate impacts over the speed of the last one, without gravity."""
+    """Duration of the infinitely many later alternate impacts without gravity, divided by the speed of the last
+    impact."""
     (v, y), p = state, (1 + restitution) * psi
     return y / (-v - 2 / (p + math.sqrt(p * p - 4 * restitution)))
 

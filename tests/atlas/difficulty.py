@@ -1,9 +1,10 @@
 """Effect of difficulty on the results: `python -m atlas.difficulty` in `tests` draws docs/difficulty.png.
 
 The scenes form families with a parameter that tends to a limit. For each family the figure has the error of the computed
-time, the change of the exact time due to a rounding of the scene's numbers (the ratio of the two is the backward error, in
-roundings), the number of impacts simulated one by one, both also for a usual method, and the parameter from which on the
-package refuses, or states that its result is not proved."""
+time; the change of the exact time if the numbers of the scene change by a rounding error (the ratio of the two is the backward
+error, in units of these rounding errors); and the number of impacts simulated one by one. The error and the number of impacts
+are also given for a usual method. A mark shows the parameter from which on the package refuses, or states that its result is
+not proved."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -440,7 +441,7 @@ def ticks(values):
 
 
 def silent(points):
-    """Range without results."""
+    """Range of the parameter in which there are no results."""
     found = []
     for before, p in zip([None, *points], points, strict=False):
         if p.error is None:

@@ -149,7 +149,7 @@ def rod(scene):
 
 
 def integrated(*names):
-    """For a run that is integrated numerically: its tolerance."""
+    """The tolerance of a run that is integrated numerically."""
     return lambda scene: dict.fromkeys(names, scene.options["tolerance"])
 
 
@@ -173,8 +173,8 @@ def decimal(value):
 
 
 def time_left(state, gravity, psi, e, least):
-    """Remaining time of all later impacts of a level rod, over the speed of the last one: impact by impact until they are
-    this small."""
+    """Time of all later impacts of a level rod, divided by the speed of the last impact. Impacts are computed one by
+    one until they are this small."""
     with decimals():
         v, y, gravity, psi, e = map(decimal, (*state, gravity, psi, e))
         impacts = baseline_methods.impacts_up_to_scale(

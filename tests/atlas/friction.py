@@ -201,9 +201,9 @@ def through_the_jam(scene):
 
 
 def stretching(scene):
-    """For a slide in stretched time s, dt = Q ds, as functions of the state: Q, the sliding velocity along its direction and
-    the height of the contact above the centre of mass; the rates of (θ, ω, t, v_x); and the state at the start. All in
-    decimal numbers."""
+    """For a slide in stretched time s, with dt = Q ds. The functions of the state: Q; the sliding velocity along its
+    direction, and the height of the contact above the centre of mass; the rates of (θ, ω, t, v_x). And the state
+    at the start. All in decimal numbers."""
     arm, *numbers = jamming(scene)
     dx, dy, rho2, friction, way, gravity = (decimal(x) for x in (*arm, *numbers))
 

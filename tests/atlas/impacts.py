@@ -270,8 +270,8 @@ def left_after_the_corner(scene, psi):
 
 
 def rounded_coupling(scene):
-    """Error caused by four roundings of ψ = (b² − ρ²)/(b² + ρ²). The rates rotate by arccos(ψ/bound) per impact, where the
-    derivative of the arccosine is large."""
+    """Error caused by an error of four ulp of ψ = (b² − ρ²)/(b² + ρ²). The rates rotate by arccos(ψ/bound) per
+    impact, and for this ratio the derivative of the arccosine is large."""
     psi = rod(scene)
     one, other = (
         left_after_the_corner(scene, x) for x in (psi, psi * (1 + mpf(2) ** -51))

@@ -9,7 +9,8 @@ PEERS = Path(__file__).parents[2] / "benches" / "work_precision" / "peers"
 
 
 def told(scene):
-    """A scene in the format of those files: arms from the centre of mass, one floor through (0, 0)."""
+    """A scene in the format of the files of `benches/work_precision/peers`: arms from the centre of mass, one floor
+    through (0, 0)."""
     body = scene.posture
     (x, y), (first, *_) = body.center_of_mass, body.contacts
     return {

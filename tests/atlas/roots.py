@@ -160,7 +160,8 @@ def grazing(scene):
 
 
 def flat_root(scene):
-    """A gap is rounded to 2⁻⁵³ of the initial height; the error of the time of its root is that over its rate."""
+    """Allowed error of the time of a root: the rounding error of the gap, 2⁻⁵³ of the initial height, divided by the
+    rate of the gap."""
     at, _ = lows(scene)
     t = grazing(scene)["first impact"]
     moved = 2 * mpf(2) ** -53 * exact(scene.q[1]) / abs(mp.diff(at, t))

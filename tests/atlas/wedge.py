@@ -48,7 +48,8 @@ class Wedge:
         return mp.sqrt(-2 * self.gravity * y / (dx * dx + dy * dy + self.rho**2))
 
     def time(self, theta):
-        """Time of this rotation. θ s² removes the singularity of the integrand at rest."""
+        """Time until the body has turned by this angle. The substitution θ s² removes the singularity of the
+        integrand at rest."""
         theta = abs(theta) * self.downhill()
         return mp.quad(
             lambda s: 2 * abs(theta) * s / self.spin(theta * s * s),

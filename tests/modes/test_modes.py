@@ -1,4 +1,4 @@
-"""Contact modes: known answers, the face, and the table."""
+"""Contact modes: known answers, the Python interface, and the table."""
 
 import math
 import pickle
@@ -409,7 +409,7 @@ def test_a_tie_is_said():
 @pytest.mark.parametrize("method", ["auto", "enumerate"])
 @pytest.mark.parametrize(("tie", "word"), [(1e-11, "FR"), (-1e-11, "FL")])
 def test_a_tie_that_no_force_decides_is_said(method, tie, word):
-    """Two feet in line have one a_t; their biases differ by little or by rounding."""
+    """Two feet in line have the same a_t. Their biases differ by little, or by a rounding error."""
 
     def feet(bias):
         return sf.contact_modes(

@@ -102,7 +102,8 @@ def test_every_scene_keeps_its_tolerance():
 
 @pytest.mark.parametrize("stop", ["zeno", "rest"])
 def test_a_scene_is_served_down_to_its_error(stop):
-    """One scene with all tolerances: local above twice its error, full below it."""
+    """One scene with many tolerances: the local model is chosen if the tolerance is above twice its error, and the
+    full model below its error."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -174,8 +175,8 @@ def test_a_limit_that_comes_first_is_kept():
 
 
 def test_a_body_that_rests_on_one_foot_is_not_local():
-    """Its centre of mass is right above foot 1: in the linearised model it rests at any rotation; rotated by 1e-9 rad it tips
-    over."""
+    """The centre of mass is right above foot 1. In the linearised model the body rests at any rotation; really,
+    rotated by 1e-9 rad, it tips over."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.3,
@@ -191,8 +192,8 @@ def test_a_body_that_rests_on_one_foot_is_not_local():
 
 
 def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
-    """Its centre of mass is just inside of a foot, and beyond it after a small rotation that the local model neglects: the
-    full model decides."""
+    """The centre of mass is just inside of a foot, and beyond the foot after a small rotation that the local model
+    neglects. So the full model must decide."""
     rng = np.random.default_rng(43)
     local = 0
     for _ in range(600):

@@ -128,7 +128,8 @@ def width(enclosure):
 
 
 def test_inside_the_bound_of_clattering(record_property):
-    """[Or & Rimon 2008, eq. 10] holds by 2 % or more: all Zeno points are enclosed, to a few rounding errors."""
+    """Condition [Or & Rimon 2008, eq. 10] holds by 2 % or more. All Zeno points are then enclosed, in intervals of a
+    few ulp."""
     rng = np.random.default_rng(SEED)
     widths = []
     for _ in range(CASES):
@@ -152,7 +153,7 @@ def draw_any(rng):
 
 
 def test_anywhere(record_property):
-    """All statements are true, for any parameters; a reason is given where nothing is certain any more."""
+    """For any parameters all statements are true, and a reason is given if nothing further is certain."""
     rng = np.random.default_rng(SEED)
     found = [check(draw_any(rng)) for _ in range(CASES)]
     summable = [enclosure for enclosure in found if enclosure is not None]
@@ -227,7 +228,8 @@ def test_a_contact_that_gravity_pulls_off_does_not_bounce():
 
 
 def test_unequal_restitutions_clatter():
-    """Well inside Λ³ > e_1e_2, with Λ the larger eigenvalue of two impacts, they are enclosed as narrowly as equal ones."""
+    """Well inside Λ³ > e_1e_2, with Λ the larger eigenvalue of two impacts, motions with unequal restitutions are
+    enclosed as narrowly as those with equal ones."""
     rng = np.random.default_rng(SEED)
     kinds = 0
     for _ in range(CASES // 4):
@@ -451,7 +453,8 @@ def test_a_run_that_leaves_its_bounds_says_so():
 
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_a_start_that_touches_but_for_a_rounding(model):
-    """A foot displaced along its slope: its gap in doubles counts unless it is negative."""
+    """A foot displaced along its slope has a gap of rounding error. The gap as computed in doubles counts, unless it
+    is negative."""
     rng = np.random.default_rng(SEED)
     above = 0
     for _ in range(200):

@@ -129,8 +129,8 @@ def test_an_event_limit_counts_collisions(law, contacts):
 
 
 def test_a_swing_that_returns_to_where_it_lifted_off_passes():
-    """Two feet slide until one of them stops and the body rotates about it: the other one is then at its lowest point, and
-    rounding decides whether it touches again after each rotation."""
+    """Two feet slide until one of them stops. The body then rotates about that foot, and the other foot is at its
+    lowest point. After each rotation a rounding error decides whether this foot touches the ground again."""
     run = sf.load(FILES[[path.stem[:2] for path in FILES].index("15")]).simulate()
     same = run.impacts["time"][1:] == run.impacts["time"][:-1]
     assert run.outcome == "rest"
@@ -138,9 +138,11 @@ def test_a_swing_that_returns_to_where_it_lifted_off_passes():
 
 
 def test_contacts_that_stop_are_not_moved_by_the_rounding_errors_of_others():
-    """Three feet on one line: the rate of one follows from those of the others. Its rounding error of 3e-17 m/s made an impact without end.
+    """Three feet on one line: the rate of one foot follows from the rates of the others. Its rounding error, 3e-17
+    m/s, once caused impacts without end.
 
-    The feet on the line slide with different friction, so that their motion depends on forces that are not determined.
+    The feet on the line slide with different friction, so that their motion depends on forces that are not
+    determined.
     """
     points = [
         (-4.034095787283142, 8.565427286954161),

@@ -33,7 +33,8 @@ def block(friction=1.0, gravity=10.0):
 
 @pytest.mark.parametrize("before", [0.02, 1e-6, 1e-9, 1e-13])
 def test_a_kick_in_a_zeno_tail_leaves_the_run_before_it(before):
-    """To the last bit, where the tail is summed otherwise. The velocity jumps by M⁻¹(J, a × J)."""
+    """Before the kick the run has the same bits as a run without it, in which the tail is summed. At the kick the
+    velocity jumps by M⁻¹(J, a × J)."""
     whole = sf.simulate(ROD, DROP, REST, model="full")
     time = whole.zeno_points[0].time - before
     impulse, arm = np.array([0.1, 0.5]), 0.3
@@ -116,7 +117,8 @@ def test_ground_that_accelerates_upwards():
 
 
 def overturns(pulse, steps, duration, height=2.0, width=1.0):
-    """Whether a half-sine pulse by steps overturns the block. By mpmath: it rocks about one foot, and after the pulse the energy decides."""
+    """Whether a half-sine pulse, approximated by steps, overturns the block. Computed with mpmath: the block rocks
+    about one foot during the pulse; afterwards its energy decides."""
     with mp.workdps(20):
         rho2, g = mpf(5) / 3, mpf(10)
         inertia = rho2 + height**2 + width**2
@@ -305,7 +307,7 @@ def test_a_body_thrown_up_against_turned_gravity_comes_back():
 
 
 def test_a_body_below_all_of_its_terrain_has_no_ground():
-    """It has fallen past the end of an overhang, and swings across the line of the overhang."""
+    """The body has fallen past the end of an overhang, and swings across the line of the overhang."""
     rod = sf.Posture(
         mass=1,
         gyration_radius=0.5,
@@ -351,7 +353,8 @@ HIT_IN_TURN = {
 @pytest.mark.parametrize("feet", HIT_IN_TURN)
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_impacts_at_the_start_are_summed_on_ground_that_moves_from_then_on(feet, model):
-    """As on ground that stays at rest: the speeds of the sum are compared with the largest one so far, which is that of the start."""
+    """The ground moves from the start on. The impacts at the start are summed as on ground at rest: the speeds of
+    the sum are compared with the largest speed so far, which is that of the start."""
     points, slopes, friction, e, center, gyration, speed, outcome = HIT_IN_TURN[feet]
     rows = zip(points, slopes, friction, e, strict=True)
     posture = sf.Posture(
@@ -382,8 +385,8 @@ def test_impacts_at_the_start_are_summed_on_ground_that_moves_from_then_on(feet,
 
 
 def test_the_run_before_a_kick_has_the_same_bits():
-    """At any time before it, on ground of every kind: events, motion, gaps and forces. A kick within the sum of the bounces of a
-    contact makes the run follow them one by one, with other roundings."""
+    """At any time before the kick, on ground of every kind: events, motion, gaps and forces. Exception: a kick
+    within the sum of the bounces of a contact makes the run simulate them one by one, with other rounding errors."""
     compared = 0
     for k in range(KICKED):
         draw = Draw(5, k)

@@ -360,7 +360,8 @@ def test_a_contact_in_a_valley_has_the_sum_of_both_forces():
 
 @pytest.mark.parametrize(("law", "friction"), [("newton", 0.0), ("poisson", 2.0)])
 def test_a_rocking_body_stands_on_one_foot_within_a_sum_of_cycles(law, friction):
-    """The smaller the swings, the closer the force of the foot on the ground is to that of a body released upright on it."""
+    """The smaller the swings, the closer the force of the foot on the ground is to the force in a body that is
+    released upright on this foot."""
     half, height, rho2, mass, g = 0.25, 1.0, 0.16, 2.0, 10.0
     block = feet(-half, half, friction=friction, height=height)
     q = np.array([0, 0, 0.001])

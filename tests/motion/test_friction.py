@@ -431,8 +431,8 @@ def table(restitution, friction=1.0, half=0.375, height=0.3125, rho=0.5):
 
 
 def rocking(posture, y, count):
-    """Words, starts and states of the phases of a body that rocks from foot to foot, event by event; and the times of the
-    landings that begin a round."""
+    """A body that rocks from foot to foot, event by event: words, starts and states of the phases, and the times of
+    the landings that begin a round."""
     body = Body(posture)
     t, phases, landings, held, word = Decimal(0), [], [], 0, "FS"
     while True:
@@ -712,7 +712,7 @@ def test_an_end_of_a_ladder_turns_back():
 
 @pytest.mark.parametrize("seed", [49])
 def test_two_fixed_contacts_do_not_drift(seed):
-    """A body that cannot move does not slide at 1e-9 m/s for 190 000 s."""
+    """A body on two fixed contacts cannot move. Formerly it slid at 1e-9 m/s for 190 000 s."""
     posture, q, qdot = random_scene(seed)
     run = sf.simulate(posture, q, qdot, model="full", event_limit=20_000)
     assert run.outcome == "rest"
@@ -791,7 +791,8 @@ def test_no_motion_beyond_the_pole_of_the_force():
     ],
 )
 def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
-    """The full model rotates by 1e-5 rad during it, and sums later: both contacts must come to rest together."""
+    """The body rotates by 1e-5 rad during the rocking, and the full model sums later than the local one. Both
+    contacts must come to rest together."""
     contacts = [sf.Contact(point=(x, 0.0), friction=mu) for x, mu in feet]
     body = sf.Posture(mass=1.0, gravity=G, contacts=contacts, **fields)
     local, full = (sf.simulate(body, q, qdot, model=m) for m in ("local", "full"))
@@ -802,7 +803,8 @@ def test_rounds_are_summed_only_once_they_slide_alike(fields, feet, q, qdot):
 
 @pytest.mark.parametrize("slope", [1e-13, 1e-21, 1e-40])
 def test_a_body_slides_for_ages_on_ground_that_is_nearly_level(slope):
-    """Two smooth feet, one of them on a slope: ½v² = ½v₀² + g·drop(θ), slope·x = −d sin θ, up to terms of order slope."""
+    """Two smooth feet, one of them on a slope. By energy ½v² = ½v₀² + g·drop(θ), and slope·x = −d sin θ, both up to
+    terms of the order of the slope."""
     speed = 1e-3  # at the start: at rest such a small slope has no effect
     width, arm = 3.25, (-1.75, 0.5)  # of the centre of mass, from the level foot
     feet = [sf.Contact((-1.5, 0.0), slope=slope), sf.Contact((1.75, 0.0))]
@@ -856,7 +858,7 @@ def test_a_slope_of_no_account_changes_nothing(slope):
 
 
 def test_a_swing_of_which_half_is_done_is_not_without_end():
-    """Its other half ends with a landing of the other foot: the same with and without a time limit."""
+    """The second half of the swing ends with a landing of the other foot, with a time limit and without one."""
     feet = [sf.Contact((-0.58, 0), friction=1), sf.Contact((-0.52, 0), friction=1)]
     body = sf.Posture(1.0, 0.95, (-0.97, 1.2), feet, 0.0, 9.81)
     start = (-0.49, 0.06, 0), (-1.6, 0, -1.88)
@@ -874,8 +876,8 @@ def test_a_swing_of_which_half_is_done_is_not_without_end():
 
 
 def test_a_swing_about_a_fixed_foot_is_no_flight():
-    """It begins in the last moments of a clattering, for which the geometry is frozen: with it the other foot would fly for
-    ever."""
+    """The swing begins in the last moments of a clattering, for which the geometry is frozen. With this frozen
+    geometry the other foot would fly for ever."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.7,
@@ -916,8 +918,8 @@ def test_a_body_that_turns_while_it_slides_slides():
 @pytest.mark.parametrize("restitutions", [(0.0, 0.9), (0.9, 0.0), (0.3, 0.8)])
 @pytest.mark.parametrize("spin", [0.0, 1e-14, -1e-12, 1e-11])
 def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
-    """v (cos β, sin β) is along the slope except for rounding, and a spin that is hardly larger makes its feet land in turn,
-    at speeds like the rounding of v: x = v t + ½ g sin β t² downhill."""
+    """v (cos β, sin β) is along the slope except for rounding errors. A spin that is hardly larger makes the feet
+    land in turn, at speeds as small as the rounding error of v. The motion is x = v t + ½ g sin β t² downhill."""
     slope, speed = 0.24, -0.8
     way = np.array([math.cos(slope), math.sin(slope)])
     contacts = [
@@ -934,8 +936,8 @@ def test_a_block_that_slides_from_the_start_slides(restitutions, spin):
 
 
 def test_a_run_goes_on_from_where_another_ended():
-    """While a rod slides on both ends, the rates of its gaps are rounding errors of rounding errors: 1e-85 m/s, too slow for
-    a landing. A gap of a rounding error, 1e-18 m, takes 5e-10 s to fall through."""
+    """While a rod slides on both ends, the computed rates of its gaps are tiny: 1e-85 m/s, too slow for a landing. A
+    gap that is a rounding error, 1e-18 m, takes 5e-10 s to fall through."""
     for k in range(60):
         rod = sf.Posture.rod(0.5, 0.1 + 0.005 * k, restitution=0.2, friction=0.1)
         whole = sf.simulate(rod, (0, 0.011, 0.003), (2, 0, 0))
@@ -947,8 +949,9 @@ def test_a_run_goes_on_from_where_another_ended():
 
 
 def test_a_foot_that_sticks_sticks_on():
-    """A body tips over its foot. In its rounded intermediate state the foot is 1e-21 m above the ground with 1e-18 m/s: it
-    still counts as fixed. In flight it would land a moment later, sliding, and jam."""
+    """A body tips over its foot. In an intermediate state the rounded position of the foot is 1e-21 m above the
+    ground, and its velocity 1e-18 m/s. The foot must still count as fixed. As a foot in flight it would land a
+    moment later, sliding, and jam."""
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=0.12,
@@ -1023,8 +1026,9 @@ def test_feet_that_slide_without_gravity_slide_on():
 
 
 def test_a_rotation_of_rounding_size_does_not_decide_without_gravity():
-    """Its centripetal accelerations of about 1e-33 m/s² are the only load of a steep foot that slides, for which friction is too high:
-    it would lift off or slide on."""
+    """A steep foot slides although friction is high. The only load is a centripetal acceleration of about 1e-33
+    m/s², which comes from rounding errors of the rotation. It must not decide whether the foot lifts off or
+    slides on."""
     rng = random.Random(32)
     for _ in range(200):
         slope = rng.uniform(-1, 1)

@@ -49,7 +49,8 @@ def test_housners_block_is_told_that_newtons_law_has_no_friction(law):
 @pytest.mark.parametrize("record", [True, False])
 @pytest.mark.parametrize("hit", [0, 1])
 def test_only_a_contact_that_is_hit_counts(model, feet, record, hit):
-    """One foot lands and bounces while the other stays in the air; friction at either of them."""
+    """One foot lands and bounces while the other one stays in the air. Either of the two feet has friction; only
+    friction at the foot that is hit causes a warning."""
 
     def run(rough):
         contacts = [

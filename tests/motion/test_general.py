@@ -32,8 +32,9 @@ def body(feet, **change):
 @pytest.mark.parametrize("model", ["full", "local"])
 @pytest.mark.parametrize(("rho", "e"), [(0.2, 0.1), (0.5 / math.sqrt(3), 0.5)])
 def test_followed_to_rounding_or_summed(model, rho, e):
-    """Chatterjee and Ruina's law without friction is Newton's: collisions simulated until their speeds are rounding errors,
-    compared with the closed sums, through a Zeno point of Zeno points."""
+    """Chatterjee and Ruina's law without friction equals Newton's law. With their law collisions are simulated until
+    their speeds are rounding errors; with Newton's law the closed sums are used. Both pass through a Zeno point
+    of Zeno points."""
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=rho, restitution=e)
     start = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0), "model": model}
     summed = sf.simulate(rod, **start)
@@ -212,7 +213,7 @@ def test_a_slow_sequence_of_impacts_in_one_instant_is_summed(gravity):
 
 
 def test_three_smooth_contacts_come_to_rest():
-    """The same without friction by Newton's law, with an additional third contact."""
+    """As the test before, but without friction, by Newton's law, and with a third contact."""
     posture = between_two_feet(sf.Contact(point=(-0.4, 0), slope=0.2), friction=0.0)
     run = sf.simulate(
         posture,
@@ -227,7 +228,8 @@ def test_three_smooth_contacts_come_to_rest():
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_a_plastic_impact_leaves_no_rate(law):
-    """A rate of 1e-16 instead would be a flight of 1e-17 s, or another impact, and a separate Zeno point."""
+    """The gap rate after the impact is exactly zero. A rate of 1e-16 would cause a flight of 1e-17 s or another
+    impact, and a separate Zeno point."""
     rng = np.random.default_rng(1)
     for _ in range(50):
         foot = sf.Contact(
@@ -312,7 +314,8 @@ def test_a_straight_drop_lands_on_all_slopes_at_once(model):
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("model", ["local", "full"])
 def test_any_moment_is_the_end_of_a_shorter_run(model, count):
-    """Also where a body begins to rotate about a foot from rest, or has stopped for a moment."""
+    """`run.at` equals the end of a shorter run at any moment, also when a body begins to rotate about a foot from
+    rest, or has stopped for a moment."""
     random = np.random.default_rng(12)
     moved = 0
     for _ in range(25):
@@ -357,7 +360,8 @@ def test_a_body_begins_to_turn_about_its_foot():
 
 @pytest.mark.parametrize("never", [0, 1])
 def test_one_that_never_lands_lands_with_nobody(never):
-    """A contact without gravity into its terrain keeps its gap until the other one lands, whose impact throws it off."""
+    """A contact without gravity into its terrain keeps its gap until the other contact lands. The impact of the
+    other contact throws it off."""
     gravity, gaps = [10.0, 10.0], [1.0, 1.0]
     gravity[never], gaps[never] = 0.0, 0.3
     local = sf.LocalModel(gravity, psi=(-0.5, -0.5), phi=(0, 0), restitution=0.5)
@@ -401,7 +405,8 @@ def test_a_sum_of_rounds_leaves_both_feet_on_the_ground(law):
 
 
 def test_a_sum_of_rounds_can_be_looked_into():
-    """Moreau's impacts of a body with frozen geometry: speeds that count as zero in the run also do so in the evaluation."""
+    """Moreau's impacts of a body with frozen geometry. Speeds that count as zero in the run also count as zero when
+    `run.at` evaluates the sum."""
     feet = [sf.Contact((x, 0), friction=1) for x in (-0.4, 0.4)]
     posture = sf.Posture(1.0, 0.15, (-0.12, 0.5), feet, 0.0)
     run = sf.simulate(

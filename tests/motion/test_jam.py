@@ -178,8 +178,8 @@ def slide_to_its_end(posture, q, qdot):
 
 
 def test_a_slide_to_a_singular_friction_matrix_stops_before_it():
-    """The slide stops at a time that doubles cannot distinguish from the singular instant, by an impulse: no foot jams, and
-    none passes it."""
+    """The slide stops so close to the instant at which the friction matrix is singular that doubles cannot
+    distinguish the two times. It stops by an impulse; no foot jams, and no foot passes the singular instant."""
     random = np.random.default_rng(5)
     seen = 0
     for _ in range(1500):

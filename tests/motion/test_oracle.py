@@ -253,8 +253,8 @@ def test_one_contact_bounces_while_the_other_is_flung_upwards():
 
 
 def test_a_tail_whose_error_estimate_is_too_low():
-    """Here the estimate d(d/T1 + r|z − z*|/(z + z*)) is 8.8 times below the error of the sum T1: with a threshold of 5e-17 t
-    the truncation is 2 ulp of the time, with the current one it is below rounding."""
+    """Here the estimate d(d/T1 + r|z − z*|/(z + z*)) is 8.8 times below the error of the sum T1. With a threshold of
+    5e-17 t the error is 2 ulp of the time; with the current threshold it is below the rounding error."""
     inputs = {"e": 0.7399840575179153, "phi1": 0.0, "phi2": 0.0, "theta": 0.0}
     inputs |= {"g1": 10.320173491009857, "g2": 11.868450242698131, "omega": 0.0}
     inputs |= {"psi1": 0.22407566241546137, "psi2": 4.375963387324435}

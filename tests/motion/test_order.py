@@ -189,7 +189,8 @@ def test_errors_of_times_are_of_second_order(way):
 
 
 def test_nor_does_it_matter_what_is_the_same_at_the_start():
-    """The full model starts with the gaps and rates of the local one, instead of its q and q̇."""
+    """The full model starts with the gaps and rates of the local model instead of with its q and q̇. The order is
+    the same."""
     skipped, orders = Counter(), {}
     for seed in range(POSTURES):
         start = posture_and_state(seed, 0.0)
@@ -203,8 +204,9 @@ def test_nor_does_it_matter_what_is_the_same_at_the_start():
 
 @pytest.mark.parametrize("stop", ["zeno", "rest"])
 def test_errors_are_of_fourth_order_for_a_rod(stop):
-    """c_i = 0: gaps y ± L sin θ, no centrifugal acceleration at θ = 0, and ψ even in θ. Over one decade: over two, the errors
-    at one end would be too large, or those at the other end rounding errors."""
+    """c_i = 0: the gaps are y ± L sin θ, there is no centrifugal acceleration at θ = 0, and ψ is even in θ. The
+    scales cover one decade. With two decades, errors at one end would be too large for the asymptotic order, or
+    errors at the other end would be rounding errors."""
     skipped, orders = Counter(), {}
     for seed in range(POSTURES):
         u = np.random.default_rng([5, seed]).uniform

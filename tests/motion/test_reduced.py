@@ -402,7 +402,8 @@ def test_long_orbits_neither_underflow_nor_overflow(e, psi, state):
 
 
 def test_fates_are_those_of_the_motion():
-    """A certified fate is always that of the motion; an observed one while chaos leaves correct digits."""
+    """A certified fate always agrees with the motion. An observed fate agrees as long as chaos leaves correct
+    digits."""
     rng = np.random.default_rng(5)
     seen = dict.fromkeys(("1-zeno", "clattering", "self-similar"), 0)
     lost = 0

@@ -1,10 +1,11 @@
-"""Mirrored, rescaled, translated, renumbered and turned scenes have the same motion, with friction, any law of impact and 1 to 4
-contacts, on slopes of their own and between walls. In a turned scene the ground is tilted back, so that gravity is turned, too.
+"""Mirrored, rescaled, translated, renumbered and turned scenes have the same motion, with friction, any law of
+impact and 1 to 4 contacts, on slopes of their own and between walls. In a turned scene the ground is tilted back,
+so that gravity is turned, too.
 
-A run is compared with its image within 50 times its conditioning limit: the largest change among siblings whose inputs are
-changed by a rounding or two, and at least one rounding of time, position and speed. If a sibling has another outcome or other
-phases, the run is ill-conditioned: it is skipped and counted. Contacts that land simultaneously, or almost so, are not
-compared: rounding decides which is first.
+The results of a run and of its image may differ by 50 times the conditioning limit. This limit is the largest change
+of the results of sibling runs, whose inputs are changed by one or two ulp; it is at least one ulp of time, position
+and speed. If a sibling has another outcome or other phases, the run is ill-conditioned: it is skipped and counted.
+Contacts that land simultaneously, or almost so, are not compared, because rounding errors decide which one is first.
 """
 
 import itertools
@@ -377,14 +378,15 @@ def is_tied(run, hits, slow, size):
 def changes(one, other, size):
     """Largest differences of times, positions and speeds of two runs, or None if their events differ.
 
-    The number of terms of a sum that are recorded one by one, and the end of an accumulation in rounding errors, are not
-    compared.
+    Two differences do not count. Of a sum of infinitely many impacts, one run may record more impacts one by one than
+    the other; and an accumulation may end in different rounding errors.
     """
     return next(filter(None, (compared(one, other, size, x) for x in RESOLVED)), None)
 
 
 def compared(one, other, size, resolved):
-    """The differences at one resolution."""
+    """The differences if phases shorter than `resolved` times the duration of the run, and impacts slower than
+    `resolved` times its top speed, are left out; None if the remaining events differ."""
     brief, slow = resolved * one.elapsed, resolved * one.top
     same = 1e-11 * one.elapsed
     spans = np.reshape([*one.sums, *other.sums], (-1, 2))
@@ -392,7 +394,8 @@ def compared(one, other, size, resolved):
     begins, ends = np.sort(spans[spans[:, 0] < spans[:, 1]], axis=0).T
 
     def counting(entries, time):
-        """The entries whose times are outside all of the spans."""
+        """Those of the entries (phases, impacts or Zeno points) whose time, element `time` of the entry, is not
+        within a sum of infinitely many impacts of either run."""
         times = np.array([entry[time] for entry in entries])
         begun = np.searchsorted(begins, times, side="left")
         within = begun > np.searchsorted(ends, times, side="right")
@@ -462,7 +465,8 @@ def case(scene_of, seed):
 
 
 class BesideTerrain(Exception):
-    """A point is near the end of the terrain: rounding decides whether it is over it. In a turned scene the end is another line."""
+    """A point is so near the end of the terrain that rounding errors decide whether it is over the terrain. In a
+    turned scene the line through this end is another one."""
 
 
 def case_of(scene, seed):
@@ -643,7 +647,8 @@ def test_worlds_that_move_alike(image_of, scene_of):
 
 @pytest.mark.parametrize("seed", [446, 548])
 def test_a_body_that_slides_back_to_a_vertex_after_a_sum_of_cycles(seed):
-    """In other units, where positions are rounded otherwise. The way within the sum decides when the body comes back."""
+    """In other units positions have other rounding errors. The distance covered within the sum determines when the
+    body comes back."""
     scene, base, limits = case(scene_between_walls, seed)
     for length in (1e-6, 3.0, 1e6):
         other = course(in_units(scene, length, 1.0, 1.0), scene.size)

@@ -98,7 +98,8 @@ def test_no_multiple_impact_gains_energy(law, order):
 
 
 def test_three_feet_hit_at_once():
-    """The impulses that also push the foot that recedes give 3.87 J after 2.43 J."""
+    """The kinetic energy before the impact is 2.43 J. Impulses that also push the foot that recedes would give 3.87
+    J."""
     feet = [
         sf.Contact(point, slope=slope)
         for point, slope in [((-0.4, 0), -0.8), ((0.1, -0.3), 1), ((0.7, -0.1), -0.6)]
@@ -246,7 +247,8 @@ def after(run, time):
 
 
 def test_corners_that_come_flush_to_the_ground_are_hit_at_one_instant():
-    """On level ground and on a slope; the mirrored body does the same; the order has its effect. Newton's law for both reverses the motion."""
+    """On level ground and on a slope. The mirrored body moves in the mirrored way; the order of the impacts has an
+    effect; Newton's law for both corners at once reverses the motion."""
     rng = np.random.default_rng(4303)
     seen, effects = Counter(), Counter()
     while sum(seen.values()) < HITS:
@@ -281,7 +283,8 @@ def test_corners_that_come_flush_to_the_ground_are_hit_at_one_instant():
 
 @pytest.mark.parametrize("wall", [3 + 0.01 * k for k in range(0, 200, 5)])
 def test_a_box_that_slides_flush_into_a_wall_stops(wall):
-    """Without friction and restitution, by Newton's law for both corners. It hopped at 0.6 m/s at most places of the wall."""
+    """Without friction and restitution, by Newton's law for both corners. Formerly the box hopped at 0.6 m/s for
+    most places of the wall."""
     box = sf.Posture.box(1.0, 2.0, terrain=[(-10.0, 0.0), (wall, 0.0), (wall, 10.0)])
     run = sf.simulate(box, (0, 0, 0), (2.0, 0, 0), model="full", time_limit=6.0)
     assert run.outcome == "rest"

@@ -78,7 +78,8 @@ IN_TURN = "first-contact-first"
 
 
 def order_for(law, wanted="newton"):
-    """What is asked for contacts that are hit at once: laws with friction take them one after the other."""
+    """The value of `simultaneous` for this law: laws with friction treat contacts that are hit at once one after the
+    other."""
     return IN_TURN if law != "newton" and wanted == "newton" else wanted
 
 
@@ -89,9 +90,11 @@ def draw_order(rng, law):
 
 
 def draw_contacts(rng, places, rise, steep, size=1.0, **fields):
-    """Contacts at these places along x, at heights up to ``rise`` and on slopes up to ``steep``; 0: on a level floor.
+    """Contacts at these places along x, at heights up to ``rise`` and on slopes up to ``steep``; with 0 they are on
+    a level floor.
 
-    Each other field is a function that draws it. ``places`` may draw, too: one after the other contact is drawn.
+    Each other field is a function that draws a value. ``places`` may draw, too; then the contacts are drawn one after
+    the other.
     """
     return [
         sf.Contact(

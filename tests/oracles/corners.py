@@ -19,8 +19,8 @@ def rows_of(posture):
 
 
 def corner_kick(posture, lands, phi):
-    """The velocity of a corner: contact ``lands`` lands, φ = atan(ξ/y), y the landing speed and ξ the sliding velocity of the other
-    contact over that of `both`."""
+    """The velocity of a corner at which contact ``lands`` lands. φ = atan(ξ/y); y is the landing speed, and ξ the
+    sliding velocity of the other contact, divided by the sliding velocity of that contact in the motion `both`."""
     normals, tangents, both = rows_of(posture)
     holds = 1 - lands
     slip = math.sin(phi) * (tangents[holds] @ both)

@@ -5,7 +5,7 @@ from matplotlib.text import Text
 
 
 def visible_texts(figure):
-    """Every visible text: ticks outside the view are not."""
+    """Every visible text. Labels of ticks outside of the view are not visible."""
     hidden = set()
     for axes in figure.findobj(Axes):
         for axis in (axes.xaxis, axes.yaxis):

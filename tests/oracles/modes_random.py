@@ -309,7 +309,7 @@ def spare(problem: Problem, word: str, kind: str, i: int, side: int) -> Fraction
 
 
 def unit(problem: Problem) -> Fraction:
-    """The largest of the load and the biases."""
+    """The unit of accelerations: the largest of the load and the biases."""
     x, y, turn = problem.free_acceleration
     rho = Fraction(math.sqrt(problem.rho2))
     biases = (b for pair in problem.bias for b in pair)

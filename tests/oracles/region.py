@@ -134,8 +134,9 @@ class Region:
         return root(value) if z > 0 else -root(value)
 
     def nearest(self, p):
-        """The distance of a point in m, and the pieces that it may have: all that are as near, or nearer, than that, within a part of 1e-13;
-        at a vertex those on its side of the separating line. None: the point may be beyond the ends of the terrain."""
+        """The distance of a point from the terrain, in m, and the pieces that may be the nearest one: all pieces
+        within the distance times (1 + 1e-13); at a vertex only those on the point's side of the separating line.
+        None: the point may be beyond the ends of the terrain."""
         squares = [self.distance(piece, p) for piece in self.pieces]
         least = min(squares)
         if any(self.distance(edge, p) <= least for edge in self.rest):
@@ -165,7 +166,7 @@ class Region:
 
 
 def root(x):
-    """Square root of a fraction, to a few roundings."""
+    """Square root of a fraction, with an error of a few ulp."""
     if x == 0:
         return 0.0
     shift = 2 * (128 + max(0, x.denominator.bit_length() - x.numerator.bit_length()))

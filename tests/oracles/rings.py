@@ -132,7 +132,7 @@ def hills(rng):
 
 
 def needles(rng):
-    """A needle of ground, or a slot in it, as thin as a few roundings, on an inclined floor."""
+    """A needle of ground, or a slot in the ground, as thin as a few rounding errors, on an inclined floor."""
     thin = (
         float(10.0 ** rng.uniform(-17, -1))
         if rng.integers(2)

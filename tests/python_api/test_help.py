@@ -55,7 +55,7 @@ def test_a_decided_verdict_has_no_reason():
 
 
 def test_several_words_at_rest_are_the_reason_ambiguous():
-    """A jam at rest: a contact on a slope that is held or slides, each with its own forces."""
+    """A body can be jammed at rest: a contact on a slope is held or slides, each with forces of its own."""
     found = {}
     for x in np.linspace(-1, 1, 41):
         for mu in (1.5, 3.0):

@@ -124,7 +124,8 @@ def random_posture(random):
 
 
 def test_the_cheap_way_is_the_whole_verdict_to_the_bit():
-    """The results without allocation and without the corner map have the same bits, on random postures and ties."""
+    """Values computed without allocation and without the corner map have the same bits as those of the whole
+    verdict, on random postures and on ties."""
     random = np.random.default_rng(7)
     for _ in range(300):
         posture = random_posture(random)
@@ -157,7 +158,8 @@ def test_the_cheap_way_is_the_whole_verdict_to_the_bit():
     ],
 )
 def test_every_path_sets_its_number(path, value, changed):
-    """A posture with the number set by hand has the same verdict as the sweep, and a different one from before."""
+    """If the number is set by hand, the posture has the same verdict as in the sweep, and another verdict than
+    before."""
     fields = {
         "mass": VEE.mass,
         "gyration_radius": VEE.gyration_radius,
@@ -378,7 +380,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path):
 
 
 def test_what_is_under_way_when_one_fails_is_kept(tmp_path):
-    """The first chunk fails at once while the second one is running: the second one is finished and kept."""
+    """The first chunk fails at once while the second one is running. The second chunk is finished and kept."""
     begun, failed = threading.Event(), threading.Event()
 
     class Two(ThreadPoolExecutor):
@@ -763,7 +765,7 @@ TO_XYZ = np.array(
 
 
 def seen(color, cones):
-    """The colour in CIELAB as it is seen with these cones; in CIELAB a distance of 2.3 is just visible."""
+    """The colour in CIELAB as a person with these cones sees it. In CIELAB a distance of 2.3 is just visible."""
     rgb = np.array(to_rgb(color))
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     xyz = TO_XYZ @ np.clip(np.array(cones) @ linear, 0, 1) / TO_XYZ.sum(axis=1)

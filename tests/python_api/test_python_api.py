@@ -1,4 +1,4 @@
-"""The Python face: names, shapes, units, errors."""
+"""The Python interface: names, shapes, units, errors."""
 
 import copy
 import json
@@ -797,7 +797,7 @@ def test_phases_count_the_impacts_inside_them():
 
 
 def unaligned(values):
-    """The same numbers at an odd address."""
+    """The same numbers at a memory address that is not a multiple of their size."""
     values = np.asarray(values, float)
     array = np.frombuffer(b"." + values.tobytes(), np.uint8)[1:].view(float)
     assert not array.flags.aligned

@@ -304,7 +304,8 @@ def test_verdicts_in_the_order_of_their_arguments():
 
 
 def test_what_nothing_slows_down_does_not_come_back():
-    """Level ground without friction, and no gravity: conditions hold by a tie, and the body moves away for ever after kicks."""
+    """Level ground without friction, and no gravity: the conditions hold by a tie only, and after kicks the body
+    moves away for ever."""
     smooth = stance([sf.Contact((-1, 0)), sf.Contact((1, 0))], (0.0, 0.2))
     rough = [sf.Contact((x, 0), friction=0.5) for x in (-1, 1)]
     weightless = stance(rough, (0.0, 0.2), gravity=0.0)
@@ -498,8 +499,8 @@ def speeds(posture, run):
 
 
 def random_kick(posture, random, kind, scale=1e-3):
-    """q, q̇ and the size of a kick: any velocity; one that keeps a contact closed; one that slides both; any, from above the
-    ground."""
+    """q, q̇ and the size of a kick. The kinds of kicks: any velocity; a velocity that keeps a contact closed; one
+    with which both contacts slide; any velocity, starting above the ground."""
     metric = np.array([1.0, 1.0, posture.gyration_radius**2])
     normals, _, both = rows_of(posture)
     q, qdot = np.zeros(3), random.normal(0, scale, 3) / np.sqrt(metric)
@@ -713,7 +714,7 @@ STABLE_AND_SLOW = [
 def test_a_body_rests_in_the_local_model_at_the_time_of_small_kicks_of_the_full_one(
     feet, center, rho, e, mass, kick
 ):
-    """Many accumulations in turn: the error of their sums sustained a slide of 1e-11 of the kick for ever."""
+    """Many accumulations in turn. Formerly the error of their sums sustained a slide of 1e-11 of the kick for ever."""
     contacts = [
         sf.Contact(point, slope=slope, friction=mu) for point, slope, mu in feet
     ]

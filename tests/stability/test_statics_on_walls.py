@@ -93,7 +93,7 @@ FALLS = [
     ("friction", "forces", "acceleration", "states", "lost"), FALLS
 )
 def test_a_falling_ladder(friction, forces, acceleration, states, lost):
-    """The foot slides away, the top slides down, until the wall is lost."""
+    """The foot slides away from the wall and the top slides down, until the top leaves the wall."""
     posture = ladder(friction, friction)
     modes = sf.contact_modes(posture)
     assert modes.consistent == ["LL"]
@@ -317,7 +317,8 @@ def falls_without_the_wall(friction, time, angle, omega):
 
 @pytest.mark.parametrize(("friction", "lost"), [(f[0], f[-1]) for f in FALLS])
 def test_the_top_of_a_falling_ladder_lands_on_the_floor(friction, lost):
-    """On one terrain with a wall. Without friction its momentum along the floor is conserved after it has lost the wall."""
+    """Floor and wall are one terrain. Without friction the momentum of the ladder along the floor is conserved after
+    the ladder has left the wall."""
     posture = ladder(friction, friction)
     wall = posture.contacts[1].point[0]
     posture = sf.Posture(

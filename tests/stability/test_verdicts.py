@@ -1,5 +1,5 @@
-"""Verdicts on random postures with ground, walls, overhangs and ceilings: none without evidence, none whose evidence does not hold,
-and none that simulated kicks contradict. STANDFAST_VERDICTS sets the number of postures (100)."""
+"""Verdicts on random postures with ground, walls, overhangs and ceilings. Every verdict has evidence, the evidence
+holds, and simulated kicks do not contradict it. STANDFAST_VERDICTS sets the number of postures (100)."""
 
 import collections
 import math

@@ -1,4 +1,4 @@
-"""The papers beside the code say what is there."""
+"""Documents beside the code name only files and functions that exist."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""Contacts exactly on convex vertices of the terrain: each is on one of the two pieces, and on one on which it stays if there is one.
+"""Contacts exactly on convex vertices of the terrain. Each contact is on one of the two pieces: on one on which it
+stays, if there is such a piece.
 
 STANDFAST_CONVEX_BODIES sets the number of random bodies (200).
 """

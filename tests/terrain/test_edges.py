@@ -1,4 +1,5 @@
-"""Corners of the ground that enter a body through its sides, where only its contacts meet the ground."""
+"""Corners of the ground that enter a body through one of its sides. Only the contacts of a body meet the ground, so
+that nothing in the motion prevents this."""
 
 import math
 import os
@@ -91,7 +92,8 @@ def test_a_box_turns_about_its_corner_onto_a_peak():
 
 
 def test_a_box_that_would_fly_away_meets_a_corner():
-    """One corner of the box is below the table, one above it, and neither lands. With and without a time limit, and with a limit before."""
+    """One corner of the box is below the table, another one above it, and neither lands. The corner of the table
+    meets the box: with a time limit, without one, and not with a limit before that time."""
     box = sf.Posture.box(2.0, 1.0, gravity=0.0, terrain=[(-1.2, -9), (1.2, -9)])
     start = (10.0, -9.5, 0), (-2.0, 0, 0)
     for limit in (None, 10.0):
@@ -124,8 +126,9 @@ def test_a_box_tips_over_the_end_of_a_table():
 
 
 def test_a_box_that_stands_over_a_corner_of_the_ground_is_not_inside_it():
-    """It slides over the corner of a step with its lower side on the top, at depth 0. When its front corner has left the ground it has no
-    support there but the corner of the ground, and enters it."""
+    """The box slides over the corner of a step with its lower side on the top, at depth 0. When its front corner has
+    left the ground, only the corner of the step could support the box there. That corner is no contact, and
+    enters the box."""
     step = [(-5, 0), (0.2, 0), (0.2, -1), (5, -1)]
     box = sf.Posture.box(1.0, 1.0, friction=0.5, terrain=[(-5, 0), (5, 0), (5, -1)])
     run = sf.simulate(box, (0, 0, 0), (1.0, 0, 0))
@@ -139,8 +142,9 @@ def test_a_box_that_stands_over_a_corner_of_the_ground_is_not_inside_it():
 
 
 def test_a_box_slides_with_its_side_against_a_point():
-    """In a contact phase: a point of the ground sticks out over the level that the box slides on. Its time of contact is that of a
-    slide without friction and with it, also if the slide would be endless."""
+    """In a contact phase: a point of the ground stands above the level on which the box slides. The box meets the
+    point at the time that follows from a slide without friction and with friction, also if the slide would be
+    endless."""
     terrain = [(-9, 0), (3, 0), (3, 0.8), (2, 0.5), (3, 3)]
     for friction, speed in [(0.0, 2.0), (0.1, 3.0)]:
         box = sf.Posture.box(1.0, 1.0, friction=friction, terrain=terrain)

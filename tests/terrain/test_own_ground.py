@@ -145,7 +145,7 @@ def test_a_segment_says_what_ground_is_meant():
 
 
 def test_the_same_floor_typed_with_few_digits_is_one():
-    """An incline whose second point is 3e-5 off the line of the first."""
+    """Both contacts stand on one incline, but the second point is 3e-5 off the line of the first one."""
     feet = [
         sf.Contact((0, 0), slope=-0.3, friction=0.1),
         sf.Contact((1, -0.3093), slope=-0.3, friction=0.1),
@@ -230,7 +230,8 @@ def test_a_posture_that_is_kicked_near_where_it_stands_says_nothing(shape):
 
 
 def wrong(posture, q, model, gaps, by):
-    """Whether contacts are at implausible places, by a factor of at least ``by``: (i) below a line, (ii) far away."""
+    """Whether contacts are at implausible places: (i) below a line, or (ii) far away from their own. The limits are
+    exceeded by a factor of at least ``by``."""
     points = np.array([contact.point for contact in posture.contacts])
     length, nominal = size(posture), heights(posture, points)
     at = places(posture, q, model)

@@ -291,7 +291,8 @@ def test_a_foot_far_off_does_not_rest_without_gravity():
 
 
 def test_a_point_over_a_piece_again_is_not_there_at_once():
-    """A point beside the terrain has no gap. When it is above the terrain again, it falls from its current position."""
+    """A point beside the terrain has no gap. When it comes above the terrain again, it falls from its current
+    position and does not touch the ground at once."""
     posture = sf.Posture(
         1.0,
         0.3,
@@ -616,8 +617,8 @@ def test_random_scenes_on_polylines_end():
 
 
 def test_a_foot_that_starts_on_a_convex_vertex_with_a_speed_of_rounding_leaves_it():
-    """The velocities of the body cancel in the foot to 1e-16 m/s, and on each piece of terrain it moves towards the other
-    one."""
+    """The velocities of the body cancel in the foot up to 1e-16 m/s. Over each of the two pieces of terrain the foot
+    moves towards the other piece."""
     foot = (0.0, 0.27064503871920126)
     ridge = [(-0.6549354226966, 0.20285948495668776), foot]
     ridge += [(0.6922633590620269, 0.00859543729937201), (9.0, 4.0)]
@@ -951,7 +952,8 @@ def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
 
 
 def test_far_below_its_segment_a_contact_of_the_local_model_is_not_over_it():
-    """In the local model an arm turns without bound: a contact may be high over the centre of mass, and far from its segment."""
+    """In the local model an arm turns linearly and grows without bound: a contact may be high over the centre of
+    mass, and far from its segment."""
     low, high = -1.9248046875, 1.83251953125
     contact = sf.Contact(
         (-0.982666015625, -0.1728515625),
@@ -1006,7 +1008,8 @@ def test_a_foot_leaves_the_end_of_its_ground_once_while_it_is_in_the_air():
 
 
 def test_a_vertex_on_a_straight_line_changes_no_bit():
-    """Also where its coordinates are rounded: the scene is the same, and no foot is in a vertex or leaves a piece there."""
+    """A vertex on a straight line has no effect, also if its coordinates are rounded: the scene is the same, and no
+    foot is in the vertex or leaves a piece there."""
     random = np.random.default_rng(9)
     for case in range(300):
         slope = 0.0 if case % 3 == 0 else round(random.uniform(-0.6, 0.6), case % 3)

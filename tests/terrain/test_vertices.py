@@ -138,9 +138,9 @@ def draw(rng, start):
 
 
 def unbalanced(posture, run, points=100):
-    """The largest part of the weight that forces in the cones of the touching contacts cannot balance, at 100 points of every
-    phase with a fixed contact, or of its longest part without an impact; accelerations are differences of velocities. And the
-    number of phases."""
+    """The largest part of the weight that forces in the cones of the touching contacts cannot balance. It is taken
+    at 100 points of every phase with a fixed contact, or of the longest part of the phase without an impact.
+    Accelerations are differences of velocities. Also the number of phases."""
     com, rho = np.array(posture.center_of_mass), posture.gyration_radius
     pieces = [np.array(pair) for pair in itertools.pairwise(posture.terrain)]
     impacts = run.impacts["time"]

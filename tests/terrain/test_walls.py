@@ -106,7 +106,8 @@ UNDER_THE_END = [
 def test_a_contact_that_has_come_under_the_end_of_the_terrain_meets_nothing(
     speed, spin, x, mirror
 ):
-    """Whichever piece is nearest, its gap is infinite: while it is behind pieces, and after the event with which it leaves them."""
+    """The gap of the contact is infinite, whichever piece is nearest: while the contact is behind pieces, and after
+    the event with which it leaves them."""
     hill = [(0.0, 0.0), (1.0, 0.3), (2.0, 0.0), (2.0, -30.0), (4.0, -30.0)]
     rod = sf.Posture(
         mass=1,
@@ -136,8 +137,9 @@ def turned(points, angle):
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.5, 0.7, 1.1, 1.5, 2.0, -2.7])
 def test_at_a_wall_the_rounding_error_of_gravity_brings_no_contact_to_rest(angle):
-    """Two feet of a body that jams between a wall and a slope are hit in turn. The component of gravity along the normal of the wall is zero;
-    in a turned world it is rounding error, and the time in which it would stop the foot is arbitrary."""
+    """Two feet of a body that jams between a wall and a slope are hit in turn. The component of gravity along the
+    normal of the wall is zero. In a turned world its computed value is a rounding error, and the time in which it
+    would stop the foot has no meaning."""
     ground = [(-9, -3.695), (-3.156, -0.42), (-2.248, -1.251)]
     wall = [(-2.248, 1.126), (-3.114, 2.775)]
     feet = [(-3.655, 0.574), (-3.699, 1.374), (-3.36, 0.712)]
@@ -212,7 +214,8 @@ def heights_over_pieces(terrain, points):
 
 
 def test_nothing_enters_walls_and_overhangs():
-    """And no run gains energy, except with Moreau's law, which may in an impact."""
+    """No contact enters the ground, and no run gains energy. Exception: with Moreau's law energy may increase in an
+    impact."""
     outcomes, compared = Counter(), np.zeros(2)
     for seed in range(SCENES):
         terrain, posture, qdot, options = random_scene(np.random.default_rng([7, seed]))

@@ -1,14 +1,16 @@
 """Box2D 2.3 (pybox2d): a fixed step in single precision, with continuous collision detection.
 
-Model: a body of the mass and moment with a disc centred above each contact point, on an edge that lies under the floor by its
-skin of .01, which makes the gaps those of the points. Lengths are multiplied by L / dt, at most 1e5, for Box2D has absolute
-ones: it drops restitution below 1 m/s (so below dt / L here, to be compared with the g dt of a step's fall), leaves .005 m of
-penetration, and cuts what moves more than 2 m in a step. L = .1 s, or what did better (LENGTHS): to come to rest the ball wants
-restitution dropped early.
+Model: a body of the given mass and moment of inertia, with a disc centred above each contact point. The floor is an edge. Box2D keeps
+a skin of .01 between shapes; the edge lies lower by this skin, so that the gaps are those of the contact points.
 
-Settings: the usual 8 velocity and 3 position iterations (30 and 10 did not help); sleep and continuous collisions on, as they
-are by default (a body put to sleep has no velocity, but that takes half a second, and was of no effect). The last step is
-shortened to end at the time asked for. Below steps of about 1e-5 s the roundoff of single precision grows again."""
+Box2D has absolute lengths: it drops restitution below 1 m/s, leaves .005 m of penetration, and limits the displacement in a step to
+2 m. Therefore all lengths are multiplied by L / dt, at most by 1e5. Restitution is then dropped below dt / L, to be compared with the
+change g dt of the speed in a step. L is .1 s, or a value with smaller errors (LENGTHS): the ball comes to rest better if its
+restitution is dropped early.
+
+Settings: the usual 8 velocity and 3 position iterations (30 and 10 did not help). Sleep and continuous collisions are on, as they
+are by default. (A sleeping body has no velocity, but it falls asleep only after half a second; this had no effect.) The last step is
+shortened to end at the requested time. For steps below about 1e-5 s the rounding errors of single precision grow again."""
 
 import math
 import sys

@@ -79,8 +79,8 @@ def answer(name, scene, task, q, time):
 
 
 def fixed_step(tool, path, prepare, simulate):
-    """With shorter and shorter steps until a run takes too long: prepare(name, scene, task, dt, end) -> a tuple, of which
-    simulate(*that, scene, task, dt, end) -> q, time."""
+    """Runs with shorter and shorter steps until a run takes too long. prepare(name, scene, task, dt, end) returns a
+    tuple; simulate(*tuple, scene, task, dt, end) returns q and the time."""
     for name, scene in scenes(path).items():
         for task in ("before", "rest"):
             if task not in scene:

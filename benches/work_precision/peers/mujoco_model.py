@@ -1,15 +1,17 @@
 """MuJoCo: a fixed step (semi-implicit Euler; RK4 costs three times as much and gained little: the error comes from the impacts).
 
-Model: a body of the mass and moment on joints along x, y, z (which never moves, but MuJoCo scales a contact by the mean over
-the three directions) and about z, with a disc (sphere) of radius .02 above each contact point, on an inclined plane.
+Model: a body of the mass and moment on joints along x, y, z and about z (the body never moves along z, but MuJoCo scales a
+contact by the mean over the three directions), with a disc (sphere) of radius .02 above each contact point, on an inclined plane.
 
 MuJoCo has no coefficient of restitution: a contact is a spring and a damper that cannot pull, `solref` = (-k, -b) for the mass
-1 that it feels. The damping ratio follows from e in closed form (`rebound`); the frequency c / dt is the stiffest that the step
-resolves, with c chosen for each scene by trial: for bounces it falls with the step as dt^(1/4), so that both the time in contact
-and its steps improve; for the slide it is .03, for a stiff spring lifts a sliding contact (the friction cone is convex), but .5
-to come to rest; for rocking .5. `solimp` is constant: .9999, the hardest, but .9 for bounces to cease (the harder one chatters
-for ever at the size of a step). Elliptic cones, Newton's method, tolerance 1e-12. The last step is shortened to end at the time
-asked for. Limits of the model: an impact is not instantaneous, and an impact of two contacts does not follow Newton's law."""
+1 that it feels. The damping ratio follows from e in closed form (`rebound`). The frequency is c / dt, about the highest that the step
+resolves; c is chosen for each scene by trial. For bounces c decreases with the step as dt^(1/4): with shorter steps a contact then
+lasts a shorter time and has more steps. For the slide c is .03, because a stiff spring lifts a sliding contact (the friction cone is
+convex), but .5 for the slide until rest; for rocking it is .5. `solimp` is constant: .9999, the hardest contact, but .9 for bounces
+until rest, because the hardest contact chatters for ever at the size of a step. Elliptic cones, Newton's method, tolerance 1e-12. The
+last step is shortened to end at the requested time.
+
+Limits of the model: an impact is not instantaneous, and an impact of two contacts does not follow Newton's law."""
 
 import math
 import sys

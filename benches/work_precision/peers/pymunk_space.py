@@ -1,13 +1,13 @@
 """pymunk (Chipmunk): a fixed step in double precision.
 
-Model: a body of the mass and moment with a disc of radius .02 centred above each contact point (a disc that touches a line
-does so under its centre: the lever of the normal force is that of the point, its gap that of the point), on a static line,
-half thickness 1, that lies under the floor: what has sunk in is still pushed out upwards.
+Model: a body of the given mass and moment of inertia, with a disc of radius .02 centred above each contact point. A disc touches a
+line under its centre, so that its gap and the lever of its normal force are those of the contact point. The floor is a static line of
+half thickness 1 whose surface is the floor: a disc that has sunk in is still pushed out upwards.
 
 Settings: elasticity e on the discs and 1 on the floor, friction likewise (they are multiplied), collision_slop = 0 (the default
-of 0.1 is a length), 10 iterations (50 did not help), the default rate at which penetration is removed, but for the rocking
-block a higher one, which did better there and worse elsewhere; no damping; no sleep. The last step
-is shortened to end at the time asked for. In free flight the error of a step is g dt²/2 (semi-implicit Euler)."""
+of 0.1 is a length), 10 iterations (50 did not help), no damping, no sleep. Penetration is removed at the default rate; for the rocking
+block the rate is higher, which gave smaller errors there and larger ones elsewhere. The last step is shortened to end at the requested
+time. In free flight the error of a step is g dt²/2 (semi-implicit Euler)."""
 
 import math
 import sys

@@ -4,16 +4,16 @@ Model: a Lagrangian system in (y, θ), and x with friction, with one scleronomou
 are compiled C (gcc; a relation overridden in Python crashed). The compilation is not timed.
 
 - Event-driven, for the scenes without friction (with the friction law it throws): LsodarOSI with its default tolerances, which
-  are at roundoff, an LCP for impacts and one for accelerations. Swept is the tolerance below which a gap or a speed is none. It
-  has an effect on the rest only: before the impacts accumulate the answer is the same for all. Below some tolerance it throws or does
-  not end; such a run is not reported.
+  are at roundoff, an LCP for impacts and one for accelerations. The tolerance below which a gap
+  or a speed counts as zero takes several values. It has an effect on the task "rest" only; before the impacts accumulate all values give
+  the same answer. Below some tolerance Siconos throws or does not end; such a run is not reported.
 - Moreau-Jean with θ = 1/2, for all scenes: LCP with Newton's law, with friction FrictionContact(2) solved to 1e-12. The step is
-  shortened to divide the time asked for; not for the rest, whose time would then lie on the grid by chance. Nothing tells it
-  that impacts stick in the scene `rocking`; friction does.
+  shortened so that it divides the requested time; but not for the task "rest", whose time would then lie on the grid by chance. In the
+  scene `rocking` friction alone makes the impacts stick.
 
-What it cannot express: an impact on one end of the rod while the other is held. Its LCP treats both at once (Moreau), and the
-held end stays; the chart's law hits them in turn, each with its e. The rest of `nested` therefore converges to another time,
-by either method to 1.058 of the chart's.
+Siconos cannot express an impact on one end of the rod while the other end is held. Its LCP treats both ends at once (Moreau), and the
+held end stays. In the law of the chart the ends are hit in turn, each with its own e. So the time of rest in `nested` converges to
+another value: with both methods to 1.058 times the exact time of the chart.
 
 The state is read after every event or step."""
 

@@ -1,19 +1,19 @@
 """scipy.integrate.solve_ivp: a terminal event at every impact, Newton's law by hand, restart.
 
-Model: the state is (x, y, θ) and its rates; a contact is free (its gap is an event) or held on the floor (its
-force, with sliding friction, follows from its normal acceleration being none, and its sliding speed is an event). What a user
-has to add, for solve_ivp has none of it:
+Model: the state is (x, y, θ) and its rates. A contact is either free, and the zero of its gap is an event; or it is held on the
+floor, and the zero of its sliding speed is an event. The force of a held contact, with sliding friction, follows from zero normal
+acceleration. A user has to add the following, which solve_ivp does not have:
 
-- A restart with the gap at 0 would find that root again. The usual remedy, a nudge off the floor, costs accuracy; here the
-  first step ends before the apex, so that the gap is positive whenever it is looked at, and nothing is nudged. Each flight
-  starts at its own time 0, for roots are found to 4 ulp of 1.
-- The accumulation of impacts: a contact that rebounds more slowly than `stop` is held from then on; at rest are two held
-  contacts that do not slide (a ball has one). The time of rest is the time of that.
-- When a contact lands while another is held, or is to land sooner than a root is known (1e-14 s), they are hit in turn until
-  none approaches.
+- Restarts. After an impact the gap is 0, and solve_ivp would find this root again. The usual remedy, to lift the contact a little,
+  costs accuracy. Here the first step ends before the apex of the flight, so that the gap is positive at every evaluation. Each flight
+  starts at its own time 0, because roots are found to 4 ulp of 1.
+- The end of an accumulation of impacts. A contact that rebounds more slowly than `stop` is held from then on. The body is at rest
+  when two held contacts (for a ball one) do not slide; the time of rest is that time.
+- Impacts at one instant. If a contact lands while another one is held, or sooner than the accuracy of a root (1e-14 s), the contacts
+  are hit in turn until none approaches.
 
-One tolerance: rtol = tol, atol = tol / 1000, stop = tol in m/s. Free flight is a polynomial, exact for every method; the
-tolerance has an effect in the held phases and at the end. Left out: the rocking block, whose impacts have friction."""
+There is one tolerance tol: rtol = tol, atol = tol / 1000, and stop = tol in m/s. A free flight is a polynomial, exact for every method;
+so the tolerance has an effect only in the held phases and at the end. The rocking block is left out, because its impacts have friction."""
 
 import math
 import sys
@@ -69,7 +69,8 @@ class Contacts:
         )
 
     def ends(self, i, z, tol):
-        """Whether it rebounds too slowly to be followed: below the tolerance, or not above the roundoff of its gap."""
+        """Whether the contact rebounds too slowly to be followed: its speed is below the tolerance, or its flight is
+        not above the rounding error of the gap."""
         roundoff = 1e-15 * abs(self.lever(i, z[2])[1] + self.height)
         return self.rate(i, z) < max(tol, math.sqrt(2 * G * roundoff))
 

@@ -6,8 +6,8 @@
 //! ground tilted by τ:              in its frame gravity is turned by −τ: g (−sin τ, −cos τ)
 //! ```
 //!
-//! Positions and velocities of such a run are those relative to the ground. A is constant from one of the times to the next, so that the
-//! motion between two of them is computed as any other.
+//! Positions and velocities of such a run are relative to the ground. A is constant from one of the times to the next, so that the motion
+//! in between is computed like any other motion.
 
 use nalgebra::Vector2;
 use schemars::JsonSchema;
@@ -65,7 +65,7 @@ pub(crate) struct Change {
     pub(crate) kicks: Vec<Kick>,
 }
 
-/// The warning about an acceleration of the ground that never ends; `None`: it ends, or there is none.
+/// The warning about an acceleration of the ground that never ends; `None` if there is no such acceleration.
 pub(crate) fn lasting(motion: Option<&GroundMotion>) -> Option<String> {
     let motion = motion?;
     let ([x, y], time) = (*motion.acceleration.last()?, motion.times.last()?);
@@ -77,7 +77,7 @@ pub(crate) fn lasting(motion: Option<&GroundMotion>) -> Option<String> {
     })
 }
 
-/// The warning about kicks among changes that a run does not reach; `None`: there is none.
+/// The warning about those kicks among `changes` that the run does not reach; `None` if there are none.
 pub(crate) fn missed_kicks(changes: &[Change]) -> Option<String> {
     let mut kicks = changes.iter().flat_map(|change| &change.kicks);
     let first = kicks.next()?.time;
@@ -187,7 +187,7 @@ impl Excitation {
         [force.x, force.y, 0.0]
     }
 
-    /// The changes in the order of their times; the first one is at the start if the excitation has begun before.
+    /// The changes in the order of their times. If the excitation has begun before the start of the run, the first change is at the start.
     pub(crate) fn changes(&self, start: f64, gravity: f64) -> Vec<Change> {
         let mut changes: Vec<Change> = Vec::new();
         if let Some(motion) = &self.ground_motion {

@@ -1,6 +1,6 @@
 //! Ballistic arcs of a gap, and the next touchdown, guaranteed to be the earliest.
 //!
-//! In flight θ turns uniformly at ω and every gap obeys ḧ = −g − c ω² exactly, so that
+//! In flight the angular velocity ω is constant, and every gap obeys ḧ = −g − c ω² exactly, so that
 //!
 //! ```text
 //! h(t) = h + u t − g t²/2 − (1 − cos ωt) c − (ωt − sin ωt) b
@@ -21,8 +21,8 @@ use crate::tolerance::{
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
 ///
-/// `h ≥ 0` (m), and `u ≥ 0` (m/s) where `h = 0`. For u < 0 the quotient 2h/(s − u) is used, because the textbook
-/// root (u + s)/g would lose all digits.
+/// Requires `h ≥ 0` (m), and `u ≥ 0` (m/s) if `h = 0`. With s = √(u² + 2gh), the root is 2h/(s − u) for u < 0, because the textbook root (u
+/// + s)/g would lose all digits.
 #[inline]
 pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
     let square = u * u + 2.0 * g * h;
@@ -62,13 +62,15 @@ pub(crate) struct Touchdown<T = f64> {
     pub(crate) turn: Turn<T>,
 }
 
-/// Number of steps after which the bracketed solver is used.
+/// Number of steps of Chebyshev's method after which the bracketed solver is used instead.
 const STEPS: usize = 8;
 
-/// Newton steps on a convex piece: quadratic for a crossing, halving for a graze; 64 bits are enough.
+/// Largest number of Newton steps on a convex piece. The error decreases quadratically if the gap crosses zero, and by half per step if it
+/// grazes zero.
 const CONVEX_STEPS: usize = 128;
 
-/// Number of turns that are examined after the angle was reduced. If there are more, the contact only grazes the terrain.
+/// Number of turns that are examined after the angle has been reduced. If no touchdown is found in so many turns, the contact only grazes
+/// the terrain.
 const GRAZING_TURNS: usize = 32;
 
 /// The warning of a run that ends because of [`is_lost`].
@@ -88,14 +90,14 @@ pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
 
 #[expect(private_bounds, reason = "doubles are public; lanes and balls are of this crate alone")]
 impl<T: Ring> GapArc<T> {
-    /// h(dt), with the turn by ω dt.
+    /// h(dt). `turn`: sine and cosine of the rotation ω dt.
     #[inline(always)]
     pub(crate) fn gap_turned(&self, dt: T, turn: &Turn<T>) -> T {
         self.h + dt * (self.u - self.g.half() * dt)
             - (turn.one_minus_cos * self.c + turn.x_minus_sin * self.b)
     }
 
-    /// ḣ(dt), with the turn by ω dt.
+    /// ḣ(dt). `turn`: sine and cosine of the rotation ω dt.
     #[inline(always)]
     pub(crate) fn rate_turned(&self, dt: T, turn: &Turn<T>) -> T {
         self.u - self.g * dt - self.omega * (turn.sin * self.c + turn.one_minus_cos * self.b)
@@ -104,8 +106,9 @@ impl<T: Ring> GapArc<T> {
 
 #[expect(private_bounds, reason = "doubles are public; lanes are of this crate alone")]
 impl<T: Angle> GapArc<T> {
-    /// The touchdown of a concave arc by Chebyshev's method, t − f/f′ − f″f²/(2f′³), and whether it has converged. It starts from the
-    /// touchdown of the parabola with the effective gravity g + cω² of the start, which differs only by the turn during the flight.
+    /// The touchdown of a concave arc by Chebyshev's method, t − f/f′ − f″f²/(2f′³), and whether the method has converged. The first guess
+    /// is the touchdown of a parabola with the effective gravity g + cω² of the start. The two differ only because the body turns during
+    /// the flight.
     #[inline(always)]
     pub(crate) fn concave_touchdown(&self) -> (Touchdown<T>, T::Mask) {
         let (omega, w2) = (self.omega, self.omega * self.omega);
@@ -165,7 +168,8 @@ impl GapArc {
         self.rate_turned(dt, &Turn::by(self.omega * dt))
     }
 
-    /// Sum of the sizes of the terms of the gap (m) and of its rate (m/s) after `dt`. Their rounding errors are relative to it.
+    /// Sum of the absolute values of the terms of the gap (m) and of its rate (m/s) after `dt`. Rounding errors of the gap and of the rate
+    /// are relative to these sums.
     pub(crate) fn terms(&self, dt: f64, turn: &Turn) -> [f64; 2] {
         let fall = self.g.abs() * dt;
         let turned = (turn.one_minus_cos * self.c).abs() + (turn.x_minus_sin * self.b).abs();
@@ -174,7 +178,7 @@ impl GapArc {
         [gap, self.u.abs() + fall + self.omega.abs() * spun]
     }
 
-    /// Whether the arc is concave for ever: ω²|d| < g. For g < −ω²|d| it is convex.
+    /// Whether the arc is concave for ever: ω²|d| < g. (For g < −ω²|d| it is convex for ever.)
     #[inline]
     pub(crate) fn is_concave(&self) -> bool {
         let w2 = self.omega * self.omega;
@@ -183,9 +187,9 @@ impl GapArc {
 
     /// The earliest touchdown at a time > 0: gap zero, coming from above; `None` if there is none.
     ///
-    /// Guaranteed for any spin: a concave arc has at most one root and is solved directly; any other is split
-    /// at its inflections, which are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` where `h = 0`. A gap
-    /// that touches zero within its rounding error, without crossing it, is not a touchdown.
+    /// Guaranteed for any spin. A concave arc has at most one root and is solved directly. Any other arc is split at its inflections, which
+    /// are known in closed form. Requires `h ≥ 0`, and `u ≥ 0` if `h = 0`. If a gap touches zero within its rounding error without crossing
+    /// it, that is not a touchdown.
     #[must_use]
     pub fn touchdown(&self) -> Option<f64> {
         self.find_touchdown().map(|found| found.dt)
@@ -205,8 +209,8 @@ impl GapArc {
         self.any_touchdown(false)
     }
 
-    /// The general case: pieces between inflections, one after the other. `last`: the angle has been reduced, and few turns are left. If
-    /// there are more, the contact grazes, and the lowest point of the next turn is the touchdown.
+    /// The general case: the pieces between inflections, one after the other. `last`: the angle has been reduced, so that few turns are
+    /// left. If a touchdown takes more turns, the contact grazes the terrain, and the lowest point of the next turn is the touchdown.
     #[cold]
     #[inline(never)]
     fn any_touchdown(&self, last: bool) -> Option<Touchdown> {
@@ -276,7 +280,7 @@ impl GapArc {
         None
     }
 
-    /// The angle turned (always forwards) at the middle of the first convex window of the arc that is not yet over, and its half-width.
+    /// The first convex piece of the arc that is not yet over: the angle turned (counted forwards) at its middle, and its half-width.
     /// `threshold` = g/(ω²|d|), between −1 and 1.
     fn convex_window(&self, threshold: f64) -> (f64, f64) {
         let half = libm::acos(threshold);
@@ -321,7 +325,8 @@ impl GapArc {
         None
     }
 
-    /// The touchdown of the arc that starts `dt` later, which must be before the touchdown. Angles are counted from there.
+    /// The touchdown, computed from the arc that starts `dt` later; `dt` must be before the touchdown. Angles are counted from that later
+    /// start.
     fn after_turning(&self, dt: f64) -> Option<Touchdown> {
         let before = phase(self.omega, dt);
         let turn = Turn::by(before);
@@ -340,7 +345,7 @@ impl GapArc {
         Some(Touchdown { dt, turn: Turn { x_minus_sin: self.omega * dt - total.sin, ..total } })
     }
 
-    /// The times between which h − c − |d| + (u − ωb)t − gt²/2 > 0. There is no touchdown between them.
+    /// Two times between which h − c − |d| + (u − ωb)t − gt²/2, the lowest gap of a turn, is positive. There is no touchdown between them.
     fn aloft(&self, arm: f64) -> (f64, f64) {
         let (height, drift) = (self.h - self.c - arm, self.u - self.omega * self.b);
         // A graze within rounding does not count in any turn until the mean has decreased by more.
@@ -368,7 +373,7 @@ impl GapArc {
         (rise * (1.0 + BRACKET_MARGIN), fall * (1.0 - BRACKET_MARGIN))
     }
 
-    /// A time after which the gap is certainly negative (g > 0), or its sign cannot change any more.
+    /// A time after which the gap is certainly negative (g > 0), or after which the sign of the gap cannot change any more.
     fn horizon(&self) -> f64 {
         let arm = libm::hypot(self.b, self.c);
         // h(t) = [h − c + …] + (u − ωb) t − g t²/2 + |d|·(…): bounded by |d| around its mean. The two may cancel.
@@ -398,7 +403,7 @@ impl GapArc {
         }
     }
 
-    /// Concave and h ≥ 0 at its start: a root iff its end is negative.
+    /// The first root in a piece where the arc is concave and starts with h ≥ 0. There is a root iff h is negative at the end of the piece.
     fn concave_piece(&self, from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f64> {
         if !(to > from && f(to).0 <= 0.0) {
             return None;
@@ -424,8 +429,8 @@ impl GapArc {
     }
 }
 
-/// The arc is convex and h > 0 at its start: Newton's method from the left never passes the first root. There is no root if it reaches
-/// a rate ≥ 0.
+/// The first root in a piece where the arc is convex and starts with h > 0. Newton's method from the left never passes the first root. If
+/// it reaches a rate ≥ 0, there is no root.
 fn convex_piece(from: f64, to: f64, f: &impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let mut t = from;
     for _ in 0..CONVEX_STEPS {

@@ -192,7 +192,7 @@ impl Options {
         })
     }
 
-    /// The options to follow a summed tail of this run event by event until `dt` after its start.
+    /// The options with which a summed tail of this run is followed event by event, until `dt` after the start of the tail.
     pub(crate) fn of_resimulated_tail(&self, dt: f64) -> Self {
         Self {
             stop: Stop::Time,
@@ -214,7 +214,8 @@ impl Options {
         }
     }
 
-    /// The clock, rounded once, and at most the time limit. (The elapsed time to the limit is a rounded difference.)
+    /// The time on the clock: rounded at the end only, and at most the time limit. (The elapsed time up to the limit is a difference and
+    /// has its own rounding error.)
     pub(crate) fn clock(&self, elapsed: Clock) -> f64 {
         let time = elapsed.added_to(self.time);
         self.time_limit.map_or(time, |limit| time.min(limit))
@@ -226,7 +227,7 @@ impl Options {
     }
 }
 
-/// Recorded events times contacts: 3 GB at most.
+/// Largest product of recorded events and contacts: the record then takes 3 GB at most.
 pub(crate) const MOST_RECORDED: usize = 20_000_000;
 
 /// Largest number of events when a summed tail is followed.

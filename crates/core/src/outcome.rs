@@ -138,8 +138,8 @@ pub struct ZenoPoint {
     pub time: f64,
     /// Time since the start, in s.
     pub elapsed: f64,
-    /// Estimated error of `elapsed`: of the summed tail, and of rounding, in s. The error of the local model, which
-    /// [`Options::tolerance`](crate::Options::tolerance) bounds, is not in it.
+    /// Estimated error of `elapsed`, in s, from the sum of the tail and from rounding. It does not include the error of the local model,
+    /// which [`Options::tolerance`](crate::Options::tolerance) bounds.
     pub time_error: f64,
     /// Configuration there; `None` for a model without a body.
     pub q: Option<[f64; 3]>,
@@ -155,14 +155,14 @@ pub struct ZenoPoint {
     pub certified: bool,
     /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
     pub method: &'static str,
-    /// Whether these contacts, all of restitution 0, come to rest in one impact, without rebound: no impacts accumulate. The
-    /// method is "bounce", or "mixed" where there are several contacts.
+    /// Whether these contacts, all of restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. The method
+    /// is then "bounce", or "mixed" if there are several contacts.
     pub plastic: bool,
     /// Index of the first collision that was summed instead of simulated.
     pub first_summed: usize,
 }
 
-/// A period of time with one contact mode. Impacts after which the mode is the same again do not end it: a body that bounces is
+/// A period of time with one contact mode. An impact after which the mode is the same again does not end the phase: a body that bounces is
 /// in one phase S.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Phase {
@@ -174,8 +174,8 @@ pub struct Phase {
     pub end: f64,
     /// The event at its start.
     pub cause: Cause,
-    /// Number of [`Trajectory::impacts`](crate::Trajectory::impacts) strictly between its start and its end, without the infinitely many
-    /// impacts that are summed to a Zeno point.
+    /// Number of [`Trajectory::impacts`](crate::Trajectory::impacts) strictly between the start and the end of the phase. The infinitely
+    /// many impacts that are summed to a Zeno point are not counted.
     pub impacts: usize,
 }
 
@@ -283,7 +283,7 @@ pub struct End {
     pub outcome: Outcome,
     /// Time on the clock when the outcome was reached, in s.
     pub time: f64,
-    /// Time from the start to the outcome, in s: not rounded to the clock.
+    /// Time from the start to the outcome, in s. It has more digits than the difference of the clock times.
     pub elapsed: f64,
     /// Final state.
     pub state: State,
@@ -352,7 +352,8 @@ pub struct EnclosedZeno {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(into = "&'static str")]
 pub enum Uncertain {
-    /// The intervals do not decide which contact lands next, or whether one does: a tie, a graze, or grown rounding errors.
+    /// The intervals do not decide which contact lands next, or whether one lands: contacts land at almost the same time, a contact grazes
+    /// the ground, or rounding errors have grown.
     Order,
     /// The time limit, or the event limit.
     Limit,

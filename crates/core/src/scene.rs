@@ -358,7 +358,7 @@ model = \"full\"
 "contact": [{"point": [-0.5, 0.0]}],
 "run": {"model": "full"}}"#;
 
-    /// The error message for a text with one part replaced. All of such messages: `tests/python_api/test_messages.py`.
+    /// The error message for a text in which one part is replaced. `tests/python_api/test_messages.py` tests all messages of this kind.
     fn refusal(read: fn(&str) -> Result<Scene, Error>, text: &str, old: &str, new: &str) -> String {
         assert!(text.contains(old), "{old}");
         read(&text.replacen(old, new, 1)).unwrap_err().to_string()

@@ -1,8 +1,8 @@
 //! A quantity over a grid of parameters.
 //!
-//! The points of the grid are numbered like the entries of an array, the last axis fastest. Each is answered by itself, from the
-//! posture with the parameters of the point put in: neither the number of threads nor the division into ranges can be seen in an
-//! answer.
+//! The points of the grid are numbered like the entries of an array, the last axis fastest. The values at a point are computed from the
+//! posture with the parameters of this point, independently of all other points. So they depend neither on the number of threads nor on the
+//! division of the grid into ranges.
 
 use std::fmt;
 use std::ops::Range;
@@ -114,7 +114,7 @@ impl Field {
         }
     }
 
-    /// Whether both set the same number, so that one of them would have no effect.
+    /// Whether both parameters set the same number, so that one of them would have no effect.
     fn clashes(self, other: Self) -> bool {
         let of_contact = |field| matches!(field, Self::Contact(_, OfContact::Friction));
         self == other
@@ -207,7 +207,7 @@ const OUTCOME_WORDS: [&str; 9] = [
     OUTCOMES[8].as_str(),
 ];
 
-/// Place of a word in a list that has them all.
+/// The place of a word in a list that contains it.
 fn code<T: PartialEq>(known: &[T], value: &T) -> f64 {
     known.iter().position(|k| k == value).unwrap_or(known.len()) as f64
 }
@@ -277,7 +277,7 @@ impl Quantity {
 }
 
 impl OfConditions {
-    /// Whether it is defined for any number of contacts.
+    /// Whether the quantity is defined for any number of contacts.
     fn is_static(self) -> bool {
         matches!(self, Self::Equilibrium | Self::EquilibriumMargin)
     }
@@ -356,7 +356,7 @@ pub fn replaced(posture: &Posture, values: &[(String, f64)]) -> Result<Posture, 
     Posture::new(fields)
 }
 
-/// Slopes and segments follow from the terrain again, wherever a contact is put.
+/// Removes the slopes and segments of all contacts, so that they follow from the terrain again after a contact has been moved.
 fn off_the_terrain(fields: &mut PostureFields) {
     for contact in &mut fields.contacts {
         contact.slope = 0.0;
@@ -472,7 +472,7 @@ impl Sweep {
         Ok(self)
     }
 
-    /// Whether a quantity speaks of runs.
+    /// Whether one of the quantities is a result of a run.
     #[must_use]
     pub fn needs_start(&self) -> bool {
         self.quantities.iter().any(|quantity| quantity.needs_run())
@@ -503,7 +503,7 @@ impl Sweep {
         })
     }
 
-    /// Writes the values of a point into `row`; false if it was stopped.
+    /// Writes the values at a point into `row`. Returns false if the computation was stopped.
     fn answer(
         &self,
         point: usize,
@@ -620,7 +620,7 @@ impl Sweep {
         Ok(Some(self.quantities.iter().enumerate().map(column).collect()))
     }
 
-    /// The parameters of a point for a person to read.
+    /// The parameters of a point as a text for a message.
     fn place(&self, point: usize) -> String {
         let mut parameters: Vec<_> = self
             .parameters(point)

@@ -33,17 +33,18 @@ pub(crate) struct FrozenModel {
     pub(crate) e: [f64; 2],
     /// (1+e_i)ψ_i
     pub(crate) kappa: [f64; 2],
-    /// 2/(g_i(1−e_i)): duration of a bounce tail per take-off speed.
+    /// 2/(g_i(1−e_i)): duration of a bounce tail divided by its take-off speed.
     pub(crate) bounce: [f64; 2],
-    /// (g_j + e_iψ_i g_i)/2: fall of the other gap per squared duration of a bounce tail at i.
+    /// (g_j + e_iψ_i g_i)/2: decrease of the other gap divided by the squared duration of a bounce tail at i.
     pub(crate) fall: [f64; 2],
     clatter: Option<ClatteringConstants>,
 }
 
-/// Constants of a clattering tail; index: the contact that is hit next ("b"; "a" was hit last).
+/// Constants of a clattering tail. Index: the contact b that is hit next; the other contact, a, was hit last.
 #[derive(Debug, Clone, Copy)]
 struct ClatteringConstants {
-    /// Weight of u_a relative to |u_b|, y/((1+e)ψ_i). 1/c_i is λ₊, unscaled, the edge of the cone of infinite clattering.
+    /// Weight c_i of u_a relative to |u_b| in the sum: y/((1+e)ψ_i). 1/c_i = λ₊, without scaling, is the edge of the cone of infinite
+    /// clattering.
     c: [f64; 2],
     /// S
     gravity: [f64; 2],
@@ -51,9 +52,9 @@ struct ClatteringConstants {
     r: f64,
     /// g̃_i = √ψ_i g_i
     reduced_gravity: [f64; 2],
-    /// Limit of u_a/|u_b|: λ₋, unscaled.
+    /// Limit of u_a/|u_b|: λ₋, without scaling.
     limit: [f64; 2],
-    /// |g_1| + |g_2| where the sum leaves gravity out.
+    /// |g_1| + |g_2| if the sum leaves gravity out.
     left_out: f64,
 }
 
@@ -62,12 +63,12 @@ struct ClatteringConstants {
 pub(crate) struct ClatterTail {
     pub(crate) duration: f64,
     pub(crate) error: f64,
-    /// Whether it is proved that impacts alternate for ever. It is not proved where the sum leaves gravity out.
+    /// Whether it is proved that impacts alternate for ever. There is no proof if the sum leaves gravity out.
     pub(crate) proved: bool,
 }
 
-/// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2, by elimination with a multiplier of at most one. The
-/// equations then hold within their rounding errors even if they are nearly parallel.
+/// Solves x_1 − ψ_2 x_2 = y_1, x_2 − ψ_1 x_1 = y_2 by elimination with a multiplier of at most one. The solution then satisfies the
+/// equations within their rounding errors even if they are nearly parallel.
 pub(crate) fn solve_coupled(psi: [f64; 2], y: [f64; 2]) -> [f64; 2] {
     if is_parallel(psi) {
         return [y[0], 0.0];
@@ -104,8 +105,8 @@ impl FrozenModel {
     /// Duration of the bounce tail at `a` after an impact there left it with rate `u` [closed form:
     /// T = 2u/(g(1−e))], if contact b stays above the terrain during the tail.
     ///
-    /// For ψ_a ≥ 0 and g_b ≥ 0 the gap of b at the end decides; for ψ_a < 0 its values at the impacts do, and
-    /// they lie on a quadratic in y = 1 − eʲ.
+    /// For ψ_a ≥ 0 and g_b ≥ 0 it is enough to test the gap of b at the end. For ψ_a < 0 the gap of b is tested at the impacts; these
+    /// values lie on a quadratic in y = 1 − eʲ.
     #[inline]
     pub(crate) fn bounce_tail(&self, a: usize, gaps: &Gaps) -> Option<f64> {
         let b = 1 - a;
@@ -118,8 +119,8 @@ impl FrozenModel {
         (self.g[a] > 0.0 && end >= 0.0 && clear()).then_some(t)
     }
 
-    /// g_b < 0: whether the gap of b, convex between the impacts at a, stays positive there too. After an impact
-    /// its rate is u_b + y (|g_b|T − ψ_a J), with J the sum of all jumps.
+    /// The case g_b < 0: the gap of b is convex between the impacts at a. Whether it stays positive there, too. After an impact its rate is
+    /// u_b + y (|g_b|T − ψ_a J), with J the sum of all jumps.
     #[cold]
     fn clear_of_dips(&self, a: usize, gaps: &Gaps, t: f64) -> bool {
         let (b, e) = (1 - a, self.e[a]);
@@ -155,8 +156,8 @@ impl FrozenModel {
         libm::exp(first * libm::log(e)) < 1.0 - y2.min(1.0)
     }
 
-    /// The state after the last impact within `left` of a bounce tail at `a` that is longer than that:
-    /// with x = eʲ, t = T(1 − x) and J = (1+e)u(1 − x)/(1 − e).
+    /// A bounce tail at `a` lasts longer than `left`: the state after the last impact within `left`. With x = eʲ after j impacts, the time
+    /// is t = T(1 − x) and the sum of jumps J = (1+e)u(1 − x)/(1 − e).
     pub(crate) fn skip_bounces(&self, a: usize, gaps: &Gaps, left: f64) -> (f64, Gaps, Impulses) {
         let (b, e, u) = (1 - a, self.e[a], gaps.u[a]);
         let t_end = self.bounce[a] * u;
@@ -193,8 +194,8 @@ impl FrozenModel {
 
     /// Impulses that bring both contacts to rest on the terrain within `t`.
     ///
-    /// 0 = u_i − g_i t + J_i − ψ_j J_j, and the same once integrated. Contacts whose rows are parallel
-    /// have one impulse together; it is assigned to the first.
+    /// They satisfy 0 = u_i − g_i t + J_i − ψ_j J_j, and the time integral of this equation. Two contacts whose rows are parallel have only
+    /// a common impulse, which is assigned to the first contact.
     pub(crate) fn settle(&self, gaps: &Gaps, t: f64) -> Impulses {
         self.lead_to([0.0; 2], gaps, t)
     }
@@ -224,8 +225,8 @@ impl FrozenModel {
         solve_coupled(self.psi, y)
     }
 
-    /// The clattering tail after an impact at `a`: T1 of the closed form with its error estimate. Given if this state clatters for ever
-    /// without gravity and gravity is a small correction.
+    /// The clattering tail after an impact at `a`: T1 of the closed form with its error estimate. `None` unless this state clatters for
+    /// ever without gravity, and gravity is a small correction.
     pub(crate) fn clatter_tail(&self, a: usize, gaps: &Gaps) -> Option<ClatterTail> {
         let k = self.clatter.as_ref()?;
         let b = 1 - a;
@@ -284,8 +285,8 @@ impl FrozenModel {
         self.clatter.as_ref().map_or(1.0, |k| (1.0 + k.r) / (1.0 - k.r).max(f64::EPSILON))
     }
 
-    /// Whether, with both gaps zero and contact b approaching, impacts alternate for ever: the rate of the other contact must be
-    /// inside the cone of infinite clattering.
+    /// Both gaps are zero and contact b approaches: whether impacts alternate for ever. The rate of the other contact must be inside the
+    /// cone of infinite clattering.
     pub(crate) fn chatters_from(&self, b: usize, u: [f64; 2]) -> bool {
         let inside = |k: &ClatteringConstants| k.c[b] * u[1 - b] <= -u[b];
         self.chatters() && self.clatter.as_ref().is_none_or(inside)
@@ -328,8 +329,8 @@ impl ClatteringConstants {
         })
     }
 
-    /// For any two restitutions; gravity is left out. z = u_a/|u_b| becomes e_b/(p_b − z) at each impact, with
-    /// p_i = (1+e_i)ψ_i, and T0 = h_b/(|u_b| − c_b u_a) where 1/c_b is the repelling fixed point of two impacts:
+    /// For any two restitutions; gravity is left out. At each impact z = u_a/|u_b| becomes e_b/(p_b − z), with p_i = (1+e_i)ψ_i. The time
+    /// left is T0 = h_b/(|u_b| − c_b u_a), and 1/c_b is the repelling fixed point of two impacts:
     ///
     /// ```text
     /// p_a z² − (p_a p_b + e_a − e_b) z + e_a p_b = 0.
@@ -366,7 +367,7 @@ mod tests {
     use super::*;
     use crate::math::cases::fixed;
 
-    /// Impacts that are followed one by one: what is left of a tail after them is below the rounding of its sum.
+    /// Number of impacts that are followed one by one. What is left of a tail after them is below the rounding error of its sum.
     const MANY: usize = 4000;
 
     fn frozen(gravity: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> FrozenModel {
@@ -439,7 +440,7 @@ mod tests {
             prop_assert!((tail.duration - t).abs() <= allowed, "{} {t} {}", tail.duration, tail.error);
         }
 
-        /// Impulses that bring both contacts to rest fulfil the equations of motion, and their time integrals.
+        /// Impulses that bring both contacts to rest satisfy the equations of motion and the time integrals of these equations.
         #[test]
         fn impulses_to_rest_fulfil_the_equations_of_motion(
             g in 0.0..10.0, psi in -0.9..0.9_f64, more in 0.1..1.0, h in 0.0..1.0, u in -1.0..1.0, t in 0.1..2.0,

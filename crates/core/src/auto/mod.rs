@@ -1,20 +1,19 @@
 //! `model = "auto"`: the local model if its error is within the tolerance, else the full model.
 //!
-//! The local model is exact where the body does not rotate ([`is_exact`]). Elsewhere its error is computed. The
-//! *shadow* of a local run is the motion of the full model with the same events in the same order. Between two events
-//! of a flight both motions are the same parabola in q and q̇. The shadow therefore needs only
-//!
+//! The local model is exact if the body does not rotate ([`is_exact`]). Otherwise its error is computed along the run. The *shadow* of a
+//! local run is the motion of the full model with the same events in the same order. Between two events of a flight the motions of both
+//! models are the same parabola in q and q̇. The shadow therefore needs only
 //! ```text
 //! h = n·δr + b₀ δθ − b₀(θ − sin θ) − c₀(1 − cos θ)     full gap at the instant at which the local gap is zero
 //! δt = 2h/(√(u² + 2Gh) − u),   G = g + cω²             delay until the full gap is zero
 //! q̇⁺ = q̇⁻ − (1+e) u M⁻¹N(θ)ᵀ/(N(θ)M⁻¹N(θ)ᵀ)           impact at that time
 //! ```
 //!
-//! with δ = full − local at the same event. A motion that obeys the full equations from event to event, with no contact
-//! below the terrain in between, *is* the full motion. The differences at the end are therefore the errors of the local
-//! run. Neglected are terms of third order (the change of G within δt). Estimated are two small parts: sliding and
-//! rolling, by Boole's rule, and the last part of a sum, by bounds on the effect of the changing geometry.
-//! [`SHADOW_SAFETY`] covers both. Where the order of events is uncertain, there is no shadow and the full model is
+//! Here δ means full − local at the same event. The shadow obeys the full equations from event to event. If no contact is below the terrain
+//! in between, it *is* the full motion, and its differences from the local run at the end are the errors of the local run. Terms of third
+//! order (the change of G within δt) are neglected. Two small parts are estimated: sliding and rolling, by Boole's rule; and the last part
+//! of a sum, by bounds of the effect of the changing geometry. [`SHADOW_SAFETY`] covers both. If the order of events is uncertain, there is
+//! no shadow, and the full model is solved.
 //! solved.
 
 use nalgebra::Vector3;
@@ -44,14 +43,14 @@ use slide::Until;
 /// Number of collisions between two checks of whether the remaining time is negligible.
 const CHECK_INTERVAL: usize = 8;
 
-/// Largest number of events of a local run, counted as in [`Options::event_limit`], and largest number of its
-/// collisions that the shadow follows. The full model also freezes its geometry in the last moments of an accumulation,
-/// so a longer local run saves little.
+/// Largest number of events of a local run, counted as in [`Options::event_limit`]; also the largest number of its collisions that the
+/// shadow follows. A longer local run would save little, because the full model, too, freezes its geometry in the last moments of an
+/// accumulation.
 pub(crate) const MOST_EVENTS: usize = 256;
 const MOST_COLLISIONS: usize = 96;
 
-/// Whether the local model is exact: neither gravity nor impacts nor friction rotate the body. All arms have b_i = 0,
-/// so normal forces do not rotate it. Friction is zero, or has no arm (c_i = 0), or there is no tangential velocity.
+/// Whether the local model is exact: neither gravity nor impacts nor friction rotate the body. All arms have b_i = 0, so normal forces have
+/// no moment. And friction is zero, or has no arm (c_i = 0), or there is no tangential velocity.
 pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
     let upright = state.q.z == 0.0 && state.qdot.z == 0.0;
     let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
@@ -69,8 +68,8 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
         && (falls || every(&|k, friction| friction == 0.0 || k.c == 0.0))
 }
 
-/// Whether a run can have a shadow: at most two contacts, impacts without friction, terrain of infinite lines that face up, and no
-/// limit of the neighbourhood.
+/// Whether a run can have a shadow. It must have at most two contacts, impacts without friction, a terrain of infinite lines that face up,
+/// and no limit `neighbourhood`.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
         && options.impact == Impact::Newton
@@ -79,8 +78,8 @@ pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
         && posture.geometry().iter().all(|k| k.normal.y > 0.0)
 }
 
-/// Whether the requested motion comes to an end: at the first Zeno point, at a given time, or at rest on two contacts.
-/// Rest on slopes needs friction. On one contact a body tips over.
+/// Whether the requested motion comes to an end: at the first Zeno point, at a given time, or at rest on two contacts. Rest on a slope
+/// needs friction. Rest on one contact does not count, because the body tips over.
 pub(crate) fn has_end(posture: &Posture, options: &Options) -> bool {
     let contacts = posture.contacts();
     let level = contacts.iter().all(|contact| contact.slope == 0.0);
@@ -142,16 +141,17 @@ struct Shadow<'a> {
     fall: Vector3<f64>,
     /// Initial speed, in m/s.
     speed: f64,
-    /// Size of the body over ρ.
+    /// Size of the body divided by ρ.
     lever: f64,
-    /// The longest arm over gravity into its terrain, in s².
+    /// The longest arm divided by the gravity into its terrain, in s².
     reach: f64,
     clock: Clock,
     q: Vector3<f64>,
     qdot: Vector3<f64>,
-    /// Gap rates of the local run, as recorded. Near an accumulation, gap rates computed from q̇ have fewer correct digits.
+    /// Gap rates of the local run, as recorded. They are not computed from q̇, because near an accumulation such rates have fewer correct
+    /// digits.
     u: [f64; 2],
-    /// Full − local.
+    /// q of the shadow less q of the local run.
     dq: Vector3<f64>,
     dqdot: Vector3<f64>,
     /// The arms of the shadow.
@@ -160,11 +160,11 @@ struct Shadow<'a> {
     late: f64,
     /// The largest |late| at a Zeno point.
     latest: f64,
-    /// Bound on the time error of the parts that are not followed, in s.
+    /// Bound of the time error of those parts of the run that are not followed, in s.
     slack: f64,
-    /// Bound on their error in q, relative to the size of the body.
+    /// Bound of the error of these parts in q, relative to the size of the body.
     loose: f64,
-    /// Duration below which a part need not be followed, in s.
+    /// Duration in s. Parts of the run that are shorter need not be followed.
     small: f64,
     /// Duration of the local run, in s.
     whole: f64,
@@ -172,8 +172,8 @@ struct Shadow<'a> {
     touching: [bool; 2],
 }
 
-/// The error of a local run: of its times, relative to its duration, or of its final q, relative to the size of the
-/// body, whichever is larger. It includes [`SHADOW_SAFETY`].
+/// The error of a local run: the larger one of the error of its times, relative to its duration, and of the error of its final q, relative
+/// to the size of the body. It includes [`SHADOW_SAFETY`].
 pub(crate) fn error(
     posture: &Posture,
     start: &State,
@@ -432,8 +432,8 @@ impl<'a> Shadow<'a> {
         time_to_rest(&full, &gaps)
     }
 
-    /// Both contacts come to rest at a Zeno point of the local run, and soon in its shadow. The motion in between is
-    /// bounded, not followed.
+    /// Both contacts come to rest at a Zeno point of the local run, and soon in its shadow. The motion of the shadow until then is bounded,
+    /// not followed.
     fn skip(&mut self, point: &ZenoRecord) -> Option<()> {
         if self.count() < 2 {
             return None;
@@ -532,7 +532,7 @@ impl<'a> Shadow<'a> {
         Ok(())
     }
 
-    /// Change of q̇ by an impulse that changes the rate of contact k, with this b, by `jump`.
+    /// Change of q̇ by an impulse that changes the gap rate of contact k by `jump`. The contact has this b.
     #[inline]
     fn velocity_change(&self, k: &ContactGeometry, b: f64, jump: f64) -> Vector3<f64> {
         let per_own = jump / (b * b + self.rho2);
@@ -540,7 +540,8 @@ impl<'a> Shadow<'a> {
         Vector3::new(k.normal.x * push, k.normal.y * push, b * per_own)
     }
 
-    /// Change of q̇ by own-rate jumps at both contacts. With paths instead of jumps: change of q.
+    /// Change of q̇ by own-rate jumps at both contacts. If `jumps` has the time integrals of the jumps instead, the result is the change of
+    /// q.
     fn velocity_changes(&self, arms: &[Arm; 2], jumps: [f64; 2]) -> Vector3<f64> {
         let each = self.contacts.iter().zip(arms).zip(jumps);
         each.map(|((k, arm), jump)| self.velocity_change(k, arm.b, jump)).sum()

@@ -1,4 +1,4 @@
-//! Parts of the local run with contacts held on the terrain, in the full geometry.
+//! Phases of the local run with contacts held on the terrain, followed in the full geometry.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -8,8 +8,8 @@ use crate::modes::{Mode, Row};
 use crate::sustained::phase::only_mode_of;
 use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
 
-/// Nodes and weights of Boole's rule. It is exact up to the fifth degree. A row that rotates at constant angular
-/// acceleration, squared, has the fourth degree.
+/// Nodes and weights of Boole's rule, which is exact up to the fifth degree. The integrand here is the square of a row that rotates at
+/// constant angular acceleration; its leading terms have the fourth degree in time.
 const BOOLE: [(f64, f64); 5] = [
     (0.0, 7.0 / 90.0),
     (0.25, 32.0 / 90.0),
@@ -95,7 +95,7 @@ impl Shadow<'_> {
         }
     }
 
-    /// Whether this word is the only contact-mode word of a body at rest at the rotation of the shadow.
+    /// Whether a body at rest, with the rotation of the shadow, has this word as its only contact-mode word.
     fn rests_in(&self, word: &[Mode; 2]) -> bool {
         let n = self.count();
         let rho = self.rho2.sqrt();

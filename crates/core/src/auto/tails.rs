@@ -1,4 +1,4 @@
-//! The summed tails of the local run, in both geometries.
+//! The summed tails of the local run, summed in the geometry of the local model and in that of the full model.
 
 use nalgebra::Vector3;
 
@@ -131,7 +131,7 @@ impl Shadow<'_> {
         self.stop([true, true]);
     }
 
-    /// Ends a tail, from the durations and impulses of the local run and of its shadow.
+    /// Ends a tail, given the durations and impulses of the tail in the local run and in its shadow.
     pub(super) fn close(
         &mut self,
         (t, local): (f64, Impulses),

@@ -1,5 +1,5 @@
-//! A contact: a point of the body that can touch a straight piece of terrain. If the posture has a terrain, all contacts share its pieces.
-//! Otherwise the piece of each contact is the straight line with its slope through its point.
+//! A contact: a point of the body that can touch a straight piece of terrain. If the posture has a terrain, all contacts share the pieces
+//! of this terrain. Otherwise each contact has its own piece: the straight line with the slope of the contact through its point.
 //!
 //! ```text
 //!        n  (out of the terrain)
@@ -68,8 +68,8 @@ fn is_default_tangential_restitution(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// (cos, sin) of a slope, exact for multiples of a right angle: with rounded ones, two walls without friction could hold a body between
-/// them by the tiny vertical parts of enormous forces.
+/// (cos, sin) of a slope, exact for multiples of a right angle. With a rounded cosine a wall would not be exactly vertical: two walls
+/// without friction could then hold a body between them by the tiny vertical parts of enormous forces.
 pub(crate) fn direction(slope: f64) -> Vector2<f64> {
     match quarter_turns(slope) {
         Some([cos, sin]) => Vector2::new(cos, sin),

@@ -16,7 +16,7 @@ pub(crate) struct ContactGeometry {
     pub(crate) b: f64,
     /// c_i at θ = 0, in m.
     pub(crate) c: f64,
-    /// Gap in the nominal posture, in m. It is zero unless the terrain has several pieces.
+    /// Gap in the nominal posture, in m. The offset is zero unless the terrain has several pieces.
     pub(crate) offset: f64,
     /// g_i = g n_i·e_y, in m/s².
     pub(crate) gravity: f64,
@@ -27,7 +27,7 @@ pub(crate) struct ContactGeometry {
 }
 
 impl ContactGeometry {
-    /// Corrects b and c, to which each step of the rotation has added a rounding error. Computes them from the rotation `theta`; if `theta`
+    /// Corrects b and c, to which each step of the rotation has added a rounding error: computes them from the rotation `theta`. If `theta`
     /// is so large that its own rounding error is larger, only restores the length √(b² + c²).
     pub(crate) fn refreshed(&self, theta: f64, b: f64, c: f64) -> (f64, f64) {
         if theta.abs() <= Turn::<f64>::LARGEST {
@@ -38,7 +38,8 @@ impl ContactGeometry {
         (b * scale, c * scale)
     }
 
-    /// Difference of two contacts: the largest of the differences along the axes, in units of `size`, and of the normals; 0: they are equal.
+    /// Difference of two contacts: the largest component of the difference of the arms (in units of `size`) and of the normals. It is 0 if
+    /// the contacts are equal.
     pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
         let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
         off.max((self.normal - other.normal).amax())
@@ -63,7 +64,7 @@ impl ContactGeometry {
         turn.turned([self.b, self.c]).into()
     }
 
-    /// Gap at `q`; `turn`: the rotation of `q`.
+    /// Gap at `q`. `turn`: sine and cosine of the rotation of `q`.
     pub(crate) fn gap(&self, q: &Vector3<f64>, turn: &Turn) -> f64 {
         compensated_sum([
             (self.normal.x, q.x),
@@ -74,8 +75,8 @@ impl ContactGeometry {
         ])
     }
 
-    /// Rounding errors of the gap and of the gap rate of a closed contact in a state with these q and q̇. `turn`: the rotation of q, or no
-    /// rotation in the local model.
+    /// Rounding errors of the gap and of the gap rate of a closed contact in a state with these q and q̇. `turn`: sine and cosine of the
+    /// rotation of q; in the local model those of no rotation.
     pub(crate) fn roundings(
         &self,
         q: &Vector3<f64>,
@@ -117,7 +118,7 @@ pub(crate) fn couplings(b1: f64, b2: f64, n12: f64, rho2: f64) -> ([f64; 2], [f6
     ([-cross / own1, -cross / own2], [-b1 / own1, -b2 / own2])
 }
 
-/// Σ aᵢbᵢ as if computed with twice the digits and rounded once (Ogita, Rump & Oishi 2005, Dot2).
+/// Σ aᵢbᵢ as if computed with twice the number of digits and rounded at the end (Ogita, Rump & Oishi 2005, Dot2).
 fn compensated_sum<const N: usize>(products: [(f64, f64); N]) -> f64 {
     let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
     for (a, b) in products {

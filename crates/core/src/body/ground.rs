@@ -10,10 +10,10 @@ use crate::body::terrain::{End, Ground, Piece, Place, place_error};
 use crate::math::turn::Turn;
 use crate::tolerance::{FINAL_GAP_ROUNDINGS, PLACE, TOUCH};
 
-/// For each contact the constants of the pieces of ground that carry it.
+/// A choice of the pieces of ground that carry the contacts: for each contact the constants on these pieces.
 pub(crate) type Stance = Vec<SmallVec<[ContactGeometry; 2]>>;
 
-/// Largest number of contacts in convex vertices of which both pieces are tried; others stay on the piece that faces up more.
+/// Largest number of contacts in convex vertices for which both pieces are tried. Further contacts stay on the piece that faces up more.
 pub(crate) const MOST_IN_VERTICES: usize = 8;
 
 /// A contact on the piece of terrain under it.
@@ -21,13 +21,13 @@ pub(crate) struct Under {
     pub(crate) place: Place,
     /// Constants of the contact on this piece.
     pub(crate) geometry: ContactGeometry,
-    /// Whether there is a piece under the contact; if not, the geometry is that of the nearest piece.
+    /// Whether there is a piece under the contact. If there is none, the geometry is that of the nearest piece.
     pub(crate) exists: bool,
 }
 
 impl Posture {
-    /// Contact `i` on the piece of terrain under it at `q`; in a convex vertex, on the piece that faces up more. `frozen`: with the Jacobian
-    /// rows of q = 0.
+    /// Contact `i` on the piece of terrain under it at `q`. In a convex vertex this is the piece that faces up more. `frozen`: with the
+    /// Jacobian rows of q = 0.
     pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
         let Some(ground) = self.ground(i) else {
             return Under { place: Place::anywhere(i), geometry: self.geometry()[i], exists: true };
@@ -36,8 +36,9 @@ impl Posture {
         self.over(i, ground.find_up(&at, self.vertex_error(&at, q)), &at)
     }
 
-    /// As `under`, for a body that moves. A contact in a convex vertex is on the piece that faces up less where it moves away from that piece
-    /// and, along the ground, towards it; or away from that piece and into the other one.
+    /// As `under`, for a body that moves. A contact in a convex vertex is on the piece that faces up less in two cases: it lifts off the
+    /// line of that piece and moves over that piece, along the ground; or it lifts off the line of that piece and moves into the other
+    /// piece.
     pub(crate) fn under_moving(&self, i: usize, state: &State, frozen: bool) -> Under {
         let under = self.under(i, &state.q, frozen);
         let Some([left, right]) = self.convex_vertex(i, &state.q, frozen) else { return under };
@@ -64,7 +65,7 @@ impl Posture {
         Under { place, geometry: self.on_piece(i, near), exists }
     }
 
-    /// Distance of a contact at `q` from a vertex that is rounding error, in m.
+    /// Rounding error of the distance of a contact at `q` from a vertex, in m.
     fn vertex_error(&self, at: &Vector2<f64>, q: &Vector3<f64>) -> f64 {
         let moved = if *q == Vector3::zeros() { 0.0 } else { self.size() + q.x.abs() + q.y.abs() };
         place_error(at) + PLACE * moved
@@ -135,8 +136,9 @@ impl Posture {
         FINAL_GAP_ROUNDINGS * f64::EPSILON * terms
     }
 
-    /// A gap of contact `i` at `q` that shows whether the contact is in its ground. `gap`: over the piece under it. Near a vertex a point may be
-    /// nearer to the line of that piece than to the ground, and the gap over a long piece has the rounding errors of far coordinates.
+    /// A gap of contact `i` at `q` whose sign shows whether the contact is in its ground. `gap`: the gap over the piece under the contact.
+    /// This gap alone does not show it: near a vertex a point may be nearer to the line of that piece than to the ground, and the gap over
+    /// a long piece has the rounding errors of distant coordinates.
     pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, frozen: bool, gap: f64) -> f64 {
         let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
         let depth = ground.depth(&self.position(i, q, frozen));
@@ -149,7 +151,7 @@ impl Posture {
     }
 
     /// Constants of contact `i` on the piece of terrain under it at `q`. If the contact is in a vertex, within [`TOUCH`] of the size of the
-    /// body, also on the next piece where that rises from the vertex.
+    /// body, the result also has the constants on the next piece, provided that this piece rises from the vertex.
     pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[ContactGeometry; 2]> {
         let Under { place, geometry, exists } = self.under(i, q, false);
         let mut all = SmallVec::from_slice(&[geometry]);

@@ -7,7 +7,7 @@ use crate::body::terrain::{MAX_VERTICES, meeting};
 use crate::error::{Error, finite};
 use crate::tolerance::EDGE_DEPTH;
 
-/// The polygon of a body, in its nominal posture relative to its centre of mass.
+/// The polygon of a body in its nominal posture. Coordinates are relative to the centre of mass.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Outline {
     sides: Vec<Side>,
@@ -24,7 +24,7 @@ pub(crate) struct Side {
     to: Vector2<f64>,
     along: Vector2<f64>,
     length: f64,
-    /// Its place in the order of the corners that were given, from 0.
+    /// The number of the side, from 0: its place in the order of the given corners.
     index: usize,
 }
 
@@ -35,7 +35,8 @@ impl Side {
         [self.along.dot(&from), self.along.perp(&from)]
     }
 
-    /// Depth of a moving point in the strip below the side, in m, and its rate, in m/s.
+    /// Depth of a moving point in the body below the side, in m, and the rate of this depth, in m/s: the smallest of the distances from the
+    /// side and from the perpendiculars to the side at its two ends.
     pub(crate) fn depth(&self, p: &Vector2<f64>, v: &Vector2<f64>) -> [f64; 2] {
         let ([x, y], rate) = (self.coordinates(p), self.along.dot(v));
         let ends = [[y, self.along.perp(v)], [x, rate], [self.length - x, -rate]];
@@ -43,7 +44,7 @@ impl Side {
             .fold([f64::INFINITY; 2], |least, end| if end[0] < least[0] { end } else { least })
     }
 
-    /// From 1; it begins or ends at the corner of this number.
+    /// The number of the side, from 1: the side begins or ends at the corner of this number.
     pub(crate) fn number(&self) -> usize {
         self.index + 1
     }
@@ -56,7 +57,7 @@ impl Side {
 }
 
 impl Outline {
-    /// The outline of a posture; `None`: it has none.
+    /// The outline of a posture; `None` if the posture has no outline.
     pub(crate) fn new(fields: &PostureFields) -> Result<Option<Self>, Error> {
         let corners = &fields.outline;
         if corners.is_empty() {
@@ -99,7 +100,8 @@ impl Outline {
             && self.sides.iter().all(|side| side.distance(p) > self.depth)
     }
 
-    /// Whether the hull of these points, each known up to `error` (m), meets no side that is moved into the body by the tolerance.
+    /// Whether the convex hull of these points stays clear of all sides after each side is moved into the body by the tolerance. Each point
+    /// is known up to `error` (m).
     pub(crate) fn is_off_sides(&self, hull: &[Vector2<f64>], error: f64) -> bool {
         let margin = error + self.depth;
         self.sides.iter().all(|side| {
@@ -195,8 +197,8 @@ mod tests {
         }
     }
 
-    /// Points at the height of a corner but for roundings, beside turned shapes. Whether a point is inside follows from the sum of the
-    /// angles of the sides around it.
+    /// Points whose height equals that of a corner up to rounding errors, beside turned shapes. For comparison, the sum of the angles of
+    /// the sides around a point shows whether the point is inside.
     #[test]
     fn a_point_at_the_height_of_a_corner() {
         let mut random = Random(7);

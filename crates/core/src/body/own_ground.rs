@@ -16,13 +16,13 @@ use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
 use crate::tolerance::SAME_GROUND;
 
-/// A contact that is on or above the line of another one in the nominal posture and can fall below it, because its own line does not
-/// prevent that.
+/// A contact that is on or above the line of another contact in the nominal posture and can fall below that line, because its own line does
+/// not prevent it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Above {
     contact: usize,
     other: usize,
-    /// Height over that line in the nominal posture, in m.
+    /// Height of the contact over the line of the other contact in the nominal posture, in m.
     height: f64,
 }
 
@@ -30,7 +30,8 @@ struct Above {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OwnGround {
     above: SmallVec<[Above; 2]>,
-    /// A contact below the line of another one in the nominal posture: the lines cannot be one ground.
+    /// A contact that is below the line of another contact in the nominal posture, and that other contact. If there is such a pair, the
+    /// lines cannot be one ground.
     below: Option<[usize; 2]>,
     /// Distance by which the contacts may move from the nominal posture before a check is needed, in m.
     pub(crate) room: f64,
@@ -48,7 +49,7 @@ fn height(contacts: &[Contact], lines: &[ContactGeometry], one: usize, other: us
 }
 
 impl OwnGround {
-    /// `None`: no contact can fall below the line of another one. `lines`: of the contacts. `size`: of the body, in m.
+    /// `None`: no contact can fall below the line of another one. `lines`: the lines of the contacts. `size`: size of the body, in m.
     pub(crate) fn of(contacts: &[Contact], lines: &[ContactGeometry], size: f64) -> Option<Self> {
         let mut own = Self { above: SmallVec::new(), below: None, room: f64::INFINITY };
         let count = contacts.len();
@@ -67,9 +68,9 @@ impl OwnGround {
         (own.below.is_some() || !own.above.is_empty()).then_some(own)
     }
 
-    /// Distance by which the contacts may move from here before the next check, in m; or the warning.
-    /// `lines`: of the contacts. `size`: of the body, in m. `moved`: displacement of each contact from its nominal point. `touches`:
-    /// whether it is on its own line. `time`: in s.
+    /// Distance by which the contacts may move from here before the next check, in m; or the warning. `lines`: the lines of the contacts.
+    /// `size`: size of the body, in m. `moved`: displacement of each contact from its nominal point. `touches`: whether each contact is on
+    /// its own line. `time`: in s.
     pub(crate) fn room(
         &self,
         contacts: &[Contact],

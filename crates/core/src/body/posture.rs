@@ -34,7 +34,8 @@ use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{STEEPEST_REACHED, TOUCH};
 
-/// Corrections of a vertical displacement to the ground: the first one may be a million times the gap, with its rounding error.
+/// Number of corrections of a vertical displacement that brings a contact to the ground. On steep ground the displacement may be a million
+/// times the gap, and the first one has the rounding error of such a length.
 const CORRECTIONS: usize = 3;
 
 /// The largest number of contacts a posture may have.
@@ -56,7 +57,7 @@ pub const MAX_CONTACTS: usize = 64;
 #[serde(try_from = "PostureFields", into = "PostureFields")]
 pub struct Posture(Arc<Parts>);
 
-/// The data of a posture. Copies share it, because every run keeps a copy.
+/// The data of a posture. All copies of a posture share them, because every run keeps a copy.
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
     fields: PostureFields,
@@ -252,13 +253,13 @@ impl Posture {
         Ok(posture)
     }
 
-    /// Point of each contact, counted from 0 in the order of the contacts. Contacts at one point of the body, with the same terrain and the
-    /// same coefficients, have the same point number: they move as one.
+    /// The number of the point of a contact, from 0 in the order of the contacts. Contacts at one point of the body with the same terrain
+    /// and the same coefficients have the same number: they move as one contact.
     pub(crate) fn point_of(&self, contact: usize) -> usize {
         self.0.points[contact]
     }
 
-    /// The values of the contacts, from the values of their points.
+    /// The values of all contacts, from the values of the distinct contact points.
     pub(crate) fn per_contact<T>(&self, of: impl Fn(usize) -> T) -> impl Iterator<Item = T> {
         self.0.points.iter().map(move |&k| of(k))
     }
@@ -292,12 +293,12 @@ impl Posture {
         self.0.outline.as_ref()
     }
 
-    /// The terrain of all contacts, or that of each; empty: one piece without ends for each.
+    /// The terrain with ends: one list for all contacts, or one list for each contact; no list if each contact has one piece without ends.
     pub(crate) fn grounds(&self) -> &[Ground] {
         &self.0.grounds
     }
 
-    /// The terrain that contact `i` may touch; `None`: one piece without ends.
+    /// The terrain that contact `i` may touch; `None`: a single piece without ends.
     pub(crate) fn ground(&self, i: usize) -> Option<&Ground> {
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))
     }
@@ -370,8 +371,8 @@ impl Posture {
 
     /// Gaps h_i = n_i·(r + R(θ)d_i − d_i) at configuration `q`, in m [Or & Rimon 2008, (1)].
     ///
-    /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller
-    /// than the displacements keeps its digits. Terrain with ends: over the piece under the point; ∞ where there is none.
+    /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller than the displacements keeps its
+    /// digits. On terrain with ends: the gap over the piece under the point; ∞ if there is no piece under it.
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
         let turn = Turn::by(q.z);
@@ -387,8 +388,8 @@ impl Posture {
             .collect()
     }
 
-    /// The configuration with contact `number` (from 1) on its ground and the body turned by `theta`, by a vertical displacement from the
-    /// nominal posture: the least one with no other contact in the ground.
+    /// The configuration in which contact `number` (from 1) is on its ground and the body is turned by `theta`. The body is moved
+    /// vertically from the nominal posture, by the smallest displacement for which no other contact is in the ground.
     ///
     /// # Errors
     ///
@@ -429,7 +430,8 @@ impl Posture {
         unusable(format!("{number}"), allowed)
     }
 
-    /// The configurations with contact `i` on the lines of pieces of its ground that are above or below it, and the body turned by `theta`.
+    /// The configurations in which contact `i` is on the line of a piece of its ground above or below it, and the body is turned by
+    /// `theta`.
     fn vertically(&self, i: usize, theta: f64) -> impl Iterator<Item = Vector3<f64>> {
         let (turned, turn) = (Vector3::new(0.0, 0.0, theta), Turn::by(theta));
         let at = self.position(i, &turned, false);
@@ -461,7 +463,7 @@ impl Posture {
         exists && geometry.gap(q, &Turn::by(q.z)).abs() <= known
     }
 
-    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s; over the nearest piece where there is no piece under a point.
+    /// Gap rates dh_i/dt = n_i·ṙ + b_i(θ) θ̇, in m/s. If there is no piece under a point, the rate is that over the nearest piece.
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
         let (turn, state) = (Turn::by(q.z), State { q: *q, qdot: *qdot });

@@ -4,7 +4,7 @@
 //! A = ½ Σ p_k × p_{k+1},   x = (1/6A) Σ (p_k + p_{k+1}) (p_k × p_{k+1}),   ρ² = (1/12A) Σ (p_k² + p_k·p_{k+1} + p_{k+1}²) (p_k × p_{k+1})
 //! ```
 //!
-//! with p relative to the first corner for A and x, and relative to x for ρ², so that no large terms cancel.
+//! p is relative to the first corner for A and x, and relative to x for ρ², so that no large terms cancel.
 
 use nalgebra::Vector2;
 
@@ -13,7 +13,7 @@ use crate::body::outline::checked_polygon;
 use crate::body::posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
 use crate::error::{Error, positive};
 
-/// What a body of uniform density has beside its shape. SI units.
+/// The properties of a body of uniform density other than its shape. SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lamina {
     /// Mass m > 0, in kg.

@@ -6,12 +6,13 @@
 //!     \__/       \__|          the points over the one from those over the other; elsewhere the bisector
 //! ```
 //!
-//! On the bisector of two pieces a point has the same distance to both lines, so that its gap does not jump where the piece changes. Beyond
-//! the ends of the terrain a point touches nothing. A point that has come below the line of a piece from beyond its end does not touch it until it has
-//! left the piece or has come to its front.
+//! On the bisector of two pieces a point has the same distance to both lines. So its gap does not jump when the piece changes. Beyond the
+//! ends of the terrain a point touches nothing. A point may get below the line of a piece from beyond the end of that piece. Such a point
+//! does not touch the piece until it has left the piece or has come to its front.
 //!
-//! A point is free or in the ground according to the side of its nearest piece on which it lies. Where a vertex is nearest, it is free if the
-//! ground is convex there, and in the ground if the ground is concave there. The signs that decide this are exact.
+//! Whether a point is free or in the ground follows from its nearest piece: from the side of that piece on which the point lies. If the
+//! nearest place is a vertex, the point is free where the ground is convex, and in the ground where the ground is concave. The signs that
+//! decide this are exact.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -26,8 +27,8 @@ use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
 use crate::tolerance::{SAME_VERTEX, STRAIGHT_VERTEX};
 
-/// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the vertex that is farther away, or, for a
-/// precise distance, times its value.
+/// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the more distant vertex of the piece; for a
+/// precise distance, machine epsilon times the distance itself.
 const DISTANCE_ROUNDINGS: f64 = 8.0;
 
 /// Largest number of vertices of a terrain.
@@ -81,9 +82,9 @@ pub(crate) struct Piece {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ground {
     pub(crate) pieces: Vec<Piece>,
-    /// Whether a piece does not face up: the ground is then no function of x, and pieces may face each other.
+    /// Whether a piece does not face up. Then the ground is no function of x, and pieces may face each other.
     pub(crate) has_walls: bool,
-    /// Whether it is a polyline: the vertices of its pieces are then exact.
+    /// Whether the ground is a polyline. Then the vertices of its pieces are exact.
     pub(crate) is_polyline: bool,
 }
 
@@ -109,7 +110,7 @@ impl Place {
 }
 
 impl Piece {
-    /// The whole piece of a contact's own terrain.
+    /// The single piece of a contact's own terrain.
     fn of_contact(contact: &Contact) -> Self {
         let (tangent, normal) = (contact.tangent(), contact.normal());
         let origin = Vector2::from(contact.point);
@@ -125,7 +126,7 @@ impl Piece {
         Self { ends, origin, tangent, normal, slope: contact.slope }
     }
 
-    /// From one vertex to the next.
+    /// The piece from vertex `a` to vertex `b`.
     fn between(a: [f64; 2], b: [f64; 2]) -> Self {
         let angle = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
         // A ceiling that falls by less than rounding.
@@ -177,7 +178,7 @@ impl Piece {
         precise_area(&from, &to, at).abs() / libm::hypot(to.x - from.x, to.y - from.y)
     }
 
-    /// Whether a vertical at `x` meets it.
+    /// Whether a vertical at `x` meets the piece.
     pub(crate) fn is_at_x(&self, x: f64) -> bool {
         let [from, to] = self.ends.map(|end| end.vertex.x);
         from.min(to) <= x && x <= from.max(to)
@@ -214,8 +215,8 @@ impl Ground {
         Vector2::new(-half.y, half.x) * to_left
     }
 
-    /// The piece that a point may touch: that under it or, where there are walls, the nearest one. A vertex belongs to the piece that
-    /// follows, the last one to the last piece.
+    /// The index of the piece that a point may touch: the piece under the point or, if there are walls, the nearest piece. A vertex belongs
+    /// to the piece that follows; the last vertex belongs to the last piece.
     pub(crate) fn find(&self, at: &Vector2<f64>) -> isize {
         let pieces = &self.pieces;
         let last = pieces.len() - 1;
@@ -246,7 +247,7 @@ impl Ground {
         [near, near + 1].into_iter().find(is_here).map(|k| [k as isize - 1, k as isize])
     }
 
-    /// As `find`. In a convex vertex a point is on one of the two pieces; this is the one that faces up more, the left one if both do equally.
+    /// As `find`, except in a convex vertex: there the result is the piece that faces up more, or the left one if both face up equally.
     pub(crate) fn find_up(&self, at: &Vector2<f64>, error: f64) -> isize {
         match self.convex_vertex(at, error) {
             Some([left, right]) => {
@@ -257,7 +258,8 @@ impl Ground {
         }
     }
 
-    /// The nearest piece; of two adjacent ones that are as near, that on whose side of the line between them the point lies.
+    /// The nearest piece. If two adjacent pieces are equally near, the line that separates them decides: the piece on the side of the
+    /// point.
     fn nearest_piece(&self, at: &Vector2<f64>) -> usize {
         let pieces = &self.pieces;
         if pieces.len() == 1 {
@@ -336,20 +338,20 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Its vertices, in m; those between two pieces twice.
+    /// The vertices of the ground, in m; each vertex between two pieces occurs twice.
     pub(crate) fn vertices(&self) -> impl Iterator<Item = Vector2<f64>> {
         let ends = self.pieces.iter().flat_map(|piece| piece.ends);
         ends.filter(|end| !end.is_endless()).map(|end| end.vertex)
     }
 
-    /// Piece `k`, or the one at the end beyond which `k` lies; and whether it is piece `k`.
+    /// Piece `k`, or the last piece at that end if `k` lies beyond the end; and whether the result is piece `k`.
     pub(crate) fn nearest(&self, k: isize) -> (&Piece, bool) {
         let near = k.clamp(0, self.pieces.len() as isize - 1);
         (&self.pieces[near as usize], near == k)
     }
 
-    /// The piece between whose separating lines a point lies, from piece `k` on. It need not be the nearest one: a separating line goes on
-    /// where the pieces that it separates have ended.
+    /// The piece between whose separating lines a point lies; the search starts at piece `k`. This need not be the nearest piece, because a
+    /// separating line is longer than the pieces that it separates.
     pub(crate) fn between_lines(&self, mut k: isize, at: &Vector2<f64>) -> isize {
         while self.place(0, k, at).sides[0] < 0.0 {
             k -= 1;
@@ -374,7 +376,7 @@ impl Ground {
     }
 }
 
-/// Checks that a list of vertices that is given has vertices: an empty list is a mistake.
+/// Reads a list of vertices. An empty list is an error: ground without vertices is written by leaving the list out.
 ///
 /// # Errors
 ///
@@ -428,7 +430,8 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
     Ok(Ground::new(pieces, true))
 }
 
-/// The vertices of a polyline without those on straight lines: nothing changes there, and the two parts of such a line are one piece.
+/// The vertices of a polyline without those on straight lines. Such a vertex changes nothing: the two parts of the straight line are one
+/// piece.
 fn without_straight_vertices(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let (mut kept, mut from) = (vec![vertices[0]], 0);
     for k in 1..vertices.len() {
@@ -454,8 +457,8 @@ fn is_between(a: &[f64; 2], b: &[f64; 2], vertex: &[f64; 2]) -> bool {
     one > 0.0 && two > 0.0 && off <= STRAIGHT_VERTEX * f64::EPSILON * known
 }
 
-/// The first two pieces of a polyline that meet, other than neighbours at their vertex. `closed`: with a piece from the last vertex to
-/// the first one.
+/// The first two pieces of a polyline that meet elsewhere than at the common vertex of neighbours. `closed`: with a piece from the last
+/// vertex to the first one.
 pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usize)> {
     if !closed && vertices.windows(2).all(|pair| pair[1][0] > pair[0][0]) {
         return None;
@@ -494,7 +497,7 @@ pub(crate) fn place_error(at: &Vector2<f64>) -> f64 {
     SAME_VERTEX * (at.x.abs() + at.y.abs())
 }
 
-/// Sets slope and segment of a contact from the terrain. If they are given, they must be equal to these.
+/// Sets the slope and the segment of a contact from the terrain. If the user gave them, they must be equal to these.
 pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Result<(), Error> {
     let [x, y] = contact.point;
     let (pieces, point) = (&ground.pieces, Vector2::from(contact.point));
@@ -536,7 +539,7 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
     Ok(())
 }
 
-/// The line of the contacts' slope through the lowest contact.
+/// The ground shared by all contacts: the line with their slope through the lowest contact.
 pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
     let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
         field,
@@ -579,7 +582,7 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
     Ok(Ground::new(vec![Piece::of_contact(lowest)], false))
 }
 
-/// Each contact's own terrain; an empty list if no piece has ends.
+/// The terrain of each contact. The list is empty if no piece has ends.
 pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
         return Vec::new();

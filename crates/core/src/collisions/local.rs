@@ -1,6 +1,7 @@
-//! Collisions of the local model, one after the other, until they accumulate.
+//! Collisions of the local model, computed one after the other until the rest of their infinite sequence can be summed.
 //!
-//! The contact just hit is called a, the other b, as in [Or & Rimon 2008, (7)]. When b lands next, after τ, with the speed s:
+//! The contact just hit is called a, the other contact b, as in [Or & Rimon 2008, (7)]. If b lands next, after the time τ and with the
+//! speed s:
 //!
 //! ```text
 //! s² = u_b² + 2g_b h_b,    τ = 2h_b/(s − u_b)    (u_b < 0)
@@ -8,8 +9,9 @@
 //! s'² = (u_a − K)² + 2K g_aτ
 //! ```
 //!
-//! where the primed values are in swapped roles. The last line is u_b'² + 2g_a h_b' multiplied out. It needs one multiplication
-//! and one addition after τ, so that a collision costs little more than its square root and its division.
+//! Primed values belong to the state after the impact at b, in which b has the role of a. The last line is s'² = u_b'² + 2g_a h_b'
+//! multiplied out. After τ is known, it needs one multiplication and one addition, so that a collision costs little more than its square
+//! root and its division.
 
 use fearless_simd::Simd;
 
@@ -39,34 +41,35 @@ pub(crate) enum LoopExit {
         remaining: f64,
         self_similar: bool,
     },
-    /// Both contacts land at the same instant, before any impact; in the full model also: an impact leaves its contact a rate of
-    /// zero.
+    /// Both contacts land at the same instant, before any impact. In the full model also: after an impact the gap rate of the contact that
+    /// is hit is zero.
     Tie,
     /// The full model only: the rest of the motion is so short that the geometry may be frozen.
     Freeze,
     TimeLimit,
-    /// The event limit, a cancelled run, or (full model) a flight too long for the position to stay resolved.
+    /// The event limit; or the run was cancelled; or (full model) a flight is so long that rounding makes the position of the body unknown.
     EventLimit,
     /// No contact lands any more.
     Never,
 }
 
-/// After n collisions, the next test for a tail comes 1 + n/CHECKS collisions later. The test costs as much as a collision,
-/// and only about this share of the collisions is simulated in vain.
+/// After n collisions, the next test for a tail is made 1 + n/CHECKS collisions later. The test costs as much as a collision. So about
+/// 1/CHECKS of the collisions is simulated although it could have been summed.
 const CHECKS: usize = 16;
-/// Collisions by which the record grows at a time, an even number. To check at every collision whether the list has to grow
-/// costs half as much as the collision.
+/// Number of collisions by which the record grows at a time; even. If every collision checked whether the list has to grow, the check would
+/// cost half as much as the collision.
 const BLOCK: usize = 64;
 
-/// The contact that lands next, the time until then, and whether the other one lands at the same instant.
+/// The contact that lands next, the time until then, and whether the other contact lands at the same instant.
 fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
     let t = [0, 1].map(|i| parabola_touchdown(gaps.h[i], gaps.u[i], m.g[i]));
     let first = usize::from(t[1] < t[0]);
     (first, t[first], are_one(t[0], t[1]))
 }
 
-/// Whether two contacts that start a flight land together. A body that falls straight down has all gaps in the ratio of the
-/// gravities into them; rounding errors must not decide which contact lands first.
+/// Whether two contacts land together: their times of flight differ by rounding errors only. For example, gaps in the ratio of the
+/// components of gravity into the two grounds close at the same instant if the body falls from rest without turning. Rounding errors must
+/// not decide which contact lands first.
 pub(crate) fn are_one(t: f64, other: f64) -> bool {
     (t - other).abs() <= SIMULTANEOUS * t.min(other)
 }
@@ -99,11 +102,11 @@ pub(crate) struct LocalLoopState<T> {
     h_b: T,
     /// s² of the next landing of b.
     square: T,
-    /// The clock, not renormalised.
+    /// The clock hi + lo. `lo` may exceed half an ulp of `hi`.
     hi: T,
     lo: T,
-    /// Sum of the own-rate jumps of contact 1, and the same sum weighted with the time since the loop began. Those of contact 2
-    /// follow from its gap.
+    /// Sum of the own-rate jumps (1+e)|w| of contact 1, and the same sum with each jump weighted by the time since the loop began. The sums
+    /// of contact 2 follow from its gap.
     jump: T,
     moment: T,
 }
@@ -114,14 +117,15 @@ pub(crate) struct LocalConstants<T> {
     sides: [Side<T>; 2],
     /// Elapsed time at which the loop began, in s.
     from: T,
-    /// The time limit, or the largest double: one comparison detects a flight beyond it and one without end.
+    /// The time limit, or the largest double if there is none. So one comparison detects both a flight beyond the limit and a flight
+    /// without end.
     end: T,
 }
 
 /// A candidate for a plain collision.
 struct LocalPlainCollision<T: Real> {
     after: LocalLoopState<T>,
-    /// Whether it is plain: b lands before a does, within the time limit.
+    /// Whether the collision is plain: b lands before a does, and within the time limit.
     plain: T::Mask,
     /// Landing speed of b, and the rate of a at that instant.
     s: T,
@@ -179,19 +183,20 @@ pub(crate) struct LocalCollisions {
     /// The contact hit last.
     a: usize,
     r: LocalLoopState<f64>,
-    /// Collisions left until the next check of the limits and for a tail, and collisions granted by the last one.
+    /// Number of collisions left until the limits are checked again and a tail is tested for; and the number that was left right after the
+    /// last check.
     left: usize,
     granted: usize,
     /// State, clock and number of collisions where the loop began.
     start: Gaps,
     clock: Clock,
     first: usize,
-    /// Hits of each contact since then, without the plain collisions.
+    /// Number of impacts of each contact since the loop began, without the plain collisions.
     singly: [usize; 2],
 }
 
 impl LocalCollisions {
-    /// The first touchdown and its impact; an error: the loop ends before.
+    /// Simulates the first touchdown and its impact. An error means that the loop ends before.
     pub(crate) fn begin(
         m: &FrozenModel,
         gaps: &mut Gaps,
@@ -310,14 +315,15 @@ impl LocalCollisions {
         self.collide(m, log)
     }
 
-    /// Whether plain collisions may be next: contact 1 was hit last.
+    /// Whether plain collisions may be next, the first of them at contact 2: contact 1 was hit last.
     pub(crate) fn is_at_first(&self) -> bool {
         self.a == 0
     }
 
-    /// Simulates plain collisions in turn, until another event or a check is due, after an impact at contact 1.
+    /// Simulates plain collisions alternately at contact 2 and contact 1 after an impact at contact 1, until another event or a check is
+    /// due.
     ///
-    /// Both roles are written out, without indices.
+    /// The code of both contacts is written out, without indices.
     pub(crate) fn alternate(&mut self, log: &mut Log) {
         if self.a != 0 {
             return;
@@ -442,11 +448,12 @@ impl LocalCollisions {
     }
 }
 
-/// Least number of collisions that is worth a vector lane: moving a run there and back costs about as much as a few.
+/// Least number of remaining collisions for which a vector lane is used. To move a run into a lane and back costs about as much as a few
+/// collisions.
 const WORTH: usize = 16;
 
 impl<T: Real> LocalLoopState<T> {
-    /// The numbers as stored in a pool, with the number of collisions left.
+    /// The numbers of the state as stored in a pool, together with the number of collisions left.
     fn numbers(self, left: T) -> [T; 9] {
         let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
         [u_a, u_b, h_b, square, hi, lo, jump, moment, left]
@@ -471,15 +478,16 @@ impl<T: Real> LocalConstants<T> {
     }
 }
 
-/// Runs in vector lanes. Each is in the middle of plain collisions or has stopped.
+/// Runs in vector lanes. Each run is between two plain collisions, or has stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<10>,
-    /// The states with the collisions left: stopped before a collision at contact 2, stopped before one at contact 1, active.
+    /// The states, each with the number of collisions left: those stopped before a collision at contact 2, those stopped before one at
+    /// contact 1, and the active ones.
     stages: [Columns<9>; 3],
-    /// A bit for each run stopped there.
+    /// One bit for each run that has stopped, by the place where it stopped.
     stopped: [u64; 2],
-    /// A bit for each active run; its last impact was at contact 1.
+    /// One bit for each active run. The last impact of an active run was at contact 1.
     on: u64,
 }
 
@@ -488,12 +496,12 @@ struct Vector<S: Simd> {
     constants: LocalConstants<Lanes<S>>,
     r: LocalLoopState<Lanes<S>>,
     left: Lanes<S>,
-    /// A bit for each active lane; the numbers in the others are meaningless.
+    /// One bit for each active lane. The numbers in the other lanes are meaningless.
     on: u64,
 }
 
 impl<S: Simd> Vector<S> {
-    /// A collision after an impact at `A`. Lanes whose next one is not plain stop before it.
+    /// Simulates a collision after an impact at `A`. Lanes whose next collision is not plain stop before it.
     #[inline(always)]
     fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
         let next = self.r.plain_collision::<A>(&self.constants);
@@ -510,7 +518,7 @@ impl<S: Simd> Vector<S> {
 }
 
 impl Pool {
-    /// Adds a run if plain collisions may be next and enough are left.
+    /// Adds a run, provided that plain collisions may be next and enough collisions are left.
     pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
         let suits = clatter.a == 0 && clatter.left >= WORTH;
         if suits {
@@ -528,7 +536,7 @@ impl Pool {
         (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
     }
 
-    /// A bit for each active run.
+    /// One bit for each active run.
     pub(crate) fn on(&self) -> u64 {
         self.on
     }
@@ -549,7 +557,7 @@ impl Pool {
     }
 }
 
-/// The next collision, if it is plain; otherwise nothing changes. Returns whether it is.
+/// Simulates the next collision if it is plain, and otherwise changes nothing. Returns whether it is plain.
 #[inline(always)]
 fn single_plain_collision<const A: usize>(
     r: &mut LocalLoopState<f64>,
@@ -604,7 +612,7 @@ fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option
     (now + duration <= end).then_some(LoopExit::Bounce { contact: a, duration })
 }
 
-/// The tail that ends the loop here, if there is one: bouncing, clattering, or a remaining time below the rounding error.
+/// The tail that ends the loop here, if there is one: bouncing, clattering, or a remaining time below the rounding error of the time.
 fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopExit> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
     if let Some(halt) = bounces(m, a, gaps, now, end) {
@@ -628,8 +636,8 @@ fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopEx
         .then(|| LoopExit::Reached { remaining, self_similar: repeats(m, a, gaps) })
 }
 
-/// Upper bound of the time until both contacts rest, if they do, by the energy argument: λ = D⁻¹(g_1, g_2) > 0 and every impact
-/// loses energy. It uses the smallest pull: on a contact in the air, or on one while the other is held. In s.
+/// Upper bound of the time until both contacts rest, in s, from the energy: λ = D⁻¹(g_1, g_2) > 0, and every impact loses energy. It uses
+/// the smallest acceleration into the ground: of a contact while both are in the air, or of one contact while the other is held.
 pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     let force = m.solve_coupled(m.g);
     if !(force[0] > 0.0 && force[1] > 0.0) {
@@ -643,7 +651,7 @@ pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     Some(8.0 * speed / (weakest * (1.0 - m.e[0].max(m.e[1]))))
 }
 
-/// Whether two more collisions return to the same state on a smaller scale.
+/// Whether the state after two more collisions is the present state on a smaller scale.
 fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
     let shape = |gaps: &Gaps| {
         let (u_a, u_b) = (gaps.u[a], gaps.u[1 - a]);
@@ -683,7 +691,7 @@ mod tests {
         log.collisions
     }
 
-    /// z = u_a/|u_b| after an impact at a, p_i = (1+e_i)ψ_i. √(p_1p_2) is a little below √e_1 + √e_2: there are many impacts.
+    /// z = u_a/|u_b| after an impact at a, p_i = (1+e_i)ψ_i. √(p_1p_2) is a little below √e_1 + √e_2, so that there are many impacts.
     #[test]
     fn without_gravity_the_ratio_z_of_the_speeds_becomes_e_over_p_minus_z() {
         let (psi, e) = ([0.84, 0.88], [0.3, 0.36]);

@@ -15,7 +15,8 @@ pub(crate) struct Collision {
     pub(crate) contact: usize,
     pub(crate) before: [f64; 2],
     pub(crate) after: [f64; 2],
-    /// Own-rate jump (1+e)|w| of the impact, in m/s.
+    /// Own-rate jump (1+e)|w| of the impact, in m/s: the change of the gap rate of the contact that is hit. w is this rate before the
+    /// impact.
     pub(crate) jump: f64,
     /// Gap of the contact that is not hit, in m.
     pub(crate) other_gap: f64,
@@ -50,7 +51,7 @@ impl Center {
         self.v.y -= g * dt;
     }
 
-    /// Moves by a flight of `dt` with this acceleration of free fall.
+    /// Moves by a flight of `dt` with the acceleration of free fall `fall`.
     pub(crate) fn fall(&mut self, fall: Vector2<f64>, dt: f64) {
         self.r += self.v * dt;
         self.r += fall * 0.5 * dt * dt;
@@ -61,17 +62,17 @@ impl Center {
 /// Collisions between two checks of the limits and of the cancel flag.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Most steps of integration, and of the loop over pieces of a motion, without a collision or change of modes; each of those allows
-/// one more. They take a second of computing time, and a quarter of a gigabyte if recorded. A body that swings or rolls takes some
-/// ten steps per turn, a slender one some hundred.
+/// Largest number of steps that a run may make in excess of its events. Steps are steps of integration and of the loop over pieces of a
+/// motion; events are collisions and changes of modes. So many steps take a second of computing time, and a quarter of a gigabyte if
+/// recorded. A body that swings or rolls takes some ten steps per turn, a slender body some hundred.
 pub(crate) const MOST_STEPS: usize = 250_000;
 
 /// Clock, collisions and limits of one run.
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// Centre of mass and rotation after each collision of the full model, defaults while its geometry is frozen; empty in the
-    /// local model. A replay that sums the impulses again would round differently.
+    /// Centre of mass and rotation after each collision of the full model, with default values while its geometry is frozen; empty in the
+    /// local model. They are recorded, because a replay that sums the impulses again would have other rounding errors.
     pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.
@@ -84,14 +85,14 @@ pub(crate) struct Log<'a> {
     changes: usize,
     /// The current contact-mode word; empty before the first piece.
     pub(crate) word: PerContact<Mode>,
-    /// Number of events at the last step, and number of steps without a new event.
+    /// Number of events at the last step, and number of steps since the last new event.
     seen: usize,
     steps: usize,
     /// Steps since the last check of the cancel flag.
     unasked: usize,
     pub(crate) event_limit: usize,
     pub(crate) cancelled: bool,
-    /// Whether a flight was too long for the position of the body to stay resolved.
+    /// Whether a flight was so long that rounding makes the position of the body unknown.
     pub(crate) phase_lost: bool,
     cancel: &'a dyn Fn() -> bool,
 }
@@ -130,7 +131,7 @@ impl<'a> Log<'a> {
         self.hits + self.changes
     }
 
-    /// Sets the contact-mode word; counts a change.
+    /// Sets the contact-mode word. If it differs from the last word, counts a change.
     pub(crate) fn enter(&mut self, word: &[Mode]) {
         if self.word.as_slice() != word {
             self.changes += usize::from(!self.word.is_empty());
@@ -138,7 +139,7 @@ impl<'a> Log<'a> {
         }
     }
 
-    /// Whether the run may take another step, of integration or of the loop over the pieces of a motion.
+    /// Counts a step, of integration or of the loop over the pieces of a motion. Returns whether the run may take it.
     pub(crate) fn step(&mut self) -> bool {
         let events = self.events();
         self.steps += usize::from(events == self.seen);
@@ -154,7 +155,7 @@ impl<'a> Log<'a> {
         !self.cancelled
     }
 
-    /// The limit that has ended the run, in words; `None`: neither that of events nor that of steps.
+    /// The limit that has ended the run, in words; `None` if neither the limit of events nor that of steps was reached.
     pub(crate) fn limit(&self) -> Option<String> {
         let steps = if self.events() >= self.event_limit {
             String::new()
@@ -177,7 +178,7 @@ impl<'a> Log<'a> {
     }
 }
 
-/// Number of impacts in a block. The fastest impacts of two successive blocks are compared.
+/// Number of impacts in a block. The fastest impacts of two successive blocks are compared to see whether speeds decrease.
 const STRETCH: usize = 1024;
 
 /// A block of impacts: the highest speed in m/s, the time of the first impact, the contacts hit (one bit each).
@@ -189,7 +190,7 @@ struct Stretch {
     contacts: u64,
 }
 
-/// The last impacts of a run, to state why it does not end.
+/// The last impacts of a run; they show why the run does not end.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LastImpacts {
     now: Stretch,

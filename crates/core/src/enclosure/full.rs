@@ -1,9 +1,9 @@
 //! Enclosures of the collisions of the full model.
 //!
-//! Flights are those of `flight.rs`, h(t) = h + ut − gt²/2 − (1 − cos ωt) c − (ωt − sin ωt) b, and impacts those of
-//! `collisions/full/mod.rs`, in balls. Where g > ω²√(b² + c²) a gap is concave: it has one falling root, which an interval
-//! Newton step proves, and any other gap that is positive at that time has been positive since the start. Where a gap is not
-//! concave, nothing is certain.
+//! Flights are those of `flight.rs`, h(t) = h + ut − gt²/2 − (1 − cos ωt) c − (ωt − sin ωt) b. Impacts are those of
+//! `collisions/full/mod.rs`. Both are computed in balls. If g > ω²√(b² + c²), a gap is concave. It then has one root at which it decreases,
+//! which an interval Newton step proves; and any other concave gap that is positive at that time has been positive since the start. If a
+//! gap is not concave, nothing is certain.
 
 use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
@@ -19,7 +19,7 @@ use crate::tolerance::FLIGHT_UNRESOLVED;
 /// Number of terms of the series of sine and cosine. The truncated rest is below `LEFT_OUT` up to an angle of one.
 const TERMS: usize = 15;
 const LEFT_OUT: f64 = 1e-35;
-/// Largest angle that is evaluated, in rad. Each doubling of an angle costs one or two bits.
+/// Largest angle for which the functions are evaluated, in rad. Each doubling of the angle costs one or two bits.
 const FARTHEST: f64 = 1e12;
 
 /// sin x, 1 − cos x and x − sin x by their series.
@@ -129,8 +129,8 @@ const SHORT_ONES: usize = 8;
 /// Factor that covers the rounding errors of a few products.
 const ROUNDED: f64 = 1.0 + 64.0 * f64::EPSILON;
 
-/// The contacts of a body at its start, in the full geometry or in that of the local model, and n_1·n_2. A contact slightly
-/// below the terrain, by no more than a start may be, counts as touching.
+/// The contacts of a body at its start, and n_1·n_2. `local`: in the geometry of the local model. A contact slightly below the terrain, by
+/// no more than is allowed for a start, counts as touching.
 fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<Foot>, Ball) {
     let fields = posture.fields();
     let [x, y, theta] = [state.q.x, state.q.y, state.q.z].map(ball);
@@ -211,7 +211,7 @@ impl<'a> FullEnclosure<'a> {
         })
     }
 
-    /// The touchdown of contact i near the time `guess`, without regard to the other contact.
+    /// The touchdown of contact i near the time `guess`. The other contact is not considered.
     fn landing(&self, i: usize, guess: f64) -> Option<Landing> {
         let (foot, omega) = (&self.feet[i], self.omega);
         let arc = foot.arc(omega);

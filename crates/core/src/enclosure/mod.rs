@@ -1,18 +1,18 @@
 //! Verified enclosures of a motion: intervals that contain the time of each collision and, in the local model, the time of the
 //! Zeno point at which the collisions accumulate.
 //!
-//! This file has the local model, `full.rs` the full one. Flights and impacts are those of `collisions/local.rs`, in balls of
-//! 106 bits. The order of touchdowns is decided where the balls are disjoint; otherwise the enclosure ends with a reason. The
-//! infinitely many impacts that remain are enclosed by two theorems. The parameters are taken to be exactly the given doubles.
+//! This file has the local model, `full.rs` the full model. Flights and impacts are those of `collisions/local.rs`, in balls of 106 bits.
+//! If the balls of two touchdown times are disjoint, they show which contact lands first; otherwise the enclosure ends with a reason. Two
+//! theorems enclose the infinitely many impacts that remain. The parameters are taken to be exactly the given doubles.
 //!
-//! Gravity may press a contact to its ground (g_i > 0), pull it off (g_i < 0), or neither. Where that decides and the ball of
-//! g_i does not, the enclosure ends, too.
+//! Gravity may press a contact to its ground (g_i > 0), pull it off (g_i < 0), or neither. The enclosure also ends if the sign of g_i
+//! matters and the ball of g_i contains both signs.
 //!
-//! **Bouncing** at a, where g_a > 0, after an impact there [docs/theory.md, "Zeno points"]: T = 2u_a/(g_a(1 − e_a)), if the gap
-//! of b stays positive.
+//! **Bouncing** at a, after an impact there, for g_a > 0 [docs/theory.md, "Zeno points"]: the duration is T = 2u_a/(g_a(1 − e_a)), provided
+//! that the gap of b stays positive.
 //!
-//! **Clattering.** Where no g_i is negative: after an impact at a, let b be the next contact, k_i = (1 + e_i)ψ_i, c_b = 1/(k_b − e_b c_a) with the
-//! smaller solution c of these two equations, r_i = e_i c_1c_2 < 1, and
+//! **Clattering**, provided that no g_i is negative. After an impact at a, let b be the contact that is hit next. Let k_i = (1 + e_i)ψ_i;
+//! let c_b = 1/(k_b − e_b c_a) and likewise c_a, the smaller solution of these two equations; let r_i = e_i c_1c_2 < 1; and
 //!
 //! ```text
 //! d = −u_b − c_b u_a,   T0 = h_b/d,   w = c_b u_a/|u_b|,   ν = h_b/(2u_a|u_b|),   G = g_b + c_b g_a.
@@ -24,13 +24,13 @@
 //! w' ≤ r_b/(1 + r_b − w),   ν' ≤ ν w²w'/(c_b²c_a e_b²),   0 ≤ T0 − τ − T0' ≤ G T0²/(2d),   T0' ≤ w T0.
 //! ```
 //!
-//! Once d is known, u_b = −(d + c_b u_a). From impact to impact only the gravity terms then cancel, and relative errors add up
-//! instead of multiplying.
+//! Once d is known, u_b = −(d + c_b u_a). Then only the gravity terms cancel from impact to impact, and relative errors add up instead of
+//! multiplying.
 //!
-//! The bound on w over two impacts has the fixed points 1 and W* = r_a(1 + r_b)/(1 + r_a). So if d > 0 and w < 1, then with
-//! W_b = max(w, W*) < 1 and W_a = r_b/(1 + r_b − W_b) all later w are at most W_b before impacts at b, and at most W_a before
-//! impacts at a. Contacts alternate as long as g_aν < 1 (b lands before a), and for ever if g_aν < 1, g_b ν f_b < 1 and f_1f_2
-//! < 1, f_b = W_b²W_a/(c_b²c_a e_b²). The remaining time is then between T0 − L and T0,
+//! The bound of w over two impacts has the fixed points 1 and W* = r_a(1 + r_b)/(1 + r_a). Suppose that d > 0 and w < 1, and let W_b =
+//! max(w, W*) < 1 and W_a = r_b/(1 + r_b − W_b). Then all later w are at most W_b before impacts at b, and at most W_a before impacts at a.
+//! The next impact is at the other contact if g_aν < 1 (b lands before a). The contacts alternate for ever if g_aν < 1, g_b ν f_b < 1 and
+//! f_1f_2 < 1, with f_b = W_b²W_a/(c_b²c_a e_b²). The remaining time is then between T0 − L and T0,
 //!
 //! ```text
 //! L = T0²/(2d) · (G_b + c_b W_b² G_a)/(1 − c_1c_2 W_1²W_2²).
@@ -63,7 +63,7 @@ struct Claims<'a> {
 }
 
 impl<'a> Claims<'a> {
-    /// For a body with `count` contacts. The enclosures are always stored, so the event limit is that of a recorded run.
+    /// For a body with `count` contacts. The event limit is that of a recorded run, because the enclosures are always stored.
     fn new(count: usize, options: &Options, cancel: &'a dyn Fn() -> bool) -> Self {
         Self {
             clock: Ball::ZERO,
@@ -75,14 +75,14 @@ impl<'a> Claims<'a> {
         }
     }
 
-    /// The time elapsed after a further `dt`, which is not negative: not before the last impact.
+    /// The time elapsed after a further `dt` ≥ 0. Its lower bound is at least that of the last impact.
     fn after(&self, dt: Ball) -> Bounds {
         let [low, high] = (self.clock + dt).bounds();
         let last = self.impacts.last().map_or(0.0, |impact| impact.elapsed.low);
         Bounds { low: low.max(last), high }
     }
 
-    /// A collision of contact i after a further `dt`.
+    /// Stores a collision of contact i after a further `dt`.
     fn collide(&mut self, i: usize, dt: Ball) -> Result<(), Uncertain> {
         let elapsed = self.after(dt);
         self.cancelled = self.impacts.len().is_multiple_of(CHUNK) && (self.cancel)();
@@ -111,7 +111,7 @@ impl<'a> Claims<'a> {
     }
 }
 
-/// Nothing is certain from the start.
+/// The enclosure of a motion of which nothing is certain, not even at the start.
 const NOTHING: Enclosure =
     Enclosure { impacts: Vec::new(), zeno: None, reason: Some(Uncertain::Order) };
 
@@ -124,7 +124,7 @@ struct Gap {
 
 /// The next touchdown of a contact.
 enum Landing {
-    /// After this time, with this speed.
+    /// The contact lands after this time, with this speed.
     In(Ball, Ball),
     Never,
     Unknown,
@@ -237,8 +237,8 @@ impl Model {
         self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
     }
 
-    /// The next landing of contact i at h ≥ 0: s² = u² + 2gh, after 2h/(s − u) where it approaches the ground, whatever the sign
-    /// of g, else after (u + s)/g, where gravity brings it back.
+    /// The next landing of contact i from a gap h ≥ 0. The speed is given by s² = u² + 2gh. If the contact approaches the ground, the time
+    /// is 2h/(s − u), for any sign of g. Otherwise gravity must bring it back, and the time is (u + s)/g.
     fn landing(&self, i: usize, Gap { h, u }: Gap) -> Landing {
         let g = self.g[i];
         if i >= self.count {
@@ -264,9 +264,9 @@ impl Model {
         landing.unwrap_or(Landing::Unknown)
     }
 
-    /// Duration of the bouncing at a, if the gap of b is certainly positive throughout. At the impacts at a, where b receives
-    /// a velocity jump, it is h + py − qy² with y = 1 − eʲ. Between them it is concave, at least without a gravity that pulls b off,
-    /// which only adds to it.
+    /// Duration of the bouncing at a, if the gap of b is certainly positive throughout. At the impacts at a, which change the rate of b,
+    /// the gap of b is h + py − qy² with y = 1 − eʲ. Between impacts this gap is concave, unless gravity pulls b off the ground, which only
+    /// enlarges the gap.
     fn bounces(&self, a: usize, u_a: Ball, other: Gap) -> Option<Ball> {
         let (one, e) = (ball(1.0), self.e[a]);
         if !self.g[a].is_positive() {
@@ -329,7 +329,7 @@ impl LocalEnclosure<'_> {
         Ok(())
     }
 
-    /// The first contact to land, from a start at which none has just been hit.
+    /// The first contact to land. At the start no contact has just been hit.
     fn begin(&mut self) -> Result<usize, Uncertain> {
         let landings = [0, 1].map(|i| self.model.landing(i, self.gaps[i]));
         let (i, dt, s) = match landings {
@@ -392,7 +392,7 @@ impl LocalEnclosure<'_> {
         EnclosedZeno { contacts, elapsed: Bounds { low: least.low, high: most.high } }
     }
 
-    /// Encloses collisions one by one until the Zeno time is enclosed and its interval becomes no narrower.
+    /// Encloses collisions one by one until the Zeno time is enclosed and further collisions no longer narrow its interval.
     fn run(&mut self) -> Result<EnclosedZeno, Uncertain> {
         let (gaps, g) = (self.gaps, self.model.g);
         if !gaps.iter().all(|gap| gap.h.is_not_negative()) {

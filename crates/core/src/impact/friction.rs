@@ -1,14 +1,14 @@
-//! Laws of impact with friction, of one contact: each in closed form.
+//! Laws of impact with friction at a single contact. Each law has a closed form.
 //!
-//! With v = (v_t, v_n) before the impact, P the impulse per unit mass and W = [w_tt, w_nt; w_nt, w_nn] the impact matrix
-//! of the contact, v⁺ = v + W P. Routh's process grows P with its normal part p, under Coulomb's law at every p:
+//! With v = (v_t, v_n) before the impact, the impulse P per unit mass and the impact matrix W = [w_tt, w_nt; w_nt, w_nn] of the contact, v⁺
+//! = v + W P. In Routh's process P grows gradually. p is its normal part, and Coulomb's law holds at every p:
 //!
 //! ```text
 //! slides (σ = sign v_t):   dv_t/dp = w_nt − σμ w_tt,   dv_n/dp = w_nn − σμ w_nt,      P_t' = −σμ
 //! sticks (|w_nt| ≤ μ w_tt): dv_t/dp = 0,               dv_n/dp = w_nn − w_nt²/w_tt,   P_t' = −w_nt/w_tt
 //! ```
 //!
-//! So v_n(p) has at most two straight pieces, of which the second one rises, and one zero p_c, the end of compression.
+//! So v_n(p) has at most two straight pieces, of which the second one rises. It has one zero p_c, the end of compression.
 
 use crate::options::Impact;
 use crate::tolerance::JAMMED_SLIDE;
@@ -39,7 +39,7 @@ struct Piece {
     tangential: f64,
 }
 
-/// Routh's process: one piece up to the normal impulse `change`, another one from there on.
+/// Routh's process: one straight piece up to the normal impulse `change`, and another one from there on.
 #[derive(Debug, Clone, Copy)]
 struct Process {
     first: Piece,
@@ -174,9 +174,9 @@ pub(crate) fn impulse(
     }
 }
 
-/// The impulse (P_t, P_n), per unit mass, of a contact that slides at v_t without approaching, and whose normal force would
-/// pull it into the terrain (w_nn − σμ w_nt < 0, Painlevé): an impact without collision. Compression begins by itself and
-/// lasts beyond the end of sliding. `None` where w_nn − σμ w_nt ≥ 0, or where the law is not based on Routh's process.
+/// The impulse (P_t, P_n), per unit mass, of a contact that slides at v_t without approaching and would be pulled into the terrain by its
+/// normal force (w_nn − σμ w_nt < 0, Painlevé): an impact without collision. Compression begins although v_n = 0, and continues after
+/// sliding has ended. `None` if w_nn − σμ w_nt ≥ 0, or if the law is not based on Routh's process.
 pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Option<[f64; 2]> {
     let Material { friction: mu, restitution: e, .. } = *material;
     let mut process = Process::new(w, [v_t, 0.0], mu);
@@ -314,7 +314,8 @@ mod tests {
         }
     }
 
-    /// Routh's differential equation in small steps, until `ends` says so of p, p_c, the work so far and that up to p_c.
+    /// Integrates Routh's differential equation in small steps. It ends when `ends` returns true; the arguments of `ends` are p, p_c, the
+    /// work so far and the work up to p_c.
     fn stepped(
         w: &Matrix,
         mut v: [f64; 2],

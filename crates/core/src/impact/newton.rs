@@ -1,7 +1,7 @@
 //! Impacts: frictionless Newton restitution, one contact at a time or several at once.
 //!
-//! In gap rates, with w = u_i⁻ < 0 at the contact that is hit: u_i⁺ = −e_i w, u_j⁺ = u_j⁻ + (1+e_i)ψ_i w
-//! [Or & Rimon 2008, (4), (6)]. The energy lost is (1−e²)w²/(2D_ii).
+//! Let w = u_i⁻ < 0 be the gap rate of the contact that is hit. Then u_i⁺ = −e_i w and u_j⁺ = u_j⁻ + (1+e_i)ψ_i w [Or & Rimon 2008, (4),
+//! (6)]. The energy lost is (1−e²)w²/(2D_ii).
 
 use crate::math::real::{Real, Ring};
 use crate::tolerance::UNLOADED;
@@ -15,14 +15,14 @@ pub(crate) struct Hit {
     pub(crate) after: [f64; 2],
 }
 
-/// Rates after an impact with the speed s = −w: u_i⁺ = e s of the contact that is hit, u_j⁺ = u_j⁻ − κ s of the `other` one, with
-/// κ = (1+e)ψ_i.
+/// Rates after an impact with the speed s = −w. The contact that is hit leaves with u_i⁺ = e s; the rate of the `other` contact is u_j⁺ =
+/// u_j⁻ − κ s, with κ = (1+e)ψ_i.
 #[inline(always)]
 pub(crate) fn rates_after<T: Ring>(e: T, kappa: T, s: T, other: T) -> [T; 2] {
     [e * s, other - kappa * s]
 }
 
-/// Own-rate jump (1+e)s of an impact with the speed s, and the same over own = b² + ρ²: the impulse per unit mass over ρ².
+/// Own-rate jump (1+e)s of an impact with the speed s, and this jump divided by `own` = b² + ρ²: the impulse per unit mass divided by ρ².
 #[inline(always)]
 pub(crate) fn own_jump<T: Real>(e: T, s: T, own: T) -> (T, T) {
     let jump = (e + 1.0) * s;
@@ -37,11 +37,11 @@ pub(crate) fn newton(model: &FrozenModel, i: usize, before: [f64; 2]) -> [f64; 2
     after
 }
 
-/// Both contacts at once: the impulses P ≥ 0 (as own-rate jumps) with u⁺ + e u⁻ ≥ 0 ⊥ P.
+/// An impact of both contacts at once: the impulses P ≥ 0 (as own-rate jumps) with u⁺ + e u⁻ ≥ 0 ⊥ P.
 ///
-/// The first of the candidates {1, 2}, {1}, {2} that satisfies the conditions is taken. For a positive definite impact matrix
-/// exactly one does; for equal rows the impact at the contact that needs the larger impulse is enough. The flag in the result: both
-/// contacts have an impulse, and u⁺ = −e u⁻ at both.
+/// The first set of contacts out of {1, 2}, {1}, {2} that satisfies the conditions is taken. For a positive definite impact matrix exactly
+/// one set does. For equal rows an impact at the contact that needs the larger impulse is enough. The flag in the result is true if both
+/// contacts have an impulse and u⁺ = −e u⁻ at both.
 pub(crate) fn newton_together(model: &FrozenModel, before: [f64; 2]) -> ([f64; 2], bool) {
     let need = [-(1.0 + model.e[0]) * before[0], -(1.0 + model.e[1]) * before[1]];
     let jump = model.solve_coupled(need);
@@ -69,15 +69,15 @@ pub(crate) enum SequenceEnd {
     Infinite,
 }
 
-/// Number of impacts in zero time after which a sequence counts as infinite. It has the frequency f = π/n per impact, at which P and 2√e
-/// are equal within their rounding errors.
+/// Number of impacts in zero time after which a sequence counts as infinite. A sequence of n impacts has the frequency f = π/n per impact.
+/// For this n, P and 2√e are equal within their rounding errors.
 const MOST_AT_ONCE: usize = 10_000_000;
 
 /// Impacts one after the other while both gaps are zero, `first` first, until no contact approaches.
 ///
-/// From then on the contacts alternate. The impact speeds obey x_{k+1} = p x_k − e x_{k−1}, p = (1+e)ψ of
-/// the contact hit; the sequence is infinite iff [`FrozenModel::chatters_from`]. Speeds are renormalised during the sequence, so that
-/// in thousands of impacts only the result can underflow. `report` is called for each impact.
+/// After the first impact the contacts alternate. The impact speeds obey x_{k+1} = p x_k − e x_{k−1}, with p = (1+e)ψ of the contact that
+/// is hit. The sequence is infinite iff [`FrozenModel::chatters_from`] holds. Speeds are rescaled during the sequence, so that even after
+/// thousands of impacts only the final speeds can underflow. `report` is called for each impact.
 pub(crate) fn in_zero_time(
     model: &FrozenModel,
     first: usize,
@@ -139,8 +139,8 @@ mod tests {
         assert!((together[0] - 0.3).abs() < 1e-15 && (together[1] - 0.3).abs() < 1e-15);
     }
 
-    /// u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, with couplings up to equal rows: where each contact alone leaves the other one too slow, both
-    /// are hit, and leave with −e u⁻.
+    /// u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, with couplings up to equal rows. If an impact at either contact alone leaves the other one too slow, both
+    /// contacts are hit and leave with −e u⁻.
     #[test]
     fn together_is_the_complementary_one() {
         for k in 1..400 {

@@ -1,14 +1,14 @@
-//! Balls: numbers of 106 bits with a bound of all that they are off.
+//! Balls: numbers of 106 bits, each with a bound of its error.
 //!
-//! The centre is an unevaluated sum of two doubles, |lo| ≤ ½ ulp(hi). Its sums and products are off by at most 3u² and 5u² of
-//! themselves, u = 2⁻⁵³ [Joldes, Muller & Popescu, ACM TOMS 44 (2017) 15, algorithms 6 and 11]; quotients and roots are judged
-//! by what they leave over. Sums rely on gradual underflow, as the standard has it and every compiler by default.
+//! The centre is an unevaluated sum of two doubles hi + lo, |lo| ≤ ½ ulp(hi). The relative errors of sums and products are at most 3u² and
+//! 5u², u = 2⁻⁵³ [Joldes, Muller & Popescu, ACM TOMS 44 (2017) 15, algorithms 6 and 11]. The errors of quotients and roots are computed
+//! from the residuals. Sums need gradual underflow, which IEEE 754 prescribes and every compiler has by default.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::math::real::Ring;
 
-/// A sum of two doubles, and how far it may be off.
+/// A sum of two doubles, and the largest possible error of this sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball {
     hi: f64,
@@ -47,12 +47,12 @@ impl Ball {
         Self { hi, lo, radius: (radius + ROUNDING * hi.abs()) * SLACK }
     }
 
-    /// The double nearest its centre.
+    /// The double nearest the centre.
     pub(crate) fn middle(self) -> f64 {
         self.hi
     }
 
-    /// Its centre alone.
+    /// The centre alone, as a ball of radius zero.
     pub(crate) fn center(self) -> Self {
         Self { radius: 0.0, ..self }
     }
@@ -62,12 +62,12 @@ impl Ball {
         Self { radius: (self.radius + by) * SLACK, ..self }
     }
 
-    /// At least the distance of its farthest number from zero.
+    /// An upper bound of the absolute values of the numbers in the ball.
     pub(crate) fn size(self) -> f64 {
         (self.hi.abs() + self.radius) * SLACK
     }
 
-    /// At most the distance of its nearest number from zero; 0 if that is not certain to be positive.
+    /// A lower bound of the absolute values of the numbers in the ball; 0 if the ball may contain zero.
     pub(crate) fn clearance(self) -> f64 {
         ((self.hi.abs() / SLACK - self.radius) / SLACK).max(0.0)
     }
@@ -90,7 +90,7 @@ impl Ball {
         self == Self::ZERO
     }
 
-    /// The doubles around it: the lower and the upper one.
+    /// The lower and the upper one of two doubles that enclose the ball.
     pub(crate) fn bounds(self) -> [f64; 2] {
         if self.lo == 0.0 && self.radius == 0.0 {
             return [self.hi; 2];
@@ -100,7 +100,7 @@ impl Ball {
         [at(-1.0).next_down(), at(1.0).next_up()]
     }
 
-    /// Times a power of two.
+    /// The ball times a power of two.
     pub(crate) fn scaled(self, power: f64) -> Self {
         if self.is_zero() {
             return self;
@@ -127,7 +127,7 @@ impl Ball {
         }
     }
 
-    /// q ± |x − q y|/min |y| around any q; `None` if y may be zero.
+    /// The quotient x/y. Its ball is q ± |x − q y|/min |y|, with any q near the quotient; `None` if y may be zero.
     pub(crate) fn over(self, y: Self) -> Option<Self> {
         let least = y.clearance();
         if least == 0.0 || least.is_infinite() {
@@ -144,7 +144,8 @@ impl Ball {
         radius.is_finite().then_some(Self { radius, ..quotient })
     }
 
-    /// s ± |x − s²|/(s + min √x) around any s > 0; `None` if x is not certain to be positive.
+    /// The square root of x. Its ball is s ± |x − s²|/(s + min √x), with any s > 0 near the root; `None` if x is not certain to be
+    /// positive.
     pub(crate) fn sqrt(self) -> Option<Self> {
         if self.is_zero() {
             return Some(Self::ZERO);
@@ -230,7 +231,7 @@ mod tests {
 
     type Q = BigRational;
 
-    /// A ball, and five of its numbers: the ends and the centre among them.
+    /// A ball and five numbers in it, among them the ends and the centre.
     fn any_ball() -> impl Strategy<Value = (Ball, [Q; 5])> {
         (any_double(), -0.5..0.5, 0..4_u8, -40.0..1.0).prop_map(|(hi, part, kind, width)| {
             let lo: f64 = part * (hi.next_up() - hi);
@@ -253,7 +254,7 @@ mod tests {
         exact(x.hi).unwrap() + exact(x.lo).unwrap()
     }
 
-    /// Whether a number is in a ball. A ball that has overflowed contains all, and must not claim a sign.
+    /// Whether a number is in a ball. A ball that has overflowed contains every number, and must not claim a sign.
     fn contains(ball: Ball, x: &Q) -> bool {
         let Ball { hi, lo, radius } = ball;
         if let (Some(hi), Some(lo), Some(radius)) = (exact(hi), exact(lo), exact(radius)) {
@@ -264,7 +265,8 @@ mod tests {
         }
     }
 
-    /// Bounds of the radius that an operation adds, relative to a value, and absolutely: a dozen rounding errors of numbers with 106 bits.
+    /// Bound of the radius that an operation may add: a dozen rounding errors of numbers with 106 bits, relative to `value`, plus an
+    /// absolute one.
     fn rounding(value: &Q) -> Q {
         let size = if *value < zero() { -value } else { value.clone() };
         size * exact(16.0 * ROUNDING).unwrap() + exact(8.0 * TINY).unwrap()
@@ -278,12 +280,13 @@ mod tests {
         if *x < zero() { -x } else { x.clone() }
     }
 
-    /// Whether all is far from overflow and from underflow, so that results must be narrow.
+    /// Whether all balls are far from overflow and from underflow, so that results must be narrow.
     fn ordinary(balls: &[Ball]) -> bool {
         balls.iter().all(|x| x.hi == 0.0 || (1e-60..1e60).contains(&x.hi.abs()))
     }
 
-    /// All values contained; and, for ordinary arguments, no radius beyond theirs, the rounding and a hundredth.
+    /// Checks that the result contains all values and, for ordinary arguments, that its radius is at most that of the exact set of values,
+    /// plus the rounding errors and one hundredth.
     fn check(
         arguments: &[Ball],
         result: Ball,
@@ -350,7 +353,7 @@ mod tests {
             }
         }
 
-        /// x is in the square of a ball of roots: compared without a root.
+        /// Checks that each x lies in the square of the ball of its root. This comparison needs no exact root.
         #[test]
         fn roots_contain_the_exact_ones((a, xs) in any_ball()) {
             let least = xs.iter().min().unwrap();

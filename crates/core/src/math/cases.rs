@@ -5,7 +5,7 @@ use num_rational::BigRational;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
 
-/// 256 cases from this seed; failures are not written to files.
+/// 256 cases generated from this seed. Failures are not written to files.
 pub(crate) fn fixed(seed: u64) -> Config {
     Config { failure_persistence: None, rng_seed: RngSeed::Fixed(seed), ..Config::default() }
 }

@@ -1,4 +1,4 @@
-//! A clock that does not stall.
+//! A clock that advances even if a step is below the rounding error of the time.
 //!
 //! Near an accumulation of impacts the flights are far shorter than the rounding error of the time at which
 //! they begin. The elapsed time is therefore kept as an unevaluated sum of two doubles.

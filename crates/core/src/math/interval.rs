@@ -1,4 +1,4 @@
-//! Intervals with outward rounding: every result contains all that its arguments allow.
+//! Intervals with outward rounding: each result contains the results for all numbers in the arguments.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -11,7 +11,7 @@ pub(crate) struct Interval {
     pub(crate) hi: f64,
 }
 
-/// An interval that contains everything between two computed bounds: each is rounded by half an ulp at most.
+/// An interval that contains everything between two computed ends, each of which has a rounding error of at most half an ulp.
 fn outward(lo: f64, hi: f64) -> Interval {
     Interval { lo: lo.next_down(), hi: hi.next_up() }
 }
@@ -45,7 +45,7 @@ impl Interval {
         !(self.lo > 0.0 || self.hi < 0.0)
     }
 
-    /// The sign, where it is certain; 0 for exactly zero.
+    /// The sign of all numbers in the interval, if they have the same sign; 0 if the interval is exactly zero.
     pub(crate) fn sign(self) -> Option<i8> {
         if self.is_positive() {
             Some(1)
@@ -62,7 +62,7 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// The part at or above zero; `None` if it is empty.
+    /// The part of the interval at or above zero; `None` if it is empty.
     pub(crate) fn non_negative(self) -> Option<Self> {
         (self.hi >= 0.0).then(|| Self { lo: self.lo.max(0.0), hi: self.hi })
     }
@@ -73,13 +73,13 @@ impl Interval {
         Self { lo: (least * least).next_down().max(0.0), hi: (a.max(b) * a.max(b)).next_up() }
     }
 
-    /// The square roots of its nonnegative numbers.
+    /// The square roots of the nonnegative numbers in the interval.
     pub(crate) fn sqrt(self) -> Self {
         let root = |x: f64| x.max(0.0).sqrt();
         Self { lo: root(self.lo).next_down().max(0.0), hi: root(self.hi).next_up() }
     }
 
-    /// Natural logarithms of its positive numbers, with a margin of four ulps for the library function.
+    /// Natural logarithms of the positive numbers in the interval, widened by four ulps for the error of the library function.
     pub(crate) fn ln(self) -> Self {
         let wide =
             |x: f64, side: f64| x + side * (4.0 * f64::EPSILON * x.abs() + f64::MIN_POSITIVE);
@@ -148,7 +148,7 @@ impl Mul for Interval {
 impl Div for Interval {
     type Output = Self;
 
-    /// Everything, if the divisor may be zero.
+    /// The whole real line, if the divisor may be zero.
     fn div(self, other: Self) -> Self {
         if other.contains_zero() {
             return Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -201,7 +201,7 @@ mod tests {
         low.is_none_or(|low| low >= *least) && high.is_none_or(|high| high <= *most)
     }
 
-    /// All values of an operation on two arguments contained, and no others that are far.
+    /// Checks that the result of an operation contains all its values, and no numbers far from them.
     fn check(
         (x, xs): &(Interval, [Q; 3]),
         (y, ys): &(Interval, [Q; 3]),

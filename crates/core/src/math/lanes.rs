@@ -8,11 +8,11 @@ use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use crate::math::real::{Real, Ring};
 
-/// The lanes of two vector registers side by side, so that one computes while the other waits for its root or its quotient.
+/// The lanes of two vector registers side by side: one register computes while the other one waits for its root or quotient.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lanes<S: Simd>(S::f64s, S::f64s);
 
-/// Yes or no in each lane.
+/// A truth value in each lane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Masks<S: Simd>(S::mask64s, S::mask64s);
 
@@ -28,10 +28,10 @@ impl<S: Simd> Lanes<S> {
     }
 }
 
-/// Runs side by side, at most: two registers of the widest kind.
+/// Largest number of runs side by side: two registers of the widest kind.
 pub(crate) const MOST: usize = 16;
 
-/// N numbers of each run, kind by kind.
+/// N numbers of each run. All runs' first numbers come first, then all second ones, and so on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Columns<const N: usize>([[f64; MOST]; N]);
 
@@ -52,7 +52,7 @@ impl<const N: usize> Columns<N> {
         std::array::from_fn(|n| self.0[n][run])
     }
 
-    /// The first runs, as many as there are lanes.
+    /// Loads the numbers of the first runs, as many runs as there are lanes.
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S) -> [Lanes<S>; N] {
         std::array::from_fn(|n| {
@@ -72,7 +72,7 @@ impl<const N: usize> Columns<N> {
     }
 }
 
-/// Runs side by side in the lanes of this kind.
+/// Number of runs side by side in the lanes of this kind.
 #[inline(always)]
 pub(crate) fn count<S: Simd>(_: S) -> usize {
     Lanes::<S>::COUNT

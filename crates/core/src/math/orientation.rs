@@ -4,7 +4,8 @@
 
 use nalgebra::Vector2;
 
-/// Rounding error of a sum of two products of differences. Unit: the sum of the sizes of the products [Shewchuk 1997, § 4.2].
+/// Bound of the rounding error of a sum of two products of differences. Unit: the sum of the absolute values of the products [Shewchuk
+/// 1997, § 4.2].
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// Twice the area of a triangle, with its exact sign: positive if `c` lies on the left of the way from `a` to `b`.
@@ -14,7 +15,7 @@ pub(crate) fn area(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 
     if sum.abs() > ROUNDING * (one.abs() + two.abs()) { sum } else { precise_area(a, b, c) }
 }
 
-/// As [`area`], with an error of a few ε times its value.
+/// As [`area`], but also the size is precise: the error is a few ε times the area.
 pub(crate) fn precise_area(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 {
     sum_of_products([(b.x, c.y), (-b.x, a.y), (-a.x, c.y), (-b.y, c.x), (b.y, a.x), (a.y, c.x)])
 }

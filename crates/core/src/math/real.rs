@@ -1,8 +1,8 @@
-//! Arithmetic that formulas are written over: of doubles, of lanes of several doubles, of balls and of intervals.
+//! The arithmetic in which formulas are written once: for doubles, lanes of several doubles, balls and intervals.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Sums, differences and products: a double, one in each lane, a ball or an interval.
+/// Sums, differences and products, of doubles, of doubles in lanes, of balls or of intervals.
 pub(crate) trait Ring:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
@@ -17,11 +17,11 @@ impl Ring for f64 {
     }
 }
 
-/// A double, or one in each lane.
+/// A double, or a double in each lane.
 pub(crate) trait Real:
     Ring + Div<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
 {
-    /// Yes or no, in each lane.
+    /// A truth value, or one in each lane.
     type Mask: Copy
         + BitAnd<Output = Self::Mask>
         + BitOr<Output = Self::Mask>
@@ -29,13 +29,13 @@ pub(crate) trait Real:
 
     fn sqrt(self) -> Self;
     fn abs(self) -> Self;
-    /// The same number in each lane of this one.
+    /// `value` in each lane.
     fn like(self, value: f64) -> Self;
     /// self < other
     fn below(self, other: Self) -> Self::Mask;
     /// self ≤ other
     fn at_most(self, other: Self) -> Self::Mask;
-    /// `yes` where the mask says so, else `no`.
+    /// In each lane `yes` if the mask is true, and else `no`.
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
     fn any(mask: Self::Mask) -> bool;
 }

@@ -1,12 +1,12 @@
-//! Roots, earliest first and guaranteed.
+//! Roots of functions of one variable. The first root is found with certainty.
 
 /// Steps after which a bracket cannot shrink any more: the exponent range plus the fraction bits.
 const STEPS: usize = 2200;
 
-/// A sign change of `f` in [a, b], f(a) > 0 ≥ f(b), to the last bit. `f` gives value and slope.
+/// A sign change of `f` in [a, b] with f(a) > 0 ≥ f(b), located to the last bit. `f` returns its value and slope.
 ///
-/// Newton's method safeguarded by bisection (Dekker's scheme): a step that leaves the bracket, or is not half
-/// as long as the one before the last, is replaced by a halving.
+/// Newton's method safeguarded by bisection (Dekker's scheme). The bracket is halved instead if a Newton step leaves the bracket, or if it
+/// is more than half as long as the step before the last one.
 pub(crate) fn bracketed(mut a: f64, mut b: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let mut x = b;
     let (mut step, mut before) = (b - a, b - a);
@@ -39,14 +39,13 @@ pub(crate) fn bracketed(mut a: f64, mut b: f64, f: impl Fn(f64) -> (f64, f64)) -
 /// Largest number of coefficients of a polynomial here.
 pub(crate) const ORDER: usize = 21;
 
-/// First root in (0, end] of Σ cₖ tᵏ, where the polynomial goes from positive to negative; a root at
-/// t = 0 itself does not count.
+/// First root in (0, end] of Σ cₖ tᵏ at which the polynomial goes from positive to negative. A root at t = 0 itself does not count.
 ///
-/// Descartes' rule in the Bernstein basis: no sign change, no root; one sign change, exactly one root;
-/// otherwise the interval is halved (de Casteljau), earlier half first. A double root that touches zero
-/// without crossing can be missed because of rounding errors; it is not a collision.
+/// Descartes' rule in the Bernstein basis: without a sign change of the coefficients there is no root; with one sign change there is
+/// exactly one root. Otherwise the interval is halved (de Casteljau), and the earlier half is examined first. A double root, at which the
+/// polynomial touches zero without crossing, can be missed because of rounding errors; it is not a collision.
 ///
-/// `count`: coefficients beyond are zero.
+/// `count`: the number of coefficients; the further entries are zero.
 pub(crate) fn first_root(coefficients: &[f64; ORDER], count: usize, end: f64) -> Option<f64> {
     // Divide out the root at zero.
     let zeros = coefficients[..count].iter().position(|c| *c != 0.0)?;
@@ -93,7 +92,7 @@ fn bernstein(a: &[f64]) -> [f64; ORDER] {
     beta
 }
 
-/// Deepest halving: below it an interval is a few ulp wide.
+/// Largest number of halvings in a row. After so many, an interval is a few ulp wide.
 const DEEPEST: usize = 48;
 
 fn first_crossing(
@@ -184,8 +183,9 @@ mod tests {
     proptest! {
         #![proptest_config(fixed(7))]
 
-        /// Real roots within [0, 1], before it and behind it, and pairs of complex ones, planted; the first crossing is the smallest
-        /// of those within, to what the conditioning of a root allows: 1 / Π |1 − root/other|.
+        /// Polynomials with given real roots within [0, 1], before and behind it, and pairs of complex roots. The first crossing must be
+        /// the smallest of the roots within. The allowed error is proportional to the condition number of this root, 1 / Π |1 −
+        /// root/other|.
         #[test]
         fn the_planted_root_is_found(
             mut within in prop::collection::vec(0.05..0.95_f64, 0..5),

@@ -57,9 +57,10 @@ pub(crate) fn constant(value: f64) -> Series {
     series
 }
 
-/// Time up to which the last two terms of each series stay below `share` of its first three ones: these give the size of the
-/// quantity, also where it passes zero. With a unit of time in which the body turns by about a radian they count in
-/// full, but where forces soon grow beyond all bounds, only for as much as they are by then.
+/// Time up to which the last two terms of each series stay below `share` of the size of the quantity. The size is taken from the first
+/// three terms, so that it does not vanish if the quantity passes through zero. In general these three terms count in full, in a unit of
+/// time in which the body turns by about a radian. If forces soon grow without bound, each of the three terms counts only with its value at
+/// the time in question.
 pub(crate) fn radius<'s>(
     all: impl Iterator<Item = &'s Series> + Clone,
     share: f64,

@@ -43,8 +43,8 @@ const ONE_MINUS_COS: [f64; 7] = [
 const WHOLE: [f64; 3] =
     [std::f64::consts::TAU, 2.449_293_598_294_706_4e-16, -5.989_539_619_436_679e-33];
 
-/// The angle ωt of up to 2⁵³ turns without its whole turns, in rad: the product is taken exactly, as its rounding may be worth
-/// many degrees.
+/// The angle ωt reduced by whole turns, in rad; up to 2⁵³ turns. The product ωt is taken exactly, because its rounding error may be many
+/// degrees.
 pub(crate) fn phase(omega: f64, t: f64) -> f64 {
     let product = omega * t;
     let rest = omega.mul_add(t, -product);
@@ -54,8 +54,8 @@ pub(crate) fn phase(omega: f64, t: f64) -> f64 {
 }
 
 impl Turn {
-    /// Rotation of a flight, in rad, up to which its touchdown is solved for directly; the error of the last step grows with the rotation.
-    /// Also the rotation up to which arms are computed from it; their rounding error grows in the same way.
+    /// Rotation during a flight, in rad, up to which the touchdown is solved for directly. The error of the last step grows with the
+    /// rotation. Up to the same rotation, arms are computed from the rotation, because their rounding error grows in the same way.
     pub(crate) const LARGEST: f64 = 32.0;
 
     /// The three functions at `x` (rad), to within 2 ulp each.
@@ -79,7 +79,7 @@ impl<T: Ring> Turn<T> {
 }
 
 impl<T: Real> Turn<T> {
-    /// Where [`Turn::small`] serves, in rad.
+    /// Largest |x| for [`Turn::small`], in rad.
     pub(crate) const SMALL: f64 = FRAC_PI_4;
 
     /// The three functions at |x| ≤ π/4.
@@ -94,7 +94,7 @@ impl<T: Real> Turn<T> {
         }
     }
 
-    /// The same at `x + dx` for |dx| ≪ |x|: the first two Taylor terms.
+    /// The three functions at `x + dx` for |dx| ≪ |x|, with the first two Taylor terms.
     #[inline(always)]
     pub(crate) fn and(self, dx: T) -> Self {
         let cos = -self.one_minus_cos + 1.0;
@@ -119,7 +119,7 @@ impl<T: Real> Turn<T> {
 
 /// An angle, in rad.
 pub(crate) trait Angle: Real {
-    /// The functions of a turn by it, and where they are known.
+    /// The functions of a rotation by this angle, and whether the angle is small enough for them to be known.
     fn turn(self) -> (Turn<Self>, Self::Mask);
 }
 
@@ -151,7 +151,8 @@ fn polynomial<T: Real>(coefficients: &[f64; 7], y: T) -> T {
 mod tests {
     use super::*;
 
-    /// Against the reduction of the library, which is exact for a double: of the product and of what its rounding leaves.
+    /// Compared with the angle reduction of the library, which is exact for a double: for the rounded product, and for the rounding error
+    /// of the product.
     #[test]
     fn phases_of_many_turns_keep_their_digits() {
         for k in 1..1000 {

@@ -1,17 +1,19 @@
-//! A bound on the size of the motion after a small kick (a change of q and q̇ at rest), over the size of the kick.
+//! A bound of the size of the motion after a small kick (a change of q and q̇ at rest), divided by the size of the kick.
 //!
-//! The size of a motion is ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²). With s the speed along the direction in which both contacts slide, u the
-//! gap rates, h the gaps, N the rows of the normals, λ the weights of the energy (see `corner.rs`) and D = NM⁻¹Nᵀ per unit mass, ‖q̇‖² = s² + u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
+//! The size of a motion is ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²). Let s be the speed along the direction in which both contacts slide, u the gap rates,
+//! h the gaps, N the rows of the normals, λ the weights of the energy (see `corner.rs`), and D = NM⁻¹Nᵀ per unit mass. Then ‖q̇‖² = s² +
+//! u·D⁻¹u. The bound has four parts; docs/theory.md derives them.
 //!
 //! 1. *Before the first Zeno point* gravity changes s at a constant rate, frictionless impacts do not change s, and E = ½u·D⁻¹u + λ·h never
 //!    increases. The duration is at most C√(2E), see [`settling`].
-//! 2. *From there to the first corner* (one contact is on the terrain, and the other lands) one contact or both stick or slide. Accelerations are constant, so the largest landing speed
-//!    and sliding speed follow from the largest ones at the start, see [`first_corners`].
-//! 3. *From corner to corner* the growths multiply. The graph of cells (intervals of directions of the velocity) that proves stability has no cycle with growth, so the
-//!    largest product along a chain of cells is finite.
-//! 4. *Between two corners* ‖q̇‖ is at most a constant times r of the first or of the next one, see [`between`].
+//! 2. *From the first Zeno point to the first corner* one or both contacts are on the terrain, and stick or slide. (At a corner one contact
+//!    is on the terrain, and the other one lands.) Accelerations are constant, so the largest landing speed and sliding speed follow from
+//!    the largest ones at the start, see [`first_corners`].
+//! 3. *From corner to corner* the growths multiply. Stability is proved with a graph of cells (intervals of directions of the velocity). No
+//!    cycle of this graph grows, so the largest product along a chain of cells is finite.
+//! 4. *Between two corners* ‖q̇‖ is at most a constant times r of the first or of the next corner, see [`between`].
 //!
-//! Constants are upper ends of intervals with outward rounding; where doubles are used, results are enlarged by `BOUND_MARGIN`.
+//! Constants are upper ends of intervals with outward rounding. Results that are computed in doubles are enlarged by `BOUND_MARGIN`.
 
 use serde::{Deserialize, Serialize};
 
@@ -55,13 +57,14 @@ impl NoBound {
     }
 }
 
-/// Number of cells for the part of one contact in the energy, see [`settling`].
+/// Number of cells into which √x is divided, x being the part of the energy at one contact, see [`settling`].
 const SHARES: usize = 32;
 
-/// Number of impacts of a block up to which blocks are treated separately.
+/// Blocks (impacts in a row at one contact) of up to this number of impacts are treated one by one, longer ones together.
 const IMPACTS: usize = 4;
 
-/// Largest number of rounds of eight iterations for W, and the factor on W before each check.
+/// The iteration for W in [`settling`]: the largest number of rounds of eight steps, and the factor by which W is enlarged before each
+/// check.
 const ROUNDS: usize = 500;
 const SLACK: f64 = 1.01;
 
@@ -123,7 +126,7 @@ struct Metric {
     /// det D and diagonal of D⁻¹
     det: I,
     inverse: [I; 2],
-    /// s = ξ + `shift` y at a corner at j, with the other contact on the terrain.
+    /// At a corner at j, s = ξ + `shift[j]` y. The other contact is on the terrain.
     shift: [I; 2],
 }
 
@@ -137,19 +140,20 @@ impl Metric {
         }
     }
 
-    /// ‖q̇‖² at a corner at j with s changed by `change` y.
+    /// The form ‖q̇‖² at a corner at j, with `change` y added to s.
     fn at(&self, j: usize, change: I) -> Form {
         let shift = self.shift[j] + change;
         Form { xx: I::ONE, xy: shift, yy: shift.square() + self.inverse[j] }
     }
 }
 
-/// C: the time from a start to the first Zeno point is at most C√(2E), E = ½u·D⁻¹u + λ·h at the start. Infinite if none is found.
+/// C: the time from a start to the first Zeno point is at most C√(2E), with E = ½u·D⁻¹u + λ·h at the start. The result is infinite if no C
+/// is found.
 ///
-/// Consecutive impacts at one contact are a *block*. With E_j = (½u_j² + g_j h_j)/D_jj, which changes at impacts only, n
-/// impacts at j from a start at E and E_j = y E take the time T_j √y √E (1 − w), w = e_jⁿ, and leave E' = E (1 − (1 − w²) y)
-/// and E_j' = w² E_j. After a block at i with E_i = x E the next one, at j, has y ≥ Y(x)². W_i(x) √E bounds the remaining time
-/// if for all y and n
+/// Consecutive impacts at one contact are a *block*. Let E_j = (½u_j² + g_j h_j)/D_jj, which changes at impacts only. A block of n impacts
+/// at j starts with the energies E and E_j = y E. With w = e_jⁿ it takes the time T_j √y √E (1 − w), and it leaves E' = E (1 − (1 − w²) y)
+/// and E_j' = w² E_j. After a block at i with E_i = x E the next block, at j, has y ≥ Y(x)². W_i(x) √E is a bound of the remaining time if
+/// for all y and n
 ///
 /// ```text
 /// W_i(x) ≥ T_j √y (1 − w) + √(E'/E) W_j(x'),   x' = E_j'/E'
@@ -246,7 +250,7 @@ fn settling(l: &Local, metric: &Metric, weights: [I; 2]) -> f64 {
 /// Consecutive impacts at one contact.
 #[derive(Clone, Copy)]
 struct Block {
-    /// For E = 1 at the start.
+    /// Duration, for E = 1 at the start.
     time: f64,
     /// √(E'/E)
     left: f64,
@@ -293,8 +297,8 @@ impl FirstCorner {
     }
 }
 
-/// The first corners after a kick, by the contact that is held on the terrain and its sliding direction. `drift`: the change
-/// of s until then, for 2E = 1.
+/// The first corners after a kick, for each contact that is held on the terrain and each of its sliding directions. `drift`: the change of
+/// s until then, for 2E = 1.
 fn first_corners(
     map: &CornerMap,
     metric: &Metric,
@@ -383,8 +387,8 @@ impl Start {
         Ok(())
     }
 
-    /// The contact on the terrain is at rest, the other one has at most this gap rate and this gap. `landing`: a bound on the
-    /// landing speed as a function of the acceleration at which it falls.
+    /// The contact on the terrain is at rest; the other contact has at most this gap rate and this gap. `landing`: a bound of the landing
+    /// speed, given the acceleration at which the other contact falls.
     fn turns(
         &self,
         rate: I,
@@ -406,7 +410,7 @@ impl Start {
     }
 }
 
-/// For each landing contact and each cell: the logarithm of the largest later ‖q̇‖, for r = 1.
+/// For each landing contact and each cell: the logarithm of the largest later ‖q̇‖ after a corner with r = 1.
 struct Growths {
     grid: &'static Grid,
     values: [Vec<f64>; 2],

@@ -1,18 +1,17 @@
 //! From the corner map to a decision.
 //!
-//! *Stable*: the angles of the corners at each contact are divided into cells. Each cell has an edge to every cell that its
-//! image meets, and an upper bound on its growth ln G. If no chain of cells grows for ever, that is, if a potential V ≥ 0
-//! exists with
+//! *Stable*: the angles φ of the corners at each contact are divided into cells. From each cell there is an edge to every cell that its
+//! image meets, with an upper bound of the growth ln G. No chain of cells grows for ever if there is a potential V ≥ 0 with
 //!
 //! ```text
-//! V(cell) ≥ ln G(cell) + ε + V(next)     for all next cells,
+//! V(cell) ≥ ln G(cell) + ε + V(next)     for all next cells.
 //! ```
 //!
-//! then every sequence of corners shrinks, or ends at rest. At the fast-slide ends φ = ±π/2 r does not grow, and the landing
-//! speeds are multiplied by a constant product κ per cycle. Where κ < 1, impacts accumulate and both contacts slide together.
-//! Where κ > 1, the corners leave the end, and the growth until then is bounded by a geometric sum.
+//! Then every sequence of corners shrinks, or ends at rest. The fast-slide ends φ = ±π/2 are treated separately, because r does not change
+//! there. Each cycle of corners multiplies the landing speeds by a constant κ. If κ < 1, impacts accumulate, and both contacts slide
+//! together afterwards. If κ > 1, the corners leave the end, and a geometric sum bounds the growth until then.
 //!
-//! *Unstable*: an enclosed cycle of corners with certainly positive growth, or a corner after which the body certainly moves away.
+//! *Unstable*: an enclosed cycle of corners certainly grows, or after some corner the body certainly moves away.
 
 use std::sync::OnceLock;
 
@@ -26,19 +25,19 @@ use serde::{Deserialize, Serialize};
 
 type I = Interval;
 
-/// Number of equal cells with |ξ| ≤ y per contact, coarse to fine.
+/// Number of equal cells with |ξ| ≤ y for each contact. The grids are tried from coarse to fine.
 pub(super) const CELLS: [usize; 3] = [24, 96, 384];
 
-/// y/|ξ| of the outermost cells.
+/// Ratio y/|ξ| at the limit of the outermost cells.
 const NEAREST: f64 = 1e-4;
 
-/// Largest change of direction within the zone of an end.
+/// Largest change of ξ, relative to ξ, that the corners of a zone around a fast-slide end may cause.
 const BEND: f64 = 0.5;
 
-/// Largest growth of the sliding speed on the way into an end.
+/// Largest relative increase of the sliding speed |ξ| in an attracting fast-slide end.
 const LONGER: f64 = 4.0;
 
-/// Largest growth on the way out of a zone. If it is larger, a smaller zone is better.
+/// Largest growth ln r on the way out of the zone of a repelling fast-slide end. If the growth is larger, a smaller zone is better.
 const TRANSIT: f64 = 0.05;
 
 /// Number of steps of an orbit in the search for a cycle, and length of the longest cycle.
@@ -59,9 +58,9 @@ pub(crate) struct Corner {
     pub(crate) growth: f64,
 }
 
-/// Cells of the ratio ξ/y of a corner, and a potential V for each: V(cell) ≥ ln G + 1e-9 + V(next), so no sequence of corners
-/// grows for ever. y is the landing speed, ξ the sliding velocity of the other contact divided by its component of the
-/// direction in which both slide (of length one in the mass metric), and r² = ξ² + y².
+/// Cells of the ratio ξ/y of a corner, and a potential V for each cell: V(cell) ≥ ln G + 1e-9 + V(next), so no sequence of corners grows
+/// for ever. y is the landing speed. ξ is the sliding velocity of the other contact, divided by the velocity of this contact per unit speed
+/// of the body when both contacts slide (length in the mass metric). r² = ξ² + y², and G is the growth of r.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     /// Limits between the cells, increasing.
@@ -69,8 +68,8 @@ pub struct Potential {
     /// V for each contact that lands, in the order of the cells.
     #[serde(rename = "potential")]
     pub values: [Vec<f64>; 2],
-    /// For each landing contact the ratios below and above which a corner is in a fast-slide end. There, corners follow each
-    /// other until both contacts slide together or the corners leave the end; V holds for this sequence as a whole.
+    /// For each landing contact two ratios ξ/y: below the first and above the second one, a corner is in a fast-slide end. There, corners
+    /// follow each other until both contacts slide together or the corners leave the end; V holds for this sequence as a whole.
     pub ends: [[Option<f64>; 2]; 2],
 }
 
@@ -82,7 +81,7 @@ pub(crate) enum Decision {
     Grows(Vec<Corner>),
     /// A corner after which the body moves away.
     Escapes(Corner),
-    /// A motion with contacts on the terrain in which it does so.
+    /// A motion with contacts on the terrain in which the body moves away.
     Leaves(Away),
     /// The reason, the number of cells per contact, and the undecided cells: (contact, φ from, φ to).
     Undecided {
@@ -128,7 +127,7 @@ impl WhyUndecided {
     }
 }
 
-/// The cells of the angles, and the tangents of the limits between them.
+/// The cells of the angles φ: the limits between them, and the tangents of these limits.
 pub(super) struct Grid {
     pub(super) cells: Vec<Cell>,
     limits: Vec<f64>,
@@ -199,12 +198,12 @@ struct Edge {
 pub(super) enum SlideEnd {
     /// Not a fast-slide end.
     Ordinary,
-    /// Both contacts finally slide together. Throughout, ξ is in `speed` for a start at one, and y is at most `wide` times |ξ|.
+    /// Both contacts finally slide together. Until then, if ξ = 1 at the start, ξ stays in `speed`, and y ≤ `wide` |ξ|.
     Attracts {
         speed: I,
         wide: f64,
     },
-    /// The corners leave it. Bound on the growth until then.
+    /// The corners leave the end. The number is a bound of the growth ln r until then.
     Repels(f64),
     Unknown,
 }
@@ -262,7 +261,7 @@ fn stable(map: &CornerMap, grid: &Grid) -> Result<Potential, Open> {
     Ok(Potential { limits: limits.clone(), values, ends })
 }
 
-/// Undecided cells: (contact, [φ from, φ to]).
+/// Undecided cells: the contact, and the limits of φ.
 type Open = Vec<(usize, [f64; 2])>;
 
 /// The cells of a grid and the cells that their images meet, with bounds on the growth.
@@ -349,8 +348,9 @@ impl<'g> Graph<'g> {
         }
     }
 
-    /// For every cell, by contact and in the order of the cells: the largest sum of growths along a chain of cells plus `base`
-    /// of its last cell. Or a growing cycle of cells. Arguments of `base`: contact, cell, its fast-slide end.
+    /// For every cell, by contact and in the order of the cells: the largest value, over all chains of cells from this cell on, of the sum
+    /// of the growths plus `base` of the last cell. If some cycle of cells grows, the result is that cycle. Arguments of `base`: contact,
+    /// cell, its fast-slide end.
     pub(super) fn longest(
         &self,
         base: impl Fn(usize, &Cell, SlideEnd) -> f64,
@@ -466,7 +466,7 @@ fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize
     found.unwrap_or((SlideEnd::Unknown, 1))
 }
 
-/// Behaviour within y/|ξ| ≤ `width` of an end, where corners repeat: ξ' = ξ + B y, y' = K y at each of them.
+/// Behaviour of the corners with y/|ξ| ≤ `width` at a fast-slide end. Each corner gives the next one by ξ' = ξ + B y, y' = K y.
 fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
     let side = if right { 1.0 } else { -1.0 };
     let step = |(_, b, k): (usize, I, I), width: f64| {
@@ -558,7 +558,8 @@ fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
     None
 }
 
-/// The cycle that an orbit has reached, if it grows; `Some(None)` if it does not certainly grow.
+/// The cycle that an orbit has reached, if the cycle certainly grows. `Some(None)`: the orbit has reached a cycle that does not certainly
+/// grow.
 #[allow(clippy::option_option, reason = "none yet, or one that does not grow")]
 fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     let last = way.len().checked_sub(1)?;
@@ -572,8 +573,8 @@ fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     Some(grows.then(|| Decision::Grows(cycle.to_vec())))
 }
 
-/// Whether a growing cycle exists close to this one: at the two ends of an interval of angles around its first corner, image
-/// less angle has opposite signs.
+/// Whether a growing cycle exists close to this one. It does if the angle of the image less the angle itself has opposite signs at the two
+/// ends of an interval of angles around the first corner.
 fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
     // Starts at a corner with ξ = 0 exactly, if there is one: its cell is a point.
     let first = cycle.iter().position(|corner| corner.phi == 0.0).unwrap_or(0);

@@ -31,7 +31,7 @@ pub fn clattering_bound([e1, e2]: [f64; 2]) -> f64 {
     ((e1 + e2 + third + third * third) / ((1.0 + e1) * (1.0 + e2))).sqrt()
 }
 
-/// The restitution up to which impacts alternate for ever at coupling `psi`: √e = ψ/(1 + √(1 − ψ²)); zero for ψ ≤ 0.
+/// The restitution e up to which impacts alternate for ever at coupling `psi`: √e = ψ/(1 + √(1 − ψ²)); zero for ψ ≤ 0.
 #[must_use]
 pub fn chatter_restitution(psi: f64) -> f64 {
     let psi = psi.clamp(0.0, 1.0);
@@ -39,8 +39,8 @@ pub fn chatter_restitution(psi: f64) -> f64 {
     root * root
 }
 
-/// The restitution below which clattering converges at coupling `psi`: with x = e^⅓ the bound is (x + 1)(ψx² − (1+ψ)x + ψ) =
-/// 0, hence x = 2ψ/(1 + ψ + √((1−ψ)(1+3ψ))); zero for ψ ≤ 0.
+/// The restitution e below which clattering converges at coupling `psi`; zero for ψ ≤ 0. With x = e^⅓ the bound (10) is (x + 1)(ψx² −
+/// (1+ψ)x + ψ) = 0, hence x = 2ψ/(1 + ψ + √((1−ψ)(1+3ψ))).
 #[must_use]
 pub fn clattering_restitution(psi: f64) -> f64 {
     let psi = psi.clamp(0.0, 1.0);
@@ -48,9 +48,8 @@ pub fn clattering_restitution(psi: f64) -> f64 {
     x * x * x
 }
 
-/// The self-similar orbit of clattering below the bound, for e_1 = e_2 and equal reduced gravities: the state after every
-/// impact is that after the impact before, with the contacts exchanged, all speeds times `factor` and all gaps times its
-/// square.
+/// The self-similar orbit of clattering below the bound, for e_1 = e_2 and equal reduced gravities. From each impact to the next one the
+/// contacts exchange their roles, all speeds are multiplied by `factor`, and all gaps by its square.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SelfSimilar {
     /// c, the root of c³ + Kc² + (1 − K − e)c − e = 0 in (e, e^⅓), K = 1 + (1+e)ψ.
@@ -63,8 +62,8 @@ pub struct SelfSimilar {
     pub gap: f64,
 }
 
-/// The self-similar orbit at restitution `e` and coupling `psi`; `None` if none exists: at or above the bound of clattering
-/// convergence.
+/// The self-similar orbit at restitution `e` and coupling `psi`. There is none, and the result is `None`, at or above the bound of
+/// clattering convergence.
 #[must_use]
 pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     if !(e > 0.0 && e < 1.0) || psi >= clattering_bound([e, e]) || psi <= -1.0 {

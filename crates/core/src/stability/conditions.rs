@@ -12,7 +12,8 @@ use crate::modes::{
 use crate::stability::clattering::{chatter_bound, clattering_bound, coupling};
 use crate::stability::region::equilibrium_region;
 
-/// The part of a [`Verdict`](super::Verdict) that needs no corner map: Theorem 3 and its margins.
+/// The part of a [`Verdict`](super::Verdict) that has a closed form: the conditions of Theorem 3 of the paper [Or & Rimon 2008] and their
+/// margins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Whether the centre of mass lies over the equilibrium region.
@@ -23,14 +24,14 @@ pub struct Conditions {
     /// The region, see [`equilibrium_region`].
     #[serde(rename = "equilibrium_region", with = "ends")]
     pub region: Option<[f64; 2]>,
-    /// No word other than the static one is possible: where the forces of a word are admissible (f_n ≥ 0), a strict kinematic
-    /// inequality fails.
+    /// No word other than the static one is possible: each other word whose forces are admissible (f_n ≥ 0) violates a strict kinematic
+    /// inequality.
     pub kinematic_strong: bool,
-    /// The same, with the friction cone required of fixed contacts, too.
+    /// The same, but a word has admissible forces only if the forces of its fixed contacts also lie in their friction cones.
     pub kinematic_strong_strict: bool,
     /// FF is the only consistent word.
     pub unambiguous: bool,
-    /// Least margin of the kinematic-strong test, dimensionless: distance of the nearest condition from failing or holding.
+    /// Least margin of the kinematic-strong test, dimensionless: how far the nearest condition is from changing its result.
     #[serde(with = "crate::serial::numbers::extended")]
     pub kinematic_margin: f64,
     /// ψ.
@@ -74,15 +75,15 @@ impl Conditions {
         self.certainly_strong() && self.clattering
     }
 
-    /// Kinematic-strong by more than a tie. A body without friction on level ground, or without gravity, is a tie: it does not
-    /// return from a slide without acceleration.
+    /// Kinematic-strong with a margin above that of a tie. A body without friction on level ground, or without gravity, is a tie: such a
+    /// body slides without acceleration and does not return.
     pub(super) fn certainly_strong(&self) -> bool {
         self.kinematic_strong && self.kinematic_margin > TIE
     }
 }
 
-/// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0. They have the same bits as
-/// those of [`stability`](super::stability), and take a hundredth of the time where `stability` needs the corner map.
+/// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0. The values are equal, bit by bit, to
+/// those of [`stability`](super::stability). They take a hundredth of the time if `stability` needs the corner map.
 ///
 /// # Errors
 ///
@@ -127,8 +128,9 @@ fn touching(posture: &Posture) -> impl Iterator<Item = usize> {
     (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0)
 }
 
-/// The posture with the two contacts that touch, and their places in the list, if there are others that do not touch: small motions do
-/// not reach the ground of those.
+/// The posture without the contacts that do not touch, and the places of its two contacts in the list of all contacts; `None` if the
+/// posture has only two contacts, or if the number of contacts that touch is not two. Small motions do not bring the removed contacts to
+/// the ground.
 pub(super) fn pair_that_touches(posture: &Posture) -> Option<(Posture, [usize; 2])> {
     if posture.contacts().len() == 2 {
         return None;
@@ -196,8 +198,8 @@ pub(super) fn moves(word: Word) -> bool {
     !(all || fixed && slides)
 }
 
-/// Whether a word is excluded by kinematics although its forces are admissible, and the margin: the least margin of the forces
-/// or the largest kinematic violation, whichever is smaller.
+/// Whether a word is excluded by kinematics although its forces are admissible, and the margin of this: the least margin of the forces or
+/// the size of the largest kinematic violation, whichever is smaller.
 fn excluded(margins: &[Margin], strict: bool) -> (bool, f64) {
     let mut forces = f64::INFINITY;
     let mut kinematics = f64::INFINITY;
@@ -219,7 +221,7 @@ struct Words {
     strong: bool,
     strict: bool,
     margin: f64,
-    /// Whether a static word is consistent, and whether a moving one is.
+    /// Whether a static word is consistent, and whether a moving word is.
     holds: bool,
     leaves: bool,
 }

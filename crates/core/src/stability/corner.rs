@@ -1,21 +1,25 @@
 //! The corner map of a two-contact posture in its local model, enclosed in intervals.
 //!
-//! *Corner*: contact i rests on the terrain or slides along it, and contact j lands with speed y = −u_j > 0. The velocity then
-//! has one more component, s, along the direction z in which both contacts slide (N_1 z = N_2 z = 0, zᵀMz = m):
+//! *Corner*: contact i rests on the terrain or slides along it, and contact j lands with speed y = −u_j > 0. The velocity of the body then
+//! follows from the gap rates u and from s, the speed along the direction z in which both contacts slide (N_1 z = N_2 z = 0, zᵀMz = m).
+//! v_t,i is the sliding velocity of contact i:
 //!
 //! ```text
 //! q̇ = s z + M⁻¹Nᵀ(N M⁻¹Nᵀ)⁻¹ u,   v_t,i = α_i s + Σ_j β_ij u_j,   ξ = v_t,i/α_i = s − (β_ij/α_i) y
 //! ```
 //!
-//! Impacts without friction do not change s, and gravity changes it at a constant rate. The motion until the next Zeno point
-//! is therefore the same for all corners at j, except for the scale y: it is computed once. Then contact k rests, the other
-//! one, m, is in the air at h = H y², u = U y, and with constant accelerations
+//! Impacts without friction do not change s, and gravity changes s at a constant rate. The motion until the next Zeno point is therefore
+//! the same for all corners at j, up to the scale y, and is computed once. At this Zeno point contact k rests; the other contact, m, is in
+//! the air with the gap h = H y² and the gap rate u = U y. From there on all accelerations are constant, and the motion continues in one of
+//! three ways:
 //!
-//! * m lands before the sliding of k ends:  ξ' = ξ + B y,  y' = K y;
-//! * or sliding ends first, and k stays fixed (ξ' = 0) or reverses;
-//! * or both contacts rest, slide together, and stop, accelerate, or one of them lifts off and lands again.
+//! * m lands before k stops sliding: ξ' = ξ + B y, y' = K y;
+//! * k stops sliding first, and then stays fixed (ξ' = 0) or slides back;
+//! * both contacts rest at the Zeno point. They slide together until they stop, or without end, or until one of them lifts off and lands
+//!   again.
 //!
-//! By scale invariance only φ = atan(ξ/y) matters, and the growth G = r'/r of r² = ξ² + y²: a map of an interval for each j.
+//! The local model has no intrinsic scale. Therefore only φ = atan(ξ/y) matters, and the growth G = r'/r of r, where r² = ξ² + y². For each
+//! landing contact j the corner map is a map of an interval of φ.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +31,7 @@ use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
 
-/// Largest number of impacts of one flight that are followed.
+/// Largest number of impacts of one flight (from a corner to the next Zeno point) that are computed one by one.
 const IMPACTS: usize = 256;
 
 /// Constants of a posture in its local model, per unit mass.
@@ -52,7 +56,7 @@ pub(crate) struct Local {
 /// Accelerations while one contact is closed and the other is in the air, or while both are closed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arc {
-    /// dξ/dt (ds/dt with both contacts closed), and the acceleration of the other gap.
+    /// dξ/dt of the closed contact, or ds/dt if both contacts are closed; and the acceleration of the gap of the other contact.
     pub(super) along: I,
     pub(super) normal: I,
 }
@@ -79,10 +83,10 @@ enum BothSlide {
     Unknown,
 }
 
-/// Result of the frictionless flight and impacts after a corner, at landing speed 1 and after the time `t`.
+/// How the frictionless flight and impacts after a corner with landing speed y = 1 end. `t`: duration of the flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Flight {
-    /// Contact `kept` rests, the other has this gap and rate.
+    /// Contact `kept` rests. The other contact has this gap and gap rate.
     One {
         kept: usize,
         h: I,
@@ -93,14 +97,14 @@ enum Flight {
     Two {
         t: I,
     },
-    /// Neither lands again.
+    /// Neither contact lands again.
     Away,
     /// There is no such corner: the other contact does not stay on the terrain.
     Nowhere,
     Unknown,
 }
 
-/// The start of a slide: contact k at ξ + from y; gap and rate of the other one at landing speed 1.
+/// The start of a slide of contact k, at ξ + `from` y after a corner (ξ, y). `h`, `u`: gap and gap rate of the other contact for y = 1.
 #[derive(Clone, Copy)]
 struct Slide<'c> {
     k: usize,
@@ -196,13 +200,14 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// The largest value on the circle.
+    /// The largest value of the form on the circle ξ² + y² = 1.
     pub(super) fn largest(&self) -> f64 {
         let (mean, half) = ((self.xx + self.yy).times(0.5), (self.yy - self.xx).times(0.5));
         (mean + (half.square() + self.xy.square()).sqrt()).hi
     }
 
-    /// The largest value on a cell narrower than a quarter turn, where the form is (xx + yy)/2 + (yy − xx)/2 cos 2φ + xy sin 2φ.
+    /// The largest value of the form for ξ = sin φ, y = cos φ, φ in a cell narrower than a quarter turn. There the form is (xx + yy)/2 +
+    /// (yy − xx)/2 cos 2φ + xy sin 2φ.
     pub(super) fn most(&self, cell: &Cell) -> f64 {
         let [xx, xy, yy] = [&self.xx, &self.xy, &self.yy].map(|k| k.middle());
         let off: f64 = [&self.xx, &self.xy, &self.yy].iter().map(|k| k.hi - k.lo).sum();
@@ -251,8 +256,8 @@ impl Images {
 pub enum FlightsEnd {
     /// λ = D⁻¹(g_1, g_2) > 0: the energy bounds the gaps.
     Energy,
-    /// λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact: contact j drifts away and is not hit any more after a time of the size of the
-    /// kick.
+    /// λ_j < 0, ψ_1, ψ_2 ≤ 0 and g > 0 at the other contact: contact j drifts away. After a time proportional to the size of the kick it is
+    /// not hit any more.
     Drift,
 }
 
@@ -261,11 +266,11 @@ pub enum FlightsEnd {
 pub(crate) struct CornerMap {
     local: Local,
     flights: [Flight; 2],
-    /// Accelerations of contact k sliding with ξ < 0, ξ > 0; `None` unless a positive normal force certainly keeps it on the
-    /// terrain (else Painlevé).
+    /// Accelerations of contact k while it slides with ξ < 0, and with ξ > 0. `None` unless a positive normal force certainly keeps contact
+    /// k on the terrain (else Painlevé).
     pub(super) slides: [[Option<Arc>; 2]; 2],
     pub(super) from_rest: [FromRest; 2],
-    /// For s < 0, s > 0.
+    /// The motion in which both contacts slide, for s < 0 and for s > 0.
     both: [BothSlide; 2],
 }
 
@@ -348,9 +353,10 @@ impl Local {
 
     /// Why every frictionless flight ends at a Zeno point; `None` if neither reason is certain.
     ///
-    /// Drift, for λ_j < 0 and i the other contact: ψ_1, ψ_2 ≤ 0, g_i > 0. Put s = u_j + ψ_i u_i and y = h_j + ψ_i h_i. In a flight ṡ = κ with
-    /// κ = −(g_j + ψ_i g_i) > 0, which is λ_j < 0. An impulse at i leaves s as it is; one at j adds P D_jj (1 − ψ_1ψ_2) ≥ 0. So
-    /// y ≥ y_0 + s_0 t + κt²/2, and j is hit only while y ≤ 0: not after T* = (S + √(S² + 2κY))/κ, S = max(0, −s_0), Y = max(0, −y_0).
+    /// Drift, for λ_j < 0 and i the other contact: ψ_1, ψ_2 ≤ 0, g_i > 0. Put s = u_j + ψ_i u_i and y = h_j + ψ_i h_i (here s and y are not
+    /// those of a corner). In a flight ṡ = κ with κ = −(g_j + ψ_i g_i) > 0, because λ_j < 0. An impulse at i does not change s; an impulse
+    /// P at j adds P D_jj (1 − ψ_1ψ_2) ≥ 0. So y ≥ y_0 + s_0 t + κt²/2. Contact j can be hit only while y ≤ 0, hence not after T* = (S +
+    /// √(S² + 2κY))/κ, with S = max(0, −s_0), Y = max(0, −y_0).
     pub(super) fn flights_end(&self) -> Option<FlightsEnd> {
         let weights = self.weights();
         if weights.iter().all(|weight| weight.is_positive()) {
@@ -361,12 +367,13 @@ impl Local {
         (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
     }
 
-    /// Ratio of gravity into the terrain of contact k to its normal force, while it slides with this sign.
+    /// k = N M⁻¹ (N − σμT)ᵀ of contact k, per unit mass, with σ the sign of its sliding: gravity into its terrain divided by its normal
+    /// force while it slides.
     pub(super) fn stiffness(&self, k: usize, side: f64) -> I {
         self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k]
     }
 
-    /// Whether contact k certainly has no motion on the terrain while the other one is in the air: gravity pulls it off, and
+    /// Whether contact k certainly has no motion on the terrain while the other contact is in the air: gravity pulls contact k off, and
     /// friction is too weak to press it down, whether it slides or not.
     fn lets_go(&self, k: usize) -> bool {
         let soft = |side: f64| self.stiffness(k, side).is_positive();
@@ -495,7 +502,7 @@ impl Local {
         }
     }
 
-    /// Whether impacts at closed contacts are endless: p_1p_2 ≥ (√e_1 + √e_2)².
+    /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if the intervals do not decide.
     fn chatters(&self) -> Option<bool> {
         match self.psi[0].sign() {
             Some(1) => {}
@@ -604,7 +611,8 @@ impl Local {
         Flight::Unknown
     }
 
-    /// The limit of the bounces at a, if b is certainly above the terrain throughout: gap and rate of b at that time, and the time.
+    /// The end of the bounces at a, if contact b is certainly above the terrain until then: gap and gap rate of b at the end, and the
+    /// duration.
     fn bounces(&self, a: usize, h: I, u: [I; 2]) -> Option<(I, I, I)> {
         let b = 1 - a;
         let e = self.e[a];
@@ -791,7 +799,8 @@ impl CornerMap {
         images
     }
 
-    /// Calls `what` for the parts of an interval of speeds below and above zero, or at zero.
+    /// Divides an interval of speeds at zero. Calls `what` with the sign −1 for the part below zero, and with +1 for the part above zero;
+    /// with 0 if the speed is exactly zero.
     fn parts(&self, speed: I, images: &mut Images, mut what: impl FnMut(i8, I, &mut Images)) {
         if speed.lo < 0.0 {
             what(-1, I::new(speed.lo, speed.hi.min(0.0)), images);
@@ -804,7 +813,7 @@ impl CornerMap {
         }
     }
 
-    /// Contact k slides at ξ, a part of ξ + from y on one side of zero; the other one is in the air.
+    /// Contact k slides at the speed `xi`, which has the sign `side`; the other contact is in the air.
     fn slide(&self, start: &Slide, side: i8, xi: I, images: &mut Images) {
         let Slide { k, from, h, u, cell } = *start;
         let (m, y) = (1 - k, cell.y);
@@ -892,7 +901,7 @@ impl CornerMap {
         self.turn(k, gap, rate, Some(side), form, images);
     }
 
-    /// Contact k is at rest after it slid to this side; the other one is in the air. `most`: a bound on the landing speed.
+    /// Contact k is at rest after it slid in the direction `side`; the other contact is in the air. `most`: a bound of the landing speed.
     fn turn(&self, k: usize, h: I, u: I, side: Option<i8>, most: Option<f64>, images: &mut Images) {
         let m = 1 - k;
         let arc = match self.from_rest[k] {
@@ -953,8 +962,8 @@ impl CornerMap {
         images
     }
 
-    /// The map near the fast-slide end of the corners at j, where contact k stays on the terrain: ξ' = ξ + B y, y' = K y.
-    /// Returns (the contact that lands next, B, K); `None` if the corners do not repeat in this way.
+    /// The map near a fast-slide end (φ near ±π/2) of the corners at j, where contact k stays on the terrain: ξ' = ξ + B y, y' = K y.
+    /// Returns the contact that lands next, B and K; `None` if the corners do not repeat in this way.
     pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I)> {
         let Flight::One { kept, h, u, t } = self.flights[j] else { return None };
         let (i, m, l) = (1 - j, 1 - kept, &self.local);
@@ -964,8 +973,8 @@ impl CornerMap {
         Some((m, from + arc.along * time, fall(h, u, arc.normal)))
     }
 
-    /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a
-    /// landing of the other contact. A contact that gravity pulls off has none.
+    /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a landing
+    /// of the other contact. A contact that gravity pulls off the terrain has no such motion.
     fn lone(&self) -> impl Iterator<Item = (usize, i8, Option<bool>)> {
         let falls = |arc: &Arc| arc.normal.sign().map(|sign| sign < 0);
         (0..2).filter(|&k| !self.local.lets_go(k)).flat_map(move |k| {

@@ -18,19 +18,19 @@ use crate::outcome::ContactNumber;
 use crate::stability::Evidence;
 use crate::stability::corner::Local;
 
-/// Sliding speed of the start without a motion, in units of √(g · size), and square root of its gap in units of the size. Any smaller
-/// value has no motion either.
+/// Sliding speed of a start without a motion, in units of √(g · size). The square of this number is the gap at that start, in units of the
+/// size. Any smaller value has no motion either.
 const SMALL: f64 = 1.0 / 1024.0;
 
 /// Kicks after which there is no motion.
 pub(super) enum Lack {
-    /// This contact slides in this direction alone; with its k.
+    /// This contact slides alone; the first number is its direction, the second one its k.
     Alone(usize, f64, f64),
-    /// Both slide along z times this sign.
+    /// Both contacts slide along z times this sign.
     Together(f64),
 }
 
-/// The first such kicks: of contact 1 to the right, to the left, of contact 2, of both.
+/// The first of these kicks after which there is no motion: contact 1 slides to the right or to the left, contact 2 likewise, both slide.
 pub(super) fn lack(local: &Local) -> Option<Lack> {
     for contact in 0..2 {
         for direction in [1.0, -1.0] {

@@ -10,7 +10,7 @@ use crate::tolerance::{CYCLE_REACHED, RECURRENCE, SHAPE_LOST};
 /// The kind of end of a clattering motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FateKind {
-    /// One contact bounces alone until it rests, the other in the air.
+    /// One contact bounces alone until it rests; the other contact is in the air.
     OneZeno,
     /// Impacts alternate between the contacts for ever, gravity becomes negligible, and both contacts come to rest at the same
     /// time.
@@ -44,14 +44,14 @@ pub struct Fate {
     pub kind: FateKind,
     /// The contact that comes to rest in a 1-Zeno.
     pub contact: Option<ContactNumber>,
-    /// Whether it is proved for the given start. A 1-Zeno is, and clattering with equal restitutions, unless the impacts
-    /// before may have amplified rounding errors to more than 1e-6 of the shape. A cycle is observed, not proved.
+    /// Whether the kind is proved for the given start. A 1-Zeno is proved, and so is clattering with equal restitutions, unless rounding
+    /// errors of the impacts before may have grown to more than 1e-6 of the shape. A cycle is observed, not proved.
     pub certified: bool,
     /// Number of impacts after the first one until the kind is known.
     pub hits: usize,
     /// Number of impacts after which shape and contact repeat: 1 for a 1-Zeno, 2 for clattering.
     pub period: Option<usize>,
-    /// Mean logarithm of the factor of all speeds per impact from then on; NaN if unknown.
+    /// Mean logarithm of the factor of all speeds per impact, after these `hits`; NaN if unknown.
     pub sigma: f64,
 }
 
@@ -61,12 +61,13 @@ impl Fate {
     }
 }
 
-/// Accumulated rounding errors of an orbit: the covariance (vv, vy, yy) of the shape, as if the errors were independent.
+/// Accumulated rounding errors of an orbit: the covariance matrix (vv, vy, yy) of the errors of the shape (v, y), computed as if the errors
+/// of the steps were independent.
 #[derive(Clone, Copy, Default)]
 struct Spread([f64; 3]);
 
 impl Spread {
-    /// After a step with tangent map A: P' = A P Aᵀ plus the rounding errors of this step.
+    /// The covariance after a step with the tangent map A: A P Aᵀ plus the rounding errors of this step.
     fn after(self, step: &ReducedStep, rounding: [f64; 2]) -> Self {
         let (Self([vv, vy, yy]), [[a, b], [c, d]]) = (self, step.tangent);
         Self([
@@ -76,7 +77,7 @@ impl Spread {
         ])
     }
 
-    /// Whether the shape still belongs to the given start. NaN does not count as small.
+    /// Whether the accumulated errors are small compared with the shape. NaN does not count as small.
     fn is_small(self, shape: &Shape) -> bool {
         let (v, y) = (SHAPE_LOST * (1.0 + shape.rate.abs()), SHAPE_LOST * (1.0 + shape.gap));
         self.0[0] <= v * v && self.0[2] <= y * y
@@ -127,8 +128,8 @@ impl ReducedMap {
         })
     }
 
-    /// The mean growth over `period` impacts from `shape` on, if an attracting cycle is near: with A their tangent map, its
-    /// eigenvalues lie in the unit circle and (1 − A)⁻¹(x' − x) is small.
+    /// The mean growth over `period` impacts from `shape` on, if an attracting cycle is near. Let x' be the shape after these impacts, x
+    /// the shape before, and A the tangent map. The eigenvalues of A must lie in the unit circle, and (1 − A)⁻¹(x' − x) must be small.
     fn attracting_cycle(&self, shape: &Shape, period: usize) -> Option<f64> {
         let (mut now, mut a, mut log) = (*shape, [[1.0, 0.0], [0.0, 1.0]], 0.0);
         for _ in 0..period {
@@ -161,9 +162,9 @@ fn recurs(now: &Shape, before: &Shape) -> bool {
 impl ReducedMap {
     /// The end of a motion, followed for `n` impacts at most.
     ///
-    /// A 1-Zeno is decided exactly and clattering by its certificate. To find a cycle, each shape is compared with a stored
-    /// one, which is replaced after twice as many impacts each time (Brent's scheme). A recurrence counts as a cycle if its
-    /// tangent map contracts.
+    /// A 1-Zeno is decided exactly, and clattering by its certificate. To find a cycle, each shape is compared with a stored shape. The
+    /// stored shape is replaced after 1, 2, 4, … impacts (Brent's scheme). A shape that recurs counts as a cycle if its tangent map
+    /// contracts.
     ///
     /// # Errors
     ///

@@ -1,12 +1,12 @@
-//! Stability of a posture that touches its ground with two frictional contacts: whether after any sufficiently small kick the body comes back to rest
-//! near it.
+//! Stability of a posture that touches its ground with two frictional contacts: after any sufficiently small kick, does the body come back
+//! to rest near the posture?
 //!
-//! The verdict follows the paper [Or & Rimon 2008] and extends it. In order:
+//! The verdict follows the paper [Or & Rimon 2008] and extends it. These conditions are tested in order:
 //!
 //! 1. equilibrium: the centre of mass lies over the equilibrium region;
 //! 2. kinematic-strong equilibrium: no word other than FF satisfies the kinematic and the force conditions;
-//! 3. clattering convergence (10): together with 2. this is Theorem 3, frictional stability;
-//! 4. where these do not decide: Goyal's bound instead of (10), and the corner map, in intervals.
+//! 3. clattering convergence, condition (10) of the paper: with 2. it gives Theorem 3, frictional stability;
+//! 4. if these do not decide: Goyal's bound instead of (10), and the corner map, in intervals.
 //!
 //! [`static_forces`] and [`friction_margin`] give the forces at rest and the reserve of friction.
 //!
@@ -84,10 +84,10 @@ impl Stability {
 pub enum Argument {
     /// The contacts cannot hold the body.
     NotEquilibrium,
-    /// Kinematic-strong in the strict reading, and (10): Theorem 3.
+    /// Kinematic-strong with the friction cone required of fixed contacts, and condition (10): Theorem 3.
     #[serde(rename = "theorem-3")]
     Theorem3,
-    /// Kinematic-strong, and (10): Theorem 3.
+    /// Kinematic-strong, and condition (10): Theorem 3.
     #[serde(rename = "theorem-3-loose")]
     Theorem3Loose,
     /// Kinematic-strong, and Goyal's bound.
@@ -103,7 +103,7 @@ pub enum Argument {
 }
 
 impl Argument {
-    /// The verdict that it leads to.
+    /// The verdict to which this argument leads.
     #[must_use]
     pub const fn verdict(self) -> Stability {
         match self {
@@ -150,7 +150,7 @@ impl Argument {
 pub struct CornerStep {
     /// The contact that lands.
     pub contact: ContactNumber,
-    /// φ, in rad: landing speed −u_j = r cos φ, sliding speed v_t,i = r sin φ of the other contact.
+    /// φ, in rad. The landing speed is −u_j = r cos φ, and the other contact slides at v_t,i = r sin φ.
     pub phi: f64,
     /// ln r′/r to the next corner.
     pub growth: f64,
@@ -171,7 +171,7 @@ pub enum Evidence {
         /// [`Conditions::kinematic_margin`]
         #[serde(with = "crate::serial::numbers::extended")]
         kinematic_margin: f64,
-        /// ψ less the bound of the argument: (10), or Goyal's.
+        /// ψ less the bound of the argument: the bound (10) or Goyal's bound.
         coupling_margin: f64,
     },
     /// No sequence of corners grows for ever.
@@ -186,12 +186,12 @@ pub enum Evidence {
     Motion {
         /// Its word.
         word: String,
-        /// The velocity at q = 0 with which it starts, 1 m/s at the contact on the terrain or at the other one: (ẋ, ẏ, θ̇), in m/s and
-        /// rad/s.
+        /// The velocity (ẋ, ẏ, θ̇) at q = 0 with which the motion starts, in m/s and rad/s. The contact on the terrain slides at 1 m/s or
+        /// is at rest; if the other contact leaves the terrain with a gap rate, that rate is 1 m/s.
         velocity: [f64; 3],
     },
-    /// A start, as small as one likes, from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide; with
-    /// any factor 0 < f < 1 on `qdot`, and f² on `q`, there is no motion either.
+    /// A start from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide. The start may be as small
+    /// as one likes: with `qdot` times any factor 0 < f < 1, and `q` times f², there is no motion either.
     NoMotion {
         /// The contacts that slide.
         contacts: Vec<ContactNumber>,
@@ -228,7 +228,7 @@ pub struct Verdict {
     pub contacts: Vec<ContactNumber>,
     /// The verdict.
     pub frictional_stability: Stability,
-    /// Its argument.
+    /// The argument that decides; `None` if the verdict is undecided.
     pub by: Option<Argument>,
     /// The conditions in closed form: Theorem 3 and its margins.
     #[serde(flatten)]
@@ -237,10 +237,10 @@ pub struct Verdict {
     pub energy: bool,
     /// Why every frictionless flight ends, if that is certain.
     pub flight: Option<FlightsEnd>,
-    /// Whether rounding may decide: a margin of the argument is below 1e-10.
+    /// Whether rounding errors may decide: a margin of the argument is below 1e-10.
     pub delicate: bool,
-    /// Bound on the growth of a motion after a kick: in the local model ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at
-    /// most this number times that of the kick, a velocity given to the body at rest in its posture; at least 1.
+    /// Bound of the growth of a motion after a kick. The kick is a velocity given to the body at rest in its posture. In the local model
+    /// ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at most this number times ‖q̇‖ of the kick. The bound is at least 1.
     #[serde(flatten, with = "bound_or_reason")]
     pub amplification: Result<f64, NoBound>,
     /// Results of random kicks, if requested: evidence, no proof; see [`trials`].
@@ -263,13 +263,13 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     judge(posture, true)
 }
 
-/// The posture that a verdict is about: with the two contacts that touch, if there are others.
+/// The posture to which a verdict applies: the given one, without the contacts that do not touch if exactly two contacts touch.
 #[must_use]
 pub fn of_touching_contacts(posture: &Posture) -> Posture {
     conditions::pair_that_touches(posture).map_or_else(|| posture.clone(), |(pair, _)| pair)
 }
 
-/// As [`stability`]. `amplification`: whether to compute that field, which may take most of the time.
+/// As [`stability`]. `amplification`: whether to compute the field of this name, which may take most of the time.
 pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
     if let Some((pair, places)) = conditions::pair_that_touches(posture) {
         let mut verdict = judge(&pair, amplification)?;
@@ -371,7 +371,7 @@ impl Verdict {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
     }
 
-    /// Names the two contacts by these places in the list of the posture.
+    /// Renumbers the two contacts with their places in the list of contacts of the posture.
     fn renumber(&mut self, places: [usize; 2]) {
         let rename =
             |number: &mut ContactNumber| *number = ContactNumber::of(places[number.index()]);

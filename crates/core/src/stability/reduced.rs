@@ -1,15 +1,15 @@
-//! Clattering up to scale: the map from impact to impact of the shape of the motion, and of its size.
+//! Clattering up to scale: how the shape and the size of the motion change from impact to impact.
 //!
-//! The local model has no intrinsic scale: (h, u, t) → (s²h, su, st) maps motions to motions. The state right after an impact
-//! at contact a, with b the other one, is given by two numbers, its *shape*, and a size that factors out:
+//! The local model has no intrinsic scale: (h, u, t) → (s²h, su, st) maps motions to motions. Let a be the contact just hit, and b the
+//! other contact. The state right after the impact is given by two numbers, its *shape*, and by its size:
 //!
 //! ```text
 //! rate v = u_b/u_a     gap y = h_b/u_a²     size u_a > 0
 //! ```
 //!
-//! in units in which the coupling is symmetric and gravity is one: rates k_i u_i and gaps k_i h_i with k_1 = (ψ_1/ψ_2)^¼ =
-//! 1/k_2, so both contacts are coupled by ψ = ±√(ψ_1ψ_2), and times in u/ĝ, ĝ = √(g_1g_2), so gravity is G_i = k_i g_i/ĝ with
-//! G_1G_2 = 1. The only parameters are the restitutions, ψ and G_1. (For ψ_1 = ψ_2 the size is the take-off rate in m/s.)
+//! The units are such that the coupling is symmetric and gravity is one. Rates are k_i u_i and gaps k_i h_i with k_1 = (ψ_1/ψ_2)^¼ = 1/k_2,
+//! so the coupling of both contacts is ψ = ±√(ψ_1ψ_2). Times are in units of u/ĝ, ĝ = √(g_1g_2), so gravity is G_i = k_i g_i/ĝ with G_1G_2
+//! = 1. The only parameters are the restitutions, ψ and G_1. (For ψ_1 = ψ_2 the size is the take-off rate in m/s.)
 //!
 //! One step leads from impact to impact and is exact [Or & Rimon 2008, (7)]. If a falls back before b lands (τ_a = 2/G_a):
 //!
@@ -17,7 +17,7 @@
 //! v' = (v − G_b τ_a − (1+e_a)ψ)/e_a     y' = (y + vτ_a − ½G_b τ_a²)/e_a²     f = e_a
 //! ```
 //!
-//! and otherwise, with the roles exchanged, s the speed at which b lands after τ, and w the rate of a at that time:
+//! Otherwise b lands first. The roles are exchanged; s is the speed at which b lands after the time τ, and w is the rate of a at that time:
 //!
 //! ```text
 //! s² = v² + 2G_b y     τ = (v + s)/G_b     w = 1 − G_a τ
@@ -42,8 +42,8 @@ use crate::stability::clattering::coupling;
 use crate::tolerance::SHAPE_AT_REST;
 use crate::zeno::{FrozenModel, Gaps};
 
-/// The least restitution of the reduced map. Below it the take-off speed of an impact is less than the rounding error of the
-/// other speeds. (A plastic impact leaves no size as a unit of the shape.)
+/// The least restitution for which the reduced map is defined. Below it the take-off speed of an impact is less than the rounding error of
+/// the other speeds. (The unit of the shape is the take-off speed, which is zero after a plastic impact.)
 const LEAST_RESTITUTION: f64 = 1e-12;
 /// Limits of the ratio k_1g_1/(k_2g_2): this number and its inverse. Products of four such numbers are still doubles.
 const RATIO: f64 = 1e50;
@@ -55,9 +55,9 @@ pub(crate) const CANCEL_INTERVAL: usize = 1 << 16;
 pub struct Shape {
     /// The contact that was hit.
     pub contact: ContactNumber,
-    /// Gap rate of the other contact over that of this one.
+    /// Gap rate of the other contact, divided by the gap rate of this contact.
     pub rate: f64,
-    /// Gap of the other contact over the square of the gap rate of this one, at unit gravity.
+    /// Gap of the other contact, divided by the square of the gap rate of this contact, at unit gravity.
     pub gap: f64,
 }
 
@@ -66,9 +66,9 @@ pub struct Shape {
 pub struct ReducedStep {
     /// The shape after the impact.
     pub shape: Shape,
-    /// f: the size over that before the step.
+    /// f: the size after the step divided by the size before it.
     pub factor: f64,
-    /// Time since the previous impact, in units of the size there.
+    /// Time since the previous impact, in units of the size after that impact.
     pub flight: f64,
     /// Derivative of (rate, gap) with respect to (rate, gap) before the step; its determinant is e²/f⁵.
     pub tangent: [[f64; 2]; 2],
@@ -229,7 +229,7 @@ impl ReducedMap {
         })
     }
 
-    /// The first shape of a motion, with the logarithm of its size and the time until then.
+    /// The first shape of a motion, with the logarithm of its size and the time until this shape.
     ///
     /// A state right after an impact, with one gap zero and its rate positive, is that shape itself. Any other state is
     /// advanced to its first impact.
@@ -290,7 +290,7 @@ pub(crate) struct Start {
     pub(crate) first: Result<Shape, OrbitEnd>,
     /// ln u_a
     pub(crate) log_size: f64,
-    /// Time until then, in units of 1/ĝ.
+    /// Time until this shape, in units of 1/ĝ.
     pub(crate) flight: f64,
 }
 
@@ -307,7 +307,8 @@ pub struct Orbit {
     pub shapes: Vec<Shape>,
     /// Natural logarithm of the size k_a u_a, in ln(m/s).
     pub log_sizes: Vec<f64>,
-    /// Time since the previous impact, in units of the size there over ĝ. The first: time since the start, in units of 1/ĝ.
+    /// Time since the previous impact, in units of the size after that impact over ĝ. The first entry is the time since the start, in units
+    /// of 1/ĝ.
     pub flights: Vec<f64>,
     /// Why no impact follows; `None` if the requested number was found.
     pub end: Option<OrbitEnd>,
@@ -336,8 +337,8 @@ pub const BATCHES: usize = 32;
 impl ReducedMap {
     /// The first `n` impacts of a motion, up to scale; fewer if one contact bounces alone or both land at the same instant.
     ///
-    /// Row 0 is the given state if it is right after an impact (a gap of zero and its rate positive), and otherwise the first
-    /// impact.
+    /// Row 0 is the given state if that is right after an impact (one gap is zero and its rate positive). Otherwise row 0 is the state
+    /// after the first impact.
     ///
     /// # Errors
     ///
@@ -416,8 +417,8 @@ impl ReducedMap {
     }
 }
 
-/// Rotates `frame`, the first of two orthonormal directions, by the tangent map, and returns the diagonal of the triangular
-/// factor in A Q = Q' R: the stretching factors along `frame` and across it.
+/// Multiplies the orthonormal matrix Q by the tangent map A and factorises A Q = Q' R, with R triangular. `frame` is the first column of Q,
+/// and then of Q'. Returns the diagonal of R: the stretching factors along `frame` and across it.
 fn stretched(frame: &mut [f64; 2], a: &[[f64; 2]; 2]) -> [f64; 2] {
     let image = |x: [f64; 2]| [0, 1].map(|i| a[i][0] * x[0] + a[i][1] * x[1]);
     let (along, across) = (image(*frame), image([-frame[1], frame[0]]));

@@ -1,14 +1,15 @@
 //! The equilibrium region: the positions of the centre of mass at which contact forces can hold the body.
 //!
-//! The edges of the friction cones, u = n_i ± μ_i t_i with moments m_u = x_i × u, carry a weight of one at abscissa x if
+//! The edges of the friction cones, u = n_i ± μ_i t_i with moments m_u = x_i × u, balance a unit weight at the abscissa x of the centre of
+//! mass if
 //!
 //! ```text
 //! Σ a_u u = e_y,   Σ a_u m_u = x,   a_u ≥ 0.
 //! ```
 //!
-//! The extreme x are the optima of a linear program with two equations beside its objective. For any number of contacts they
-//! are attained at two edges, or at one that is vertical. The program is unbounded towards +x (−x) if at most three edges
-//! have a combination a ≥ 0 without force and with a positive (negative) moment: the contacts can squeeze the body.
+//! The extreme x are the optima of a linear programme with two equations beside its objective. For any number of contacts two edges, or a
+//! single vertical one, attain an optimum. The programme is unbounded towards +x (−x) if at most three edges have a combination a ≥ 0 with
+//! zero force and a positive (negative) moment: the contacts can squeeze the body.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -26,13 +27,13 @@ struct Edge {
     /// ±μ
     f: f64,
     u: Vector2<f64>,
-    /// The contact, from the nominal centre of mass, in m.
+    /// The arm of the contact, from the nominal centre of mass, in m.
     arm: Vector2<f64>,
     moment: f64,
 }
 
 impl Edge {
-    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'): without cancellation on ground of one slope, for any friction.
+    /// u × v = (n×n')(1 + f f') + (t·t')(f − f'). No terms cancel on ground of one slope, for any friction.
     fn cross(&self, other: &Self) -> f64 {
         let (sine, size) = (self.normal.perp(&other.normal), 1.0 + (self.f * other.f).abs());
         let cross =
@@ -42,12 +43,12 @@ impl Edge {
     }
 }
 
-/// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the nominal
-/// posture can balance gravity; ±∞ where there is no bound, `None` if there is no such position. Without gravity: all
-/// abscissas.
+/// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the nominal posture can
+/// balance gravity. An end is ±∞ if there is no bound; the result is `None` if no position is possible. Without gravity all abscissas are
+/// possible.
 ///
-/// Closed form over pairs of cone edges (single vertical ones, and triples that squeeze) for any number of contacts [Or & Rimon 2008, III]. Only contacts that touch in the
-/// nominal posture count.
+/// Closed form over pairs of cone edges (and single vertical edges, and triples that squeeze the body), for any number of contacts [Or &
+/// Rimon 2008, III]. Only contacts that touch in the nominal posture count.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
     let x = posture.fields().center_of_mass[0];
@@ -66,8 +67,8 @@ pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
     Some(whole).unsigned_zero()
 }
 
-/// The same region for each way in which contacts in convex vertices can be on one of their two pieces, with all coefficients of friction
-/// times `factor`.
+/// The equilibrium regions with all coefficients of friction times `factor`, one region for each choice of the pieces: a contact in a
+/// convex vertex can be on either of its two pieces.
 pub(super) fn regions(posture: &Posture, factor: f64) -> Vec<[f64; 2]> {
     let stances = posture.stances(&Vector3::zeros());
     stances.iter().filter_map(|stance| region(posture, stance, factor)).collect()
@@ -110,8 +111,8 @@ fn region(posture: &Posture, stance: &Stance, factor: f64) -> Option<[f64; 2]> {
     Some(region)
 }
 
-/// The edges of all friction cones; one for a contact without friction. Moments are taken about the nominal centre of mass, so
-/// their rounding error does not depend on the origin; the abscissas are shifted back.
+/// The edges of all friction cones; one edge for a contact without friction. Moments are taken about the nominal centre of mass, so that
+/// their rounding errors do not depend on the origin; the abscissas are shifted back.
 fn edges(posture: &Posture, stance: &Stance, factor: f64) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (i, (contact, k)) in posture.contacts().iter().zip(posture.geometry()).enumerate() {
@@ -133,7 +134,7 @@ fn edges(posture: &Posture, stance: &Stance, factor: f64) -> Vec<Edge> {
     edges
 }
 
-/// Whether combinations of edges with zero total force have a negative, or a positive moment.
+/// Whether some combination of edges with zero total force has a negative moment, and whether one has a positive moment.
 fn squeeze(edges: &[Edge]) -> [bool; 2] {
     let mut found = [false; 2];
     let mut take = |moment: f64, size: f64| {

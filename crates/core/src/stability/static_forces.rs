@@ -23,7 +23,8 @@ pub struct StaticForces {
     pub high: Vec<[f64; 2]>,
 }
 
-/// An edge of a friction cone: the contact, its force (tangential, normal), direction, and moment in units of the size of the body.
+/// An edge of a friction cone: the contact; the force (tangential, normal); the direction; and the moment, in units of the size of the
+/// body.
 struct Edge {
     contact: usize,
     force: [f64; 2],
@@ -38,7 +39,7 @@ pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     stances.iter().find_map(|stance| forces_of(posture, stance))
 }
 
-/// The forces in one of the ways in which contacts in convex vertices can be on their pieces.
+/// The forces for one choice of the pieces on which contacts in convex vertices stand.
 fn forces_of(posture: &Posture, stance: &Stance) -> Option<StaticForces> {
     let fields = posture.fields();
     let weight = fields.mass * fields.gravity;
@@ -95,9 +96,9 @@ fn edges(posture: &Posture, stance: &Stance) -> Vec<Edge> {
 /// Largest factor on the coefficients of friction that is tried.
 const MOST: f64 = 1e9;
 
-/// Reserve of friction of a posture: 1 − κ with κ the least factor on all coefficients of friction at which the centre of mass
-/// is over the equilibrium region, or beyond its end by at most [`TOUCH`] of the size of the body. One: it stands without
-/// friction; zero: at the edge of the region; negative outside; −∞ if no friction suffices.
+/// Reserve of friction of a posture: 1 − κ. κ is the least factor on all coefficients of friction at which the centre of mass is over the
+/// equilibrium region, or beyond its end by at most [`TOUCH`] of the size of the body. The reserve is 1 if the body stands without
+/// friction, zero at the edge of the region, negative outside, and −∞ if no friction suffices.
 #[must_use]
 pub fn friction_margin(posture: &Posture) -> f64 {
     let x = posture.fields().center_of_mass[0];

@@ -16,8 +16,8 @@ use crate::simulate::simulate_until;
 use crate::stability::conditions::pair_that_touches;
 use crate::tolerance::START_LIFT;
 
-/// Speed of a kick, in units of √(g size); displacements are its square, in units of the size. The local model has no scale:
-/// the result of a kick is that of all smaller ones.
+/// Speed of a kick, in units of √(g · size). The displacement is the square of this number, in units of the size. The local model has no
+/// scale: a smaller kick in the same direction gives the same result.
 const KICK: f64 = 1e-3;
 
 /// Displacement, in units of the size, at which a body counts as gone.

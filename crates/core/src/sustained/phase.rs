@@ -142,7 +142,8 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) cause: Option<Cause>,
 }
 
-/// Called at the start of every step of the motion, with its state, word, time and cause.
+/// A function that records the motion. It is called at the start of every step with the state, the contact-mode word, the time, and,
+/// at the first step in a word, the cause of that word.
 pub(crate) type Note<'n> = dyn FnMut(&BodyState, &[Mode], Clock, Option<Cause>) + 'n;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
-//! Collisions of the full model: finite rotation, impacts at the current configuration.
+//! Collisions of the full model: the rotation is finite, and each impact uses the current configuration.
 //!
-//! The state is kept in gap coordinates (h, u) with b_i, c_i of the rotated arms. Positions of the body follow from the
-//! impulses. When the rest of an accumulation is too short for the geometry to change, the frozen model sums it.
+//! The state is kept in gap coordinates (h, u), with b_i, c_i of the rotated arms. Positions of the body follow from the impulses. When the
+//! rest of an accumulation is so short that the geometry does not change, the frozen model sums it.
 
 mod plain;
 
@@ -29,7 +29,7 @@ pub(crate) struct PairBody {
     pub(crate) n12: f64,
     /// g
     pub(crate) gravity: f64,
-    /// 1 − e of the contact with the larger restitution
+    /// 1 − e, with e the larger of the two restitutions.
     least_loss: f64,
 }
 
@@ -45,7 +45,8 @@ pub(crate) struct FullState {
     pub(crate) c: [f64; 2],
 }
 
-/// Collisions between two computations of b, c from θ. In between they are turned step by step, with a rounding error each.
+/// Number of collisions between two computations of b and c from θ. In between, b and c are turned step by step, and each step adds a
+/// rounding error.
 const REFRESH: usize = 32;
 
 impl FullState {
@@ -107,8 +108,8 @@ impl FullState {
         LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
     }
 
-    /// Whether a flight to the next touchdown is too long for the position to stay resolved. With one contact, or if the body lies
-    /// flat and does not turn, only its angle counts.
+    /// Whether the flight to the next touchdown is so long that rounding makes the position of the body unknown. For a single contact, and
+    /// for a body that lies flat and does not turn, only the angle of rotation matters.
     #[inline]
     fn is_lost(&self, contact: usize, dt: f64) -> bool {
         let (u, omega) = (self.gaps.u[contact], self.spin.omega);
@@ -136,7 +137,7 @@ impl FullState {
         self.center.fly(self.body.gravity, dt);
     }
 
-    /// Applies own-rate jumps at the contacts to gaps, spin and impulses.
+    /// Applies impulses, given as own-rate jumps at the contacts, to the gap rates, the spin and the sums of impulses.
     pub(crate) fn apply_impulse(&mut self, jump: [f64; 2]) {
         let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
         for i in 0..2 {
@@ -148,18 +149,20 @@ impl FullState {
         }
     }
 
-    /// First-order effect of the rotation during a tail of duration `t` that began at `start` and was summed in the geometry
-    /// there: an impulse P at time τ acts on the arm b − c ωτ, so that Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ P).
+    /// Adds the first-order effect of the rotation on ω during a tail. The tail has the duration `t`, began at `start`, and was summed in
+    /// the geometry of `start`. An impulse P at time τ acts on the arm b − c ωτ, so that Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ
+    /// P).
     ///
-    /// Towards a 2-Zeno point speeds shrink more slowly than times: the effect matters for speeds where it does not for times.
+    /// Towards a 2-Zeno point the speeds decrease more slowly than the times of flight. So the effect can be negligible for the times, but
+    /// not for the speeds.
     pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
         let omega = 0.5 * (start.spin.omega + self.spin.omega);
         let fast: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
         self.spin.omega -= omega * fast / self.body.rho2;
     }
 
-    /// Computes the velocity from the gap rates of closed contacts: after a tail summed in the geometry of its start, where the
-    /// arms have turned a little since, or after so many impacts that their jumps cancel.
+    /// Computes the velocity of the body from the gap rates of closed contacts. This is needed after a tail summed in the geometry of its
+    /// start, during which the arms have turned a little, and after so many impacts that the sum of their jumps has lost its digits.
     pub(crate) fn follow(&mut self, closed: [bool; 2]) {
         if closed == [true, true] {
             self.forget_rounding();
@@ -192,7 +195,8 @@ impl FullState {
         }
     }
 
-    /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]; returns its own-rate jump.
+    /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]. Returns the own-rate jump (1+e)|w|, the change of the gap rate of contact
+    /// i.
     fn hit(&mut self, i: usize) -> f64 {
         let (s, e) = (-self.gaps.u[i], self.body.contacts[i].restitution);
         let (jump, per_own) = newton::own_jump(e, s, self.own(i));
@@ -217,7 +221,7 @@ impl FullState {
         log.bodies.push((self.center, self.spin));
     }
 
-    /// The contact that lands next, its touchdown, and whether both land at once. `active`: the contact just hit.
+    /// The contact that lands next, its touchdown, and whether both contacts land at once. `active`: the contact just hit.
     fn next_landing(&self, active: Option<usize>) -> Option<(usize, Touchdown, bool)> {
         let arcs = [self.arc(0), self.arc(1)];
         if let Some(a) = active
@@ -291,9 +295,9 @@ impl FullState {
         (self.gaps.u[a] == 0.0).then_some(LoopExit::Tie)
     }
 
-    /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at its end by less than
-    /// their rounding error. [`FullState::turn_tail`] only approximates its effect, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), because ω does
-    /// not change uniformly. On parallel ground, contacts at rest leave no speed that could change.
+    /// Whether the rotation during a tail of duration `t` with these own-rate jumps changes the speeds at the end of the tail by less than
+    /// their rounding error. [`FullState::turn_tail`] adds only an approximation of the change, Δω ≤ Σ |c_i| ωt J_i/(b_i² + ρ²), because ω
+    /// does not change uniformly. On parallel ground, if both contacts come to rest, no speed is left that could change.
     fn is_turn_lost(&self, t: f64, jump: [f64; 2]) -> bool {
         let per_own = [0, 1].map(|i| jump[i].abs() / self.own(i));
         let omega =
@@ -335,7 +339,7 @@ impl FullState {
             .then_some(LoopExit::Bounce { contact: a, duration: t })
     }
 
-    /// Whether both contacts, which bounce in step until they rest after `t`, keep landing together while the body turns.
+    /// Both contacts bounce in step until they rest after the time `t`: whether they keep landing together although the body turns.
     pub(crate) fn stays_synchronous(&self, t: f64, log: &Log) -> bool {
         let [one, two] = FrozenModel::new(&self.frozen()).settle(&self.gaps, t).jump;
         let drift = self.drift(t, one.abs(), two.abs());
@@ -411,14 +415,14 @@ pub(crate) struct FullCollisions {
     left: UntilCheck,
 }
 
-/// Least number of collisions for which a vector lane is used.
+/// Least number of remaining collisions for which a vector lane is used.
 const WORTH: usize = 4;
-/// A lane is used after this number of collisions times 1 − e: by then most motions that can be summed have been. The smaller the
-/// loss of an impact, the longer a motion lasts.
+/// A lane is used only after this number times (1 − e) collisions, because most motions that can be summed have been summed by then. The
+/// factor 1 − e is the loss of an impact: the smaller this loss, the more collisions a motion has, and the sooner a lane is worth its cost.
 const YOUNG: f64 = 16.0;
 
 impl FullCollisions {
-    /// Puts the body into a lane if plain collisions may be next and it is worth its cost.
+    /// Puts the body into a lane if plain collisions may be next and enough of them are expected.
     pub(crate) fn enter(&self, state: &FullState, log: &Log, pool: &mut Pool, run: usize) -> bool {
         let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
         let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
@@ -443,7 +447,7 @@ impl FullCollisions {
         self.end_after(stopped.a, dt, state, log)
     }
 
-    /// Tests for an end after a collision at `a`. `None`: plain collisions may be next; `Some(None)`: another event.
+    /// Tests for an end after a collision at `a`. `None`: plain collisions may be next. `Some(None)`: another event is next.
     fn end_after(
         &mut self,
         a: usize,
@@ -456,7 +460,8 @@ impl FullCollisions {
         (halt.is_some() || self.active.is_none()).then_some(halt)
     }
 
-    /// A plain collision at contact 1, if contact 2 was hit last: those in turn start after it. Result: as of [`Self::end_after`].
+    /// A plain collision at contact 1 if contact 2 was hit last. Alternate plain collisions start after an impact at contact 1. Result: as
+    /// of [`Self::end_after`].
     pub(crate) fn come_to_first(
         &mut self,
         state: &mut FullState,
@@ -487,7 +492,7 @@ impl FullCollisions {
         self.left.fresh -= 1;
     }
 
-    /// Ends the loop, with a flight up to the time limit if that is next.
+    /// Ends the loop. If no collision precedes the time limit, first simulates the flight up to it.
     pub(crate) fn end(self, halt: LoopExit, state: &mut FullState, log: &mut Log) -> LoopExit {
         if halt == LoopExit::TimeLimit || halt == LoopExit::Never && log.end.is_finite() {
             let left = log.left().max(0.0);
@@ -539,9 +544,9 @@ impl FullCollisions {
         state.accumulates(contact, landing.dt, &self.constants, log)
     }
 
-    /// Up to `most` pairs of plain collisions in turn. Result: as of [`Self::end_after`].
+    /// Simulates up to `most` pairs of plain collisions, alternately at the two contacts. Result: as of [`Self::end_after`].
     ///
-    /// Both contacts are written out, without indices.
+    /// The code of both contacts is written out, without indices.
     pub(crate) fn alternate(
         &mut self,
         most: usize,
@@ -604,15 +609,15 @@ impl FullCollisions {
 }
 
 struct Drift {
-    /// In rad.
+    /// Bound of the rotation, in rad.
     angle: f64,
     gravity: [f64; 2],
     psi: f64,
 }
 
 impl Drift {
-    /// Whether the body turns so little that velocities of frozen geometry, correct to first order, are correct to the last digit.
-    /// A short time is not enough if the body spins fast.
+    /// Whether the body turns so little that velocities from the frozen geometry, corrected to first order, are right to the last digit. A
+    /// short time alone does not ensure this, because the body may spin fast.
     fn is_little(&self) -> bool {
         self.angle * self.angle <= f64::EPSILON
     }
@@ -652,8 +657,8 @@ mod tests {
     proptest! {
         #![proptest_config(fixed(4))]
 
-        /// It has no part along the tangent, and its moment is that of a force at the contact. It takes (1 − e²)w²/(2D_ii),
-        /// D_ii = 1 + b_i²/ρ². The rates remain those of the body.
+        /// The impulse has no part along the tangent, and its moment is that of a force at the contact. The impact dissipates (1 −
+        /// e²)w²/(2D_ii), with D_ii = 1 + b_i²/ρ² per unit mass. The gap rates remain those that follow from the velocity of the body.
         #[test]
         fn an_impact_is_an_impulse_along_the_normal_of_the_contact(
             i in 0..2_usize, theta in -1.0..1.0, v in prop::array::uniform3(-2.0..2.0_f64),

@@ -22,7 +22,7 @@ pub(crate) struct Side<T> {
     normal: [T; 2],
     /// b and c at θ = 0.
     arm: [T; 2],
-    /// (g/|d|)²: an arc is concave for all time if ω⁴ is below this.
+    /// (g/|d|)². If ω⁴ is below this, the gap is a concave function of time for all times.
     slow: T,
 }
 
@@ -35,9 +35,9 @@ pub(crate) struct FullConstants<T> {
     cross: T,
     gravity: T,
     least_loss: T,
-    /// The time limit, or the largest double.
+    /// The time limit, or the largest double if there is none.
     end: T,
-    /// The longest flight from the ground in which the position stays resolved, in s.
+    /// The longest flight from the ground after which the position of the body is still known in spite of rounding, in s.
     longest: T,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct FullLoopState<T> {
 pub(crate) struct FullPlainCollision<T: Real> {
     pub(crate) after: FullLoopState<T>,
     pub(crate) plain: T::Mask,
-    /// Whether the motion after it may be summed or frozen, or the contact just hit stays closed.
+    /// Whether one of the ends of [`Near`] is possible after the collision, or the contact just hit stays closed.
     pub(crate) may_end: T::Mask,
     /// Rates before the impact, and its own-rate jump.
     pub(crate) before: [T; 2],
@@ -69,16 +69,16 @@ pub(crate) struct FullPlainCollision<T: Real> {
     pub(crate) dt: T,
 }
 
-/// The ends of an accumulation that are possible after an impact at contact a: bouncing at a, clattering, and rest of both
-/// contacts so soon that the geometry may be frozen. Each test needs no root and no division.
+/// Which ends of an accumulation are possible after an impact at contact a: bouncing at a, clattering, and rest of both contacts so soon
+/// that the geometry may be frozen. The tests need no root and no division.
 pub(crate) struct Near<T: Real> {
     pub(crate) bounce: T::Mask,
     pub(crate) clatter: T::Mask,
     pub(crate) freezes: T::Mask,
 }
 
-/// Whether the time to rest, at least 8 speed/(g(1−e)), may be below [`TAIL_TOO_LONG`] times the time elapsed: freezing is
-/// considered. `squares`: u² + 2gh of both contacts.
+/// Whether the geometry may be frozen soon: the time to rest is at least 8 speed/(g(1−e)), and this may be below [`TAIL_TOO_LONG`] times
+/// the time elapsed. `squares`: u² + 2gh of both contacts.
 #[inline(always)]
 pub(crate) fn may_freeze<T: Real>(squares: [T; 2], gravity: [T; 2], loss: T, now: T) -> T::Mask {
     let most = T::choose(gravity[0].below(gravity[1]), gravity[1], gravity[0]);
@@ -132,7 +132,7 @@ impl<T: Angle> FullLoopState<T> {
         Near { bounce, clatter, freezes }
     }
 
-    /// The arms computed from θ, and whether θ is small enough for that.
+    /// The arms computed from θ, and whether θ is small enough for this computation.
     #[inline(always)]
     pub(crate) fn arms(&self, constants: &FullConstants<T>) -> ([[T; 2]; 2], T::Mask) {
         let turn = Turn::small(self.theta);
@@ -197,7 +197,7 @@ impl<T: Angle> FullLoopState<T> {
 #[derive(Debug, Clone, Copy)]
 struct LaneState<T> {
     fast: FullLoopState<T>,
-    /// Collisions until the next check of the limits, and until the arms are next computed from the rotation itself.
+    /// Number of collisions until the next check of the limits, and until the arms are next computed from θ.
     granted: T,
     fresh: T,
 }
@@ -245,22 +245,22 @@ impl<T: Angle> FullConstants<T> {
     }
 }
 
-/// Bodies in vector lanes. Each is in the middle of plain collisions or has stopped.
+/// Bodies in vector lanes. Each body is between two plain collisions, or has stopped.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     constants: Columns<20>,
-    /// The states, as [`LaneState::numbers`], at each of the [`STAGES`] where bodies have stopped; active ones are at the last.
+    /// The states, as [`LaneState::numbers`], for each of the [`STAGES`] at which bodies have stopped. Active bodies are at the last stage.
     stages: [Columns<18>; STAGES],
-    /// Durations of the last flights.
+    /// Durations of the last flights, by stage.
     dt: [Columns<1>; STAGES],
-    /// A bit for each body stopped there.
+    /// One bit for each body that has stopped, by stage.
     stopped: [u64; STAGES],
-    /// A bit for each active body; its last impact was at contact 1.
+    /// One bit for each active body. The last impact of an active body was at contact 1.
     on: u64,
 }
 
-/// Where a body may stop in a pair of collisions: before that at contact 2 if it is not plain, after it if an end is possible, and
-/// the same at contact 1.
+/// Number of places at which a body may stop in a pair of collisions: before the collision at contact 2 if that is not plain, after it if
+/// an end is possible, and the same two at contact 1.
 const STAGES: usize = 4;
 
 pub(crate) struct Stopped {
@@ -268,11 +268,11 @@ pub(crate) struct Stopped {
     /// The contact hit last.
     pub(crate) a: usize,
     pub(crate) left: UntilCheck,
-    /// If an end is possible: the duration of the last flight.
+    /// The duration of the last flight, if an end is possible.
     pub(crate) may_end: Option<f64>,
 }
 
-/// Collisions until the next check of the limits, and until the arms are next computed from the rotation itself.
+/// Number of collisions until the next check of the limits, and until the arms are next computed from θ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct UntilCheck {
     pub(crate) granted: usize,
@@ -283,7 +283,7 @@ pub(crate) struct UntilCheck {
 struct Vector<S: Simd> {
     constants: FullConstants<Lanes<S>>,
     lane: LaneState<Lanes<S>>,
-    /// A bit for each active lane; the numbers in the others are meaningless.
+    /// One bit for each active lane. The numbers in the other lanes are meaningless.
     on: u64,
 }
 
@@ -298,7 +298,7 @@ impl<S: Simd> Vector<S> {
         }
     }
 
-    /// Recomputes the arms that are due, except in lanes where θ is too large for it.
+    /// Recomputes the arms in the lanes where this is due, except where θ is too large for it.
     #[cold]
     #[inline(always)]
     fn refresh(&mut self) {
@@ -312,7 +312,7 @@ impl<S: Simd> Vector<S> {
         *fresh = Lanes::choose(due, fresh.like(REFRESH as f64), *fresh);
     }
 
-    /// A collision after an impact at `A`. Lanes whose next collision is not plain stop before it; lanes in which an end is
+    /// Simulates a collision after an impact at `A`. Lanes whose next collision is not plain stop before it. Lanes in which an end is
     /// possible stop after it.
     #[inline(always)]
     fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
