@@ -1,6 +1,7 @@
 """Random terrains, each with the closure that makes it a polygon, points in critical places, and bodies there."""
 
 import math
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -242,9 +243,22 @@ def body(terrain, *points, center=None):
     )
 
 
+def corners_of(terrain):
+    """The terrain without vertices on the straight line between their neighbours, which are no ends of pieces. Exact."""
+    exact = [tuple(map(Fraction, vertex)) for vertex in terrain]
+    kept = [0]
+    for k in range(1, len(terrain) - 1):
+        (ax, ay), (bx, by), (cx, cy) = exact[kept[-1]], exact[k], exact[k + 1]
+        one, two = (bx - ax, by - ay), (cx - bx, cy - by)
+        turns = one[0] * two[1] != one[1] * two[0]
+        if turns or one[0] * two[0] + one[1] * two[1] < 0:
+            kept.append(k)
+    return [terrain[k] for k in [*kept, len(terrain) - 1]]
+
+
 @cache
 def scene(seed):
     """A terrain and its region."""
     rng = np.random.default_rng([31, seed])
     terrain, closure = terrain_with_closure(rng, KINDS[seed % len(KINDS)])
-    return terrain, Region(terrain, closure)
+    return terrain, Region(corners_of(terrain), closure)
