@@ -62,6 +62,19 @@ def vee(slope, friction, center_of_mass=(0, 0), *, width=1.0, height=0.0, **fiel
     return stance(contacts, center_of_mass, **fields)
 
 
+def paper_vee(x, y, gyration_radius=0.4, restitution=0.1):
+    """The V of tan β = 8/15 with friction ½, with the centre of mass at (x, y)."""
+    return vee(
+        math.atan(8 / 15),
+        0.5,
+        (x, y),
+        height=8 / 15,
+        gyration_radius=gyration_radius,
+        restitution=restitution,
+        gravity=9.81,
+    )
+
+
 def odd(restitution):
     """Kinematic-strong, and yet unstable for restitutions in between."""
     contacts = [

@@ -6,6 +6,7 @@ import pydoc
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import paper_vee
 from standfast.cli import main
 from standfast.table import UNDECIDED
 
@@ -24,12 +25,6 @@ def test_help_of_the_package_names_everything():
     assert all(name in text for name in NAMES)
 
 
-def v_posture(x, y):
-    slope = np.arctan(8 / 15)
-    feet = [sf.Contact((side, 8 / 15), side * slope, friction=0.5) for side in (-1, 1)]
-    return sf.Posture(1, 0.4, (x, y), feet, 0.1)
-
-
 @pytest.mark.parametrize(
     ("at", "reason"),
     [
@@ -38,18 +33,18 @@ def v_posture(x, y):
     ],
 )
 def test_an_undecided_verdict_says_why_and_what_to_try(at, reason):
-    verdict = sf.stability(v_posture(*at))
+    verdict = sf.stability(paper_vee(*at))
     assert (verdict.frictional_stability, verdict.by) == ("undecided", None)
     assert verdict.reason == reason
     assert repr(verdict) == f"<Verdict: undecided, reason {reason}>"
     assert UNDECIDED[reason] in str(verdict)
     assert "trials=1000" in str(verdict)
-    tried = sf.stability(v_posture(*at), trials=10)
+    tried = sf.stability(paper_vee(*at), trials=10)
     assert "trials=1000" not in str(tried)
 
 
 def test_a_decided_verdict_has_no_reason():
-    verdict = sf.stability(v_posture(0, 0.2))
+    verdict = sf.stability(paper_vee(0, 0.2))
     assert verdict.frictional_stability == "stable"
     assert verdict.reason is None
 

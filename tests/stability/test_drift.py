@@ -8,37 +8,27 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import jacobian, paper_vee
 
 CASES = int(os.environ.get("STANDFAST_DRIFT", "300"))
 KICKS = 60
 
 
-def v_scene(x, y, rho=0.4, e=0.1):
-    slope = np.arctan(8 / 15)
-    feet = [sf.Contact((side, 8 / 15), side * slope, friction=0.5) for side in (-1, 1)]
-    return sf.Posture(1, rho, (x, y), feet, e)
-
-
 def weights(posture):
     """λ = (N M⁻¹ Nᵀ)⁻¹ g, from the rows N = (n, b)."""
-    rows = []
-    for contact in posture.contacts:
-        n = np.array([-math.sin(contact.slope), math.cos(contact.slope)])
-        arm = np.subtract(contact.point, posture.center_of_mass)
-        rows.append([*n, arm[0] * n[1] - arm[1] * n[0]])
-    rows = np.array(rows)
+    rows, _ = jacobian(posture)
     matrix = rows @ np.diag([1, 1, posture.gyration_radius**-2]) @ rows.T
     return np.linalg.solve(matrix, posture.gravity * rows[:, 1])
 
 
 def test_a_place_in_the_v_that_the_energy_leaves_open():
-    posture = v_scene(0.8, 1.5)
+    posture = paper_vee(0.8, 1.5)
     assert weights(posture) == pytest.approx([-1.291105722, 8.030511303], abs=1e-8)
     verdict = sf.stability(posture)
     assert (verdict.energy, verdict.flight) == (False, "drift")
     assert repr(verdict) == "<Verdict: stable by corner-map>"
     assert "end by drift" in str(verdict)
-    assert sf.stability(v_scene(0, 0.2)).flight == "energy"
+    assert sf.stability(paper_vee(0, 0.2)).flight == "energy"
 
 
 def last_hits(g, psi, e, gaps, rates):
@@ -79,7 +69,7 @@ def test_a_contact_that_drifts_away_is_not_hit_after_a_known_time():
 def test_postures_that_are_stable_by_drift_return_after_every_kick():
     rng, checked = np.random.default_rng(8), 0
     while checked < CASES // 10:
-        posture = v_scene(
+        posture = paper_vee(
             rng.uniform(-0.95, 0.95),
             rng.uniform(0, 3),
             rng.uniform(0.3, 0.8),

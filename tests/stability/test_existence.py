@@ -7,16 +7,11 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
+from bodies import paper_vee
 from corners import rows_of
 
 POSTURES = int(os.environ.get("STANDFAST_EXISTENCE", "200"))
 G = 9.81
-
-
-def v_scene(x, y, rho=0.4, e=0.1):
-    slope = np.arctan(8 / 15)
-    feet = [sf.Contact((side, 8 / 15), side * slope, friction=0.5) for side in (-1, 1)]
-    return sf.Posture(1, rho, (x, y), feet, e)
 
 
 def stiffness(posture, i, j, sigma):
@@ -76,7 +71,7 @@ def jams_together(posture):
 )
 def test_the_closed_form_at_three_places(com, expected):
     """k to the right and to the left, of contact 1 and of contact 2. Jams: of both contacts alone; of both together; none."""
-    posture = v_scene(*com)
+    posture = paper_vee(*com)
     found = [stiffness(posture, i, i, sigma) for i in range(2) for sigma in (1, -1)]
     assert found == pytest.approx(expected, abs=1e-6)
     verdict = sf.stability(posture)

@@ -16,7 +16,10 @@ def sources(unit_tests: bool = False) -> Sources:
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
         if not unit_tests:
             text = re.sub(
-                r"#\[cfg\(test\)\]\s*mod tests \{.*", "", text, flags=re.DOTALL
+                r"#\[cfg\(test\)\]\s*(?:pub\(crate\) )?mod tests \{.*",
+                "",
+                text,
+                flags=re.DOTALL,
             )
         texts[path.relative_to(CORE).as_posix()] = text
     return texts

@@ -218,7 +218,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::Word(_)) => "word",
             Some(Evidence::Away(_)) => "away",
             Some(Evidence::Motion { .. }) => "motion",
-            Some(Evidence::NoMotion { .. }) => "no-motion",
+            Some(Evidence::NoMotion(_)) => "no-motion",
             Some(Evidence::Left { .. }) => "left",
             None => "nothing",
         });

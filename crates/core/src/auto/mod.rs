@@ -580,12 +580,13 @@ fn along(k: &ContactGeometry, q: &Vector3<f64>) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
 
-    fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
+    /// A body on contacts (x, slope) at y = 0, its centre of mass at this height.
+    pub(crate) fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
         let foot =
             |&(x, slope): &(f64, f64)| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
         Posture::new(PostureFields {

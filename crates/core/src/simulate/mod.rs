@@ -441,8 +441,7 @@ const FASTEST_SPIN: f64 = 1e70;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::contact::Contact;
-    use crate::body::posture::PostureFields;
+    use crate::auto::tests::standing;
     use crate::motion::{Coordinates, DriverStep};
     use crate::options::{MOST_RECORDED, Stop};
     use crate::outcome::Outcome;
@@ -483,23 +482,6 @@ mod tests {
         assert_eq!(run.outcome(), crate::outcome::Outcome::EventLimit);
         assert!(run.collisions() <= MOST_RECORDED);
         assert!(run.warnings()[0].starts_with("the record is full after 20000000 events"));
-    }
-
-    fn standing(feet: &[(f64, f64)], friction: f64, height: f64) -> Posture {
-        let foot =
-            |&(x, slope): &(f64, f64)| Contact { friction, ..Contact::at(x, 0.0) }.on_slope(slope);
-        Posture::new(PostureFields {
-            mass: 1.0,
-            gyration_radius: 0.3,
-            center_of_mass: [0.0, height],
-            contacts: feet.iter().map(foot).collect(),
-            restitution: 0.3,
-            gravity: 9.81,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
-        })
-        .unwrap()
     }
 
     /// Simulates a scene in both models and compares the estimated error with the difference of the results.

@@ -80,6 +80,9 @@ enum BothSlide {
     Runs,
     /// Contact k continues to slide, the other one lifts off.
     Lifts(usize),
+    /// No mode is consistent.
+    Jams,
+    /// Several modes, or the intervals do not decide.
     Unknown,
 }
 
@@ -443,23 +446,6 @@ impl Local {
         }
     }
 
-    /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
-    pub(super) fn no_slide_together(&self, side: f64) -> bool {
-        let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
-        let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
-        let entry = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
-        let force = solve([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]], self.g);
-        let both_fail = force.iter().any(|f| f.is_negative());
-        // i slides, the other one lifts.
-        let one_fails = |i: usize| {
-            let j = 1 - i;
-            entry(i, i).is_negative()
-                || entry(i, i).is_positive()
-                    && (entry(j, i) * self.g[i] / entry(i, i) - self.g[j]).is_negative()
-        };
-        self.g.iter().all(|g| g.is_positive()) && both_fail && one_fails(0) && one_fails(1)
-    }
-
     /// Motion with both contacts sliding on the terrain with this sign of s.
     fn both(&self, side: f64) -> BothSlide {
         if self.g.iter().all(|g| g.lo < 0.0) {
@@ -498,6 +484,7 @@ impl Local {
         }
         match found.as_slice() {
             [one] => *one,
+            [] if self.g.iter().all(|g| g.is_positive()) => BothSlide::Jams,
             _ => BothSlide::Unknown,
         }
     }
@@ -741,7 +728,12 @@ impl CornerMap {
 
     /// Whether the motion with both contacts sliding is known for both signs of s.
     pub(crate) fn slides_known(&self) -> bool {
-        !self.both.contains(&BothSlide::Unknown)
+        self.both.iter().all(|both| !matches!(both, BothSlide::Jams | BothSlide::Unknown))
+    }
+
+    /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
+    pub(super) fn jams_together(&self, side: f64) -> bool {
+        self.both[usize::from(side > 0.0)] == BothSlide::Jams
     }
 
     /// The smaller |α_i| of the two contacts. α_i is the speed of contact i per unit speed s of the body when both contacts slide. If it is
@@ -936,7 +928,7 @@ impl CornerMap {
                 _ if side == 0 => return, // at rest
                 BothSlide::Stops => return images.push(Image::Rest),
                 BothSlide::Runs => return images.push(Image::Escape),
-                BothSlide::Unknown => return images.push(Image::Unknown),
+                BothSlide::Jams | BothSlide::Unknown => return images.push(Image::Unknown),
                 BothSlide::Lifts(k) => k,
             };
             let Some(arc) = self.slides[k][usize::from(side > 0)] else {

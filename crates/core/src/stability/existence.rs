@@ -11,46 +11,53 @@
 //! All signs are certain (intervals); a sign that is not certain decides nothing.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::outcome::ContactNumber;
-use crate::stability::Evidence;
-use crate::stability::corner::Local;
+use crate::stability::corner::CornerMap;
 
 /// Sliding speed of a start without a motion, in units of √(g · size). The square of this number is the gap at that start, in units of the
 /// size. Any smaller value has no motion either.
 const SMALL: f64 = 1.0 / 1024.0;
 
-/// Kicks after which there is no motion.
-pub(super) enum Lack {
-    /// This contact slides alone; the first number is its direction, the second one its k.
-    Alone(usize, f64, f64),
-    /// Both contacts slide along z times this sign.
-    Together(f64),
+/// A start from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide. The start may be as small
+/// as one likes: with `qdot` times any factor 0 < f < 1, and `q` times f², there is no motion either.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NoMotion {
+    /// The contacts that slide.
+    pub contacts: Vec<ContactNumber>,
+    /// Their directions: R or L.
+    pub slides: String,
+    /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone, per unit mass: negative.
+    pub stiffness: Option<f64>,
+    /// m, m, rad
+    pub q: [f64; 3],
+    /// m/s, m/s, rad/s
+    pub qdot: [f64; 3],
 }
 
-/// The first of these kicks after which there is no motion: contact 1 slides to the right or to the left, contact 2 likewise, both slide.
-pub(super) fn lack(local: &Local) -> Option<Lack> {
+/// The first of these starts: contact 1 slides to the right, to the left, contact 2 likewise, both slide.
+pub(super) fn no_motion(map: &CornerMap, posture: &Posture) -> Option<NoMotion> {
+    let local = map.local();
     for contact in 0..2 {
         for direction in [1.0, -1.0] {
             let k = local.stiffness(contact, direction);
             if k.is_negative() && local.g[contact].is_positive() {
-                return Some(Lack::Alone(contact, direction, k.middle()));
+                return start(posture, &[(contact, direction)], Some(k.middle()));
             }
         }
     }
-    [1.0, -1.0].into_iter().find(|side| local.no_slide_together(*side)).map(Lack::Together)
+    let side = [1.0, -1.0].into_iter().find(|side| map.jams_together(*side))?;
+    let directions = [0, 1].map(|i| (i, side * local.alpha[i].middle().signum()));
+    start(posture, &directions, None)
 }
 
-/// The evidence: a start in the local model at which no mode is consistent and no impact is due.
-pub(super) fn evidence(lack: &Lack, local: &Local, posture: &Posture) -> Option<Evidence> {
-    let geometry = posture.geometry();
-    let (first, direction) = match lack {
-        Lack::Alone(contact, direction, _) => (*contact, *direction),
-        Lack::Together(side) => (0, side * local.alpha[0].middle().signum()),
-    };
-    let [own, other] = [first, 1 - first].map(|i| geometry[i]);
+/// The start at which these contacts (from 0) slide in these directions. A contact that slides alone has the other one above its ground.
+fn start(posture: &Posture, slides: &[(usize, f64)], stiffness: Option<f64>) -> Option<NoMotion> {
+    let (first, direction) = slides[0];
+    let [own, other] = [first, 1 - first].map(|i| posture.geometry()[i]);
     let rows = Matrix3::from_rows(&[
         RowVector3::new(own.normal.x, own.normal.y, own.b),
         RowVector3::new(own.tangent.x, own.tangent.y, -own.c),
@@ -59,24 +66,13 @@ pub(super) fn evidence(lack: &Lack, local: &Local, posture: &Posture) -> Option<
     .lu();
     let size = posture.size();
     let speed = SMALL * (posture.fields().gravity * size).sqrt();
-    let qdot = rows.solve(&Vector3::new(0.0, direction * speed, 0.0))?;
-    let (contacts, gap, stiffness) = match lack {
-        Lack::Alone(contact, _, k) => (vec![*contact], SMALL * SMALL * size, Some(*k)),
-        Lack::Together(_) => (vec![0, 1], 0.0, None),
-    };
-    let q = rows.solve(&Vector3::new(0.0, 0.0, gap))?;
-    let slides = |i: &usize| {
-        let way = match lack {
-            Lack::Alone(_, direction, _) => *direction,
-            Lack::Together(side) => side * local.alpha[*i].middle().signum(),
-        };
-        if way > 0.0 { 'R' } else { 'L' }
-    };
-    Some(Evidence::NoMotion {
-        slides: contacts.iter().map(slides).collect(),
-        contacts: contacts.into_iter().map(ContactNumber::of).collect(),
+    let gap = if slides.len() == 1 { SMALL * SMALL * size } else { 0.0 };
+    let letter = |(_, way): &(usize, f64)| if *way > 0.0 { 'R' } else { 'L' };
+    Some(NoMotion {
+        contacts: slides.iter().map(|(i, _)| ContactNumber::of(*i)).collect(),
+        slides: slides.iter().map(letter).collect(),
         stiffness,
-        q: q.unsigned_zero().into(),
-        qdot: qdot.unsigned_zero().into(),
+        q: rows.solve(&Vector3::new(0.0, 0.0, gap))?.unsigned_zero().into(),
+        qdot: rows.solve(&Vector3::new(0.0, direction * speed, 0.0))?.unsigned_zero().into(),
     })
 }

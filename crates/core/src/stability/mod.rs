@@ -32,6 +32,7 @@ pub use clattering::{
 pub(crate) use conditions::equilibrium_margin;
 pub use conditions::{Conditions, conditions};
 pub use corner::FlightsEnd;
+pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
@@ -190,20 +191,8 @@ pub enum Evidence {
         /// is at rest; if the other contact leaves the terrain with a gap rate, that rate is 1 m/s.
         velocity: [f64; 3],
     },
-    /// A start from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide. The start may be as small
-    /// as one likes: with `qdot` times any factor 0 < f < 1, and `q` times f², there is no motion either.
-    NoMotion {
-        /// The contacts that slide.
-        contacts: Vec<ContactNumber>,
-        /// Their directions: R or L.
-        slides: String,
-        /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone, per unit mass: negative.
-        stiffness: Option<f64>,
-        /// m, m, rad
-        q: [f64; 3],
-        /// m/s, m/s, rad/s
-        qdot: [f64; 3],
-    },
+    /// A start from which no motion exists.
+    NoMotion(NoMotion),
     /// Why the corner map does not decide, and the undecided cells.
     Left {
         /// The reason.
@@ -281,14 +270,12 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
     let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
     let found = conditions::of_words(posture, psi, &modes);
     let map = if found.equilibrium { CornerMap::new(posture) } else { None };
-    let energy = map
-        .as_ref()
-        .is_some_and(|map| map.local().weights().iter().all(|weight| weight.is_positive()));
+    let flight = map.as_ref().and_then(|map| map.local().flights_end());
     let mut verdict = Verdict {
         contacts: [0, 1].map(ContactNumber::of).into(),
         conditions: found,
-        energy,
-        flight: map.as_ref().and_then(|map| map.local().flights_end()),
+        energy: flight == Some(FlightsEnd::Energy),
+        flight,
         frictional_stability: Stability::Undecided,
         by: None,
         evidence: None,
@@ -381,7 +368,7 @@ impl Verdict {
                 cycle.iter_mut().for_each(|corner| rename(&mut corner.contact));
             }
             Some(Evidence::Away(corner)) => rename(&mut corner.contact),
-            Some(Evidence::NoMotion { contacts, .. }) => contacts.iter_mut().for_each(rename),
+            Some(Evidence::NoMotion(start)) => start.contacts.iter_mut().for_each(rename),
             Some(Evidence::Left { left, .. }) => {
                 left.iter_mut().for_each(|(contact, _)| rename(contact));
             }
@@ -439,18 +426,14 @@ impl Verdict {
             let word = Evidence::Word(answer.word.to_string());
             return Finding::Decided(Argument::AcceleratingMode, word);
         }
-        let without_motion = |map: &CornerMap| {
-            let lack = existence::lack(map.local())?;
-            existence::evidence(&lack, map.local(), posture)
+        let Some(map) = map else { return Finding::Undecided(None) };
+        let open = |left| match existence::no_motion(map, posture) {
+            Some(start) => Finding::Decided(Argument::NoSolution, Evidence::NoMotion(start)),
+            None => Finding::Undecided(left),
         };
-        if let Some(evidence) =
-            map.filter(|_| !self.conditions.unambiguous).and_then(without_motion)
-        {
-            return Finding::Decided(Argument::NoSolution, evidence);
+        if !self.conditions.unambiguous {
+            return open(None);
         }
-        let Some(map) = map.filter(|_| self.conditions.unambiguous) else {
-            return Finding::Undecided(None);
-        };
         let step = |corner: &certify::Corner| {
             let alpha = map.local().alpha[1 - corner.contact].middle();
             CornerStep {
@@ -475,12 +458,9 @@ impl Verdict {
                 None => Finding::Undecided(None),
             },
             Decision::Undecided { reason, cells, left } => {
-                if let Some(evidence) = without_motion(map) {
-                    return Finding::Decided(Argument::NoSolution, evidence);
-                }
                 let number = |(contact, phi)| (ContactNumber::of(contact), phi);
                 let left = left.into_iter().map(number).collect();
-                Finding::Undecided(Some(Evidence::Left { reason, cells, left }))
+                open(Some(Evidence::Left { reason, cells, left }))
             }
         }
     }
