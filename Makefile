@@ -60,9 +60,10 @@ python:
 # Larger campaigns of the same tests: an hour and a half on two cores.
 LONG := $(BIN)/python -m pytest -q -n 2 --dist worksteal
 long: EXTRA := test
+long: PROFILE := --profile quick
 long: wheel
-	cargo test -p standfast -- --ignored
-	STANDFAST_FUZZ_INPUTS=20000 cargo test -p standfast --test fuzz
+	cargo test -p standfast --profile quick -- --ignored --skip mutated
+	STANDFAST_FUZZ_INPUTS=20000 cargo test -p standfast --profile quick --test fuzz
 	STANDFAST_ORACLE_CASES=3000 STANDFAST_ENCLOSURES=10000 $(LONG) tests/motion/test_oracle.py tests/motion/test_enclosure.py
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(LONG) tests/motion/test_symmetry.py tests/motion/test_order.py
 	STANDFAST_KICKED_RUNS=3000 STANDFAST_ENERGY_RUNS=1500 STANDFAST_FORCES_RUNS=2000 STANDFAST_RELATIONS_RUNS=5000 $(LONG) \
