@@ -238,17 +238,24 @@ struct Yardstick {
 }
 
 impl Yardstick {
-    fn of(run: &Trajectory, start: &State) -> Self {
+    /// `None`: the collisions of a summed tail are too many to be followed to a time in it, which `at` says.
+    fn of(run: &Trajectory, start: &State) -> Option<Self> {
         let posture = run.posture().unwrap();
         let (f, t, size) = (posture.fields(), run.elapsed(), posture.size());
         let v = &start.qdot;
         let impulses: f64 = run.impacts().iter().map(|i| i.impulse[1].abs() / f.mass).sum();
-        let spin = run
-            .sample_times(60)
-            .unwrap()
-            .iter()
-            .map(|&t| run.at(t).unwrap().state.qdot.z.abs())
-            .fold(v.z.abs(), f64::max);
+        let mut spin = v.z.abs();
+        let zeno =
+            run.zeno_points().iter().map(|point| point.time.next_down().max(run.options().time));
+        for t in run.sample_times(120).unwrap().into_iter().chain(zeno) {
+            match run.at(t) {
+                Ok(now) => spin = spin.max(now.state.qdot.z.abs()),
+                Err(error) => {
+                    assert!(error.to_string().contains("fewer collisions of a summed tail"));
+                    return None;
+                }
+            }
+        }
         let gravity = f.gravity + size * spin * spin;
         let speed = v.x.hypot(v.y)
             + size * spin
@@ -266,7 +273,7 @@ impl Yardstick {
         let points = || f.contacts.iter().map(|contact| contact.point);
         let lever = points().flat_map(|p| points().map(move |q| apart(&p, &q))).fold(0.0, f64::max);
         let heavy = if lever > 0.0 { (f.gyration_radius / lever).powi(2).max(1.0) } else { 1.0 };
-        Self {
+        Some(Self {
             speed,
             length,
             energy: f.mass * (speed * speed + gravity * length),
@@ -274,7 +281,7 @@ impl Yardstick {
                 * slim.min(1e4)
                 * heavy.min(1e12)
                 * (64.0 + 8.0 * run.impacts().len() as f64),
-        }
+        })
     }
 }
 
@@ -464,7 +471,10 @@ fn check_outcome(run: &Trajectory, yard: &Yardstick) {
         Outcome::Rest => {
             assert_eq!(run.state().qdot.z, 0.0);
             assert!(run.state().qdot.norm() == 0.0);
-            assert!(run.gaps().iter().all(|h| *h == 0.0), "{:?}", run.gaps());
+            // Without gravity a body also rests on one contact.
+            let (gaps, floats) = (run.gaps(), run.posture().unwrap().fields().gravity == 0.0);
+            let touches = |h: &f64| *h == 0.0;
+            assert!(gaps.iter().all(touches) || floats && gaps.iter().any(touches), "{gaps:?}");
         }
         Outcome::Zeno => {
             assert_eq!(stop, Stop::Zeno);
@@ -483,7 +493,7 @@ fn check_outcome(run: &Trajectory, yard: &Yardstick) {
 
 fn check_scene(scene: &Scene) {
     let run = scene.run();
-    let yard = Yardstick::of(&run, &scene.state);
+    let Some(yard) = Yardstick::of(&run, &scene.state) else { return };
     check_limits(&run);
     check_times(&run);
     check_impacts(&run, &yard);
@@ -583,7 +593,7 @@ fn check_numbers(scene: &Scene) {
     if ended(&run) || ended(&other) || run.collisions() > 40 {
         return; // more collisions amplify the rounding of sums in another order
     }
-    let yard = Yardstick::of(&run, &scene.state);
+    let Some(yard) = Yardstick::of(&run, &scene.state) else { return };
     assert_eq!(run.outcome(), other.outcome());
     let swapped = |mut values: Vec<f64>| {
         values.reverse();
@@ -604,7 +614,7 @@ fn check_cut((scene, share): &(Scene, f64)) {
     if whole.elapsed() == 0.0 || whole.collisions() > 60 || whole.outcome() == Outcome::EventLimit {
         return;
     }
-    let yard = Yardstick::of(&whole, &scene.state);
+    let Some(yard) = Yardstick::of(&whole, &scene.state) else { return };
     let limit = share * whole.elapsed();
     let there = whole.at(limit).unwrap();
     for record in [true, false] {
