@@ -136,18 +136,22 @@ ARGUMENTS = {
     "accelerating-mode": "a contact mode leads away from the posture and does not return",
     "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion,"
     " and impacts without collision are not allowed here",
+    "well": "every motion raises the centre of mass: the body stands in a well, and a motion always exists",
+    "descending-pair": "the body descends on no more than one pair of contacts, which decides: see below",
+    "neutral": "every motion raises the centre of mass but a slide on a level, which friction ends",
 }
 
 
 #: Text of the report for each reason why a verdict is undecided.
 UNDECIDED = {
     "ambiguous": "several contact modes are consistent at rest; rigid-body mechanics does not say which one follows",
-    "degenerate": "the contacts depend on each other, or nearly so",
-    "painleve": "a contact that slides alone jams (Painlevé): no contact mode is consistent",
+    "degenerate": "the contacts depend on each other, or nearly so, or rounding decides a sign",
+    "jam": "a contact that slides jams, or may jam: no contact mode is consistent (Painlevé)",
     "modes": "after a slide or a landing several contact modes are consistent, or rounding decides",
     "energy": "frictionless motion need not come to rest on the contacts: neither its energy nor a drift bounds it",
     "flight": "the impacts after a corner cannot be followed to their end with certainty",
     "cells": "some directions of motion remain open; verdict.evidence lists them",
+    "pairs": "the body descends on several pairs of contacts, or on one that is undecided itself; see verdict.pairs",
 }
 #: What to try where no argument decides.
 TRY = "try stability(posture, trials=1000): random small kicks, which are evidence and no proof"
@@ -161,6 +165,7 @@ NO_BOUND = {
     "modes": "the motion after a slide or a landing is not certain",
     "cells": "the corner map does not bound the growth",
     "rounding": "the bound is above 1e300, or rounding decides whether it is finite",
+    "pairs": "the bound of a pair of contacts does not hold for the whole body",
 }
 #: Amplification above which a verdict warns: displacements then grow more than 1e4 times.
 WARNED = 100.0
@@ -212,28 +217,14 @@ def verdict_table(verdict: sf.Verdict) -> str:
         lines.append(
             f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
         )
-    lines += [
-        f"  equilibrium       {_yes(verdict.equilibrium)}: {where}",
-        "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",
-        *aligned(
-            [
-                (
-                    "word",
-                    "kinematics",
-                    "forces",
-                    "acceleration / (m/s^2, rad/s^2)",
-                    "forces (tangential, normal) / N",
-                ),
-                *(_tests(verdict.modes[word]) for word in verdict.modes),
-            ]
-        ),
-        f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
-        f" strict reading: {_yes(verdict.kinematic_strong_strict)}; FF alone consistent:"
-        f" {_yes(verdict.unambiguous)}",
-        f"  clattering        coupling {verdict.coupling:.6g}; converges: {_yes(verdict.clattering)},"
-        f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
-        f" margin {verdict.chatter_margin:.4g}",
-    ]
+    lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
+    lines += (
+        _on_two_contacts(verdict)
+        if len(verdict.contacts) == 2
+        else _on_many_contacts(verdict)
+    )
+    if verdict.by in ("well", "neutral"):
+        lines.append(f"  impact laws       {', '.join(verdict.laws)}")
     if verdict.flight == "drift":
         lines.append(
             "  flights           end by drift: lambda < 0 at one contact, which is not hit any more after a time of the size of the kick"
@@ -265,6 +256,60 @@ def verdict_table(verdict: sf.Verdict) -> str:
     return "\n".join(lines)
 
 
+def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
+    return [
+        "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",
+        *aligned(
+            [
+                (
+                    "word",
+                    "kinematics",
+                    "forces",
+                    "acceleration / (m/s^2, rad/s^2)",
+                    "forces (tangential, normal) / N",
+                ),
+                *(_tests(verdict.modes[word]) for word in verdict.modes),
+            ]
+        ),
+        f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
+        f" strict reading: {_yes(verdict.kinematic_strong_strict)}; FF alone consistent:"
+        f" {_yes(verdict.unambiguous)}",
+        f"  clattering        coupling {verdict.coupling:.6g}; converges: {_yes(verdict.clattering)},"
+        f" margin {verdict.clattering_margin:.4g}; endless without gravity: {_yes(verdict.chatter)},"
+        f" margin {verdict.chatter_margin:.4g}",
+    ]
+
+
+def _on_many_contacts(verdict: sf.Verdict) -> list[str]:
+    """The rays on which exactly two contacts stay closed, and the verdicts on their pairs."""
+    lines = []
+    evidence = verdict.evidence
+    rays = evidence.get("rays", []) if isinstance(evidence, dict) else []
+    if rays:
+        lines.append(
+            "  rays (two contacts stay closed while the others open; a displacement of length 1 m)"
+        )
+        pairs = {tuple(pair.contacts): pair for pair in verdict.pairs}
+        rows = [("contacts", "(x, y, theta) / (m, m, rad)", "y", "alone, the pair")]
+        for ray in rays:
+            pair = pairs.get(tuple(ray["contacts"]))
+            alone = (
+                "does not hold the body"
+                if pair is None
+                else f"holds it: {pair.frictional_stability}"
+                + ("" if pair.by is None else f", by {pair.by}")
+            )
+            rise = "ascends" if ray["direction"][1] > 0 else "descends"
+            direction = _vector(np.array(ray["direction"]))
+            rows.append((listed(ray["contacts"]), direction, rise, alone))
+        lines += aligned(rows)
+    if verdict.stays:
+        lines.append(
+            f"  stays             within {verdict.radius(1.0):.4g} m for each joule of the kick (largest of |x|, |y|, rho |theta|)"
+        )
+    return lines
+
+
 def _rounded_up(value: float) -> str:
     """The value rounded up to three digits.
 
@@ -275,7 +320,7 @@ def _rounded_up(value: float) -> str:
     return f"{float(Context(prec=3, rounding=ROUND_CEILING).plus(exact)):.6g}"
 
 
-def _yes(answer: bool) -> str:
+def _yes(answer: bool | None) -> str:
     return "yes" if answer else "no"
 
 

@@ -14,7 +14,9 @@ use crate::options::Options;
 use crate::outcome::Outcome;
 use crate::simulate::parallel::in_blocks;
 use crate::simulate::simulate_until;
-use crate::stability::{Argument, Conditions, Stability, conditions, equilibrium_margin, judge};
+use crate::stability::{
+    Argument, Conditions, Equilibrium, Stability, WhyUndecided, conditions, judge,
+};
 
 /// Largest number of points of a grid: 0.8 GB for each quantity.
 pub const MOST_POINTS: usize = 100_000_000;
@@ -126,6 +128,10 @@ impl Field {
 /// A quantity that is computed at each point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
+    /// [`Equilibrium::holds`]
+    Equilibrium,
+    /// [`Equilibrium::margin`]
+    EquilibriumMargin,
     /// A field of [`Conditions`], or [`Conditions::theorem_3`].
     Condition(OfConditions),
     /// A field of [`Verdict`](crate::stability::Verdict) that takes the whole of [`stability`](crate::stability()).
@@ -141,8 +147,6 @@ pub enum Quantity {
 #[allow(missing_docs, reason = "the fields of a verdict, explained there")]
 pub enum OfConditions {
     Theorem3,
-    Equilibrium,
-    EquilibriumMargin,
     KinematicStrong,
     KinematicStrongStrict,
     KinematicMargin,
@@ -160,7 +164,9 @@ pub enum OfConditions {
 pub enum OfVerdict {
     Stability,
     Argument,
+    Reason,
     Energy,
+    Stays,
     Delicate,
     /// NaN where there is no bound.
     Amplification,
@@ -181,18 +187,24 @@ const STABILITIES: [Stability; 3] = [Stability::Stable, Stability::Unstable, Sta
 const STABILITY_WORDS: [&str; 3] =
     [STABILITIES[0].as_str(), STABILITIES[1].as_str(), STABILITIES[2].as_str()];
 
-const ARGUMENTS: [Argument; 8] = Argument::ALL;
-const ARGUMENT_WORDS: [&str; 9] = [
-    ARGUMENTS[0].as_str(),
-    ARGUMENTS[1].as_str(),
-    ARGUMENTS[2].as_str(),
-    ARGUMENTS[3].as_str(),
-    ARGUMENTS[4].as_str(),
-    ARGUMENTS[5].as_str(),
-    ARGUMENTS[6].as_str(),
-    ARGUMENTS[7].as_str(),
-    STABILITY_WORDS[2], // no argument
-];
+/// The names of all arguments, reasons or outcomes, followed by the word for none of them.
+macro_rules! words {
+    ($known:expr, $none:expr) => {{
+        let mut words = [$none; $known.len() + 1];
+        let mut k = 0;
+        while k < $known.len() {
+            words[k] = $known[k].as_str();
+            k += 1;
+        }
+        words
+    }};
+}
+
+const ARGUMENTS: [Argument; Argument::ALL.len()] = Argument::ALL;
+const ARGUMENT_WORDS: [&str; ARGUMENTS.len() + 1] = words!(ARGUMENTS, "undecided");
+
+const REASONS: [WhyUndecided; WhyUndecided::ALL.len()] = WhyUndecided::ALL;
+const REASON_WORDS: [&str; REASONS.len() + 1] = words!(REASONS, "decided");
 
 const OUTCOMES: [Outcome; 9] = Outcome::ALL;
 const OUTCOME_WORDS: [&str; 9] = [
@@ -214,13 +226,15 @@ fn code<T: PartialEq>(known: &[T], value: &T) -> f64 {
 
 impl Quantity {
     /// All of them, by name.
-    pub const ALL: [(&str, Self); 20] = [
+    pub const ALL: [(&str, Self); 22] = [
         ("stability", Self::Verdict(OfVerdict::Stability)),
         ("frictional_stability", Self::Verdict(OfVerdict::Stability)),
         ("by", Self::Verdict(OfVerdict::Argument)),
+        ("reason", Self::Verdict(OfVerdict::Reason)),
+        ("stays", Self::Verdict(OfVerdict::Stays)),
         ("theorem_3", Self::Condition(OfConditions::Theorem3)),
-        ("equilibrium", Self::Condition(OfConditions::Equilibrium)),
-        ("equilibrium_margin", Self::Condition(OfConditions::EquilibriumMargin)),
+        ("equilibrium", Self::Equilibrium),
+        ("equilibrium_margin", Self::EquilibriumMargin),
         ("kinematic_strong", Self::Condition(OfConditions::KinematicStrong)),
         ("kinematic_strong_strict", Self::Condition(OfConditions::KinematicStrongStrict)),
         ("kinematic_margin", Self::Condition(OfConditions::KinematicMargin)),
@@ -257,17 +271,18 @@ impl Quantity {
         match self {
             Self::Verdict(OfVerdict::Stability) => ValueKind::Word(&STABILITY_WORDS),
             Self::Verdict(OfVerdict::Argument) => ValueKind::Word(&ARGUMENT_WORDS),
+            Self::Verdict(OfVerdict::Reason) => ValueKind::Word(&REASON_WORDS),
             Self::Fate => ValueKind::Word(&OUTCOME_WORDS),
             Self::ZenoTime
+            | Self::EquilibriumMargin
             | Self::Verdict(OfVerdict::Amplification)
             | Self::Condition(
-                OfConditions::EquilibriumMargin
-                | OfConditions::KinematicMargin
+                OfConditions::KinematicMargin
                 | OfConditions::Coupling
                 | OfConditions::ClatteringMargin
                 | OfConditions::ChatterMargin,
             ) => ValueKind::Number,
-            Self::Condition(_) | Self::Verdict(_) => ValueKind::Flag,
+            Self::Equilibrium | Self::Condition(_) | Self::Verdict(_) => ValueKind::Flag,
         }
     }
 
@@ -276,18 +291,14 @@ impl Quantity {
     }
 }
 
-impl OfConditions {
-    /// Whether the quantity is defined for any number of contacts.
-    fn is_static(self) -> bool {
-        matches!(self, Self::Equilibrium | Self::EquilibriumMargin)
-    }
+fn flag(value: bool) -> f64 {
+    f64::from(u8::from(value))
+}
 
+impl OfConditions {
     fn of(self, found: &Conditions) -> f64 {
-        let flag = |value: bool| f64::from(u8::from(value));
         match self {
             Self::Theorem3 => flag(found.theorem_3()),
-            Self::Equilibrium => flag(found.equilibrium),
-            Self::EquilibriumMargin => found.equilibrium_margin,
             Self::KinematicStrong => flag(found.kinematic_strong),
             Self::KinematicStrongStrict => flag(found.kinematic_strong_strict),
             Self::KinematicMargin => found.kinematic_margin,
@@ -511,8 +522,6 @@ impl Sweep {
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, Error> {
         let posture = self.posture(point)?;
-        // Equilibrium is defined for any number of contacts.
-        let statics = posture.contacts().len() != 2;
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
             let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
@@ -520,17 +529,19 @@ impl Sweep {
         } else {
             None
         };
-        let found = match &verdict {
-            Some(verdict) => Some(verdict.conditions),
-            None if asks(
-                &|q| matches!(q, Quantity::Condition(field) if !(statics && field.is_static())),
-            ) =>
-            {
-                Some(conditions(&posture)?)
-            }
-            None => None,
+        let equilibrium = match &verdict {
+            Some(verdict) => Some(verdict.equilibrium),
+            None => asks(&|q| matches!(q, Quantity::Equilibrium | Quantity::EquilibriumMargin))
+                .then(|| Equilibrium::of(&posture)),
         };
-        let balance = statics.then(|| equilibrium_margin(&posture).1);
+        let found = if asks(&|q| matches!(q, Quantity::Condition(_))) {
+            match verdict.as_ref().and_then(|verdict| verdict.conditions) {
+                Some(found) => Some(found),
+                None => Some(conditions(&posture)?),
+            }
+        } else {
+            None
+        };
         let run = if asks(&|q| q.needs_run()) {
             let Some((state, options)) = &self.run else {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
@@ -544,20 +555,19 @@ impl Sweep {
             None
         };
         for (value, quantity) in row.iter_mut().zip(&self.quantities) {
-            if let (Quantity::Condition(field), Some(margin)) = (quantity, balance)
-                && field.is_static()
-            {
-                let flag = f64::from(u8::from(margin >= 0.0));
-                *value = if *field == OfConditions::Equilibrium { flag } else { margin };
-                continue;
-            }
             *value = match (quantity, &found, &verdict, &run) {
+                (Quantity::Equilibrium, ..) => flag(equilibrium.is_some_and(|found| found.holds)),
+                (Quantity::EquilibriumMargin, ..) => {
+                    equilibrium.map_or(f64::NAN, |found| found.margin)
+                }
                 (Quantity::Condition(field), Some(found), _, _) => field.of(found),
                 (Quantity::Verdict(field), _, Some(verdict), _) => match field {
                     OfVerdict::Stability => code(&STABILITIES, &verdict.frictional_stability),
                     OfVerdict::Argument => code(&ARGUMENTS.map(Some), &verdict.by),
-                    OfVerdict::Energy => f64::from(u8::from(verdict.energy)),
-                    OfVerdict::Delicate => f64::from(u8::from(verdict.delicate)),
+                    OfVerdict::Reason => code(&REASONS.map(Some), &verdict.reason()),
+                    OfVerdict::Energy => flag(verdict.energy == Some(true)),
+                    OfVerdict::Stays => flag(verdict.well.is_some()),
+                    OfVerdict::Delicate => flag(verdict.delicate),
                     OfVerdict::Amplification => verdict.amplification.unwrap_or(f64::NAN),
                 },
                 (Quantity::Fate, _, _, Some(run)) => code(&OUTCOMES, &run.outcome()),

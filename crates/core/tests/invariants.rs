@@ -237,6 +237,9 @@ struct Yardstick {
     roundings: f64,
 }
 
+/// What the error says about a time in a summed tail with too many collisions before it.
+const REFUSED: &str = "fewer collisions of a summed tail";
+
 impl Yardstick {
     /// `None`: the collisions of a summed tail are too many to be followed to a time in it, which `at` says.
     fn of(run: &Trajectory, start: &State) -> Option<Self> {
@@ -251,7 +254,7 @@ impl Yardstick {
             match run.at(t) {
                 Ok(now) => spin = spin.max(now.state.qdot.z.abs()),
                 Err(error) => {
-                    assert!(error.to_string().contains("fewer collisions of a summed tail"));
+                    assert!(error.to_string().contains(REFUSED));
                     return None;
                 }
             }
@@ -616,7 +619,10 @@ fn check_cut((scene, share): &(Scene, f64)) {
     }
     let Some(yard) = Yardstick::of(&whole, &scene.state) else { return };
     let limit = share * whole.elapsed();
-    let there = whole.at(limit).unwrap();
+    let there = match whole.at(limit) {
+        Ok(there) => there,
+        Err(error) => return assert!(error.to_string().contains(REFUSED)),
+    };
     for record in [true, false] {
         let cut = scene.run_with(&Options {
             stop: Stop::Time,

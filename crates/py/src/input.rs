@@ -188,7 +188,7 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;

@@ -303,8 +303,10 @@ pub(crate) struct PyModes {
 
 impl PyModes {
     /// All words of a problem.
-    pub(crate) fn enumerated(problem: ContactProblem) -> PyResult<Self> {
-        let method = Method::Enumerate;
+    /// All words for up to two contacts, those that the method "auto" offers for more.
+    pub(crate) fn solved(problem: ContactProblem) -> PyResult<Self> {
+        let few = problem.fields().arms.len() <= 2;
+        let method = if few { Method::Enumerate } else { Method::Auto };
         let modes = standfast::modes::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
         Ok(Self { question: Arc::new(Asked { problem, method }), modes })
     }

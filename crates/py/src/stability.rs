@@ -18,7 +18,8 @@ use crate::interrupt::interruptible;
 use crate::modes::PyModes;
 use crate::posture::{PyPosture, posture};
 
-/// The verdict on a posture on two contacts: whether the body returns to rest after every small kick.
+/// The verdict on a posture: whether the body returns to rest after every small kick. Fields that apply to bodies on two contacts only, such as
+/// kinematic_strong, are None for other bodies.
 ///
 /// frictional_stability : "stable", "unstable" or "undecided"; by : the argument; evidence : its data. `print(verdict)` shows
 /// all of it with a table of the modes.
@@ -37,7 +38,7 @@ pub(crate) struct PyVerdict {
 
 #[pymethods]
 impl PyVerdict {
-    /// The numbers of the two contacts that touch. Words have a letter for each of them.
+    /// The numbers of the contacts that touch. Words have a letter for each of them.
     #[getter]
     fn contacts(&self) -> Vec<usize> {
         self.verdict.contacts.iter().map(|contact| contact.number()).collect()
@@ -46,78 +47,78 @@ impl PyVerdict {
     /// Whether friction and normal forces can hold the body.
     #[getter]
     fn equilibrium(&self) -> bool {
-        self.verdict.conditions.equilibrium
+        self.verdict.equilibrium.holds
     }
 
     /// Distance of the centre of mass to the nearer end of the equilibrium region, m; negative outside.
     #[getter]
     fn equilibrium_margin(&self) -> f64 {
-        self.verdict.conditions.equilibrium_margin
+        self.verdict.equilibrium.margin
     }
 
     /// Interval (low, high) of abscissas of the centre of mass with equilibrium, m; None if it is empty.
     #[getter]
     fn equilibrium_region(&self) -> Option<(f64, f64)> {
-        self.verdict.conditions.region.map(Into::into)
+        self.verdict.equilibrium.region.map(Into::into)
     }
 
     /// Whether every word that moves fails a kinematic test although its forces satisfy theirs (f_n ≥ 0).
     #[getter]
-    fn kinematic_strong(&self) -> bool {
-        self.verdict.conditions.kinematic_strong
+    fn kinematic_strong(&self) -> Option<bool> {
+        self.verdict.conditions.map(|found| found.kinematic_strong)
     }
 
     /// The same with the friction cone required of the forces of fixed contacts, too.
     #[getter]
-    fn kinematic_strong_strict(&self) -> bool {
-        self.verdict.conditions.kinematic_strong_strict
+    fn kinematic_strong_strict(&self) -> Option<bool> {
+        self.verdict.conditions.map(|found| found.kinematic_strong_strict)
     }
 
     /// Least distance of a condition from a change of `kinematic_strong`, relative to the load.
     #[getter]
-    fn kinematic_margin(&self) -> f64 {
-        self.verdict.conditions.kinematic_margin
+    fn kinematic_margin(&self) -> Option<f64> {
+        self.verdict.conditions.map(|found| found.kinematic_margin)
     }
 
     /// Whether FF is the only consistent word at rest.
     #[getter]
-    fn unambiguous(&self) -> bool {
-        self.verdict.conditions.unambiguous
+    fn unambiguous(&self) -> Option<bool> {
+        self.verdict.conditions.map(|found| found.unambiguous)
     }
 
     /// ψ = sign(ψ_1)√(ψ_1ψ_2)
     #[getter]
-    fn coupling(&self) -> f64 {
-        self.verdict.conditions.coupling
+    fn coupling(&self) -> Option<f64> {
+        self.verdict.conditions.map(|found| found.coupling)
     }
 
     /// Whether clattering converges: the paper's (10).
     #[getter]
-    fn clattering(&self) -> bool {
-        self.verdict.conditions.clattering
+    fn clattering(&self) -> Option<bool> {
+        self.verdict.conditions.map(|found| found.clattering)
     }
 
     /// ψ minus the bound of (10).
     #[getter]
-    fn clattering_margin(&self) -> f64 {
-        self.verdict.conditions.clattering_margin
+    fn clattering_margin(&self) -> Option<f64> {
+        self.verdict.conditions.map(|found| found.clattering_margin)
     }
 
     /// Whether Goyal's bound holds: alternate impacts without gravity never end.
     #[getter]
-    fn chatter(&self) -> bool {
-        self.verdict.conditions.chatter
+    fn chatter(&self) -> Option<bool> {
+        self.verdict.conditions.map(|found| found.chatter)
     }
 
     /// ψ minus Goyal's bound.
     #[getter]
-    fn chatter_margin(&self) -> f64 {
-        self.verdict.conditions.chatter_margin
+    fn chatter_margin(&self) -> Option<f64> {
+        self.verdict.conditions.map(|found| found.chatter_margin)
     }
 
     /// Whether every frictionless motion comes to rest on the contacts: λ = D⁻¹(g_1, g_2) > 0.
     #[getter]
-    fn energy(&self) -> bool {
+    fn energy(&self) -> Option<bool> {
         self.verdict.energy
     }
 
@@ -135,16 +136,18 @@ impl PyVerdict {
     }
 
     /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle",
-    /// "accelerating-mode", "no-solution", or None.
+    /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
-    /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "painleve" (a contact that slides
-    /// alone jams: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
+    /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "jam" (a contact that
+    /// slides jams, or may jam: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
-    /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so). None if
+    /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
+    /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
+    /// undecided itself). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {
@@ -158,13 +161,44 @@ impl PyVerdict {
     /// (contact, phi, growth). For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
     /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot"}: a start in the
     /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
-    /// times f², 0 < f < 1. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// times f², 0 < f < 1. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in
+    /// which exactly two contacts stay closed. For "descending-pair" {"rays", "pairs"}, with the verdict on the pair of each ray that does not
+    /// ascend. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
+    /// left, per unit mass. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
     /// computed).
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = self.verdict.evidence_json();
         py.import("json")?.call_method1("loads", (text,))
+    }
+
+    /// Whether the body stays near the posture because every motion raises its centre of mass: it stands in a well. It may still jam, see `by`.
+    #[getter]
+    fn stays(&self) -> bool {
+        self.verdict.well.is_some()
+    }
+
+    /// Bound of max(|x|, |y|, ρ|θ|), in m, for all motions with at most this energy E = ½m(ẋ² + ẏ² + ρ²θ̇²) + m g y, in J, in the local
+    /// model: E/(m g w), w the least y/max(|x|, |y|, ρ|θ|) over all displacements that the contacts allow. None unless the body `stays`.
+    ///
+    /// Raises ValueError unless energy >= 0.
+    fn radius(&self, #[pyo3(from_py_with = input::energy)] energy: f64) -> PyResult<Option<f64>> {
+        self.verdict.well.map(|well| well.radius(energy)).transpose().map_err(|e| to_py(&e))
+    }
+
+    /// The pairs of contacts that can hold the body alone, for a body on three and more contacts, each with its own verdict: a Verdict for
+    /// each pair that can stay closed while all other contacts open. Empty for other bodies.
+    #[getter]
+    fn pairs(&self) -> PyResult<Vec<Self>> {
+        let found = standfast::stability::holding_pairs(&self.posture).map_err(|e| to_py(&e))?;
+        Ok(found.into_iter().map(|verdict| Self { posture: self.posture.clone(), verdict }).collect())
+    }
+
+    /// The laws of impact for which the verdict is proved, by their names in `simulate`.
+    #[getter]
+    fn laws(&self) -> Vec<String> {
+        self.verdict.laws.iter().map(word).collect()
     }
 
     /// Whether rounding may decide: a margin of the argument is below 1e-10.
@@ -183,7 +217,8 @@ impl PyVerdict {
 
     /// Why amplification is None: "not-stable" (the verdict is not "stable"), "energy" (energy does not bound the frictionless
     /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (the motion after a slide or a landing is not
-    /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300); None if there is a bound.
+    /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300), "pairs" (the bound of a pair
+    /// of contacts does not hold for the whole body); None if there is a bound.
     #[getter]
     fn amplification_reason(&self) -> Option<&str> {
         self.verdict.amplification.err().map(standfast::stability::NoBound::as_str)
@@ -204,12 +239,14 @@ impl PyVerdict {
         Ok(Some(found))
     }
 
-    /// Every word at rest, with its motion, forces and margins: Modes.
+    /// The contact modes at rest, with motion, forces and margins: Modes. Words have a letter for each of `contacts`.
     #[getter]
     fn modes(&self) -> PyResult<PyModes> {
-        let posture = standfast::stability::of_touching_contacts(&self.posture);
+        let places = self.verdict.contacts.iter().map(|contact| contact.index());
+        let posture = standfast::stability::with_contacts(&self.posture, &places.collect::<Vec<_>>());
+        let posture = posture.map_err(|e| to_py(&e))?;
         let problem = ContactProblem::of_posture(&posture, &State::at_rest([0.0; 3]), [0.0; 3]);
-        PyModes::enumerated(problem.map_err(|e| to_py(&e))?)
+        PyModes::solved(problem.map_err(|e| to_py(&e))?)
     }
 
     /// The posture.
@@ -258,14 +295,14 @@ impl PyVerdict {
     }
 }
 
-/// Whether a posture that touches its ground with two contacts is stable: after every small kick the body returns to rest near it. Returns a
-/// Verdict. Contacts in the air have no effect on small motions: a box on its side touches with two.
+/// Whether a posture is stable: after every small kick the body returns to rest near it. Returns a Verdict. Contacts in the air have no effect
+/// on small motions: a box on its side touches with two.
 ///
 /// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). trials : number of
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///
-/// Raises ValueError naming `contacts` unless exactly two contacts touch.
+/// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)

@@ -40,6 +40,8 @@ pub enum NoBound {
     Cells,
     /// The bound is above 1e300, rounding decides whether it is finite, or the iteration for it did not converge.
     Rounding,
+    /// A body on three and more contacts: the bound of one pair of them does not hold for the whole.
+    Pairs,
 }
 
 impl NoBound {
@@ -53,6 +55,7 @@ impl NoBound {
             Self::Modes => "modes",
             Self::Cells => "cells",
             Self::Rounding => "rounding",
+            Self::Pairs => "pairs",
         }
     }
 }

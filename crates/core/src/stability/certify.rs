@@ -97,10 +97,10 @@ pub(crate) enum Decision {
 pub enum WhyUndecided {
     /// Several words are consistent at rest.
     Ambiguous,
-    /// There is no corner map: the contacts depend on each other, or nearly so.
+    /// The contacts depend on each other, or nearly so, or the signs that decide are not certain.
     Degenerate,
-    /// A contact that slides alone jams (Painlevé): no mode is consistent.
-    Painleve,
+    /// A contact that slides jams, or may jam: no mode is consistent (Painlevé).
+    Jam,
     /// After a slide or a landing several modes are consistent, or the intervals do not decide.
     Modes,
     /// Frictionless motion need not come to rest: λ > 0 fails, and so does the drift that can replace it.
@@ -109,20 +109,35 @@ pub enum WhyUndecided {
     Flight,
     /// Some cells remain undecided.
     Cells,
+    /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
+    Pairs,
 }
 
 impl WhyUndecided {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Ambiguous,
+        Self::Degenerate,
+        Self::Jam,
+        Self::Modes,
+        Self::Energy,
+        Self::Flight,
+        Self::Cells,
+        Self::Pairs,
+    ];
+
     /// Its name in Python and in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Ambiguous => "ambiguous",
             Self::Degenerate => "degenerate",
-            Self::Painleve => "painleve",
+            Self::Jam => "jam",
             Self::Modes => "modes",
             Self::Energy => "energy",
             Self::Flight => "flight",
             Self::Cells => "cells",
+            Self::Pairs => "pairs",
         }
     }
 }
@@ -216,7 +231,7 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
     let slides = [false, true].map(|right| map.sliding_together(right));
     let unknown = |images: &Images| images.iter().any(|image| *image == Image::Unknown);
     let reason = if map.jams() {
-        Some(WhyUndecided::Painleve)
+        Some(WhyUndecided::Jam)
     } else if !map.returns() || slides.iter().any(unknown) {
         Some(WhyUndecided::Modes)
     } else if map.local().flights_end().is_none() {

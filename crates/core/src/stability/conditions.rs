@@ -12,18 +12,33 @@ use crate::modes::{
 use crate::stability::clattering::{chatter_bound, clattering_bound, coupling};
 use crate::stability::region::equilibrium_region;
 
-/// The part of a [`Verdict`](super::Verdict) that has a closed form: the conditions of Theorem 3 of the paper [Or & Rimon 2008] and their
-/// margins.
+/// Whether the contacts can hold the body, for any number of contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Conditions {
+pub struct Equilibrium {
     /// Whether the centre of mass lies over the equilibrium region.
-    pub equilibrium: bool,
+    #[serde(rename = "equilibrium")]
+    pub holds: bool,
     /// Distance of the centre of mass from the nearer end of the region, in m; negative outside, −∞ if there is no region.
-    #[serde(with = "crate::serial::numbers::extended")]
-    pub equilibrium_margin: f64,
+    #[serde(rename = "equilibrium_margin", with = "crate::serial::numbers::extended")]
+    pub margin: f64,
     /// The region, see [`equilibrium_region`].
     #[serde(rename = "equilibrium_region", with = "ends")]
     pub region: Option<[f64; 2]>,
+}
+
+impl Equilibrium {
+    /// That of the nominal posture.
+    pub(crate) fn of(posture: &Posture) -> Self {
+        let (region, x) = (equilibrium_region(posture), posture.fields().center_of_mass[0]);
+        let margin = region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x));
+        Self { holds: margin >= 0.0, margin: margin.unsigned_zero(), region }
+    }
+}
+
+/// The part of a [`Verdict`](super::Verdict) on two contacts that has a closed form: the conditions of Theorem 3 of the paper [Or & Rimon
+/// 2008] and their margins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
     /// No word other than the static one is possible: each other word whose forces are admissible (f_n ≥ 0) violates a strict kinematic
     /// inequality.
     pub kinematic_strong: bool,
@@ -82,17 +97,24 @@ impl Conditions {
     }
 }
 
-/// The conditions of Theorem 3 for a posture with two contacts, in its nominal configuration q = 0. The values are equal, bit by bit, to
+/// The conditions of Theorem 3 for a posture on two contacts, in its nominal configuration q = 0. The values are equal, bit by bit, to
 /// those of [`stability`](super::stability). They take a hundredth of the time if `stability` needs the corner map.
 ///
 /// # Errors
 ///
 /// [`Error::Unusable`] naming `contacts` unless two touch.
 pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
-    if let Some((pair, _)) = pair_that_touches(posture) {
-        return conditions(&pair);
+    if let Some((standing, _)) = of_those_that_touch(posture)? {
+        return conditions(&standing);
     }
-    let psi = on_two_feet(posture)?;
+    if posture.contacts().len() != 2 {
+        return Err(Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{} contacts touch]", posture.contacts().len()),
+            allowed: "exactly 2 contacts that touch, for the conditions of Theorem 3".into(),
+        });
+    }
+    let psi = posture.psi()?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let mut words = Words::default();
     match problem.pair_modes() {
@@ -105,75 +127,56 @@ pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
         }
         _ => contact_modes(&problem, Method::Auto)?.answers().iter().for_each(|a| words.take(a)),
     }
-    Ok(words.conditions(posture, psi))
+    Ok(words.conditions(posture, psi, Equilibrium::of(posture).holds))
 }
 
 /// The same conditions from words that are already solved.
-pub(super) fn of_words(posture: &Posture, psi: [f64; 2], answers: &[ModeAnswer]) -> Conditions {
+pub(super) fn of_words(
+    posture: &Posture,
+    equilibrium: bool,
+    answers: &[ModeAnswer],
+) -> Result<Conditions, Error> {
     let mut words = Words::default();
     answers.iter().for_each(|answer| words.take(answer));
-    words.conditions(posture, psi)
+    Ok(words.conditions(posture, posture.psi()?, equilibrium))
 }
 
-/// The equilibrium region, and the distance of the centre of mass from its nearer end in m: negative outside, −∞ if it is empty. Any number
-/// of contacts.
-pub(crate) fn equilibrium_margin(posture: &Posture) -> (Option<[f64; 2]>, f64) {
-    let (region, x) = (equilibrium_region(posture), posture.fields().center_of_mass[0]);
-    (region, region.map_or(f64::NEG_INFINITY, |[low, high]| (x - low).min(high - x)))
-}
-
-/// The contacts that touch their ground in the nominal posture, from 0.
-fn touching(posture: &Posture) -> impl Iterator<Item = usize> {
+/// The places, from 0, of the contacts that touch their ground in the nominal posture.
+pub(super) fn touching(posture: &Posture) -> Vec<usize> {
     let geometry = posture.geometry();
-    (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0)
+    (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0).collect()
 }
 
-/// The posture without the contacts that do not touch, and the places of its two contacts in the list of all contacts; `None` if the
-/// posture has only two contacts, or if the number of contacts that touch is not two. Small motions do not bring the removed contacts to
-/// the ground.
-pub(super) fn pair_that_touches(posture: &Posture) -> Option<(Posture, [usize; 2])> {
-    if posture.contacts().len() == 2 {
-        return None;
-    }
-    let mut closed = touching(posture);
-    let (Some(i), Some(j), None) = (closed.next(), closed.next(), closed.next()) else {
-        return None;
-    };
-    let fields = PostureFields {
-        contacts: [i, j].map(|k| posture.contacts()[k]).into(),
+/// The posture with these of its contacts only, by their places from 0, each on its own straight ground.
+///
+/// # Errors
+///
+/// As [`Posture::new`].
+///
+/// # Panics
+///
+/// If there is no contact at a place.
+pub fn with_contacts(posture: &Posture, places: &[usize]) -> Result<Posture, Error> {
+    Posture::new(PostureFields {
+        contacts: places.iter().map(|&k| posture.contacts()[k]).collect(),
         terrain: Vec::new(),
         ground: GroundKind::Own,
         outline: Vec::new(),
         ..posture.fields().clone()
-    };
-    Posture::new(fields).ok().map(|pair| (pair, [i, j]))
+    })
 }
 
-/// ψ of a posture that touches the terrain with both contacts.
-pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
-    if posture.contacts().len() != 2 {
-        let touching = touching(posture).count();
-        return Err(Error::Unusable {
-            field: "contacts".into(),
-            value: format!("[{} contacts, {touching} of them touch]", posture.contacts().len()),
-            allowed: "exactly 2 contacts that touch, for stability; for any number of contacts there are \
-                      equilibrium_region, static_forces, friction_margin, contact_modes, and \
-                      simulate_many with small kicks"
-                .into(),
-        });
-    }
-    let psi = posture.psi()?;
-    for (i, k) in posture.geometry().iter().enumerate() {
-        if k.offset != 0.0 {
-            return Err(Error::Unusable {
-                field: format!("contacts.{}.point", i + 1),
-                value: format!("{:?}", posture.contacts()[i].point),
-                allowed:
-                    "on the terrain: stability is defined for a posture whose contacts touch it"
-                        .into(),
-            });
-        }
-        let contact = &posture.contacts()[i];
+/// The posture without the contacts that do not touch, and the places of the others in the list of all contacts; `None` if all touch.
+/// Small motions do not bring the contacts that are left out to the ground.
+///
+/// # Errors
+///
+/// [`Error::Unusable`] if no contact touches, or if one that touches is at an end of its piece of terrain.
+pub(super) fn of_those_that_touch(
+    posture: &Posture,
+) -> Result<Option<(Posture, Vec<usize>)>, Error> {
+    let places = touching(posture);
+    for (i, contact) in posture.contacts().iter().enumerate().filter(|(i, _)| places.contains(i)) {
         if contact.segment.contains(&0.0) {
             return Err(Error::Unusable {
                 field: format!("contacts.{}.point", i + 1),
@@ -184,7 +187,18 @@ pub(super) fn on_two_feet(posture: &Posture) -> Result<[f64; 2], Error> {
             });
         }
     }
-    Ok(psi)
+    if places.is_empty() {
+        let count = posture.contacts().len();
+        return Err(Error::Unusable {
+            field: "contacts".into(),
+            value: format!("[{count} contacts, none of them touches its ground at q = 0]"),
+            allowed: "at least one contact that touches its ground at q = 0: stability is defined for a posture that stands".into(),
+        });
+    }
+    if places.len() == posture.contacts().len() {
+        return Ok(None);
+    }
+    Ok(Some((with_contacts(posture, &places)?, places)))
 }
 
 /// Whether a word is a motion: not FF, and not a word with a fixed and a sliding contact, which allows no motion.
@@ -249,9 +263,7 @@ impl Words {
         }
     }
 
-    fn conditions(&self, posture: &Posture, psi: [f64; 2]) -> Conditions {
-        let (region, equilibrium_margin) = equilibrium_margin(posture);
-        let equilibrium = equilibrium_margin >= 0.0;
+    fn conditions(&self, posture: &Posture, psi: [f64; 2], equilibrium: bool) -> Conditions {
         let e = [0, 1].map(|i| posture.geometry()[i].restitution);
         let coupling = coupling(psi);
         let [one, two] = [0, 1].map(|i| posture.geometry()[i].normal.y);
@@ -260,9 +272,6 @@ impl Words {
         let clattering_margin = coupling - clattering_bound(e);
         let chatter_margin = coupling - chatter_bound(e);
         Conditions {
-            equilibrium,
-            equilibrium_margin: equilibrium_margin.unsigned_zero(),
-            region,
             kinematic_strong: equilibrium && self.strong,
             kinematic_strong_strict: equilibrium && self.strict,
             unambiguous: equilibrium && self.holds && !self.leaves,

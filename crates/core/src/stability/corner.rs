@@ -22,9 +22,10 @@
 //! landing contact j the corner map is a map of an interval of φ.
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
-use crate::body::contact::quarter_turns;
-use crate::body::posture::Posture;
+use crate::body::contact::{Contact, quarter_turns};
+use crate::body::posture::{Posture, PostureFields};
 use crate::impact::newton;
 use crate::math::interval::Interval;
 use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
@@ -80,6 +81,8 @@ enum BothSlide {
     Runs,
     /// Contact k continues to slide, the other one lifts off.
     Lifts(usize),
+    /// Both lift off.
+    Separate,
     /// No mode is consistent.
     Jams,
     /// Several modes, or the intervals do not decide.
@@ -283,48 +286,84 @@ fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
     [(p * d - q * b) / det, (q * a - p * c) / det]
 }
 
+/// A contact: its normal and its tangent, and its arm from the centre of mass along the tangent (b) and along the normal (c), in m.
+pub(super) struct Row {
+    n: [I; 2],
+    t: [I; 2],
+    b: I,
+    c: I,
+}
+
+impl Row {
+    pub(super) fn of(contact: &Contact, center_of_mass: [f64; 2]) -> Self {
+        let exact = |x: f64| I::from(x);
+        let [cos, sin] = match quarter_turns(contact.slope) {
+            Some(parts) => parts.map(exact),
+            None => [libm::cos(contact.slope), libm::sin(contact.slope)].map(I::near),
+        };
+        let arm: [I; 2] =
+            std::array::from_fn(|k| exact(contact.point[k]) - exact(center_of_mass[k]));
+        let (n, t) = ([-sin, cos], [cos, sin]);
+        let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
+        Self { n, t, b, c }
+    }
+
+    /// The direction (x, y, θ) in which both contacts stay on their ground: N_1 × N_2, N = (n, b).
+    pub(super) fn along_both(&self, other: &Self) -> [I; 3] {
+        let ((n, b), (m, c)) = ((self.n, self.b), (other.n, other.b));
+        [n[1] * c - b * m[1], b * m[0] - n[0] * c, n[0] * m[1] - n[1] * m[0]]
+    }
+
+    /// N M⁻¹ (N − σμT)ᵀ per unit mass, see [`Local::stiffness`].
+    pub(super) fn stiffness(&self, friction: f64, side: f64, rho2: I) -> I {
+        let arm = self.b + self.c * I::from(friction).times(side);
+        I::ONE + self.b * arm / rho2
+    }
+
+    /// Change of the gap in a direction: N z.
+    pub(super) fn opens(&self, z: [I; 3]) -> I {
+        self.n[0] * z[0] + self.n[1] * z[1] + self.b * z[2]
+    }
+}
+
+/// √(x² + y² + ρ²θ²)
+pub(super) fn length(z: [I; 3], rho2: I) -> I {
+    (z[0].square() + z[1].square() + rho2 * z[2].square()).sqrt()
+}
+
 impl Local {
     /// `None` if the two normal rows may be linearly dependent, or if the common sliding direction may leave one contact in place.
     pub(crate) fn new(posture: &Posture) -> Option<Self> {
         let [first, second] = posture.contacts() else { return None };
-        let f = posture.fields();
+        Self::of(posture.fields(), [first, second])
+    }
+
+    /// The constants of a body on these two contacts.
+    pub(super) fn of(f: &PostureFields, [first, second]: [&Contact; 2]) -> Option<Self> {
         let exact = |x: f64| I::from(x);
         let gravity = exact(f.gravity);
         let rho2 = exact(f.gyration_radius).square();
-        let mut rows = Vec::new();
-        for contact in [first, second] {
-            let [cos, sin] = match quarter_turns(contact.slope) {
-                Some(parts) => parts.map(exact),
-                None => [libm::cos(contact.slope), libm::sin(contact.slope)].map(I::near),
-            };
-            let arm: [I; 2] =
-                std::array::from_fn(|k| exact(contact.point[k]) - exact(f.center_of_mass[k]));
-            let (n, t) = ([-sin, cos], [cos, sin]);
-            let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
-            rows.push((n, t, b, c));
-        }
+        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass));
         let dot = |x: [I; 2], y: [I; 2]| x[0] * y[0] + x[1] * y[1];
         let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
         let nn = both(&|i, j| {
-            let turned = rows[i].2 * rows[j].2 / rho2;
-            (if i == j { I::ONE } else { dot(rows[i].0, rows[j].0) }) + turned
+            let turned = rows[i].b * rows[j].b / rho2;
+            (if i == j { I::ONE } else { dot(rows[i].n, rows[j].n) }) + turned
         });
         let tn = both(&|i, j| {
-            let turned = rows[i].3 * rows[j].2 / rho2;
-            (if i == j { I::ZERO } else { dot(rows[i].1, rows[j].0) }) - turned
+            let turned = rows[i].c * rows[j].b / rho2;
+            (if i == j { I::ZERO } else { dot(rows[i].t, rows[j].n) }) - turned
         });
         let each = |f: &dyn Fn(usize) -> I| [f(0), f(1)];
-        let tt = each(&|i| I::ONE + rows[i].3.square() / rho2);
-        let (n1, b1) = (rows[0].0, rows[0].2);
-        let (n2, b2) = (rows[1].0, rows[1].2);
-        let z = [n1[1] * b2 - b1 * n2[1], b1 * n2[0] - n1[0] * b2, n1[0] * n2[1] - n1[1] * n2[0]];
-        let size = (z[0].square() + z[1].square() + rho2 * z[2].square()).sqrt();
+        let tt = each(&|i| I::ONE + rows[i].c.square() / rho2);
+        let z = rows[0].along_both(&rows[1]);
+        let size = length(z, rho2);
         let det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0];
         if !size.is_positive() || !det.is_positive() {
             return None;
         }
         let z = z.map(|part| part / size);
-        let alpha = each(&|i| rows[i].1[0] * z[0] + rows[i].1[1] * z[1] - rows[i].3 * z[2]);
+        let alpha = each(&|i| rows[i].t[0] * z[0] + rows[i].t[1] * z[1] - rows[i].c * z[2]);
         if alpha.iter().any(|a| a.contains_zero()) {
             return None;
         }
@@ -335,11 +374,11 @@ impl Local {
         });
         let restitution = |i: usize| exact([first, second][i].restitution.unwrap_or(f.restitution));
         Some(Self {
-            g: each(&|i| gravity * rows[i].0[1]),
+            g: each(&|i| gravity * rows[i].n[1]),
             e: each(&restitution),
             psi: each(&|i| -nn[0][1] / nn[i][i]),
             mu: each(&|i| exact([first, second][i].friction)),
-            pull: each(&|i| -(gravity * rows[i].1[1])),
+            pull: each(&|i| -(gravity * rows[i].t[1])),
             drift: -(gravity * z[1]),
             nn,
             tn,
@@ -446,45 +485,61 @@ impl Local {
         }
     }
 
-    /// Motion with both contacts sliding on the terrain with this sign of s.
-    fn both(&self, side: f64) -> BothSlide {
-        if self.g.iter().all(|g| g.lo < 0.0) {
-            return BothSlide::Unknown; // both may separate
-        }
+    /// The modes that may continue a motion in which both contacts slide with this sign of s: both stay on the terrain, or one of them, or
+    /// none. `Some(mode)` if it is consistent, `None` if the intervals do not decide; modes that certainly fail are left out.
+    fn continuations(&self, side: f64) -> SmallVec<[Option<BothSlide>; 4]> {
         let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
         let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
         let stiffness = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
         let matrix = [[stiffness(0, 0), stiffness(0, 1)], [stiffness(1, 0), stiffness(1, 1)]];
         let force = solve(matrix, self.g);
-        let mut found = Vec::new();
+        let mut found = SmallVec::new();
         let closed = force.map(I::sign);
         if closed == [Some(1), Some(1)] {
             let along = self.drift
                 - (rub[0] * force[0] * self.alpha[0] + rub[1] * force[1] * self.alpha[1]);
-            match along.times(side).sign() {
-                Some(-1) => found.push(BothSlide::Stops),
-                Some(_) => found.push(BothSlide::Runs),
-                None => return BothSlide::Unknown,
-            }
+            found.push(match along.times(side).sign() {
+                Some(-1) => Some(BothSlide::Stops),
+                Some(_) => Some(BothSlide::Runs),
+                None => None,
+            });
         } else if !closed.contains(&Some(-1)) {
-            return BothSlide::Unknown;
+            found.push(None);
         }
         for k in 0..2 {
             match self.slide(k, sign(k)) {
                 Some(arc) => match arc.normal.sign() {
-                    Some(1) => found.push(BothSlide::Lifts(k)),
+                    Some(1) => found.push(Some(BothSlide::Lifts(k))),
                     Some(-1) => {}
-                    _ => return BothSlide::Unknown,
+                    _ => found.push(None),
                 },
                 None => match (self.g[k].sign(), stiffness(k, k).sign()) {
                     (Some(1), Some(-1)) | (Some(-1), Some(1)) => {} // a negative normal force
-                    _ => return BothSlide::Unknown,
+                    _ => found.push(None),
                 },
             }
         }
-        match found.as_slice() {
-            [one] => *one,
-            [] if self.g.iter().all(|g| g.is_positive()) => BothSlide::Jams,
+        if self.g.iter().all(|g| g.lo < 0.0) {
+            let falls = self.g.iter().all(|g| g.is_negative());
+            found.push(falls.then_some(BothSlide::Separate));
+        }
+        found
+    }
+
+    /// Whether a mode continues a motion in which both contacts slide with this sign of s; `None` if the intervals do not decide.
+    pub(super) fn goes_on(&self, side: f64) -> Option<bool> {
+        let found = self.continuations(side);
+        if found.iter().any(Option::is_some) {
+            return Some(true);
+        }
+        found.is_empty().then_some(false)
+    }
+
+    /// Motion with both contacts sliding on the terrain with this sign of s.
+    fn both(&self, side: f64) -> BothSlide {
+        match self.continuations(side).as_slice() {
+            [] => BothSlide::Jams,
+            [Some(one)] => *one,
             _ => BothSlide::Unknown,
         }
     }
@@ -728,7 +783,7 @@ impl CornerMap {
 
     /// Whether the motion with both contacts sliding is known for both signs of s.
     pub(crate) fn slides_known(&self) -> bool {
-        self.both.iter().all(|both| !matches!(both, BothSlide::Jams | BothSlide::Unknown))
+        self.both.iter().all(|both| !matches!(both, BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown))
     }
 
     /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
@@ -928,7 +983,9 @@ impl CornerMap {
                 _ if side == 0 => return, // at rest
                 BothSlide::Stops => return images.push(Image::Rest),
                 BothSlide::Runs => return images.push(Image::Escape),
-                BothSlide::Jams | BothSlide::Unknown => return images.push(Image::Unknown),
+                BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown => {
+                    return images.push(Image::Unknown);
+                }
                 BothSlide::Lifts(k) => k,
             };
             let Some(arc) = self.slides[k][usize::from(side > 0)] else {
@@ -1017,7 +1074,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::body::posture::PostureFields;
     use crate::math::cases::fixed;
     use crate::stability::tests::odd;
 

@@ -45,34 +45,50 @@ pub(super) fn no_motion(map: &CornerMap, posture: &Posture) -> Option<NoMotion> 
         for direction in [1.0, -1.0] {
             let k = local.stiffness(contact, direction);
             if k.is_negative() && local.g[contact].is_positive() {
-                return start(posture, &[(contact, direction)], Some(k.middle()));
+                let apart = above(posture, [0, 1], contact)?;
+                return start(posture, &[(contact, direction)], 1 - contact, Some(k.middle()), apart);
             }
         }
     }
     let side = [1.0, -1.0].into_iter().find(|side| map.jams_together(*side))?;
     let directions = [0, 1].map(|i| (i, side * local.alpha[i].middle().signum()));
-    start(posture, &directions, None)
+    start(posture, &directions, 1, None, Vector3::zeros())
 }
 
-/// The start at which these contacts (from 0) slide in these directions. A contact that slides alone has the other one above its ground.
-fn start(posture: &Posture, slides: &[(usize, f64)], stiffness: Option<f64>) -> Option<NoMotion> {
-    let (first, direction) = slides[0];
-    let [own, other] = [first, 1 - first].map(|i| posture.geometry()[i]);
-    let rows = Matrix3::from_rows(&[
+/// Rows N_i, T_i and N_j.
+fn rows(posture: &Posture, i: usize, j: usize) -> Matrix3<f64> {
+    let [own, other] = [i, j].map(|k| posture.geometry()[k]);
+    Matrix3::from_rows(&[
         RowVector3::new(own.normal.x, own.normal.y, own.b),
         RowVector3::new(own.tangent.x, own.tangent.y, -own.c),
         RowVector3::new(other.normal.x, other.normal.y, other.b),
     ])
-    .lu();
+}
+
+/// A displacement that opens one contact of a pair by 1 m and keeps the other one, `pair[which]`, in its place.
+pub(super) fn above(posture: &Posture, pair: [usize; 2], which: usize) -> Option<Vector3<f64>> {
+    rows(posture, pair[which], pair[1 - which]).lu().solve(&Vector3::new(0.0, 0.0, 1.0))
+}
+
+/// The start at which these contacts (from 0) slide in these directions, and `other` keeps its gap. `open`: a displacement, per metre, that
+/// opens all contacts that do not slide.
+pub(super) fn start(
+    posture: &Posture,
+    slides: &[(usize, f64)],
+    other: usize,
+    stiffness: Option<f64>,
+    open: Vector3<f64>,
+) -> Option<NoMotion> {
+    let (first, direction) = slides[0];
     let size = posture.size();
     let speed = SMALL * (posture.fields().gravity * size).sqrt();
-    let gap = if slides.len() == 1 { SMALL * SMALL * size } else { 0.0 };
     let letter = |(_, way): &(usize, f64)| if *way > 0.0 { 'R' } else { 'L' };
+    let slip = Vector3::new(0.0, direction * speed, 0.0);
     Some(NoMotion {
         contacts: slides.iter().map(|(i, _)| ContactNumber::of(*i)).collect(),
         slides: slides.iter().map(letter).collect(),
         stiffness,
-        q: rows.solve(&Vector3::new(0.0, 0.0, gap))?.unsigned_zero().into(),
-        qdot: rows.solve(&Vector3::new(0.0, direction * speed, 0.0))?.unsigned_zero().into(),
+        q: (open * (SMALL * SMALL * size)).unsigned_zero().into(),
+        qdot: rows(posture, first, other).lu().solve(&slip)?.unsigned_zero().into(),
     })
 }

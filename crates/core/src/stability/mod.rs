@@ -1,12 +1,15 @@
-//! Stability of a posture that touches its ground with two frictional contacts: after any sufficiently small kick, does the body come back
-//! to rest near the posture?
+//! Stability of a posture that touches its ground with frictional contacts: after any sufficiently small kick, does the body come back to
+//! rest near the posture?
 //!
 //! The verdict follows the paper [Or & Rimon 2008] and extends it. These conditions are tested in order:
 //!
 //! 1. equilibrium: the centre of mass lies over the equilibrium region;
 //! 2. kinematic-strong equilibrium: no word other than FF satisfies the kinematic and the force conditions;
 //! 3. clattering convergence, condition (10) of the paper: with 2. it gives Theorem 3, frictional stability;
-//! 4. if these do not decide: Goyal's bound instead of (10), and the corner map, in intervals.
+//! 4. if these do not decide: Goyal's bound instead of (10), the energy where both contacts can only slide on a level (`feet.rs`), and the
+//!    corner map, in intervals.
+//!
+//! With three and more contacts the energy decides most postures, see `feet.rs`.
 //!
 //! [`static_forces`] and [`friction_margin`] give the forces at rest and the reserve of friction.
 //!
@@ -19,6 +22,7 @@ mod conditions;
 mod corner;
 mod existence;
 mod fate;
+mod feet;
 mod reduced;
 mod region;
 mod static_forces;
@@ -29,11 +33,11 @@ pub use clattering::{
     SelfSimilar, chatter_bound, chatter_restitution, clattering_bound, clattering_restitution,
     coupling, neimark_sacker, self_similar,
 };
-pub(crate) use conditions::equilibrium_margin;
-pub use conditions::{Conditions, conditions};
+pub use conditions::{Conditions, Equilibrium, conditions, with_contacts};
 pub use corner::FlightsEnd;
 pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
+pub use feet::{PairVerdict, Ray, Well};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
@@ -47,6 +51,7 @@ use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
+use crate::options::Impact;
 use crate::outcome::ContactNumber;
 pub use certify::{Potential, WhyUndecided};
 
@@ -101,25 +106,18 @@ pub enum Argument {
     AcceleratingMode,
     /// After some kicks, however small, no motion exists: no mode is consistent, and no impact is due.
     NoSolution,
+    /// Every motion of the body raises its centre of mass, and a motion always exists.
+    Well,
+    /// The body can descend only on one pair of contacts, and this pair is stable; or no pair on which it descends can hold it, or the only
+    /// one is unstable.
+    DescendingPair,
+    /// Every motion raises the centre of mass but a slide on a level, which friction ends.
+    Neutral,
 }
 
 impl Argument {
-    /// The verdict to which this argument leads.
-    #[must_use]
-    pub const fn verdict(self) -> Stability {
-        match self {
-            Self::Theorem3 | Self::Theorem3Loose | Self::Goyal | Self::CornerMap => {
-                Stability::Stable
-            }
-            Self::NotEquilibrium
-            | Self::GrowingCycle
-            | Self::AcceleratingMode
-            | Self::NoSolution => Stability::Unstable,
-        }
-    }
-
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -128,6 +126,9 @@ impl Argument {
         Self::GrowingCycle,
         Self::AcceleratingMode,
         Self::NoSolution,
+        Self::Well,
+        Self::DescendingPair,
+        Self::Neutral,
     ];
 
     /// Its name in Python and in files.
@@ -142,6 +143,9 @@ impl Argument {
             Self::GrowingCycle => "growing-cycle",
             Self::AcceleratingMode => "accelerating-mode",
             Self::NoSolution => "no-solution",
+            Self::Well => "well",
+            Self::DescendingPair => "descending-pair",
+            Self::Neutral => "neutral",
         }
     }
 }
@@ -193,6 +197,27 @@ pub enum Evidence {
     },
     /// A start from which no motion exists.
     NoMotion(NoMotion),
+    /// The rays of a well.
+    Well {
+        /// [`Well::width`]
+        width: f64,
+        /// All rays: they ascend.
+        rays: Vec<Ray>,
+    },
+    /// The rays, and the verdicts on the pairs of those that do not ascend.
+    DescendingPairs {
+        /// All rays.
+        rays: Vec<Ray>,
+        /// The pairs.
+        pairs: Vec<PairVerdict>,
+    },
+    /// The contacts that bear the body while it slides on a level.
+    Neutral {
+        /// The outer contacts.
+        outer: [ContactNumber; 2],
+        /// k = N M⁻¹ (N − σμT)ᵀ of each of them, per unit mass, while it slides to the right (σ = 1) and to the left: positive.
+        stiffness: [[f64; 2]; 2],
+    },
     /// Why the corner map does not decide, and the undecided cells.
     Left {
         /// The reason.
@@ -206,26 +231,33 @@ pub enum Evidence {
 
 /// What the arguments find.
 enum Finding {
-    Decided(Argument, Evidence),
+    Decided(Stability, Argument, Evidence),
     Undecided(Option<Evidence>),
 }
 
 /// Verdict on the stability of a posture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The two contacts that touch. Words have a letter for each of them.
+    /// The contacts that touch. Words have a letter for each of them.
     pub contacts: Vec<ContactNumber>,
     /// The verdict.
     pub frictional_stability: Stability,
     /// The argument that decides; `None` if the verdict is undecided.
     pub by: Option<Argument>,
-    /// The conditions in closed form: Theorem 3 and its margins.
+    /// Whether the contacts can hold the body.
     #[serde(flatten)]
-    pub conditions: Conditions,
-    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts.
-    pub energy: bool,
-    /// Why every frictionless flight ends, if that is certain.
+    pub equilibrium: Equilibrium,
+    /// The conditions in closed form: Theorem 3 and its margins. `None` unless exactly two contacts touch.
+    #[serde(flatten)]
+    pub conditions: Option<Conditions>,
+    /// Whether λ = D⁻¹(g_1, g_2) > 0: every frictionless motion comes to rest on the contacts. `None` unless exactly two touch.
+    pub energy: Option<bool>,
+    /// Why every frictionless flight ends, if that is certain, on two contacts.
     pub flight: Option<FlightsEnd>,
+    /// The well in which the body stands, if it does: see [`Well::radius`].
+    pub well: Option<Well>,
+    /// The laws of impact for which the verdict is proved.
+    pub laws: Vec<Impact>,
     /// Whether rounding errors may decide: a margin of the argument is below 1e-10.
     pub delicate: bool,
     /// Bound of the growth of a motion after a kick. The kick is a velocity given to the body at rest in its posture. In the local model
@@ -238,55 +270,69 @@ pub struct Verdict {
     /// The argument's data, or why the corner map does not decide. `None` only for an undecided posture: several words are consistent at
     /// rest, or there is no corner map.
     pub evidence: Option<Evidence>,
-    /// Every word at rest with its motion, forces and margins.
+    /// Every word at rest with its motion, forces and margins, for two contacts. Otherwise the consistent words, if they were needed.
     pub modes: Vec<ModeAnswer>,
 }
 
-/// The verdict on a posture that touches its ground with two contacts, in its nominal configuration q = 0. Contacts in the air have no effect
-/// on small motions.
+/// The verdict on a posture in its nominal configuration q = 0. Contacts in the air have no effect on small motions.
 ///
 /// # Errors
 ///
-/// [`Error::Unusable`] naming `contacts` unless two touch.
+/// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     judge(posture, true)
 }
 
-/// The posture to which a verdict applies: the given one, without the contacts that do not touch if exactly two contacts touch.
-#[must_use]
-pub fn of_touching_contacts(posture: &Posture) -> Posture {
-    conditions::pair_that_touches(posture).map_or_else(|| posture.clone(), |(pair, _)| pair)
+/// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
+/// can keep closed while it opens all others. Each is the verdict on the body with these two contacts only.
+///
+/// # Errors
+///
+/// As [`stability()`].
+pub fn holding_pairs(posture: &Posture) -> Result<Vec<Verdict>, Error> {
+    let Some((standing, places)) = conditions::of_those_that_touch(posture)? else {
+        return feet::holding_pairs(posture);
+    };
+    let mut pairs = feet::holding_pairs(&standing)?;
+    pairs.iter_mut().for_each(|pair| pair.renumber(&places));
+    Ok(pairs)
 }
 
 /// As [`stability`]. `amplification`: whether to compute the field of this name, which may take most of the time.
 pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
-    if let Some((pair, places)) = conditions::pair_that_touches(posture) {
-        let mut verdict = judge(&pair, amplification)?;
-        verdict.renumber(places);
+    if let Some((standing, places)) = conditions::of_those_that_touch(posture)? {
+        let mut verdict = judge(&standing, amplification)?;
+        verdict.renumber(&places);
         return Ok(verdict);
     }
-    let psi = conditions::on_two_feet(posture)?;
-    let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
-    let modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
-    let found = conditions::of_words(posture, psi, &modes);
-    let map = if found.equilibrium { CornerMap::new(posture) } else { None };
-    let flight = map.as_ref().and_then(|map| map.local().flights_end());
+    let count = posture.contacts().len();
     let mut verdict = Verdict {
-        contacts: [0, 1].map(ContactNumber::of).into(),
-        conditions: found,
-        energy: flight == Some(FlightsEnd::Energy),
-        flight,
+        contacts: (0..count).map(ContactNumber::of).collect(),
+        equilibrium: Equilibrium::of(posture),
+        conditions: None,
+        energy: None,
+        flight: None,
+        well: None,
+        laws: vec![Impact::Newton],
         frictional_stability: Stability::Undecided,
         by: None,
         evidence: None,
         delicate: false,
         amplification: Err(NoBound::NotStable),
         trials: None,
-        modes,
+        modes: Vec::new(),
     };
-    verdict.decide(map.as_ref(), posture);
-    if amplification && verdict.frictional_stability == Stability::Stable {
-        verdict.amplification = map.as_ref().map_or(Err(NoBound::Modes), amplification::bound);
+    if count == 2 {
+        verdict.decide_pair(posture, amplification)?;
+    } else {
+        verdict.decide_feet(posture)?;
+    }
+    if verdict.frictional_stability == Stability::Stable
+        && matches!(verdict.by, Some(Argument::Well | Argument::Neutral))
+    {
+        // E never rises, and gravity's part of it is not negative.
+        verdict.amplification = Ok(1.0);
+        verdict.laws = feet::laws(posture);
     }
     Ok(verdict)
 }
@@ -347,7 +393,9 @@ impl Verdict {
         match (&self.evidence, self.by) {
             (_, Some(_)) => None,
             (Some(Evidence::Left { reason, .. }), _) => Some(*reason),
-            _ if !self.conditions.unambiguous => Some(WhyUndecided::Ambiguous),
+            _ if self.conditions.is_some_and(|found| !found.unambiguous) => {
+                Some(WhyUndecided::Ambiguous)
+            }
             _ => Some(WhyUndecided::Degenerate),
         }
     }
@@ -358,55 +406,95 @@ impl Verdict {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
     }
 
-    /// Renumbers the two contacts with their places in the list of contacts of the posture.
-    fn renumber(&mut self, places: [usize; 2]) {
+    /// Renumbers the contacts with their places in the list of contacts of the posture.
+    fn renumber(&mut self, places: &[usize]) {
         let rename =
             |number: &mut ContactNumber| *number = ContactNumber::of(places[number.index()]);
         self.contacts.iter_mut().for_each(rename);
-        match &mut self.evidence {
-            Some(Evidence::Cycle(cycle)) => {
-                cycle.iter_mut().for_each(|corner| rename(&mut corner.contact));
-            }
-            Some(Evidence::Away(corner)) => rename(&mut corner.contact),
-            Some(Evidence::NoMotion(start)) => start.contacts.iter_mut().for_each(rename),
-            Some(Evidence::Left { left, .. }) => {
-                left.iter_mut().for_each(|(contact, _)| rename(contact));
-            }
-            _ => {}
+        if let Some(evidence) = &mut self.evidence {
+            evidence.renumber(&rename);
         }
     }
 
-    fn decide(&mut self, map: Option<&CornerMap>, posture: &Posture) {
-        let found = self.conditions;
+    fn take(&mut self, found: Finding) {
+        match found {
+            Finding::Decided(stability, by, evidence) => {
+                (self.frictional_stability, self.by) = (stability, Some(by));
+                self.evidence = Some(evidence);
+            }
+            Finding::Undecided(evidence) => self.evidence = evidence,
+        }
+    }
+
+    fn not_in_equilibrium(&self) -> Finding {
+        let evidence = Evidence::Region { equilibrium_margin: self.equilibrium.margin };
+        Finding::Decided(Stability::Unstable, Argument::NotEquilibrium, evidence)
+    }
+
+    /// The verdict on one contact, or on three and more.
+    fn decide_feet(&mut self, posture: &Posture) -> Result<(), Error> {
+        let found = if self.equilibrium.holds {
+            let leaves = |answer: &&ModeAnswer| {
+                answer.consistent && moves(answer.word) && !answer.near_degenerate()
+            };
+            let modes = &mut self.modes;
+            let (found, well) = feet::decide(posture, || {
+                let problem =
+                    ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
+                let answers = contact_modes(&problem, Method::Auto)?;
+                *modes = answers.answers().iter().filter(|a| a.consistent).cloned().collect();
+                Ok(modes.iter().find(leaves).map(|answer| answer.word.to_string()))
+            })?;
+            self.well = well;
+            found
+        } else {
+            self.not_in_equilibrium()
+        };
+        self.take(found);
+        self.delicate = (self.equilibrium.margin / posture.size()).abs() <= DELICATE_MARGIN;
+        if self.by == Some(Argument::DescendingPair)
+            && self.frictional_stability == Stability::Stable
+        {
+            self.amplification = Err(NoBound::Pairs);
+        }
+        Ok(())
+    }
+
+    fn decide_pair(&mut self, posture: &Posture, amplification: bool) -> Result<(), Error> {
+        let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
+        self.modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
+        let equilibrium = self.equilibrium.holds;
+        let found = conditions::of_words(posture, equilibrium, &self.modes)?;
+        let map = if equilibrium { CornerMap::new(posture) } else { None };
+        let map = map.as_ref();
+        self.conditions = Some(found);
+        self.flight = map.and_then(|map| map.local().flights_end());
+        self.energy = Some(self.flight == Some(FlightsEnd::Energy));
         let strongly = |by, coupling_margin| {
             let kinematic_margin = found.kinematic_margin;
-            Finding::Decided(by, Evidence::Margins { kinematic_margin, coupling_margin })
+            let evidence = Evidence::Margins { kinematic_margin, coupling_margin };
+            Finding::Decided(Stability::Stable, by, evidence)
         };
         // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
         // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
         let strong = known && found.certainly_strong();
-        let decided = if !found.equilibrium {
-            let equilibrium_margin = found.equilibrium_margin;
-            Finding::Decided(Argument::NotEquilibrium, Evidence::Region { equilibrium_margin })
+        let decided = if !equilibrium {
+            self.not_in_equilibrium()
         } else if found.clattering && strong && found.kinematic_strong_strict {
             strongly(Argument::Theorem3, found.clattering_margin)
         } else if found.clattering && strong {
             strongly(Argument::Theorem3Loose, found.clattering_margin)
         } else if found.chatter && strong {
             strongly(Argument::Goyal, found.chatter_margin)
+        } else if let Some(neutral) = feet::neutral(posture) {
+            neutral
         } else {
-            self.apply_sharper_tests(map, posture)
+            self.apply_sharper_tests(found, map, posture)
         };
-        match decided {
-            Finding::Decided(by, evidence) => {
-                (self.frictional_stability, self.by) = (by.verdict(), Some(by));
-                self.evidence = Some(evidence);
-            }
-            Finding::Undecided(evidence) => self.evidence = evidence,
-        }
-        let mut margins = vec![found.equilibrium_margin / posture.size()];
-        if found.equilibrium {
+        self.take(decided);
+        let mut margins = vec![self.equilibrium.margin / posture.size()];
+        if equilibrium {
             margins.push(map.map_or(0.0, CornerMap::least_slide));
         }
         match self.by {
@@ -418,20 +506,30 @@ impl Verdict {
             _ => {}
         }
         self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
+        if amplification && self.frictional_stability == Stability::Stable {
+            self.amplification = map.map_or(Err(NoBound::Modes), amplification::bound);
+        }
+        Ok(())
     }
 
-    fn apply_sharper_tests(&self, map: Option<&CornerMap>, posture: &Posture) -> Finding {
+    fn apply_sharper_tests(
+        &self,
+        conditions: Conditions,
+        map: Option<&CornerMap>,
+        posture: &Posture,
+    ) -> Finding {
+        let (stable, unstable) = (Stability::Stable, Stability::Unstable);
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
             let word = Evidence::Word(answer.word.to_string());
-            return Finding::Decided(Argument::AcceleratingMode, word);
+            return Finding::Decided(unstable, Argument::AcceleratingMode, word);
         }
         let Some(map) = map else { return Finding::Undecided(None) };
         let open = |left| match existence::no_motion(map, posture) {
-            Some(start) => Finding::Decided(Argument::NoSolution, Evidence::NoMotion(start)),
+            Some(start) => Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start)),
             None => Finding::Undecided(left),
         };
-        if !self.conditions.unambiguous {
+        if !conditions.unambiguous {
             return open(None);
         }
         let step = |corner: &certify::Corner| {
@@ -444,17 +542,17 @@ impl Verdict {
         };
         match certify::decide(map) {
             Decision::Stable(potential) => {
-                Finding::Decided(Argument::CornerMap, Evidence::Potential(potential))
+                Finding::Decided(stable, Argument::CornerMap, Evidence::Potential(potential))
             }
             Decision::Grows(cycle) => {
                 let cycle = rescaled(cycle.iter().map(step).collect(), map);
-                Finding::Decided(Argument::GrowingCycle, Evidence::Cycle(cycle))
+                Finding::Decided(unstable, Argument::GrowingCycle, Evidence::Cycle(cycle))
             }
             Decision::Escapes(corner) => {
-                Finding::Decided(Argument::AcceleratingMode, Evidence::Away(step(&corner)))
+                Finding::Decided(unstable, Argument::AcceleratingMode, Evidence::Away(step(&corner)))
             }
             Decision::Leaves(away) => match motion(away, map, posture) {
-                Some(motion) => Finding::Decided(Argument::AcceleratingMode, motion),
+                Some(motion) => Finding::Decided(unstable, Argument::AcceleratingMode, motion),
                 None => Finding::Undecided(None),
             },
             Decision::Undecided { reason, cells, left } => {
@@ -462,6 +560,37 @@ impl Verdict {
                 let left = left.into_iter().map(number).collect();
                 open(Some(Evidence::Left { reason, cells, left }))
             }
+        }
+    }
+}
+
+impl Evidence {
+    /// Applies `rename` to the number of each contact.
+    fn renumber(&mut self, rename: &impl Fn(&mut ContactNumber)) {
+        let of_rays = |rays: &mut Vec<Ray>| {
+            rays.iter_mut().flat_map(|ray| &mut ray.contacts).for_each(rename);
+        };
+        match self {
+            Self::Cycle(cycle) => cycle.iter_mut().for_each(|corner| rename(&mut corner.contact)),
+            Self::Away(corner) => rename(&mut corner.contact),
+            Self::NoMotion(start) => start.contacts.iter_mut().for_each(rename),
+            Self::Left { left, .. } => left.iter_mut().for_each(|(contact, _)| rename(contact)),
+            Self::Well { rays, .. } => of_rays(rays),
+            Self::DescendingPairs { rays, pairs } => {
+                of_rays(rays);
+                for pair in pairs {
+                    pair.contacts.iter_mut().for_each(rename);
+                    if let Some(evidence) = &mut pair.evidence {
+                        evidence.renumber(rename);
+                    }
+                }
+            }
+            Self::Neutral { outer, .. } => outer.iter_mut().for_each(rename),
+            Self::Region { .. }
+            | Self::Margins { .. }
+            | Self::Potential(_)
+            | Self::Word(_)
+            | Self::Motion { .. } => {}
         }
     }
 }

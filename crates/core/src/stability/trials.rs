@@ -13,7 +13,7 @@ use crate::math::random::Random;
 use crate::options::{Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
-use crate::stability::conditions::pair_that_touches;
+use crate::stability::conditions::{touching, with_contacts};
 use crate::tolerance::START_LIFT;
 
 /// Speed of a kick, in units of √(g · size). The displacement is the square of this number, in units of the size. The local model has no
@@ -52,20 +52,12 @@ pub fn trials(
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trials>, Error> {
     // Small motions do not reach the ground of contacts in the air, nor the ends of the pieces of terrain.
-    let pair = pair_that_touches(posture);
-    let posture = pair.as_ref().map_or(posture, |(pair, _)| pair);
-    let contacts = posture.contacts();
+    let standing = with_contacts(posture, &touching(posture))?;
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
-    let straight =
-        contacts.iter().map(|contact| Contact { segment: endless, ..*contact }).collect();
-    let ground = crate::body::GroundKind::Own;
-    let fields = PostureFields {
-        contacts: straight,
-        terrain: Vec::new(),
-        ground,
-        ..posture.fields().clone()
-    };
-    let posture = &Posture::new(fields)?;
+    let contacts = standing.contacts().iter();
+    let straight = contacts.map(|contact| Contact { segment: endless, ..*contact }).collect();
+    let posture =
+        &Posture::new(PostureFields { contacts: straight, ..standing.fields().clone() })?;
     let (size, gravity) = (posture.size(), posture.fields().gravity);
     let speed = KICK * (gravity * size).sqrt();
     let options = Options {

@@ -1,0 +1,394 @@
+//! Any number of contacts: what the energy alone decides.
+//!
+//! In the local model the states of a body that does not enter the ground are q in the cone K = {N q ≥ 0}. Let E = ½‖q̇‖² + g y per unit
+//! mass, with ‖q̇‖² = ẋ² + ẏ² + ρ²θ̇². Gravity is in E, contact forces do no positive work on fixed rows, and impacts lose energy: E never
+//! rises. So the rise y on K decides how far the body can go. Let K be pointed with an interior, in general position. Each of its extreme
+//! rays closes exactly two contacts, a *pair*, and the body leaves a ray only if it opens one of them. A contact is *exposed* if it is in a
+//! pair: only exposed contacts can be closed alone.
+//!
+//! * *Existence.* From every state a motion exists iff no exposed contact jams while it slides alone, and no pair jams while both slide
+//!   along its ray, in both directions.
+//! * *Well.* y > 0 on all rays. Every motion stays within max(|x|, |y|, ρ|θ|) ≤ E/(g w), with w the least y of a ray over its largest
+//!   component. The posture is stable iff a motion always exists.
+//! * *Descending pair.* y < 0 on exactly one ray. E ≥ 0 bounds the body wherever a contact outside this pair is closed; between such times
+//!   the pair acts alone. The posture is stable iff a motion always exists and the pair is stable as a posture on two contacts. It is
+//!   unstable if the pair is: a motion that starts far down the ray with a small kick touches no other contact.
+//!   If several rays descend and none of their pairs holds the body, the posture is unstable.
+//! * *Neutral.* N has rank 2, y = 0 along its kernel and y > 0 on the rest of K, and all contacts have friction: level ground with the
+//!   centre of mass between the outer contacts, or two contacts that are mirror images. The posture is stable iff a motion always exists.
+//!   A posture whose other rays ascend is stable if the pair of its one level ray is.
+//!
+//! These hold for every restitution e < 1. Each sign is certain (intervals), or nothing is decided.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::body::posture::Posture;
+use crate::error::{Error, non_negative};
+use crate::math::interval::Interval;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::options::Impact;
+use crate::outcome::ContactNumber;
+use crate::stability::certify::WhyUndecided;
+use crate::stability::conditions::with_contacts;
+use crate::stability::corner::{Local, Row, length};
+use crate::stability::existence::{self, NoMotion};
+use crate::stability::{Argument, Evidence, Finding, Stability, Verdict, judge};
+
+type I = Interval;
+
+/// A direction in which the body can move while exactly two contacts stay on their ground: an extreme ray of {q : N q ≥ 0}.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ray {
+    /// The two contacts.
+    pub contacts: [ContactNumber; 2],
+    /// (x, y, θ) in m, m, rad, with x² + y² + ρ²θ² = 1. The ray descends if y < 0.
+    pub direction: [f64; 3],
+}
+
+/// A posture that the body cannot leave with little energy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Well {
+    /// w: least y/max(|x|, |y|, ρ|θ|) over all q that no contact forbids.
+    pub width: f64,
+    /// m g, in N.
+    pub weight: f64,
+}
+
+impl Well {
+    /// A bound of max(|x|, |y|, ρ|θ|), in m, for all motions with at most this energy ½m(ẋ² + ẏ² + ρ²θ̇²) + m g y, in J.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] unless `energy` is finite and not negative.
+    pub fn radius(&self, energy: f64) -> Result<f64, Error> {
+        let energy = non_negative("energy", energy)?;
+        Ok((I::from(energy) / (I::near(self.weight) * I::from(self.width))).hi)
+    }
+}
+
+/// The verdict on a pair of contacts as the only contacts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairVerdict {
+    /// The two contacts.
+    pub contacts: Vec<ContactNumber>,
+    /// The verdict.
+    pub frictional_stability: Stability,
+    /// Its argument.
+    pub by: Option<Argument>,
+    /// The data of the argument.
+    pub evidence: Option<Box<Evidence>>,
+}
+
+/// An extreme ray with the constants of its pair.
+struct KnownRay {
+    /// Places of the two contacts, from 0.
+    pair: [usize; 2],
+    /// (x, y, θ)
+    z: [I; 3],
+    /// Sign of y; `None` if it is not certain.
+    rise: Option<i8>,
+    local: Local,
+}
+
+/// Whether two contacts are mirror images in the vertical line through the centre of mass, exactly. Then the direction in which both slide
+/// has no vertical part.
+fn are_mirrored(posture: &Posture, [i, j]: [usize; 2]) -> bool {
+    let [one, two] = [i, j].map(|k| posture.contacts()[k]);
+    let ([a, b], x) = ([one.point[0], two.point[0]], posture.fields().center_of_mass[0]);
+    let sum = a + b;
+    // The rounding error of the sum [Knuth].
+    let part = sum - a;
+    let error = (a - (sum - part)) + (b - part);
+    error == 0.0
+        && sum == 2.0 * x
+        && one.point[1] == two.point[1]
+        && one.slope == -two.slope
+        && a != b
+}
+
+/// The rays of K; `None` if they are not certain, or if K may have no interior.
+fn rays(posture: &Posture) -> Option<Vec<KnownRay>> {
+    let f = posture.fields();
+    let rows: Vec<Row> = f.contacts.iter().map(|k| Row::of(k, f.center_of_mass)).collect();
+    let mut found = Vec::new();
+    for i in 0..rows.len() {
+        for j in i + 1..rows.len() {
+            let z = rows[i].along_both(&rows[j]);
+            let others = || (0..rows.len()).filter(|k| *k != i && *k != j);
+            for z in [z, z.map(|part| -part)] {
+                let signs = || others().map(|k| rows[k].opens(z).sign());
+                if signs().any(|sign| sign == Some(-1)) {
+                    continue;
+                }
+                if signs().any(|sign| sign != Some(1)) {
+                    return None;
+                }
+                let level = are_mirrored(posture, [i, j]);
+                let rise = if level { Some(0) } else { z[1].sign() };
+                let local = Local::of(f, [&f.contacts[i], &f.contacts[j]])?;
+                found.push(KnownRay { pair: [i, j], z, rise, local });
+            }
+        }
+    }
+    // With a ray that opens a third contact, K has an interior and is pointed.
+    (!found.is_empty()).then_some(found)
+}
+
+impl KnownRay {
+    fn unit(&self, rho2: I) -> Vector3<f64> {
+        let size = length(self.z, rho2);
+        Vector3::from(self.z.map(|part| (part / size).middle())).unsigned_zero()
+    }
+
+    /// y/max(|x|, |y|, ρ|θ|)
+    fn slope(&self, rho: f64) -> I {
+        let [x, y, turn] = self.z;
+        let wide = |part: I| part.square().sqrt();
+        let (x, turn) = (wide(x), wide(turn) * I::from(rho));
+        let most = |a: I, b: I| I::new(a.lo.max(b.lo), a.hi.max(b.hi));
+        y / most(most(x, wide(y)), turn)
+    }
+}
+
+/// Whether a motion exists from every state.
+enum Existence {
+    Certain,
+    Fails(NoMotion),
+    Unknown,
+}
+
+/// Whether contact `which` of a pair, which slides alone in this direction, goes on; `None` if the intervals do not decide.
+fn slides_on(local: &Local, which: usize, side: f64) -> Option<bool> {
+    let k = local.stiffness(which, side);
+    if k.is_positive() || local.g[which].hi <= 0.0 {
+        return Some(true);
+    }
+    (k.is_negative() && local.g[which].is_positive()).then_some(false)
+}
+
+/// Existence for a body whose cone has these rays.
+fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
+    let mut known = true;
+    for (n, ray) in rays.iter().enumerate() {
+        for (which, &contact) in ray.pair.iter().enumerate() {
+            for side in [1.0, -1.0] {
+                match slides_on(&ray.local, which, side) {
+                    Some(true) => {}
+                    None => known = false,
+                    Some(false) => {
+                        // Between this ray and the other one of the facet only this contact is closed.
+                        let on_facet =
+                            |other: &&KnownRay| other.pair.contains(&contact) && other.pair != ray.pair;
+                        let Some(next) = rays.iter().find(on_facet) else { continue };
+                        let open = ray.unit(rho2) + next.unit(rho2);
+                        let k = ray.local.stiffness(which, side).middle();
+                        let slides = [(contact, side)];
+                        let found =
+                            existence::start(posture, &slides, ray.pair[1 - which], Some(k), open);
+                        if let Some(start) = found {
+                            return Existence::Fails(start);
+                        }
+                    }
+                }
+            }
+        }
+        for side in [1.0, -1.0] {
+            match rays[n].local.goes_on(side) {
+                Some(true) => {}
+                None => known = false,
+                Some(false) => {
+                    let slides = [0, 1].map(|i| {
+                        (ray.pair[i], side * ray.local.alpha[i].middle().signum())
+                    });
+                    let open = ray.unit(rho2);
+                    if let Some(start) =
+                        existence::start(posture, &slides, ray.pair[1], None, open)
+                    {
+                        return Existence::Fails(start);
+                    }
+                }
+            }
+        }
+    }
+    if known { Existence::Certain } else { Existence::Unknown }
+}
+
+/// The two contacts that bear a body whose kernel of N is level: the outer ones on level ground, or two mirror images.
+fn level_pair(posture: &Posture) -> Option<[usize; 2]> {
+    let contacts = posture.contacts();
+    if contacts.len() == 2 && are_mirrored(posture, [0, 1]) {
+        return Some([0, 1]);
+    }
+    if contacts.iter().any(|contact| contact.slope != 0.0) {
+        return None;
+    }
+    let outer = |right: bool| {
+        let x = |k: &usize| contacts[*k].point[0] * if right { 1.0 } else { -1.0 };
+        let last = (0..contacts.len()).max_by(|a, b| x(a).total_cmp(&x(b)))?;
+        (0..contacts.len()).all(|k| k == last || x(&k) < x(&last)).then_some(last)
+    };
+    let (left, right) = (outer(false)?, outer(true)?);
+    (left != right).then_some([left, right])
+}
+
+/// The verdict of *Neutral*, if it applies.
+pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
+    let f = posture.fields();
+    let pair = level_pair(posture)?;
+    let local = Local::of(f, pair.map(|k| &f.contacts[k]))?;
+    let bears = local.weights().iter().all(|weight| weight.is_positive());
+    if !bears || !f.contacts.iter().all(|contact| contact.friction > 0.0) {
+        return None;
+    }
+    let stiffness = [0, 1].map(|which| [1.0, -1.0].map(|side| local.stiffness(which, side)));
+    for (which, sides) in stiffness.iter().enumerate() {
+        for (k, side) in sides.iter().zip([1.0, -1.0]) {
+            if k.is_negative() && local.g[which].is_positive() {
+                let apart = existence::above(posture, pair, which)?;
+                let slides = [(pair[which], side)];
+                let start =
+                    existence::start(posture, &slides, pair[1 - which], Some(k.middle()), apart)?;
+                return Some(Finding::Decided(Stability::Unstable, Argument::NoSolution, Evidence::NoMotion(start)));
+            }
+        }
+    }
+    let smooth = stiffness.iter().flatten().all(|k| k.is_positive());
+    let slides = [1.0, -1.0].into_iter().all(|side| local.goes_on(side) == Some(true));
+    (smooth && slides).then(|| {
+        let evidence = Evidence::Neutral {
+            outer: pair.map(ContactNumber::of),
+            stiffness: stiffness.map(|sides| sides.map(I::middle)),
+        };
+        Finding::Decided(Stability::Stable, Argument::Neutral, evidence)
+    })
+}
+
+/// The finding for three and more contacts, and the well, if the posture is one. `consistent`: finds a word at rest in which the body moves
+/// away.
+pub(super) fn decide(
+    posture: &Posture,
+    moves_away: impl FnOnce() -> Result<Option<String>, Error>,
+) -> Result<(Finding, Option<Well>), Error> {
+    let open = |reason| {
+        Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
+    };
+    let f = posture.fields();
+    let rho2 = I::from(f.gyration_radius).square();
+    if let Some(found) = neutral(posture) {
+        return Ok((found, None));
+    }
+    let known = rays(posture);
+    let mut well = None;
+    let mut motion_exists = false;
+    if let Some(rays) = &known {
+        let slopes = rays.iter().map(|ray| ray.slope(f.gyration_radius));
+        let width = slopes.map(|slope| slope.lo).fold(f64::INFINITY, f64::min);
+        if rays.iter().all(|ray| ray.rise == Some(1)) && width > 0.0 && f.gravity > 0.0 {
+            well = Some(Well { width, weight: f.mass * f.gravity });
+        }
+        match existence(posture, rays, rho2) {
+            Existence::Fails(start) => {
+                let evidence = Evidence::NoMotion(start);
+                return Ok((Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence), well));
+            }
+            Existence::Certain => motion_exists = true,
+            Existence::Unknown => {}
+        }
+        if well.is_some() {
+            let found = if motion_exists {
+                Finding::Decided(Stability::Stable, Argument::Well, Evidence::Well { width, rays: shown(rays, rho2) })
+            } else {
+                open(WhyUndecided::Jam)
+            };
+            return Ok((found, well));
+        }
+    }
+    if let Some(word) = moves_away()? {
+        return Ok((Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, Evidence::Word(word)), None));
+    }
+    let Some(rays) = known else { return Ok((open(WhyUndecided::Degenerate), None)) };
+    if f.gravity == 0.0 || rays.iter().any(|ray| ray.rise.is_none()) {
+        return Ok((open(WhyUndecided::Degenerate), None));
+    }
+    let core: Vec<&KnownRay> = rays.iter().filter(|ray| ray.rise != Some(1)).collect();
+    let mut pairs = Vec::new();
+    for ray in &core {
+        pairs.push(pair_verdict(posture, ray.pair)?);
+    }
+    let descend = core.iter().all(|ray| ray.rise == Some(-1));
+    let evidence = |pairs: &[Verdict]| {
+        let pairs = pairs.iter().map(|pair| PairVerdict {
+            contacts: pair.contacts.clone(),
+            frictional_stability: pair.frictional_stability,
+            by: pair.by,
+            evidence: pair.evidence.clone().map(Box::new),
+        });
+        Evidence::DescendingPairs { rays: shown(&rays, rho2), pairs: pairs.collect() }
+    };
+    let found = match pairs.as_slice() {
+        [pair] if pair.frictional_stability == Stability::Stable => {
+            if motion_exists {
+                Finding::Decided(Stability::Stable, Argument::DescendingPair, evidence(&pairs))
+            } else {
+                open(WhyUndecided::Jam)
+            }
+        }
+        [pair] if descend && pair.frictional_stability == Stability::Unstable => {
+            Finding::Decided(Stability::Unstable, Argument::DescendingPair, evidence(&pairs))
+        }
+        pairs if descend && pairs.iter().all(|pair| !pair.equilibrium.holds) => {
+            Finding::Decided(Stability::Unstable, Argument::DescendingPair, evidence(pairs))
+        }
+        _ => open(WhyUndecided::Pairs),
+    };
+    Ok((found, None))
+}
+
+fn shown(rays: &[KnownRay], rho2: I) -> Vec<Ray> {
+    let ray = |ray: &KnownRay| Ray {
+        contacts: ray.pair.map(ContactNumber::of),
+        direction: ray.unit(rho2).into(),
+    };
+    rays.iter().map(ray).collect()
+}
+
+/// The verdict on two contacts of a posture as its only ones, with their numbers in the posture.
+fn pair_verdict(posture: &Posture, places: [usize; 2]) -> Result<Verdict, Error> {
+    let mut verdict = judge(&with_contacts(posture, &places)?, false)?;
+    verdict.renumber(&places);
+    Ok(verdict)
+}
+
+/// The verdicts on the pairs of contacts that can hold the body alone, one for each extreme ray; empty for fewer than three contacts, and
+/// where the rays are not certain.
+pub(super) fn holding_pairs(posture: &Posture) -> Result<Vec<Verdict>, Error> {
+    let mut found = Vec::new();
+    for ray in rays(posture).into_iter().flatten().filter(|_| posture.contacts().len() > 2) {
+        let verdict = pair_verdict(posture, ray.pair)?;
+        if verdict.equilibrium.holds {
+            found.push(verdict);
+        }
+    }
+    Ok(found)
+}
+
+/// The laws of impact for which *Well* and *Neutral* hold: those that certainly lose energy in every impact. With friction this asks that no
+/// contact jams in an impact, whether exposed or not; Moreau's law also asks that both of its restitutions are equal.
+pub(super) fn laws(posture: &Posture) -> Vec<Impact> {
+    let f = posture.fields();
+    let rho2 = I::from(f.gyration_radius).square();
+    let soft = f.contacts.iter().all(|contact| {
+        let row = Row::of(contact, f.center_of_mass);
+        [1.0, -1.0].into_iter().all(|side| row.stiffness(contact.friction, side, rho2).is_positive())
+    });
+    let mut laws = vec![Impact::Newton];
+    if soft {
+        laws.extend([Impact::Poisson, Impact::Stronge]);
+        let mut restitutions = posture.geometry().iter().zip(&f.contacts);
+        if restitutions.all(|(k, contact)| k.restitution == contact.tangential_restitution) {
+            laws.push(Impact::Moreau);
+        }
+    }
+    laws
+}
