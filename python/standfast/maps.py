@@ -84,7 +84,7 @@ def sweep(
     chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
 
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
-    microseconds a point. "stability", "by", "energy" and "delicate" may need the corner map, which takes longer;
+    microseconds a point. "stability", "by", "reason", "energy", "stays" and "delicate" may need the corner map, which takes longer;
     "amplification" (NaN where the field is None) always needs it. Needs xarray: the extra `map`.
 
     >>> import numpy as np
@@ -92,7 +92,7 @@ def sweep(
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
     >>> grid = sf.sweep(rod, over={"gyration_radius": [0.2, 0.25, 0.3]}, quantity=["stability", "by", "coupling"])
     >>> print(grid["by"].values, grid["coupling"].values.round(3))
-    ['theorem-3' 'goyal' 'corner-map'] [0.724 0.6   0.471]
+    ['theorem-3' 'goyal' 'neutral'] [0.724 0.6   0.471]
     """
     _xarray()
     if not (isinstance(over, Mapping) and all(isinstance(path, str) for path in over)):

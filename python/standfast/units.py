@@ -21,6 +21,8 @@ UNITS = {
     "stability": ("frictional stability", ""),
     "frictional_stability": ("frictional stability", ""),
     "by": ("argument of the verdict", ""),
+    "reason": ("reason why undecided", ""),
+    "stays": ("stands in a well", ""),
     "theorem_3": ("kinematic-strong and clattering (Theorem 3)", ""),
     "equilibrium": ("equilibrium", ""),
     "equilibrium_margin": ("margin of equilibrium", "m"),

@@ -86,14 +86,6 @@ def table():
     return sf.Posture(1, 0.3, (0, 0.5), feet, 0)
 
 
-def test_the_error_for_more_than_two_contacts_says_what_can_be_asked():
-    with pytest.raises(ValueError, match="exactly 2 contacts that touch") as error:
-        sf.stability(table())
-    for name in ("equilibrium_region", "static_forces", "friction_margin"):
-        assert name in str(error.value)
-        assert callable(getattr(sf, name))
-
-
 def test_a_map_has_the_equilibrium_of_any_number_of_contacts():
     box = table()
     values = [-0.25, -0.15, 0.0, 0.15, 0.25]

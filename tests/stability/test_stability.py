@@ -664,13 +664,6 @@ def test_a_certificate_holds_in_the_simulator():
         assert found[1] == pytest.approx(angle(following), abs=1e-6)
 
 
-@pytest.mark.parametrize("count", [1, 3])
-def test_only_two_contacts(count):
-    contacts = [sf.Contact((float(k), 0.0)) for k in range(count)]
-    with pytest.raises(ValueError, match="contacts"):
-        sf.stability(stance(contacts, (0.0, 1.0)))
-
-
 def test_odd_stances():
     one_place = stance([sf.Contact((0.0, 0.0), friction=1.0)] * 2, (0.0, 1.0))
     assert sf.stability(one_place).frictional_stability != "stable"
@@ -690,8 +683,8 @@ def test_odd_stances():
         0.1,
         terrain=[(-2, 0), (2, 0)],
     )
-    with pytest.raises(ValueError, match=r"contacts\.2\.point"):
-        sf.stability(above)
+    verdict = sf.stability(above)
+    assert (verdict.contacts, verdict.by) == ([1], "not-equilibrium")
 
 
 STABLE_AND_SLOW = [

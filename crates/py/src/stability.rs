@@ -192,7 +192,10 @@ impl PyVerdict {
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
         let found = standfast::stability::holding_pairs(&self.posture).map_err(|e| to_py(&e))?;
-        Ok(found.into_iter().map(|verdict| Self { posture: self.posture.clone(), verdict }).collect())
+        Ok(found
+            .into_iter()
+            .map(|verdict| Self { posture: self.posture.clone(), verdict })
+            .collect())
     }
 
     /// The laws of impact for which the verdict is proved, by their names in `simulate`.
@@ -243,7 +246,8 @@ impl PyVerdict {
     #[getter]
     fn modes(&self) -> PyResult<PyModes> {
         let places = self.verdict.contacts.iter().map(|contact| contact.index());
-        let posture = standfast::stability::with_contacts(&self.posture, &places.collect::<Vec<_>>());
+        let posture =
+            standfast::stability::with_contacts(&self.posture, &places.collect::<Vec<_>>());
         let posture = posture.map_err(|e| to_py(&e))?;
         let problem = ContactProblem::of_posture(&posture, &State::at_rest([0.0; 3]), [0.0; 3]);
         PyModes::solved(problem.map_err(|e| to_py(&e))?)

@@ -783,7 +783,9 @@ impl CornerMap {
 
     /// Whether the motion with both contacts sliding is known for both signs of s.
     pub(crate) fn slides_known(&self) -> bool {
-        self.both.iter().all(|both| !matches!(both, BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown))
+        self.both
+            .iter()
+            .all(|both| !matches!(both, BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown))
     }
 
     /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.

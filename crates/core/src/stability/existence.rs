@@ -46,7 +46,13 @@ pub(super) fn no_motion(map: &CornerMap, posture: &Posture) -> Option<NoMotion> 
             let k = local.stiffness(contact, direction);
             if k.is_negative() && local.g[contact].is_positive() {
                 let apart = above(posture, [0, 1], contact)?;
-                return start(posture, &[(contact, direction)], 1 - contact, Some(k.middle()), apart);
+                return start(
+                    posture,
+                    &[(contact, direction)],
+                    1 - contact,
+                    Some(k.middle()),
+                    apart,
+                );
             }
         }
     }

@@ -178,8 +178,9 @@ fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
                     None => known = false,
                     Some(false) => {
                         // Between this ray and the other one of the facet only this contact is closed.
-                        let on_facet =
-                            |other: &&KnownRay| other.pair.contains(&contact) && other.pair != ray.pair;
+                        let on_facet = |other: &&KnownRay| {
+                            other.pair.contains(&contact) && other.pair != ray.pair
+                        };
                         let Some(next) = rays.iter().find(on_facet) else { continue };
                         let open = ray.unit(rho2) + next.unit(rho2);
                         let k = ray.local.stiffness(which, side).middle();
@@ -198,12 +199,10 @@ fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
                 Some(true) => {}
                 None => known = false,
                 Some(false) => {
-                    let slides = [0, 1].map(|i| {
-                        (ray.pair[i], side * ray.local.alpha[i].middle().signum())
-                    });
+                    let slides =
+                        [0, 1].map(|i| (ray.pair[i], side * ray.local.alpha[i].middle().signum()));
                     let open = ray.unit(rho2);
-                    if let Some(start) =
-                        existence::start(posture, &slides, ray.pair[1], None, open)
+                    if let Some(start) = existence::start(posture, &slides, ray.pair[1], None, open)
                     {
                         return Existence::Fails(start);
                     }
@@ -249,7 +248,11 @@ pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
                 let slides = [(pair[which], side)];
                 let start =
                     existence::start(posture, &slides, pair[1 - which], Some(k.middle()), apart)?;
-                return Some(Finding::Decided(Stability::Unstable, Argument::NoSolution, Evidence::NoMotion(start)));
+                return Some(Finding::Decided(
+                    Stability::Unstable,
+                    Argument::NoSolution,
+                    Evidence::NoMotion(start),
+                ));
             }
         }
     }
@@ -270,9 +273,8 @@ pub(super) fn decide(
     posture: &Posture,
     moves_away: impl FnOnce() -> Result<Option<String>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
-    let open = |reason| {
-        Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
-    };
+    let open =
+        |reason| Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }));
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
     if let Some(found) = neutral(posture) {
@@ -290,14 +292,21 @@ pub(super) fn decide(
         match existence(posture, rays, rho2) {
             Existence::Fails(start) => {
                 let evidence = Evidence::NoMotion(start);
-                return Ok((Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence), well));
+                return Ok((
+                    Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence),
+                    well,
+                ));
             }
             Existence::Certain => motion_exists = true,
             Existence::Unknown => {}
         }
         if well.is_some() {
             let found = if motion_exists {
-                Finding::Decided(Stability::Stable, Argument::Well, Evidence::Well { width, rays: shown(rays, rho2) })
+                Finding::Decided(
+                    Stability::Stable,
+                    Argument::Well,
+                    Evidence::Well { width, rays: shown(rays, rho2) },
+                )
             } else {
                 open(WhyUndecided::Jam)
             };
@@ -305,7 +314,10 @@ pub(super) fn decide(
         }
     }
     if let Some(word) = moves_away()? {
-        return Ok((Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, Evidence::Word(word)), None));
+        return Ok((
+            Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, Evidence::Word(word)),
+            None,
+        ));
     }
     let Some(rays) = known else { return Ok((open(WhyUndecided::Degenerate), None)) };
     if f.gravity == 0.0 || rays.iter().any(|ray| ray.rise.is_none()) {
@@ -380,7 +392,9 @@ pub(super) fn laws(posture: &Posture) -> Vec<Impact> {
     let rho2 = I::from(f.gyration_radius).square();
     let soft = f.contacts.iter().all(|contact| {
         let row = Row::of(contact, f.center_of_mass);
-        [1.0, -1.0].into_iter().all(|side| row.stiffness(contact.friction, side, rho2).is_positive())
+        [1.0, -1.0]
+            .into_iter()
+            .all(|side| row.stiffness(contact.friction, side, rho2).is_positive())
     });
     let mut laws = vec![Impact::Newton];
     if soft {

@@ -526,7 +526,9 @@ impl Verdict {
         }
         let Some(map) = map else { return Finding::Undecided(None) };
         let open = |left| match existence::no_motion(map, posture) {
-            Some(start) => Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start)),
+            Some(start) => {
+                Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start))
+            }
             None => Finding::Undecided(left),
         };
         if !conditions.unambiguous {
@@ -548,9 +550,11 @@ impl Verdict {
                 let cycle = rescaled(cycle.iter().map(step).collect(), map);
                 Finding::Decided(unstable, Argument::GrowingCycle, Evidence::Cycle(cycle))
             }
-            Decision::Escapes(corner) => {
-                Finding::Decided(unstable, Argument::AcceleratingMode, Evidence::Away(step(&corner)))
-            }
+            Decision::Escapes(corner) => Finding::Decided(
+                unstable,
+                Argument::AcceleratingMode,
+                Evidence::Away(step(&corner)),
+            ),
             Decision::Leaves(away) => match motion(away, map, posture) {
                 Some(motion) => Finding::Decided(unstable, Argument::AcceleratingMode, motion),
                 None => Finding::Undecided(None),

@@ -56,8 +56,7 @@ pub fn trials(
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
     let contacts = standing.contacts().iter();
     let straight = contacts.map(|contact| Contact { segment: endless, ..*contact }).collect();
-    let posture =
-        &Posture::new(PostureFields { contacts: straight, ..standing.fields().clone() })?;
+    let posture = &Posture::new(PostureFields { contacts: straight, ..standing.fields().clone() })?;
     let (size, gravity) = (posture.size(), posture.fields().gravity);
     let speed = KICK * (gravity * size).sqrt();
     let options = Options {
