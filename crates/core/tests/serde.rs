@@ -207,8 +207,10 @@ fn modes_are_read_as_they_were_written() {
 fn a_verdict_is_read_as_it_was_written() {
     let mut random = Random(3);
     let mut kinds = BTreeSet::new();
-    for _ in 0..400 {
-        let posture = random.posture(2);
+    let neutral = Posture::rod(0.5, 0.45, 0.6, 0.5, 9.81).unwrap();
+    let drawn: Vec<Posture> =
+        (0..600).map(|k| random.posture(2 + usize::from(k % 3 == 0))).collect();
+    for posture in drawn.into_iter().chain([neutral]) {
         let mut verdict = stability(&posture).unwrap();
         kinds.insert(match &verdict.evidence {
             Some(Evidence::Region { .. }) => "region",
@@ -220,6 +222,9 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::Motion { .. }) => "motion",
             Some(Evidence::NoMotion(_)) => "no-motion",
             Some(Evidence::Left { .. }) => "left",
+            Some(Evidence::Well { .. }) => "well",
+            Some(Evidence::DescendingPairs { .. }) => "pairs",
+            Some(Evidence::Neutral { .. }) => "neutral",
             None => "nothing",
         });
         if kinds.len() == 3 {
@@ -233,7 +238,19 @@ fn a_verdict_is_read_as_it_was_written() {
     }
     assert_eq!(
         kinds,
-        ["cycle", "left", "margins", "no-motion", "potential", "region", "word"].into()
+        [
+            "cycle",
+            "left",
+            "margins",
+            "neutral",
+            "no-motion",
+            "pairs",
+            "potential",
+            "region",
+            "well",
+            "word",
+        ]
+        .into()
     );
     let corner = r#"{"contact":2,"phi":0.5,"growth":0.25}"#;
     let away: Evidence = read(corner);

@@ -669,7 +669,7 @@ mod tests {
     #[test]
     fn a_growing_cycle_is_enclosed() {
         let verdict = stability(&odd(0.26)).unwrap();
-        assert!(verdict.conditions.kinematic_strong);
+        assert!(verdict.conditions.unwrap().kinematic_strong);
         assert_eq!(verdict.by, Some(Argument::GrowingCycle), "{:?}", verdict.evidence);
         let Some(Evidence::Cycle(cycle)) = &verdict.evidence else { panic!() };
         let total: f64 = cycle.iter().map(|corner| corner.growth).sum();
