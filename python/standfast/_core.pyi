@@ -21,6 +21,7 @@ _Simultaneous: TypeAlias = Literal[
     "newton", "first-contact-first", "last-contact-first"
 ]
 _Stop: TypeAlias = Literal["rest", "zeno", "time"]
+_Jams: TypeAlias = Literal["none", "impact"]
 _Edges: TypeAlias = Literal["end", "ignore"]
 _Level: TypeAlias = Literal["acceleration", "impulse"]
 _Outcome: TypeAlias = Literal[
@@ -762,6 +763,7 @@ def simulate_many(
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
     edges: _Edges = "end",
+    jams: _Jams = "none",
     tolerance: float = 1e-12,
     record: bool = False,
     certify: bool = False,
@@ -783,6 +785,7 @@ def simulate(
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
     edges: _Edges = "end",
+    jams: _Jams = "none",
     tolerance: float = 1e-12,
     record: bool = True,
     certify: bool = False,

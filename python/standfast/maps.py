@@ -43,6 +43,7 @@ OPTIONS = {
     "event_limit",
     "neighbourhood",
     "edges",
+    "jams",
     "tolerance",
     "record",
     "certify",

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import LAWS, order_for
+from bodies import LAWS, jacobian, order_for, paper_vee
 from decimals import cos_sin
 from modes_oracle import Problem
 from walls import flush_box
@@ -281,3 +281,117 @@ def test_boxes_at_a_wall_stop_without_an_answer_only_where_there_is_none_or_more
                 ends[law == "newton", run.outcome] += 1
     assert ends[True, "inconsistent"] >= BOXES / 300
     print(dict(ends))
+
+
+def scaled_velocity(posture, qdot):
+    """(ẋ, ẏ, ρθ̇), of the length √(2 kinetic energy/m)."""
+    return np.asarray(qdot) * [1, 1, posture.gyration_radius]
+
+
+def plastic(posture, k, qdot):
+    """q̇ after the impulse that only stops contact k, and that impulse (tangential, normal) over the mass."""
+    normals, tangents = jacobian(posture)
+    rows = np.array([tangents[k], normals[k]])
+    inverse = np.diag([1, 1, posture.gyration_radius**-2.0])
+    impulse = -np.linalg.solve(rows @ inverse @ rows.T, rows @ qdot)
+    return qdot + inverse @ rows.T @ impulse, impulse
+
+
+@pytest.mark.parametrize("law", ["newton", "moreau", "chatterjee-ruina"])
+def test_a_plastic_impact_ends_a_jam(law):
+    """Contact 1 slides to the left and jams, contact 2 is in the air. The impulse is in the friction cone and stops contact 1 only; the rate
+    of contact 2 jumps; energy falls."""
+    posture = paper_vee(0.5, 2.5)
+    found = sf.stability(posture).evidence
+    [number], q, qdot = found["contacts"], found["q"], np.array(found["qdot"])
+    options = {"model": "local", "impact": law}
+    assert sf.simulate(posture, q, qdot, **options).outcome == "inconsistent"
+    run = sf.simulate(posture, q, qdot, jams="impact", **options)
+    expected, (p_t, p_n) = plastic(posture, number - 1, qdot)
+    assert abs(p_t) < 0.5 * p_n
+    hit = run.impacts[0]
+    assert (hit["contact"], hit["time"]) == (number, 0.0)
+    assert hit["impulse"] == pytest.approx([p_t, p_n], rel=1e-12)
+    after = hit["rates_after"][2 - number]
+    normals, _ = jacobian(posture)
+    assert after == pytest.approx(normals[2 - number] @ expected, rel=1e-12)
+    assert hit["rates_after"][number - 1] == 0.0
+    sizes = [np.linalg.norm(scaled_velocity(posture, v)) for v in (qdot, expected)]
+    assert sizes[1] < sizes[0]
+    assert "plastic impact without collision" in " ".join(run.warnings)
+    assert run.outcome == "rest"
+
+
+def test_both_contacts_stop_where_both_jam():
+    """Both contacts slide along their common direction, and no word is consistent. Impulses in both cones bring the body to rest."""
+    posture = paper_vee(0.8, 2.0)
+    found = sf.stability(posture).evidence
+    assert found["contacts"] == [1, 2]
+    qdot = np.array(found["qdot"])
+    run = sf.simulate(posture, found["q"], qdot, model="local", jams="impact")
+    assert (run.outcome, run.elapsed) == ("rest", 0.0)
+    assert [int(k) for k in run.impacts["contact"]] == [1, 2]
+    normals, tangents = jacobian(posture)
+    inverse = np.diag([1, 1, posture.gyration_radius**-2.0])
+    change = np.zeros(3)
+    for hit in run.impacts:
+        p_t, p_n = hit["impulse"]
+        assert abs(p_t) <= 0.5 * p_n * (1 + 1e-12)
+        k = int(hit["contact"]) - 1
+        change += inverse @ (normals[k] * p_n + tangents[k] * p_t)
+    assert change == pytest.approx(-qdot, abs=1e-12 * np.abs(qdot).max())
+
+
+def test_the_rod_of_painleve_goes_on_beyond_its_singular_point():
+    """A rod that slides until sliding coefficient and load vanish together (Génot and Brogliato): at .81454966 s it points down at 45°. The
+    state there is that of an integration by DOP853 with relative tolerance 1e-13."""
+    angle = math.radians(31)
+    foot = sf.Contact((0, 0), friction=5 / 3)
+    rod = sf.Posture(
+        1,
+        math.sqrt(1 / 3),
+        (-math.cos(angle), math.sin(angle)),
+        [foot],
+        0,
+        10,
+    )
+    assert sf.simulate(rod, (0, 0, 0), (30, 0, 0)).outcome == "inconsistent"
+    run = sf.simulate(rod, (0, 0, 0), (30, 0, 0), jams="impact", time_limit=1.0)
+    hit = run.impacts[0]
+    assert hit["time"] == pytest.approx(0.81454966, abs=2e-8)
+    q, qdot = run.at(np.nextafter(hit["time"], 0))
+    assert q == pytest.approx([18.58728236, 0.19206871, -0.24434610], abs=1e-6)
+    assert qdot == pytest.approx([11.99226, 2.65915, -3.76060], abs=2e-4)
+    for t, omega in zip(
+        (0.2, 0.4, 0.6, 0.8),
+        (-0.0106636793, -0.0523427100, -0.263934370, -2.44951002),
+        strict=True,
+    ):
+        assert run.at(t)[1][2] == pytest.approx(omega, rel=1e-7)
+    p_t, p_n = hit["impulse"]
+    assert p_t / p_n == pytest.approx(-5 / 3, rel=1e-6)
+    assert run.outcome == "time-limit"
+
+
+def test_no_kick_of_a_body_that_jams_is_left_without_a_motion():
+    """With jams="impact" small kicks are never inconsistent, and energy never rises."""
+    rng, jammed = np.random.default_rng(9), 0
+    for _ in range(30):
+        feet = [
+            sf.Contact((x, rng.uniform(-0.4, 0.4)), slope, friction=rng.uniform(0.3, 2))
+            for x, slope in zip((-1, 1), rng.uniform(-1, 1, 2), strict=True)
+        ]
+        posture = sf.Posture(1, 0.4, rng.uniform((-0.9, 0.5), (0.9, 2.5)), feet, 0.3)
+        qdot = rng.normal(0, 1e-3, (30, 3))
+        options = {"model": "local", "neighbourhood": 1.0, "event_limit": 20_000}
+        runs = sf.simulate_many(posture, (0, 0, 0), qdot, **options)
+        if "inconsistent" not in runs.outcome:
+            continue
+        jammed += 1
+        for start in qdot[:10]:
+            run = sf.simulate(posture, (0, 0, 0), start, jams="impact", **options)
+            assert run.outcome != "inconsistent", (posture, start)
+            t = run.sample(50)[0]
+            energy = run.energy(t)
+            assert np.all(np.diff(energy) <= 1e-12 * np.abs(energy).max())
+    assert jammed >= 5

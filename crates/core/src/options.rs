@@ -76,6 +76,18 @@ pub enum Edges {
     Ignore,
 }
 
+/// What happens where a contact slides and no contact mode is consistent: it jams (Painlevé).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Jams {
+    /// What the law of impact says: with Poisson's and Stronge's law an impact without collision follows; with the others the run ends, with the
+    /// outcome `inconsistent`.
+    #[default]
+    None,
+    /// An impact without collision, whatever the law of impact: that of Poisson or Stronge, or else a plastic one that stops the contact.
+    Impact,
+}
+
 /// The options of a run. The field names are the keywords in Python.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -119,6 +131,9 @@ pub struct Options {
     /// What happens where a corner of the ground enters a body with an outline.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub edges: Edges,
+    /// What happens where a contact slides and jams.
+    #[serde(deserialize_with = "crate::serial::values::word")]
+    pub jams: Jams,
     /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
     /// relative to the size of the body. The error of the time of a Zeno point early in a long run is relative to the duration of the
     /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
@@ -142,6 +157,7 @@ impl Default for Options {
             event_limit: 1_000_000,
             neighbourhood: f64::INFINITY,
             edges: Edges::End,
+            jams: Jams::None,
             tolerance: 1e-12,
             record: true,
             certify: false,
@@ -190,6 +206,11 @@ impl Options {
             Impact::Newton => Simultaneous::Newton,
             _ => Simultaneous::FirstContactFirst,
         })
+    }
+
+    /// Whether impacts act along the normal only, so that two contacts need no more than their gaps and rates.
+    pub(crate) fn is_frictionless(&self) -> bool {
+        self.impact == Impact::Newton && self.jams == Jams::None
     }
 
     /// The options with which a summed tail of this run is followed event by event, until `dt` after the start of the tail.

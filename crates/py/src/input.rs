@@ -195,7 +195,7 @@ arguments! {
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, trials, seed;
-    word -> &'a str: ground, model, impact, stop, edges, method, level;
+    word -> &'a str: ground, model, impact, stop, edges, jams, method, level;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }

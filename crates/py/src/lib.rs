@@ -87,6 +87,10 @@ mod _core {
     /// only contacts meet the ground, so that the motion computed from then on is not that of the whole body) or "ignore" (a warning for
     /// each corner).
     ///
+    /// jams : what happens where a contact slides and no contact mode is consistent (Painlevé): "none" (with Poisson's and Stronge's law an
+    /// impact without collision follows, with the others the run is "inconsistent") or "impact" (with the others a plastic impact
+    /// follows: it stops all closed contacts if their friction can, else the one that jams).
+    ///
     /// tolerance : largest error of the model that "auto" accepts, relative to run.elapsed for times, and relative to the longest arm
     /// or gyration_radius for q. So the time of an early Zeno point of a long run is only correct within tolerance * run.elapsed (with
     /// stop="zeno" run.elapsed is the time of the first Zeno point). record : whether the trajectory is stored. certify : whether to
@@ -104,7 +108,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"end\", tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"end\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,

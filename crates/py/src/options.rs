@@ -22,6 +22,7 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "event_limit" => options.event_limit = input::event_limit(value)?,
         "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
         "edges" => options.edges = call("edges", input::edges(value)?)?,
+        "jams" => options.jams = call("jams", input::jams(value)?)?,
         "tolerance" => options.tolerance = input::tolerance(value)?,
         "record" => options.record = input::record(value)?,
         "certify" => options.certify = input::certify(value)?,
@@ -69,6 +70,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("event_limit", options.event_limit)?;
     dict.set_item("neighbourhood", options.neighbourhood)?;
     dict.set_item("edges", word(&options.edges))?;
+    dict.set_item("jams", word(&options.jams))?;
     dict.set_item("tolerance", options.tolerance)?;
     dict.set_item("record", options.record)?;
     dict.set_item("certify", options.certify)?;

@@ -288,7 +288,7 @@ impl PyRun {
         let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
         let start = run.start();
         if let Some((model, gaps, rates)) = run.local_start() {
-            for name in ["model", "impact", "neighbourhood", "edges", "tolerance"] {
+            for name in ["model", "impact", "neighbourhood", "edges", "jams", "tolerance"] {
                 keywords.del_item(name)?;
             }
             let model = local_model(py, model)?;

@@ -30,7 +30,7 @@ use crate::collisions::local::time_to_rest;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::motion::record::{InFrame, Motion, Record, Span, ZenoRecord};
-use crate::options::{Impact, Options, Stop};
+use crate::options::{Options, Stop};
 use crate::outcome::{Method, Outcome};
 use crate::zeno::{FrozenModel, Gaps};
 
@@ -72,7 +72,7 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
 /// and no limit `neighbourhood`.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
-        && options.impact == Impact::Newton
+        && options.is_frictionless()
         && options.neighbourhood == f64::INFINITY
         && posture.ground(0).is_none()
         && posture.geometry().iter().all(|k| k.normal.y > 0.0)

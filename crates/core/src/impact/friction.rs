@@ -194,6 +194,13 @@ pub(crate) fn jam(law: Impact, w: &Matrix, v_t: f64, material: &Material) -> Opt
     }
 }
 
+/// The impulse (P_t, P_n), per unit mass, of such a contact that only stops it: (P_t, P_n) = −W⁻¹(v_t, 0). It is in the friction cone if the
+/// contact jams, because |P_t|/P_n = w_nn/|w_nt| ≤ μ. `None` if the contact does not jam.
+pub(crate) fn plastic_jam(w: &Matrix, v_t: f64, mu: f64) -> Option<[f64; 2]> {
+    let rise = Process::new(w, [v_t, 0.0], mu).first.rise;
+    (v_t != 0.0 && rise <= JAMMED_SLIDE * w.nn).then(|| inverse(w, [-v_t, 0.0]))
+}
+
 /// The impulse that changes the velocity by `change` (tangential, normal).
 fn inverse(w: &Matrix, change: [f64; 2]) -> [f64; 2] {
     let det = w.nn * w.tt - w.nt * w.nt; // > 0: the rows of a contact are independent

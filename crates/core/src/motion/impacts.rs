@@ -1,13 +1,13 @@
 //! Impacts: one at a time by the impact law of the options, several at once, or at a contact that jams.
 
 use crate::body::contact::ContactValues;
-use crate::impact::friction;
-use crate::impact::friction::{Material, NO_FRICTION};
+use crate::collisions::log::names;
+use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
 use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::motion::record::ListedImpact;
-use crate::options::{Impact, Simultaneous};
+use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::ContactState;
 
@@ -89,12 +89,14 @@ impl Driver<'_, AnyContacts> {
             closed.reverse();
         }
         let law = self.options.impact;
-        let found = closed.into_iter().find_map(|i| {
+        let found = closed.iter().find_map(|&i| {
             let w = self.body.state.impact_matrix(i);
             let impulse = friction::jam(law, &w, self.body.state.slip(i), &self.material(i));
             impulse.map(|impulse| (i, impulse))
         });
-        let Some((i, impulse)) = found else { return false };
+        let Some((i, impulse)) = found else {
+            return self.options.jams == Jams::Impact && self.stop_jam(&closed);
+        };
         let contact = self.body.state.points[i].place.contact;
         let warning = format!(
             "contact {} jammed while it slid: no contact mode was consistent, and an impact without collision followed",
@@ -113,6 +115,48 @@ impl Driver<'_, AnyContacts> {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
         self.write_down(i, before, rate, impulse);
+        true
+    }
+
+    /// The plastic impact that ends a jam: all closed contacts stop, if forces in their friction cones can do this; or else the first one that
+    /// jams stops alone, if this opens the others. Returns whether there is such an impact.
+    fn stop_jam(&mut self, closed: &[usize]) -> bool {
+        let found = match self.body.state.stopped_by(closed) {
+            Some(impulses) if closed.len() > 1 => Some((impulses, true)),
+            _ => closed.iter().find_map(|&i| {
+                let state = &self.body.state;
+                let mu = state.points[i].friction;
+                let impulse = plastic_jam(&state.impact_matrix(i), state.slip(i), mu)?;
+                let mut after = state.clone();
+                after.apply_impulse(i, impulse);
+                let opens = |k: &usize| *k == i || after.points[*k].u > 0.0;
+                closed.iter().all(opens).then(|| (vec![(i, impulse)], false))
+            }),
+        };
+        let Some((impulses, stands)) = found else { return false };
+        let owner = |i: usize| self.body.state.points[i].place.contact;
+        let warning = format!(
+            "{} jammed: no contact mode was consistent, and a plastic impact without collision followed (jams=\"impact\")",
+            names(impulses.iter().map(|(i, _)| owner(*i)))
+        );
+        if !self.record.warnings.contains(&warning) {
+            self.record.warnings.push(warning);
+        }
+        self.record.undecided = None;
+        for &(i, impulse) in &impulses {
+            let before = self.rates();
+            self.apply_impulse(i, impulse);
+            if !stands {
+                self.body.state.points[i].u = 0.0; // exact, without rounding error
+            }
+            self.log.hits += 1;
+            let contact = self.body.state.points[i].place.contact;
+            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+            self.write_down(i, before, 0.0, impulse);
+        }
+        if stands {
+            self.body.state.stand();
+        }
         true
     }
 

@@ -25,7 +25,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::record::Record;
 use crate::motion::{AnyContacts, Driver, Pair};
-use crate::options::{Impact, Model, Options};
+use crate::options::{Model, Options};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::sustained::{BodyState, ContactState, Rounding};
@@ -328,7 +328,7 @@ impl Start {
             [one, two] => one.apart(two, 1.0) > 0.0,
             few => few.len() <= 1,
         };
-        apart && options.impact == Impact::Newton && posture.ground(0).is_none()
+        apart && options.is_frictionless() && posture.ground(0).is_none()
     }
 
     /// The driver of such a motion.

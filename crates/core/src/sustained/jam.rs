@@ -9,10 +9,42 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::math::simplex::maximise;
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 
 impl BodyState {
+    /// Impulses (tangential, normal), per unit mass, in the friction cones of these points that bring the body to rest: those with the
+    /// smallest sum of their parts along the edges of the cones. `None` if there are none.
+    pub(crate) fn stopped_by(&self, closed: &[usize]) -> Option<Vec<(usize, [f64; 2])>> {
+        let (rho, v) = (self.rho2.sqrt(), self.center.v);
+        let motion = Vector3::new(v.x, v.y, rho * self.spin.omega);
+        let speed = motion.norm();
+        let edges: Vec<(usize, [f64; 2], Vector3<f64>)> = closed
+            .iter()
+            .flat_map(|&i| [1.0, -1.0].map(|side| (i, [side * self.points[i].friction, 1.0])))
+            .map(|(i, [f_t, f_n])| {
+                let p = &self.points[i];
+                let force = p.tangent * f_t + p.normal * f_n;
+                (i, [f_t, f_n], Vector3::new(force.x, force.y, (p.b * f_n - p.c * f_t) / rho))
+            })
+            .collect();
+        let row = |k: usize| (edges.iter().map(|(.., u)| u[k]).collect(), -motion[k] / speed);
+        let parts = maximise(&[row(0), row(1), row(2)], &vec![-1.0; edges.len()])?;
+        let mut impulses: Vec<(usize, [f64; 2])> = Vec::new();
+        for ((i, force, _), part) in edges.into_iter().zip(parts) {
+            let impulse = force.map(|f| f * part * speed);
+            match impulses.last_mut() {
+                Some((last, sum)) if *last == i => {
+                    sum.iter_mut().zip(impulse).for_each(|(sum, add)| *sum += add);
+                }
+                _ => impulses.push((i, impulse)),
+            }
+        }
+        impulses.retain(|(_, impulse)| impulse[1] > 0.0);
+        Some(impulses)
+    }
+
     /// Applies the impulse of a jam up to the first slide that it stops; returns this contact. `None`, without a change, if
     /// another event comes first.
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
