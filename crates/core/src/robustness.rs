@@ -9,8 +9,9 @@
 //! and its direction d is uniform on the unit sphere. Contacts that the kick drives into the ground are hit at once, by the law of impact.
 //!
 //! The body *comes back* if it comes to rest, if the contacts that touch there are those that touch at q = 0, each on the straight line of
-//! ground on which it stood, and if it has turned by less than half a turn. So a body that has slid along a floor is back, and a body that
-//! lies on another side, stands on a lower step or has turned a somersault is not.
+//! ground on which it stood, and if it has turned by less than half a turn. So a body that has slid along a floor is back, unless its centre
+//! of mass rests beyond the option `neighbourhood`; and a body that lies on another side, stands on a lower step or has turned a somersault is
+//! not.
 
 use std::collections::BTreeMap;
 
@@ -148,8 +149,8 @@ pub fn robustness_until(
     let kicks = directions(seed, trials);
     let rho = posture.fields().gyration_radius;
     let kick = |number: usize| {
-        let (size, [x, y, turn]) = (sizes[number / trials], kicks[number % trials]);
-        State::new([0.0; 3], [size * x, size * y, size * turn / rho])
+        let (size, kick) = (sizes[number / trials], &kicks[number % trials]);
+        State::new([0.0; 3], velocity(size, kick, rho))
     };
     let unit = (posture.fields().gravity * posture.size()).sqrt();
     let mut levels: Vec<Level> = sizes.iter().map(|size| Level::new(*size, unit)).collect();
@@ -165,7 +166,7 @@ pub fn robustness_until(
         })?;
         let Some(ends) = ends else { return Ok(None) };
         for (number, end) in numbers.zip(&ends) {
-            levels[number / trials].add(end, came_back(&posture[0], stance, run.model, end), rho);
+            levels[number / trials].add(end, came_back(&posture[0], stance, &run, end), rho);
         }
         done(ends.len());
     }
@@ -222,19 +223,40 @@ fn directions(seed: u64, count: usize) -> Vec<[f64; 3]> {
     (0..count).map(|_| direction()).collect()
 }
 
+/// The velocity q̇ = s (d_1, d_2, d_3/ρ) of a kick of size s in the direction d.
+fn velocity(size: f64, [x, y, turn]: &[f64; 3], rho: f64) -> [f64; 3] {
+    [size * x, size * y, size * turn / rho]
+}
+
+impl Robustness {
+    /// The velocities (m/s, m/s, rad/s) of the kicks of one of the sizes, by its index, for the posture that was kicked.
+    pub fn velocities(&self, level: usize, posture: &Posture) -> impl Iterator<Item = [f64; 3]> {
+        let (size, rho) = (self.levels[level].size, posture.fields().gyration_radius);
+        self.kicks.iter().map(move |kick| velocity(size, kick, rho))
+    }
+
+    /// The result as JSON, without the single kicks.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self)
+            .unwrap_or_else(|e| unreachable!("a plain tree of numbers and names: {e}"))
+    }
+}
+
 /// Whether the body has come back to its stance: see the top of this file.
-fn came_back(posture: &Posture, stance: ContactSet, model: Model, end: &End) -> bool {
+fn came_back(posture: &Posture, stance: ContactSet, run: &Options, end: &End) -> bool {
     let q = &end.state.q;
-    let moved = posture.size() + libm::hypot(q.x, q.y);
+    let moved = libm::hypot(q.x, q.y);
     let turn = Turn::by(q.z);
     let on_its_line = |contact: ContactNumber| {
         let line = &posture.geometry()[contact.index()];
-        let gap = if model == Model::Local { line.local_gap(q) } else { line.gap(q, &turn) };
-        gap.abs() <= SAME_GROUND * moved
+        let gap = if run.model == Model::Local { line.local_gap(q) } else { line.gap(q, &turn) };
+        gap.abs() <= SAME_GROUND * (posture.size() + moved)
     };
     end.outcome == Outcome::Rest
         && end.touching == stance
         && q.z.abs() < std::f64::consts::PI
+        && moved <= run.neighbourhood
         && stance.iter().all(on_its_line)
 }
 
