@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import standfast as sf
 from matplotlib import pyplot as plt
+from standfast.cli import main
 
 mpl.use("agg")
 
@@ -405,3 +406,46 @@ def test_a_long_computation_can_be_interrupted():
         sf.robustness(BOX, [1.0], 1_000_000, impact="moreau")
     assert time.monotonic() - start < 30
     timer.join()
+
+
+SCENE = """
+gravity = 9.81
+restitution = 0.1
+[body]
+mass = 1.0
+gyration_radius = 0.4
+center_of_mass = [0.1, 0.2]
+[[contact]]
+point = [-1.0, 0.0]
+friction = 0.5
+[[contact]]
+point = [1.0, 0.0]
+friction = 0.5
+[start]
+q = [0.0, 1.0, 0.0]
+qdot = [0.0, 0.0, 0.0]
+[run]
+impact = "moreau"
+"""
+
+
+def test_the_command_prints_writes_and_draws(tmp_path, capsys):
+    scene = tmp_path / "standing.toml"
+    scene.write_text(SCENE, encoding="utf-8")
+    out, picture = tmp_path / "out.json", tmp_path / "out.png"
+    words = ["robustness", str(scene), "--sizes", "0.1,2", "--trials", "30"]
+    written = ["--seed", "2", "--json", str(out), "--plot", str(picture)]
+    assert main([*words, *written]) == 0
+    result = sf.robustness(STANDING, [0.1, 2.0], 30, 2, impact="moreau")
+    said = capsys.readouterr().out
+    assert str(result) in said
+    assert json.loads(out.read_text(encoding="utf-8")) == result.to_dict()
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for wrong, problem in (
+        (["--sizes", "0.1", "--trials", "0"], "--trials: trials = 0 cannot be used"),
+        (["--sizes", "0.1,-1"], "--sizes: sizes.2 = -1.0 is outside its range"),
+        (["--sizes", "fast"], "'fast' is not a number"),
+        ([], "robustness needs --sizes SIZE,SIZE"),
+    ):
+        assert main(["robustness", str(scene), *wrong]) == 2
+        assert problem in capsys.readouterr().err
