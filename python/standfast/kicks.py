@@ -69,8 +69,9 @@ def robustness(
     its direction is uniform on the sphere in (ẋ, ẏ, ρθ̇). A horizontal push of impulse p through the centre of mass has the size p/mass.
     Contacts that the kick drives into the ground are hit at once, by the law of impact.
 
-    The body comes back if it comes to rest, if the contacts that touch there are those that touch at q = 0, each on the straight line of
-    ground on which it stood, and if it has turned by less than half a turn. So a box that has slid along a floor is back: see
+    The body comes back if it comes to rest, on no other contacts than those that touch at q = 0; if each of these touches the straight line of
+    ground on which it stood, or hovers over it at less than a tenth of the size of the body (three feet on uneven ground touch together in
+    one placement only); and if the body has turned by less than half a turn. So a box that has slid along a floor is back: see
     `largest_displacement`. A box that lies on another side, stands on a lower step, leans on a wall or has turned a somersault is not.
 
     posture : Posture in which at least one contact touches at q = 0; any number of contacts, any ground. sizes : (k,) m/s, > 0. trials :

@@ -199,6 +199,26 @@ def test_a_lower_step_and_a_somersault_are_not_back():
     assert turned > 0
 
 
+def test_three_feet_on_uneven_ground_need_not_touch_together_again():
+    """Three lines touch three feet in one placement only. Friction stops the body beside it, on two feet."""
+    feet = [(-0.5, 0, -0.3), (0, 0.1, 0.1), (0.5, 0.05, 0.4)]
+    contacts = [sf.Contact((x, y), slope, friction=0.6) for x, y, slope in feet]
+    crab = sf.Posture(5, 0.4, (0, 0.3), contacts, 0.2)
+    result = sf.robustness(crab, [0.01, 0.1, 3.0], 100)
+    assert result.share[:2].tolist() == [1, 1]
+    assert 0 < result.largest_displacement[0] < 1e-3
+    size = max(math.hypot(x, y - 0.3) for x, y, _ in feet)
+    hovering = 0
+    for k in range(3):
+        runs = sf.simulate_many(crab, (0, 0, 0), result.qdot[k], **result.options)
+        gaps = crab.gaps(runs.q)
+        near = (runs.outcome == "rest") & (gaps < 0.1 * size).all(axis=1)
+        near &= np.abs(runs.q[:, 2]) < math.pi
+        assert (result.returned[k] == near).all()
+        hovering += (gaps[near].max(axis=1) > 1e-9).sum()
+    assert hovering > 100
+
+
 def test_the_same_kicks_for_every_size_and_on_every_machine():
     few = sf.robustness(STANDING, [0.5], 10, 1)
     many = sf.robustness(STANDING, [0.1, 0.5], 40, 1)
