@@ -32,6 +32,7 @@ from standfast._core import (
     Orbit,
     Phase,
     Posture,
+    Robustness,
     Run,
     Runs,
     Scene,
@@ -56,6 +57,7 @@ from standfast._core import (
     stability,
     static_forces,
 )
+from standfast.kicks import robustness
 from standfast.maps import plot_map, sweep
 
 __all__ = [
@@ -72,6 +74,7 @@ __all__ = [
     "Orbit",
     "Phase",
     "Posture",
+    "Robustness",
     "Run",
     "Runs",
     "Scene",
@@ -90,6 +93,7 @@ __all__ = [
     "load",
     "neimark_sacker",
     "plot_map",
+    "robustness",
     "schema",
     "self_similar",
     "simulate",

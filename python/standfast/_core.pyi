@@ -1,4 +1,4 @@
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from os import PathLike
 from typing import Any, Final, Literal, Self, TypeAlias, final, overload
 
@@ -93,6 +93,7 @@ __all__ = [
     "Orbit",
     "Phase",
     "Posture",
+    "Robustness",
     "Run",
     "Runs",
     "Scene",
@@ -111,6 +112,7 @@ __all__ = [
     "friction_margin",
     "load",
     "neimark_sacker",
+    "robustness",
     "schema",
     "self_similar",
     "simulate",
@@ -708,6 +710,47 @@ class Verdict:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class Robustness:
+    @property
+    def sizes(self) -> _Floats: ...
+    @property
+    def relative_sizes(self) -> _Floats: ...
+    @property
+    def share(self) -> _Floats: ...
+    @property
+    def interval(self) -> _Floats: ...
+    @property
+    def rest(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def outcomes(self) -> dict[_Outcome, npt.NDArray[np.int64]]: ...
+    @property
+    def largest_displacement(self) -> _Floats: ...
+    @property
+    def returned(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def kicks(self) -> _Floats: ...
+    @property
+    def qdot(self) -> _Floats: ...
+    @property
+    def trials(self) -> int: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def contacts(self) -> list[int]: ...
+    @property
+    def posture(self) -> Posture: ...
+    @property
+    def options(self) -> dict[str, Any]: ...
+    @overload
+    def plot(self, path: _Path | None = None, *, ax: None = None) -> Figure: ...
+    @overload
+    def plot(self, path: None = None, *, ax: Axes) -> Axes: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def to_json(self, path: _Path) -> None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
 class Sweep:
     def __new__(
         cls,
@@ -728,6 +771,23 @@ class Sweep:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 def stability(posture: Posture, *, trials: int = 0, seed: int = 0) -> Verdict: ...
+def robustness(
+    posture: Posture,
+    sizes: npt.ArrayLike,
+    *,
+    trials: int = 1000,
+    seed: int = 0,
+    threads: int | None = None,
+    done: Callable[[int], object] | None = None,
+    model: _ModelName = "full",
+    impact: _Impact = "newton",
+    simultaneous: _Simultaneous | None = None,
+    time_limit: float | None = None,
+    event_limit: int = 1_000_000,
+    neighbourhood: float = ...,
+    edges: _Edges = "end",
+    tolerance: float = 1e-12,
+) -> Robustness: ...
 def static_forces(posture: Posture) -> tuple[_Floats, _Floats] | None: ...
 def friction_margin(posture: Posture) -> float: ...
 def equilibrium_region(posture: Posture) -> tuple[float, float] | None: ...

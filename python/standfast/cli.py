@@ -1,4 +1,4 @@
-"""The command line: `standfast run SCENE`, `modes`, `stability`, `map`, `schema`.
+"""The command line: `standfast run SCENE`, `modes`, `stability`, `robustness`, `map`, `schema`.
 
 `EXIT_CODES` has the exit codes.
 """
@@ -34,12 +34,24 @@ PICTURES = (".png", ".pdf", ".svg")
 #: Largest number of values of a parameter of a map. More values are a mistake, and their array would fill the memory.
 MOST_VALUES = 10_000_000
 
+#: Options of a scene that its kicks take over. Limits of time belong to the motion of the scene.
+KICKED = (
+    "impact",
+    "simultaneous",
+    "event_limit",
+    "neighbourhood",
+    "edges",
+    "jams",
+    "tolerance",
+)
+
 #: The path that stands for standard output.
 STDOUT = Path("-")
 
 #: What a command needs, in words, by the name of the argument.
 NEEDED = {
     "--scene": "a scene file, TOML or JSON, such as examples/stairs.toml",
+    "--sizes": "--sizes SIZE,SIZE,... in m/s, such as --sizes 0.1,0.2,0.5",
     "--over": "--over PATH=LOW:HIGH:COUNT, such as --over center_of_mass.x=-1:1:200",
 }
 
@@ -90,6 +102,18 @@ def _whole(_: object, tokens: Sequence[Token]) -> int:
     if not (text.isascii() and text.isdigit()):
         raise ValueError(f"{text!r} is not an integer >= 0")
     return int(text)
+
+
+def _numbers(_: object, tokens: Sequence[Token]) -> list[float]:
+    """Numbers between commas."""
+    found = []
+    for token in tokens:
+        for text in token.value.split(","):
+            try:
+                found.append(float(text))
+            except ValueError:
+                raise ValueError(f"{text!r} is not a number") from None
+    return found
 
 
 @app.command
@@ -176,6 +200,52 @@ def stability(
     with _of(scene):
         verdict = sf.stability(posture, trials=trials, seed=seed)
     _tell(verdict, f"{scene.name}\n{verdict}", json)
+
+
+@app.command
+def robustness(
+    scene: Annotated[Path, Parameter(converter=_path)],
+    *,
+    sizes: Annotated[list[float], Parameter(negative=(), converter=_numbers)],
+    trials: Annotated[int, Parameter(converter=_whole)] = 1000,
+    seed: Annotated[int, Parameter(converter=_whole)] = 0,
+    json: Annotated[Path | None, _JSON] = None,
+    plot: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
+) -> None:
+    """Print how hard the posture of a scene may be kicked: the share of random kicks from which the body comes back.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON. Its posture and law of impact are used, not its start, kicks, ground motion and limits of time.
+    sizes
+        Sizes of the kicks in m/s, such as 0.1,0.2,0.5.
+    trials
+        Number of kicks of each size.
+    seed
+        Seed of the random directions of the kicks.
+    json
+        Write the result to this file, as JSON. With "-" the JSON goes to standard output and the report to standard error.
+    plot
+        Draw the share over the size into this file: .png, .pdf or .svg. Needs matplotlib.
+    """
+    _writable(json, "--json", scene)
+    _drawable(plot, scene)
+    if json is not None and plot is not None and json.resolve() == plot.resolve():
+        raise ValueError(f"--plot {plot}: is also the file of --json")
+    loaded = sf.load(scene)
+    options = {name: loaded.options[name] for name in KICKED}
+    model = "local" if loaded.options["model"] == "local" else "full"
+    try:
+        result = sf.robustness(loaded.posture, sizes, trials, seed, model, **options)
+    except ValueError as error:
+        name = str(error).partition(" = ")[0].partition(".")[0]
+        culprit = f"--{name}" if name in ("sizes", "trials", "seed") else scene
+        raise ValueError(f"{culprit}: {error}") from error
+    _tell(result, f"{scene.name}\n{result}", json)
+    if plot is not None:
+        result.plot(plot)
+        _report(f"wrote {plot}", json)
 
 
 @app.command(name="map")

@@ -95,11 +95,8 @@ def sweep(
     >>> print(grid["by"].values, grid["coupling"].values.round(3))
     ['theorem-3' 'goyal' 'neutral'] [0.724 0.6   0.471]
     """
-    _xarray()
-    if not (isinstance(over, Mapping) and all(isinstance(path, str) for path in over)):
-        raise TypeError(
-            f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
-        )
+    xarray_or_not("sweep")
+    axes = checked_over(over)
     if not (executor is None or isinstance(executor, Executor)):
         raise TypeError(
             f"executor = {executor!r} cannot be used: None or a concurrent.futures.Executor is allowed"
@@ -115,10 +112,7 @@ def sweep(
     ):
         kind = ValueError if cache == "" else TypeError
         raise kind(f"cache = {cache!r} cannot be used: None or a folder is allowed")
-    if not (progress is None or isinstance(progress, bool)):
-        raise TypeError(
-            f"progress = {progress!r} cannot be used: None, True or False is allowed"
-        )
+    checked_progress(progress)
     one = isinstance(quantity, str) or not isinstance(quantity, Iterable)
     names: list[Any] = [quantity] if one else list(quantity)
     if not all(isinstance(name, str) for name in names):
@@ -129,7 +123,6 @@ def sweep(
         raise ValueError(
             f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
-    axes = [(path, np.asanyarray(values)) for path, values in over.items()]
     question = Sweep(posture, axes, names, q, qdot, options or None)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)
@@ -143,12 +136,32 @@ def sweep(
     return _dataset(posture, axes, names, question, columns)
 
 
-def _xarray() -> Any:
+def xarray_or_not(what: str) -> Any:
+    """The module xarray, which this needs; raises ImportError without it."""
     try:
         import xarray
     except ImportError as error:
-        raise ImportError("sweep needs xarray: pip install 'standfast[map]'") from error
+        raise ImportError(
+            f"{what} needs xarray: pip install 'standfast[map]'"
+        ) from error
     return xarray
+
+
+def checked_over(over: object) -> list[tuple[str, npt.NDArray[Any]]]:
+    """The paths of the parameters of a grid and their values; raises TypeError for anything else."""
+    if not (isinstance(over, Mapping) and all(isinstance(path, str) for path in over)):
+        raise TypeError(
+            f"over = {over!r} cannot be used: values by the path of their parameter are allowed"
+        )
+    return [(path, np.asanyarray(values)) for path, values in over.items()]
+
+
+def checked_progress(progress: object) -> None:
+    """Raises TypeError unless it is None, True or False."""
+    if not (progress is None or isinstance(progress, bool)):
+        raise TypeError(
+            f"progress = {progress!r} cannot be used: None, True or False is allowed"
+        )
 
 
 def _divided(size: int, chunk: int | None) -> list[tuple[int, int]]:
@@ -305,27 +318,34 @@ def _shown(
     progress: bool | None,
 ) -> Iterator[tuple[int, _Columns]]:
     """The results, with a progress bar over the points if `progress` asks for it."""
+    shown = bar(question.size, " points", progress)
+    if shown is None:
+        yield from answers
+        return
+    sizes = {start: stop - start for start, stop in parts}
+    with shown:
+        for start, columns in answers:
+            shown.update(sizes[start])
+            yield start, columns
+
+
+def bar(total: int, unit: str, progress: bool | None) -> Any:
+    """A progress bar of tqdm if `progress` asks for it, else None. `progress` None asks for it on a terminal if tqdm is installed."""
     if progress is None:
         wanted = sys.stderr is not None and sys.stderr.isatty()
     else:
         wanted = progress
     if not wanted:
-        yield from answers
-        return
+        return None
     try:
         from tqdm import tqdm  # type: ignore[import-untyped]
     except ImportError as error:
         if progress is None:
-            yield from answers
-            return
+            return None
         raise ImportError(
             "progress=True needs tqdm: pip install 'standfast[map]'"
         ) from error
-    sizes = {start: stop - start for start, stop in parts}
-    with tqdm(total=question.size, unit=" points", unit_scale=True) as bar:
-        for start, columns in answers:
-            bar.update(sizes[start])
-            yield start, columns
+    return tqdm(total=total, unit=unit, unit_scale=True)
 
 
 @overload
@@ -387,7 +407,7 @@ def plot_map(
     return map_plot.draw(dataset, ax, colors, labels, posture)
 
 
-def _attributes(name: str) -> dict[str, str]:
+def attributes(name: str) -> dict[str, str]:
     text, unit = described(name)
     return {"long_name": text, "units": unit or "1"}
 
@@ -417,19 +437,21 @@ def _dataset(
     variables: dict[str, tuple[list[str], npt.NDArray[Any], dict[str, Any]]] = {}
     for name, words, parts in zip(names, question.words, columns, strict=True):
         values = np.concatenate(parts).reshape(shape)
-        attributes = _attributes(name)
+        about_it = attributes(name)
         if words is not None or values.dtype == bool:
-            del attributes["units"]
+            del about_it["units"]
         if words is None:
-            variables[name] = (paths, values, attributes)
+            variables[name] = (paths, values, about_it)
         else:
-            variables[name] = (paths, np.array(words)[values], attributes)
+            variables[name] = (paths, np.array(words)[values], about_it)
             codes = values.astype(np.int8)
             variables[f"{name}_code"] = (paths, codes, _flags(name, words))
     coordinates = {
-        path: (path, np.asarray(values, dtype=np.float64), _attributes(path))
+        path: (path, np.asarray(values, dtype=np.float64), attributes(path))
         for path, values in axes
     }
     about = {"posture": repr(posture), "standfast": _core.__version__}
-    dataset: xarray.Dataset = _xarray().Dataset(variables, coordinates, about)
+    dataset: xarray.Dataset = xarray_or_not("sweep").Dataset(
+        variables, coordinates, about
+    )
     return dataset

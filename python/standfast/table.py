@@ -386,6 +386,58 @@ def _vector(values: npt.NDArray[np.float64]) -> str:
     return f"({', '.join(f'{value:z.6g}' for value in values)})"
 
 
+def robustness_table(result: sf.Robustness) -> str:
+    """The kicks that a posture withstands, by their size.
+
+    >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
+    >>> print(robustness_table(sf.robustness(box, [0.1, 3.0], trials=200, impact="moreau")))
+      kicks  200 of each size, in random directions (seed 0); model full, impact moreau
+      back   at rest on contacts 1 and 2 and no others, on the same ground, turned by less than half a turn
+        size / (m/s)  relative size  back  interval of 95 %   at rest  largest displacement / m  other outcomes
+        0.1           0.05913        200   98.12 to 100.00 %  200      0.001236                  none
+        3             1.774          33    12.00 to 22.27 %   200      1.177                     none
+    """
+    options = result.options
+    rows = [
+        (
+            "size / (m/s)",
+            "relative size",
+            "back",
+            "interval of 95 %",
+            "at rest",
+            "largest displacement / m",
+            "other outcomes",
+        )
+    ]
+    for k, size in enumerate(result.sizes):
+        low, high = result.interval[k]
+        moved = result.largest_displacement[k]
+        others = [
+            f"{counts[k]} {outcome}"
+            for outcome, counts in result.outcomes.items()
+            if outcome != "rest" and counts[k] > 0
+        ]
+        rows.append(
+            (
+                f"{size:.6g}",
+                f"{result.relative_sizes[k]:.4g}",
+                str(int(result.returned[k].sum())),
+                f"{100 * low:.2f} to {100 * high:.2f} %",
+                str(result.rest[k]),
+                "none is back" if np.isnan(moved) else f"{moved:.4g}",
+                ", ".join(others) or "none",
+            )
+        )
+    return "\n".join(
+        [
+            f"  kicks  {result.trials} of each size, in random directions (seed {result.seed}); model {options['model']},"
+            f" impact {options['impact']}",
+            f"  back   at rest on {contacts_named(result.contacts)} and no others, on the same ground, turned by less than half a turn",
+            *aligned(rows),
+        ]
+    )
+
+
 def map_table(grid: "xarray.Dataset") -> list[str]:
     """A map in numbers: the range of each parameter, and for each quantity how many points have which value."""
     lines = []

@@ -40,6 +40,9 @@ UNITS = {
     "amplification": ("bound on the largest motion relative to the kick", ""),
     "fate": ("outcome of the run", ""),
     "zeno_time": ("first Zeno point", "s"),
+    "size": ("size of the kick", "m/s"),
+    "share": ("share of kicks withstood", ""),
+    "largest_displacement": ("largest displacement of a body that comes back", "m"),
 }
 
 

@@ -11,6 +11,8 @@ import pytest
 import standfast
 import standfast._core
 import standfast.cli
+import standfast.kicks
+import standfast.kicks_plot
 import standfast.map_plot
 import standfast.maps
 import standfast.plot
@@ -54,6 +56,8 @@ def run_text(text, name):
     [
         standfast,
         standfast.cli,
+        standfast.kicks,
+        standfast.kicks_plot,
         standfast.map_plot,
         standfast.maps,
         standfast.plot,

@@ -34,6 +34,7 @@
 //! | [`modes`] | which contacts separate, stay fixed or slide: every consistent answer, none or several |
 //! | [`simulate`](mod@simulate) | one run, many runs at once, runs of the local model |
 //! | [`stability`](mod@stability) | equilibrium region, clattering convergence, reduced map, verdict |
+//! | [`robustness`](mod@robustness) | the share of random kicks of a size that a posture withstands |
 //! | [`sweep`] | the same questions on grids of parameters |
 //!
 //! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
@@ -65,6 +66,7 @@ mod auto;
 mod enclosure;
 pub mod simulate;
 pub mod stability;
+pub mod robustness;
 pub mod sweep;
 mod scene;
 
@@ -74,6 +76,7 @@ pub use error::Error;
 pub use file::write::write_whole;
 pub use options::{Model, Options, Stop};
 pub use outcome::Outcome;
+pub use robustness::robustness;
 pub use scene::Scene;
 pub use simulate::{Trajectory, simulate, simulate_many};
 pub use stability::stability;

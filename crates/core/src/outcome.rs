@@ -3,6 +3,7 @@
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::body::posture::MAX_CONTACTS;
 use crate::body::state::State;
 
 /// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
@@ -25,6 +26,32 @@ impl ContactNumber {
     #[must_use]
     pub fn number(self) -> usize {
         self.0 + 1
+    }
+}
+
+/// A set of contacts of one posture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ContactSet(u64);
+
+// Each contact has a bit.
+const _: () = assert!(MAX_CONTACTS <= u64::BITS as usize);
+
+impl ContactSet {
+    /// The contacts with gap zero: where a contact touches, the motion keeps its gap at exactly zero.
+    pub(crate) fn of_gaps(gaps: &[f64]) -> Self {
+        let bits = gaps.iter().enumerate().map(|(i, gap)| u64::from(*gap == 0.0) << i);
+        Self(bits.fold(0, |set, bit| set | bit))
+    }
+
+    /// Its contacts, in order.
+    pub fn iter(self) -> impl Iterator<Item = ContactNumber> {
+        (0..MAX_CONTACTS).filter(move |i| self.0 >> i & 1 == 1).map(ContactNumber)
+    }
+
+    /// Whether it has no contacts.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
     }
 }
 
@@ -287,6 +314,8 @@ pub struct End {
     pub elapsed: f64,
     /// Final state.
     pub state: State,
+    /// The contacts that touch the ground in it.
+    pub touching: ContactSet,
     /// The first Zeno point.
     pub zeno: Option<FirstZeno>,
     /// Number of collisions simulated one by one.

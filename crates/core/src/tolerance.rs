@@ -35,6 +35,12 @@ pub(crate) const STRAIGHT_VERTEX: f64 = 8.0;
 /// Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
 pub(crate) const SAME_GROUND: f64 = 1e-3;
 
+/// Height over its ground of a contact that does not touch any more after a kick, up to which the body still stands as before. Unit: size of
+/// the body. Three contacts on different lines touch together in isolated placements only: where friction has stopped the body a little
+/// away, one of them hovers at a height of the order of the displacement. Bodies on one or two lines do not need it. A larger value
+/// would count a body that leans far over as standing. Range: 0.01 to 0.3.
+pub(crate) const HOVERS: f64 = 0.1;
+
 /// Gap, and gap rate, of a contact at the start of a run that count as zero. Unit: ε times the terms of the gap, and of the gap rate. With
 /// this value a run that starts from the final state of another run keeps its closed contacts closed: the rounding errors of the steps of a
 /// rotation add up in that state. Also used for the position of a contact relative to its ground. Range: 8 to 1e3.

@@ -94,6 +94,9 @@ fn a_run_is_the_same_in_any_company() {
                 assert_eq!(zeno.map(|z| z.elapsed), end.zeno.map(|z| z.elapsed), "{k}");
                 assert_eq!(zeno.map(|z| z.contacts.len()), end.zeno.map(|z| z.count));
                 assert_eq!(!run.warnings().is_empty(), end.warned, "{k}");
+                let closed = run.gaps().into_iter().enumerate().filter(|(_, gap)| *gap == 0.0);
+                let touching = end.touching.iter().map(|contact| contact.index());
+                assert!(touching.eq(closed.map(|(i, _)| i)), "{k}");
                 long += usize::from(end.collisions > 200);
                 through += usize::from(end.zeno.is_some());
             }

@@ -420,6 +420,11 @@ pub(crate) fn series(path: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>>
     Ok(array.iter().copied().collect())
 }
 
+/// Sizes of kicks.
+pub(crate) fn sizes(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    series("sizes", value)
+}
+
 /// Number of threads; None: all cores.
 pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }

@@ -19,6 +19,7 @@ mod local_model;
 mod batch;
 mod scene;
 mod stability;
+mod robustness;
 mod sweep;
 
 #[pymodule]
@@ -46,6 +47,8 @@ mod _core {
         PyExponents, PyFate, PyOrbit, PySelfSimilar, chatter_bound, chatter_restitution,
         clattering_bound, clattering_restitution, neimark_sacker, self_similar,
     };
+    #[pymodule_export]
+    use crate::robustness::{PyRobustness, robustness};
     #[pymodule_export]
     use crate::run::{PyPhase, PyRun, PyZenoPoint};
     #[pymodule_export]

@@ -23,7 +23,7 @@ use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Limit, NestedSequence};
 use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
-use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
+use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
@@ -200,6 +200,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             time: time(end.clock),
             elapsed: end.clock.hi,
             state: end.state,
+            touching: ContactSet::of_gaps(&end.gaps),
             zeno,
             collisions: self.log.hits,
             warned: !self.record.warnings.is_empty(),

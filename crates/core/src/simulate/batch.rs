@@ -19,7 +19,7 @@ use crate::math::lanes;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::{Driver, DriverStep, Flight, Pair, Resume};
 use crate::options::{Model, Options};
-use crate::outcome::{End, FirstZeno, Outcome};
+use crate::outcome::{ContactSet, End, FirstZeno, Outcome};
 use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::trajectory::Trajectory;
 use crate::simulate::{Start, simulate_excited_until, solvable};
@@ -116,6 +116,19 @@ pub fn simulate_many_excited_until(
             allowed: format!("one posture, or one for each of the {} states", states.len()),
         });
     }
+    ends_until(postures, states, options, excitation, resources, cancel)
+        .map_err(|(run, error)| Error::At { place: format!("run {run}"), error: error.into() })
+}
+
+/// As [`simulate_many_excited_until`], of valid options and excitation, with the number of the first run that fails.
+pub(crate) fn ends_until(
+    postures: &[Posture],
+    states: &[State],
+    options: &Options,
+    excitation: &Excitation,
+    resources: Resources,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Vec<End>>, FailedAt> {
     let options = Options { record: false, certify: false, ..*options };
     let level = level(resources.lanes);
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
@@ -124,14 +137,12 @@ pub fn simulate_many_excited_until(
         let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
         Block { posture: &posture, states, options: &options, excitation, level, stop }.run(runs)
     };
-    match in_blocks(states.len(), LEAST, resources.threads, cancel, &work) {
-        Ok(blocks) => Ok(blocks.map(|blocks| {
-            let mut ends = Vec::with_capacity(states.len());
-            blocks.into_iter().for_each(|block| ends.extend(block));
-            ends
-        })),
-        Err((run, error)) => Err(Error::At { place: format!("run {run}"), error: error.into() }),
-    }
+    let blocks = in_blocks(states.len(), LEAST, resources.threads, cancel, &work)?;
+    Ok(blocks.map(|blocks| {
+        let mut ends = Vec::with_capacity(states.len());
+        blocks.into_iter().for_each(|block| ends.extend(block));
+        ends
+    }))
 }
 
 /// The instruction set for registers of at most `lanes` lanes; `None`: runs are computed one by one.
@@ -355,6 +366,7 @@ fn end_of(run: &Trajectory) -> End {
         time: run.time(),
         elapsed: run.elapsed(),
         state: *run.state(),
+        touching: ContactSet::of_gaps(&run.gaps()),
         zeno,
         collisions: run.collisions(),
         warned: !run.warnings().is_empty(),

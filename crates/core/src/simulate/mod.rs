@@ -26,6 +26,7 @@ use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::record::Record;
 use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Model, Options};
+use crate::outcome::ContactSet;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::sustained::{BodyState, ContactState, Rounding};
@@ -226,6 +227,11 @@ impl Start {
             clatters(starts.map(|((h, u), g)| (*h, *u, g)))?;
         }
         Ok(Self { model, heights, rates, warnings })
+    }
+
+    /// The contacts that touch the ground.
+    pub(crate) fn touching(&self) -> ContactSet {
+        ContactSet::of_gaps(&self.heights)
     }
 
     /// Runs to the outcome; `None` if cancelled.

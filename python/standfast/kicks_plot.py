@@ -1,0 +1,72 @@
+"""The picture of what a posture withstands: the share of random kicks over their size. Needs matplotlib."""
+
+from os import PathLike
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from standfast._core import Robustness
+from standfast.plot import COLORS, Picture, axes_or_none, fitted, save
+
+#: Width and height of a new figure, in inches (one column of a paper); size of its text, in points; dots per inch.
+WIDTH, HEIGHT, TEXT, DPI = 3.4, 2.5, 8.0, 220
+#: Room below 0 % and above 100 %, so that marks there are whole.
+ROOM = 0.04
+
+
+def plot(
+    result: Robustness, path: str | PathLike[str] | None = None, ax: object = None
+) -> Figure | Axes:
+    """As `Robustness.plot`."""
+    axes = axes_or_none(ax)
+    if axes is not None:
+        if path is not None:
+            raise ValueError(
+                f"path = {str(path)!r} cannot be used: None is allowed with ax; save the figure of the axes instead"
+            )
+        draw(axes, result)
+        fitted(axes)
+        return axes
+    with rc_context({"font.size": TEXT}):
+        figure = Picture(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="constrained")
+        draw(figure.subplots(), result)
+        if path is not None:
+            save(figure, path)
+    return figure
+
+
+def draw(axes: Axes, result: Robustness) -> None:
+    """The share over the size, both ends of its interval as a bar, in the order of the sizes."""
+    order = np.argsort(result.sizes, kind="stable")
+    sizes, share = result.sizes[order], result.share[order]
+    # The share lies in its interval but for rounding.
+    errors = np.maximum(np.abs(result.interval[order] - share[:, None]), 0.0)
+    axes.errorbar(
+        sizes,
+        share,
+        yerr=errors.T,
+        color=COLORS[0],
+        marker="o",
+        markersize=3.5,
+        linewidth=1.0,
+        elinewidth=1.2,
+        capsize=2.5,
+        label=f"{result.trials} kicks of each size, interval of 95 %",
+    )
+    axes.set_xscale("log")
+    axes.set_ylim(-ROOM, 1.0 + ROOM)
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
+    axes.grid(color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.set_xlabel("size of the kick / (m/s)")
+    axes.set_ylabel("back after the kick")
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        borderaxespad=0.0,
+        frameon=False,
+        fontsize="medium",
+    )
