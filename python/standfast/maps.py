@@ -43,7 +43,6 @@ OPTIONS = {
     "event_limit",
     "neighbourhood",
     "edges",
-    "jams",
     "tolerance",
     "record",
     "certify",
@@ -64,6 +63,7 @@ def sweep(
     cache: str | os.PathLike[str] | None = None,
     chunk: int | None = None,
     progress: bool | None = None,
+    jams: str = "none",
     **options: Any,
 ) -> "xarray.Dataset":
     """Quantities of a posture over a grid of its parameters, as an xarray.Dataset.
@@ -82,7 +82,8 @@ def sweep(
     threads : number of threads; None uses all cores. executor : any concurrent.futures.Executor, such as a
     ProcessPoolExecutor or that of a Dask client, instead of threads. cache : folder for finished chunks; a later
     call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
-    chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
+    chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed. jams : "none" or
+    "impact", as in `stability` and `simulate`.
 
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
     microseconds a point. "stability", "by", "reason", "energy", "stays" and "delicate" may need the corner map, which takes longer;
@@ -123,7 +124,7 @@ def sweep(
         raise ValueError(
             f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
-    question = Sweep(posture, axes, names, q, qdot, options or None)
+    question = Sweep(posture, axes, names, q, qdot, options or None, jams)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)
     columns: list[list[npt.NDArray[Any]]] = [[] for _ in names]

@@ -10,7 +10,7 @@ use std::ops::Range;
 use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
-use crate::options::Options;
+use crate::options::{Jams, Options};
 use crate::outcome::Outcome;
 use crate::simulate::parallel::in_blocks;
 use crate::simulate::simulate_until;
@@ -347,6 +347,7 @@ pub struct Sweep {
     axes: Vec<Axis>,
     quantities: Vec<Quantity>,
     run: Option<(State, Options)>,
+    jams: Jams,
     size: usize,
 }
 
@@ -464,7 +465,7 @@ impl Sweep {
         if !fields.terrain.is_empty() {
             off_the_terrain(&mut fields);
         }
-        Ok(Self { fields, axes, quantities, run: None, size })
+        Ok(Self { fields, axes, quantities, run: None, jams: Jams::None, size })
     }
 
     /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] need; nothing of them is
@@ -480,7 +481,18 @@ impl Sweep {
             return Err(unusable("certify", "true", "false, because a map has no proved bounds"));
         }
         self.run = Some((state, Options { record: false, ..options }));
+        self.jams = options.jams;
         Ok(self)
+    }
+
+    /// What happens where a contact jams, in verdicts and in runs.
+    #[must_use]
+    pub fn with_jams(mut self, jams: Jams) -> Self {
+        self.jams = jams;
+        if let Some((_, options)) = &mut self.run {
+            options.jams = jams;
+        }
+        self
     }
 
     /// Whether one of the quantities is a result of a run.
@@ -525,7 +537,7 @@ impl Sweep {
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
             let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
-            Some(judge(&posture, bound)?)
+            Some(judge(&posture, self.jams, bound)?)
         } else {
             None
         };

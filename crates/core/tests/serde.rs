@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use standfast::body::LocalModel;
 use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
-use standfast::options::{Impact, Simultaneous};
+use standfast::options::{Impact, Jams, Simultaneous};
 use standfast::simulate::simulate_local;
 use standfast::stability::{Argument, Evidence, Stability, Verdict, trials};
 use standfast::{
@@ -229,7 +229,7 @@ fn a_verdict_is_read_as_it_was_written() {
         });
         if kinds.len() == 3 {
             // Some of them with random kicks.
-            verdict.trials = trials(&posture, 3, 1, &|| false).unwrap();
+            verdict.trials = trials(&posture, 3, 1, Jams::None, &|| false).unwrap();
         }
         let text = json(&verdict);
         let same: Verdict = read(&text);

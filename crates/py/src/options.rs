@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::Options;
+use standfast::options::Jams;
 
 use crate::convert::{call, call_some, word};
 use crate::error::to_py;
@@ -22,13 +23,18 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "event_limit" => options.event_limit = input::event_limit(value)?,
         "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
         "edges" => options.edges = call("edges", input::edges(value)?)?,
-        "jams" => options.jams = call("jams", input::jams(value)?)?,
+        "jams" => options.jams = jams(value)?,
         "tolerance" => options.tolerance = input::tolerance(value)?,
         "record" => options.record = input::record(value)?,
         "certify" => options.certify = input::certify(value)?,
         _ => return Ok(false),
     }
     Ok(true)
+}
+
+/// What happens where a contact jams.
+pub(crate) fn jams(value: &Bound<'_, PyAny>) -> PyResult<Jams> {
+    call("jams", input::jams(value)?)
 }
 
 /// Sets options by name and checks them.

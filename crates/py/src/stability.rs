@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::modes::ContactProblem;
+use standfast::options::Jams;
 use standfast::stability::{StaticForces, Verdict};
 use standfast::{Posture, State};
 
@@ -142,6 +143,12 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
+    /// What happens where a contact jams, as given to `stability`: "none" or "impact".
+    #[getter]
+    fn jams(&self) -> String {
+        word(&self.verdict.jams)
+    }
+
     /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "jam" (a contact that
     /// slides jams, or may jam: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
@@ -191,7 +198,8 @@ impl PyVerdict {
     /// each pair that can stay closed while all other contacts open. Empty for other bodies.
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
-        let found = standfast::stability::holding_pairs(&self.posture).map_err(|e| to_py(&e))?;
+        let found = standfast::stability::holding_pairs(&self.posture, self.verdict.jams)
+            .map_err(|e| to_py(&e))?;
         Ok(found
             .into_iter()
             .map(|verdict| Self { posture: self.posture.clone(), verdict })
@@ -271,10 +279,15 @@ impl PyVerdict {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
         let mut again = py.import("standfast")?.getattr("stability")?;
+        let keywords = PyDict::new(py);
+        if self.verdict.jams != Jams::None {
+            keywords.set_item("jams", self.jams())?;
+        }
         if let Some(trials) = &self.verdict.trials {
-            let keywords = PyDict::new(py);
             keywords.set_item("trials", trials.kicks)?;
             keywords.set_item("seed", trials.seed)?;
+        }
+        if !keywords.is_empty() {
             again = py.import("functools")?.getattr("partial")?.call((again,), Some(&keywords))?;
         }
         Ok((again, (self.posture(),)))
@@ -284,7 +297,9 @@ impl PyVerdict {
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| {
             let other = other.get();
-            self.posture == other.posture && self.verdict.trials == other.verdict.trials
+            self.posture == other.posture
+                && self.verdict.jams == other.verdict.jams
+                && self.verdict.trials == other.verdict.trials
         })
     }
 
@@ -302,7 +317,9 @@ impl PyVerdict {
 /// Whether a posture is stable: after every small kick the body returns to rest near it. Returns a Verdict. Contacts in the air have no effect
 /// on small motions: a box on its side touches with two.
 ///
-/// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). trials : number of
+/// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). jams : what happens where a contact
+/// slides and no contact mode is consistent (Painlevé): "none" (no motion exists, and the verdict is "unstable" by "no-solution") or
+/// "impact" (the plastic impact of `simulate(..., jams="impact")` follows). trials : number of
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///
@@ -315,21 +332,24 @@ impl PyVerdict {
 /// >>> sf.stability(rod, trials=100).trials
 /// {'seed': 0, 'kicks': 100, 'rest': 100, 'others': {}}
 #[pyfunction]
-#[pyo3(signature = (posture, *, trials=0, seed=0, **unknown), text_signature = "(posture, *, trials=0, seed=0)")]
+#[pyo3(signature = (posture, *, jams=None, trials=0, seed=0, **unknown), text_signature = "(posture, *, jams=\"none\", trials=0, seed=0)")]
 pub(crate) fn stability(
     py: Python<'_>,
     #[pyo3(from_py_with = posture)] posture: PyPosture,
+    jams: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
     unknown: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyVerdict> {
     input::no_keywords("stability", unknown)?;
     let posture = posture.0.clone();
-    let mut verdict = standfast::stability(&posture).map_err(|e| to_py(&e))?;
+    let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
+    let found = standfast::stability::stability_with(&posture, jams);
+    let mut verdict = found.map_err(|e| to_py(&e))?;
     if trials > 0 {
         let seed = seed as u64;
         let found = interruptible(py, |cancel| {
-            standfast::stability::trials(&posture, trials, seed, cancel)
+            standfast::stability::trials(&posture, trials, seed, jams, cancel)
         })?;
         verdict.trials = Some(found);
     }

@@ -3,10 +3,11 @@
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use standfast::options::Jams;
 use standfast::sweep::{Axis, Column, Quantity, Sweep, ValueKind, grid_size};
 use standfast::{Options, State};
 
-use crate::convert::vector;
+use crate::convert::{vector, word};
 use crate::error::to_py;
 use crate::input;
 use crate::interrupt::interruptible;
@@ -31,13 +32,14 @@ pub(crate) struct PySweep {
     names: Vec<String>,
     quantities: Vec<Quantity>,
     start: Option<(State, Options)>,
+    jams: Jams,
     sweep: Sweep,
 }
 
 #[pymethods]
 impl PySweep {
     #[new]
-    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None))]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None))]
     fn new(
         #[pyo3(from_py_with = posture)] posture: PyPosture,
         over: Vec<(String, Bound<'_, PyAny>)>,
@@ -45,7 +47,9 @@ impl PySweep {
         q: Option<&Bound<'_, PyAny>>,
         qdot: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
+        jams: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
         let posture = posture.clone();
         // Checked before any values are copied.
         let lengths: Vec<usize> =
@@ -77,7 +81,8 @@ impl PySweep {
         if let Some((state, options)) = given {
             sweep = sweep.from_start(state, options).map_err(|e| to_py(&e))?;
         }
-        Ok(Self { posture, axes, names: quantities, quantities: asked, start: given, sweep })
+        sweep = sweep.with_jams(jams);
+        Ok(Self { jams, posture, axes, names: quantities, quantities: asked, start: given, sweep })
     }
 
     /// Number of points.
@@ -140,7 +145,9 @@ impl PySweep {
             options = Some(get(py, chosen)?);
         }
         let posture = self.posture.clone();
-        let arguments = (posture, over, self.names.clone(), q, qdot, options).into_pyobject(py)?;
+        let jams = word(&self.jams);
+        let arguments =
+            (posture, over, self.names.clone(), q, qdot, options, jams).into_pyobject(py)?;
         Ok((py.get_type::<Self>().into_any(), arguments))
     }
 }

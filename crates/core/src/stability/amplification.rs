@@ -85,7 +85,8 @@ pub(super) fn bound(map: &CornerMap) -> Result<f64, NoBound> {
         return Err(NoBound::Falls);
     }
     let times = [0, 1].map(|j| map.flight_time(j));
-    let ([Some(first), Some(second)], true) = (times, map.returns()) else {
+    let certain = map.returns() && !map.has_jumps();
+    let ([Some(first), Some(second)], true) = (times, certain) else {
         return Err(NoBound::Modes);
     };
     let metric = Metric::new(l);

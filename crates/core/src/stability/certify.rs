@@ -18,8 +18,7 @@ use std::sync::OnceLock;
 use crate::math::interval::Interval;
 use crate::stability::corner::{Away, Cell, CornerMap, Image, Images};
 use crate::tolerance::{
-    BOUND_MARGIN, CELL_LIMIT_ROUNDING, ORBIT_CLOSED, SLIDE_END, STRICT_DECREASE,
-    TRIGONOMETRIC_ERROR,
+    CELL_LIMIT_ROUNDING, ORBIT_CLOSED, SLIDE_END, STRICT_DECREASE, TRIGONOMETRIC_ERROR,
 };
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +34,7 @@ const NEAREST: f64 = 1e-4;
 const BEND: f64 = 0.5;
 
 /// Largest relative increase of the sliding speed |ξ| in an attracting fast-slide end.
-const LONGER: f64 = 4.0;
+const LONGER: f64 = 1000.0;
 
 /// Largest growth ln r on the way out of the zone of a repelling fast-slide end. If the growth is larger, a smaller zone is better.
 const TRANSIT: f64 = 0.05;
@@ -454,16 +453,32 @@ fn circle(next: &[usize]) -> Option<Vec<usize>> {
     None
 }
 
+/// A corner of a fast slide: ξ' = ξ + B y, y' = K y. The slide begins at ξ + `from` y.
+#[derive(Debug, Clone, Copy)]
+struct Fast {
+    b: I,
+    k: I,
+    from: I,
+}
+
+/// The two corners that follow each other at a fast-slide end, starting with contact j; the contact of the other one comes with them.
+fn fast_cycle(map: &CornerMap, j: usize, right: bool) -> Option<([Fast; 2], usize)> {
+    let fast =
+        |j: usize| map.fast(j, right).map(|(contact, from, b, k)| (contact, Fast { b, k, from }));
+    let (other, own) = fast(j)?;
+    let (next, back) = fast(other)?;
+    // Else the corners enter or leave the end of the other contact.
+    (next == j).then_some(([own, back], other))
+}
+
+/// One round at a fast-slide end: y'' = κ y and ξ'' = ξ + a y, starting from the first corner. So ξ − x y keeps its value, with x = a/(κ − 1).
+fn round([one, two]: [Fast; 2]) -> (I, I) {
+    (one.k * two.k, one.b + two.b * one.k)
+}
+
 /// The fast-slide end of the corners at j: the largest zone around it, in cells, in which its kind is certain.
 fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize) {
-    let Some(own) = map.fast(j, right) else { return (SlideEnd::Ordinary, 0) };
-    let back = map.fast(own.0, right);
-    let cycle = match (own.0 == j, back) {
-        (true, _) => [own, own],
-        (false, Some(back)) if back.0 == j => [own, back],
-        // The corners enter or leave the end of the other contact.
-        (false, _) => return (SlideEnd::Ordinary, 0),
-    };
+    let Some((cycle, _)) = fast_cycle(map, j, right) else { return (SlideEnd::Ordinary, 0) };
     let n = grid.limits.len();
     let mut cells = (0..n).rev().map(|k| {
         // y/|ξ| beyond this limit
@@ -481,46 +496,84 @@ fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (SlideEnd, usize
     found.unwrap_or((SlideEnd::Unknown, 1))
 }
 
-/// Behaviour of the corners with y/|ξ| ≤ `width` at a fast-slide end. Each corner gives the next one by ξ' = ξ + B y, y' = K y.
-fn end(cycle: [(usize, I, I); 2], right: bool, width: f64) -> SlideEnd {
+/// Behaviour of the corners with w = y/|ξ| ≤ `width` at a fast-slide end. In one round w'' = κ w/(1 + a w), with the sign of ξ in a.
+///
+/// κ < 1: while 1 + a w stays positive, ξ approaches ξ + a y/(1 − κ), and w falls, or rises to at most w/(1 + a w/(1 − κ)).
+///
+/// κ > 1: ξ − x y keeps its value, x = a/(κ − 1). So from a corner with w to a later one with w' > w, |ξ| grows by (1 − x w)/(1 − x w'):
+/// by less than 1 if x ≤ 0, and by at most 1/(1 − x `width`) if x > 0, as long as that is positive.
+fn end(cycle: [Fast; 2], right: bool, width: f64) -> SlideEnd {
     let side = if right { 1.0 } else { -1.0 };
-    let step = |(_, b, k): (usize, I, I), width: f64| {
-        let bend = b.times(side) * I::new(0.0, width);
-        (bend.lo > -BEND && bend.hi < BEND).then(|| k / (I::ONE + bend))
+    let inside = I::new(0.0, width);
+    // Change of ξ in one step, and until its slide begins.
+    let bent = |corner: &Fast, w: I| {
+        let bend = corner.b.hull(corner.from).hull(I::ZERO).times(side) * w;
+        (bend.lo > -BEND && bend.hi < BEND).then_some(bend)
     };
-    // Starting from either of the two corners, then from the other one.
-    let Some(first) =
-        step(cycle[0], width).and_then(|f| step(cycle[1], width).map(|g| f.hi.max(g.hi)))
-    else {
+    let (mut kappa, mut a) = round(cycle);
+    let (other, b) = round([cycle[1], cycle[0]]);
+    (kappa, a) = (kappa.hull(other), a.hull(b).times(side));
+    let [Some(one), Some(two)] = [0, 1].map(|k| bent(&cycle[k], inside)) else {
         return SlideEnd::Unknown;
     };
-    let wide = width * first.max(1.0);
-    let [Some(f), Some(g)] = cycle.map(|corner| step(corner, wide)) else {
-        return SlideEnd::Unknown;
-    };
-    let factor = f * g;
-    // One cycle: ξ'' = ξ + (B_1 + B_2K_1) y, y'' = K_1K_2 y, starting from either corner; and half a cycle.
-    let [(_, b1, k1), (_, b2, k2)] = cycle;
-    let half = b1.hull(b2).hull(I::ZERO).times(side);
-    let round = (b1 + b2 * k1).hull(b2 + b1 * k2).hull(I::ZERO).times(side);
-    if factor.hi < 1.0 {
-        // The sum over all cycles, plus half a cycle.
-        let sum = I::new(0.0, wide) * (round / (I::ONE - I::from(factor.hi)) + half);
-        if sum.lo > -BEND && sum.hi < LONGER {
+    let half = one.hull(two);
+    if kappa.hi < 1.0 {
+        // The sum over all rounds, and half a round.
+        let sum = inside * (a.hull(I::ZERO) / (I::ONE - I::from(kappa.hi))) + half;
+        // The largest w on the way, half a round after the start, or a whole one.
+        let stretch = cycle[0].k.hi.max(cycle[1].k.hi).max(1.0);
+        let wide = (I::from(width) * I::from(stretch) / (I::ONE + sum)).hi;
+        let follows = [0, 1].map(|k| bent(&cycle[k], I::new(0.0, wide)));
+        if sum.lo > -BEND && sum.hi < LONGER && follows.iter().all(Option::is_some) {
             SlideEnd::Attracts { speed: I::ONE + sum, wide }
         } else {
             SlideEnd::Unknown
         }
-    } else if factor.lo > 1.0 {
-        let most = |x: I| x.lo.abs().max(x.hi.abs());
-        let (bend, stretch) = (most(half), k1.hi.max(k2.hi));
-        let growth = bend + 0.5 * (bend * bend + stretch * stretch) * wide;
-        let sum = 2.0 * wide * factor.lo / (factor.lo - 1.0);
-        let transit = growth * sum * (1.0 + BOUND_MARGIN) + STRICT_DECREASE;
-        if transit < TRANSIT { SlideEnd::Repels(transit) } else { SlideEnd::Unknown }
+    } else if kappa.lo > 1.0 {
+        let x = a / (kappa - I::ONE);
+        let left = I::ONE - I::from(x.hi.max(0.0)) * inside;
+        let most = (I::ONE + half) / left * (I::ONE + inside.square()).sqrt();
+        let transit = most.ln().hi + STRICT_DECREASE;
+        if left.lo > 0.0 && transit < TRANSIT {
+            SlideEnd::Repels(transit)
+        } else {
+            SlideEnd::Unknown
+        }
     } else {
         SlideEnd::Unknown
     }
+}
+
+/// A cycle of two corners in a fast slide that certainly grows: κ > 1, and the ratio ξ/y = a/(κ − 1) that one round keeps is in the domain of
+/// the fast slide. The landing speeds and the sliding speed are multiplied by κ once around.
+fn fast_slide_grows(map: &CornerMap) -> Option<Decision> {
+    for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
+        let Some((cycle, other)) = fast_cycle(map, j, right) else { continue };
+        let (kappa, a) = round(cycle);
+        let slope = a / (kappa - I::ONE);
+        let next = (slope + cycle[0].b) / cycle[0].k;
+        let side = if right { 1.0 } else { -1.0 };
+        let ours = |slope: I| slope.times(side).is_positive();
+        if !(kappa.lo > 1.0 && ours(slope) && ours(next) && cycle[0].k.is_positive()) {
+            continue;
+        }
+        let leads = |from: usize, slope: I, to: usize| {
+            let [low, high] = [(slope.lo, -1.0), (slope.hi, 1.0)]
+                .map(|(slope, way)| libm::atan(slope) + way * TRIGONOMETRIC_ERROR);
+            let image = only(&map.images(from, &Cell::new(low, high)));
+            matches!(image, Some(Image::Corner { contact, slope, .. }) if contact == to && ours(slope))
+        };
+        if leads(j, slope, other) && leads(other, next, j) {
+            let [one, two] = [slope, next].map(I::middle);
+            let growth = libm::log(cycle[0].k.middle())
+                + 0.5 * libm::log((1.0 + two * two) / (1.0 + one * one));
+            let first = Corner { contact: j, phi: libm::atan(one), growth };
+            let growth = libm::log(kappa.middle()) - growth;
+            let second = Corner { contact: other, phi: libm::atan(two), growth };
+            return Some(Decision::Grows(vec![first, second]));
+        }
+    }
+    None
 }
 
 /// The image of a corner, if it has exactly one.
@@ -541,7 +594,7 @@ fn follow(map: &CornerMap) -> Option<Decision> {
             }
         }
     }
-    None
+    fast_slide_grows(map)
 }
 
 fn orbit(map: &CornerMap, contact: usize, phi: f64) -> Option<Decision> {
@@ -639,11 +692,12 @@ mod tests {
 
     use super::*;
     use crate::math::cases::fixed;
+    use crate::options::Jams;
     use crate::stability::tests::odd;
 
     #[test]
     fn a_growing_cycle_comes_back_to_its_first_corner_and_grows() {
-        let map = CornerMap::new(&odd(0.26)).expect("a corner map");
+        let map = CornerMap::new(&odd(0.26), Jams::None).expect("a corner map");
         let Decision::Grows(cycle) = decide(&map) else { panic!("no growing cycle") };
         let (mut at, mut growth) = ((cycle[0].contact, cycle[0].phi), 0.0);
         for corner in cycle.iter().chain([&cycle[0]]) {
@@ -672,7 +726,8 @@ mod tests {
         fn an_end_that_attracts_contains_the_limit_of_the_sliding_speed(
             k in 0.0..0.9, b in -0.1..0.1, y in 0.0..0.1, right in any::<bool>(),
         ) {
-            let found = end([(0, I::from(b), I::from(k)); 2], right, 0.1);
+            let fast = Fast { b: I::from(b), k: I::from(k), from: I::ZERO };
+            let found = end([fast; 2], right, 0.1);
             let SlideEnd::Attracts { speed, .. } = found else { panic!("{found:?}") };
             let side = if right { 1.0 } else { -1.0 };
             let limit = 1.0 + side * b * y / (1.0 - k);

@@ -28,6 +28,7 @@ use crate::body::contact::{Contact, quarter_turns};
 use crate::body::posture::{Posture, PostureFields};
 use crate::impact::newton;
 use crate::math::interval::Interval;
+use crate::options::Jams;
 use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
@@ -275,9 +276,14 @@ pub(crate) struct CornerMap {
     /// Accelerations of contact k while it slides with ξ < 0, and with ξ > 0. `None` unless a positive normal force certainly keeps contact
     /// k on the terrain (else Painlevé).
     pub(super) slides: [[Option<Arc>; 2]; 2],
+    /// For contact k that slides with ξ < 0, and with ξ > 0: if it jams and jams are impacts, the change of the gap rate of the other contact
+    /// per unit ξ.
+    jumps: [[Option<I>; 2]; 2],
     pub(super) from_rest: [FromRest; 2],
     /// The motion in which both contacts slide, for s < 0 and for s > 0.
     both: [BothSlide; 2],
+    /// Whether a jam ends by an impact.
+    resolves_jams: bool,
 }
 
 /// Solves a x + b y = p, c x + d y = q.
@@ -526,6 +532,62 @@ impl Local {
         found
     }
 
+    /// Whether contact k certainly jams while it slides with this sign of v_t and the other contact is in the air: gravity presses it down,
+    /// and no normal force keeps it on the terrain.
+    pub(super) fn jams_alone(&self, k: usize, side: f64) -> bool {
+        self.g[k].is_positive() && self.stiffness(k, side).is_negative()
+    }
+
+    /// Change of the gap rate of the other contact, per unit ξ, in the plastic impact that ends a jam of contact k. The impulse P =
+    /// −W⁻¹(v_t, 0) stops contact k, with W the impact matrix of contact k in the order tangential, normal.
+    fn jump(&self, k: usize) -> I {
+        let m = 1 - k;
+        let det = self.nn[k][k] * self.tt[k] - self.tn[k][k].square();
+        (self.nn[m][k] * self.tn[k][k] - self.tn[k][m] * self.nn[k][k]) / det * self.alpha[k]
+    }
+
+    /// Whether impulses in the cones of both contacts stop a motion in which both slide with this sign of s; `None` if the intervals do not
+    /// decide. An impulse w has the components N_1M⁻¹w, N_2M⁻¹w and z·w. Those of the edges N_j + f T_j, f = ±μ_j, are N_iM⁻¹N_j + f
+    /// T_jM⁻¹N_i and f α_j. The impulse that stops the body has the components (0, 0, −s).
+    fn stops_both(&self, side: f64) -> Option<bool> {
+        let edge = |(j, way): (usize, f64)| {
+            let f = self.mu[j].times(way);
+            let of = |i: usize| self.nn[i][j] + f * self.tn[j][i];
+            [of(0), of(1), f * self.alpha[j]]
+        };
+        let edges = [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)].map(edge);
+        let target = [I::ZERO, I::ZERO, I::from(-side)];
+        let cross = |a: [I; 3], b: [I; 3]| {
+            let part = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+            [part(1, 2), part(2, 0), part(0, 1)]
+        };
+        let dot = |a: [I; 3], b: [I; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        // The target is inside if it is a sum of positive parts of three edges. It is outside if a plane through two edges has it on one
+        // side, and the other edges on the other side or in the plane.
+        for left in 0..4 {
+            let [a, b, c] = [1, 2, 3].map(|k| edges[(left + k) % 4]);
+            let volume = dot(a, cross(b, c));
+            let parts = [cross(b, c), cross(c, a), cross(a, b)].map(|n| dot(target, n) / volume);
+            if !volume.contains_zero() && parts.iter().all(|part| part.is_positive()) {
+                return Some(true);
+            }
+        }
+        for i in 0..4 {
+            for j in i + 1..4 {
+                let normal = cross(edges[i], edges[j]);
+                let others =
+                    || (0..4).filter(|k| *k != i && *k != j).map(|k| dot(edges[k], normal));
+                let at = dot(target, normal);
+                if at.is_positive() && others().all(|x| x.hi <= 0.0)
+                    || at.is_negative() && others().all(|x| x.lo >= 0.0)
+                {
+                    return Some(false);
+                }
+            }
+        }
+        None
+    }
+
     /// Whether a mode continues a motion in which both contacts slide with this sign of s; `None` if the intervals do not decide.
     pub(super) fn goes_on(&self, side: f64) -> Option<bool> {
         let found = self.continuations(side);
@@ -766,17 +828,21 @@ fn never_lands(h: I, u: I, a: I) -> bool {
 }
 
 impl CornerMap {
-    pub(crate) fn new(posture: &Posture) -> Option<Self> {
+    pub(crate) fn new(posture: &Posture, jams: Jams) -> Option<Self> {
         let local = Local::new(posture)?;
-        let slides = [0, 1].map(|k| {
-            let alpha = if local.alpha[k].is_positive() { 1.0 } else { -1.0 };
-            [local.slide(k, -alpha), local.slide(k, alpha)]
-        });
+        // The sign of v_t for ξ < 0 and for ξ > 0.
+        let sides =
+            [0, 1].map(|k| if local.alpha[k].is_positive() { [-1.0, 1.0] } else { [1.0, -1.0] });
+        let slides = [0, 1].map(|k| sides[k].map(|side| local.slide(k, side)));
+        let ends = |k: usize, side: f64| jams == Jams::Impact && local.jams_alone(k, side);
+        let jump = |k: usize| sides[k].map(|side| ends(k, side).then(|| local.jump(k)));
         Some(Self {
             flights: [local.flight(0), local.flight(1)],
             from_rest: [local.starts_from_rest(0), local.starts_from_rest(1)],
             both: [local.both(-1.0), local.both(1.0)],
             slides,
+            jumps: [jump(0), jump(1)],
+            resolves_jams: jams == Jams::Impact,
             local,
         })
     }
@@ -799,10 +865,17 @@ impl CornerMap {
         self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether some contact jams when it slides alone.
+    /// Whether some contact jams when it slides alone, and jams are no impacts.
     pub(crate) fn jams(&self) -> bool {
         let l = &self.local;
-        (0..2).any(|k| [1.0, -1.0].into_iter().any(|side| l.stiffness(k, side).is_negative()))
+        let jams =
+            |k: usize| [1.0, -1.0].into_iter().any(|side| l.stiffness(k, side).is_negative());
+        (0..2).any(|k| jams(k) && self.jumps[k] == [None; 2])
+    }
+
+    /// Whether impacts that end jams are part of the motion.
+    pub(super) fn has_jumps(&self) -> bool {
+        self.jumps.iter().flatten().any(Option::is_some)
     }
 
     /// Whether the flight after some corner is unknown.
@@ -870,7 +943,10 @@ impl CornerMap {
             return self.turn(k, h * y.square(), u * y, None, None, images);
         }
         let Some(arc) = self.slides[k][usize::from(side > 0)] else {
-            return images.push(Image::Unknown);
+            return match self.jumps[k][usize::from(side > 0)] {
+                Some(jump) => self.jam(start, side, xi, jump, images),
+                None => images.push(Image::Unknown),
+            };
         };
         let sign = f64::from(side);
         let slows = arc.along.times(sign).sign();
@@ -921,6 +997,50 @@ impl CornerMap {
             }
             Some(_) if never_lands(h, u, arc.normal) => images.push(Image::Escape),
             _ => images.push(Image::Unknown),
+        }
+    }
+
+    /// Contact k, which slides at ξ, jams: it stops, and the gap rate of the other contact changes by `jump` ξ.
+    fn jam(&self, start: &Slide, side: i8, xi: I, jump: I, images: &mut Images) {
+        let Slide { k, from, h, u, cell } = *start;
+        let y = cell.y;
+        let most = match self.from_rest[k] {
+            FromRest::Fixed(still) => {
+                // y'² = (u + jump (ξ + from y))² − 2 a h y², and ξ' = 0.
+                let rate = u + jump * from;
+                let yy = rate.square() - (still.normal * h).times(2.0);
+                let form = Form { xx: jump.square(), xy: jump * rate, yy };
+                Some(form.most(cell).max(0.0).sqrt().next_up())
+            }
+            _ => None,
+        };
+        self.turn(k, h * y.square(), u * y + jump * xi, Some(side), most, images);
+    }
+
+    /// Both contacts slide with this sign of s, and no mode is consistent: they stop, or one of them stops and the other one lifts off. These are
+    /// the images of all impacts that friction allows.
+    fn jam_together(&self, side: i8, s: I, images: &mut Images) {
+        let right = usize::from(side > 0);
+        let before = images.len;
+        match self.local.stops_both(f64::from(side)) {
+            Some(true) => images.push(Image::Rest),
+            Some(false) => {}
+            None => images.push(Image::Unknown),
+        }
+        for k in 0..2 {
+            let sign = if self.local.alpha[k].is_positive() { side } else { -side };
+            match self.jumps[k][right] {
+                Some(jump) => match jump.times(f64::from(side)).sign() {
+                    Some(1) => self.turn(k, I::ZERO, jump * s, Some(side), None, images),
+                    Some(_) => {}
+                    None => images.push(Image::Unknown),
+                },
+                None if self.local.stiffness(k, f64::from(sign)).is_positive() => {}
+                None => images.push(Image::Unknown),
+            }
+        }
+        if images.len == before {
+            images.push(Image::Unknown);
         }
     }
 
@@ -985,6 +1105,7 @@ impl CornerMap {
                 _ if side == 0 => return, // at rest
                 BothSlide::Stops => return images.push(Image::Rest),
                 BothSlide::Runs => return images.push(Image::Escape),
+                BothSlide::Jams if self.resolves_jams => return self.jam_together(side, s, images),
                 BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown => {
                     return images.push(Image::Unknown);
                 }
@@ -1014,14 +1135,14 @@ impl CornerMap {
     }
 
     /// The map near a fast-slide end (φ near ±π/2) of the corners at j, where contact k stays on the terrain: ξ' = ξ + B y, y' = K y.
-    /// Returns the contact that lands next, B and K; `None` if the corners do not repeat in this way.
-    pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I)> {
+    /// The slide begins at ξ + A y. Returns the contact that lands next, A, B and K; `None` if the corners do not repeat in this way.
+    pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I, I)> {
         let Flight::One { kept, h, u, t } = self.flights[j] else { return None };
         let (i, m, l) = (1 - j, 1 - kept, &self.local);
         let arc = self.slides[kept][usize::from(right)]?;
         let from = l.beta[i][j] / l.alpha[i] + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
         let time = landing(h, u, arc.normal)?;
-        Some((m, from + arc.along * time, fall(h, u, arc.normal)))
+        Some((m, from, from + arc.along * time, fall(h, u, arc.normal)))
     }
 
     /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a landing
@@ -1035,14 +1156,16 @@ impl CornerMap {
                 FromRest::Unknown => (0, None),
             };
             let slides = [-1_i8, 1].map(|side| {
-                let ends = self.slides[k][usize::from(side > 0)].as_ref().and_then(|arc| {
-                    match (falls(arc), arc.along.times(f64::from(side)).sign()) {
+                let right = usize::from(side > 0);
+                let ends = match &self.slides[k][right] {
+                    Some(arc) => match (falls(arc), arc.along.times(f64::from(side)).sign()) {
                         (Some(true), _) => Some(true),
                         (_, Some(-1)) => back,
                         (Some(false), Some(_)) => Some(false),
                         _ => None,
-                    }
-                });
+                    },
+                    None => self.jumps[k][right].and(back), // after a jam it starts from rest
+                };
                 (k, side, ends)
             });
             [(k, still, back)].into_iter().chain(slides)
@@ -1085,10 +1208,10 @@ mod tests {
     #[test]
     fn a_corner_of_a_rod_without_friction_comes_back_with_three_fifths_of_its_speed() {
         let rod = Posture::rod(1.0, 2.0, 0.2, 0.0, 1.0).expect("a rod");
-        let map = CornerMap::new(&rod).expect("a corner map");
+        let map = CornerMap::new(&rod, Jams::None).expect("a corner map");
         let near = |x: I, exact: f64| x.lo <= exact && exact <= x.hi && x.hi - x.lo < 1e-13;
         for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
-            let (next, bend, factor) = map.fast(j, right).expect("a slide");
+            let (next, _, bend, factor) = map.fast(j, right).expect("a slide");
             assert!(next == 1 - j && near(factor, 0.6) && near(bend, 0.0), "{factor:?} {bend:?}");
             assert!(near(map.flight_time(j).expect("bounces"), 0.5));
         }
@@ -1120,7 +1243,7 @@ mod tests {
         ) {
             let rod = Posture::rod(1.0, rho, e, mu, 1.0).expect("a rod");
             let above = PostureFields { center_of_mass: [0.0, height], ..rod.fields().clone() };
-            let map = CornerMap::new(&Posture::new(above).expect("a posture")).expect("a corner map");
+            let map = CornerMap::new(&Posture::new(above).expect("a posture"), Jams::None).expect("a corner map");
             let [one, two] = [(0, 1.0), (1, -1.0)].map(|(j, side)| corners(&map.images(j, &Cell::point(side * phi)), side));
             prop_assert_eq!((one.0.len(), one.1), (two.0.len(), two.1));
             for ((i, one), (j, two)) in one.0.into_iter().zip(two.0) {
@@ -1132,7 +1255,7 @@ mod tests {
         fn the_images_of_a_cell_contain_those_of_its_corners(
             low in -1.5..1.2, width in 0.001..0.3, share in 0.0..1.0, e in 0.01..0.4, j in 0..2_usize,
         ) {
-            let map = CornerMap::new(&odd(e)).expect("a corner map");
+            let map = CornerMap::new(&odd(e), Jams::None).expect("a corner map");
             let (all, others) = corners(&map.images(j, &Cell::new(low, low + width)), 1.0);
             for (i, point) in corners(&map.images(j, &Cell::point(low + share * width)), 1.0).0 {
                 let found = all.iter().any(|(contact, image)| *contact == i && meets(point, *image));

@@ -18,6 +18,8 @@
 //!   centre of mass between the outer contacts, or two contacts that are mirror images. The posture is stable iff a motion always exists.
 //!   A posture whose other rays ascend is stable if the pair of its one level ray is.
 //!
+//! Where jams end by plastic impacts a motion always exists, and a jam loses energy like an impact.
+//!
 //! These hold for every restitution e < 1. Each sign is certain (intervals), or nothing is decided.
 
 use nalgebra::Vector3;
@@ -27,7 +29,7 @@ use crate::body::posture::Posture;
 use crate::error::{Error, non_negative};
 use crate::math::interval::Interval;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::options::Impact;
+use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
@@ -232,7 +234,7 @@ fn level_pair(posture: &Posture) -> Option<[usize; 2]> {
 }
 
 /// The verdict of *Neutral*, if it applies.
-pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
+pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
     let f = posture.fields();
     let pair = level_pair(posture)?;
     let local = Local::of(f, pair.map(|k| &f.contacts[k]))?;
@@ -243,7 +245,7 @@ pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
     let stiffness = [0, 1].map(|which| [1.0, -1.0].map(|side| local.stiffness(which, side)));
     for (which, sides) in stiffness.iter().enumerate() {
         for (k, side) in sides.iter().zip([1.0, -1.0]) {
-            if k.is_negative() && local.g[which].is_positive() {
+            if jams == Jams::None && k.is_negative() && local.g[which].is_positive() {
                 let apart = existence::above(posture, pair, which)?;
                 let slides = [(pair[which], side)];
                 let start =
@@ -258,7 +260,7 @@ pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
     }
     let smooth = stiffness.iter().flatten().all(|k| k.is_positive());
     let slides = [1.0, -1.0].into_iter().all(|side| local.goes_on(side) == Some(true));
-    (smooth && slides).then(|| {
+    (jams == Jams::Impact || smooth && slides).then(|| {
         let evidence = Evidence::Neutral {
             outer: pair.map(ContactNumber::of),
             stiffness: stiffness.map(|sides| sides.map(I::middle)),
@@ -271,18 +273,19 @@ pub(super) fn neutral(posture: &Posture) -> Option<Finding> {
 /// away.
 pub(super) fn decide(
     posture: &Posture,
+    jams: Jams,
     moves_away: impl FnOnce() -> Result<Option<String>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
     let open =
         |reason| Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }));
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
-    if let Some(found) = neutral(posture) {
+    if let Some(found) = neutral(posture, jams) {
         return Ok((found, None));
     }
     let known = rays(posture);
     let mut well = None;
-    let mut motion_exists = false;
+    let mut motion_exists = jams == Jams::Impact;
     if let Some(rays) = &known {
         let slopes = rays.iter().map(|ray| ray.slope(f.gyration_radius));
         let width = slopes.map(|slope| slope.lo).fold(f64::INFINITY, f64::min);
@@ -290,6 +293,7 @@ pub(super) fn decide(
             well = Some(Well { width, weight: f.mass * f.gravity });
         }
         match existence(posture, rays, rho2) {
+            _ if jams == Jams::Impact => {}
             Existence::Fails(start) => {
                 let evidence = Evidence::NoMotion(start);
                 return Ok((
@@ -326,7 +330,7 @@ pub(super) fn decide(
     let core: Vec<&KnownRay> = rays.iter().filter(|ray| ray.rise != Some(1)).collect();
     let mut pairs = Vec::new();
     for ray in &core {
-        pairs.push(pair_verdict(posture, ray.pair)?);
+        pairs.push(pair_verdict(posture, ray.pair, jams)?);
     }
     let descend = core.iter().all(|ray| ray.rise == Some(-1));
     let evidence = |pairs: &[Verdict]| {
@@ -366,18 +370,18 @@ fn shown(rays: &[KnownRay], rho2: I) -> Vec<Ray> {
 }
 
 /// The verdict on two contacts of a posture as its only ones, with their numbers in the posture.
-fn pair_verdict(posture: &Posture, places: [usize; 2]) -> Result<Verdict, Error> {
-    let mut verdict = judge(&with_contacts(posture, &places)?, false)?;
+fn pair_verdict(posture: &Posture, places: [usize; 2], jams: Jams) -> Result<Verdict, Error> {
+    let mut verdict = judge(&with_contacts(posture, &places)?, jams, false)?;
     verdict.renumber(&places);
     Ok(verdict)
 }
 
 /// The verdicts on the pairs of contacts that can hold the body alone, one for each extreme ray; empty for fewer than three contacts, and
 /// where the rays are not certain.
-pub(super) fn holding_pairs(posture: &Posture) -> Result<Vec<Verdict>, Error> {
+pub(super) fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Error> {
     let mut found = Vec::new();
     for ray in rays(posture).into_iter().flatten().filter(|_| posture.contacts().len() > 2) {
-        let verdict = pair_verdict(posture, ray.pair)?;
+        let verdict = pair_verdict(posture, ray.pair, jams)?;
         if verdict.equilibrium.holds {
             found.push(verdict);
         }

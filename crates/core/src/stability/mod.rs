@@ -51,7 +51,7 @@ use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
-use crate::options::Impact;
+use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 pub use certify::{Potential, WhyUndecided};
 
@@ -242,6 +242,9 @@ pub struct Verdict {
     pub contacts: Vec<ContactNumber>,
     /// The verdict.
     pub frictional_stability: Stability,
+    /// What happens where a contact jams.
+    #[serde(default)]
+    pub jams: Jams,
     /// The argument that decides; `None` if the verdict is undecided.
     pub by: Option<Argument>,
     /// Whether the contacts can hold the body.
@@ -280,7 +283,17 @@ pub struct Verdict {
 ///
 /// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
-    judge(posture, true)
+    stability_with(posture, Jams::None)
+}
+
+/// As [`stability()`]. `jams`: whether a motion ends where a contact jams, or goes on after the plastic impact that stops the contact. With
+/// [`Jams::Impact`] a posture is not unstable because of missing motions.
+///
+/// # Errors
+///
+/// As [`stability()`].
+pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
+    judge(posture, jams, true)
 }
 
 /// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
@@ -289,19 +302,19 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
 /// # Errors
 ///
 /// As [`stability()`].
-pub fn holding_pairs(posture: &Posture) -> Result<Vec<Verdict>, Error> {
+pub fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Error> {
     let Some((standing, places)) = conditions::of_those_that_touch(posture)? else {
-        return feet::holding_pairs(posture);
+        return feet::holding_pairs(posture, jams);
     };
-    let mut pairs = feet::holding_pairs(&standing)?;
+    let mut pairs = feet::holding_pairs(&standing, jams)?;
     pairs.iter_mut().for_each(|pair| pair.renumber(&places));
     Ok(pairs)
 }
 
 /// As [`stability`]. `amplification`: whether to compute the field of this name, which may take most of the time.
-pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, Error> {
+pub(crate) fn judge(posture: &Posture, jams: Jams, amplification: bool) -> Result<Verdict, Error> {
     if let Some((standing, places)) = conditions::of_those_that_touch(posture)? {
-        let mut verdict = judge(&standing, amplification)?;
+        let mut verdict = judge(&standing, jams, amplification)?;
         verdict.renumber(&places);
         return Ok(verdict);
     }
@@ -314,6 +327,7 @@ pub(crate) fn judge(posture: &Posture, amplification: bool) -> Result<Verdict, E
         flight: None,
         well: None,
         laws: vec![Impact::Newton],
+        jams,
         frictional_stability: Stability::Undecided,
         by: None,
         evidence: None,
@@ -438,7 +452,7 @@ impl Verdict {
                 answer.consistent && moves(answer.word) && !answer.near_degenerate()
             };
             let modes = &mut self.modes;
-            let (found, well) = feet::decide(posture, || {
+            let (found, well) = feet::decide(posture, self.jams, || {
                 let problem =
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
@@ -465,7 +479,7 @@ impl Verdict {
         self.modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
         let equilibrium = self.equilibrium.holds;
         let found = conditions::of_words(posture, equilibrium, &self.modes)?;
-        let map = if equilibrium { CornerMap::new(posture) } else { None };
+        let map = if equilibrium { CornerMap::new(posture, self.jams) } else { None };
         let map = map.as_ref();
         self.conditions = Some(found);
         self.flight = map.and_then(|map| map.local().flights_end());
@@ -487,7 +501,7 @@ impl Verdict {
             strongly(Argument::Theorem3Loose, found.clattering_margin)
         } else if found.chatter && strong {
             strongly(Argument::Goyal, found.chatter_margin)
-        } else if let Some(neutral) = feet::neutral(posture) {
+        } else if let Some(neutral) = feet::neutral(posture, self.jams) {
             neutral
         } else {
             self.apply_sharper_tests(found, map, posture)
@@ -525,7 +539,8 @@ impl Verdict {
             return Finding::Decided(unstable, Argument::AcceleratingMode, word);
         }
         let Some(map) = map else { return Finding::Undecided(None) };
-        let open = |left| match existence::no_motion(map, posture) {
+        let lacks = if self.jams == Jams::None { existence::no_motion(map, posture) } else { None };
+        let open = |left| match lacks.clone() {
             Some(start) => {
                 Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start))
             }

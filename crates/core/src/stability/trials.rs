@@ -10,7 +10,7 @@ use crate::body::posture::{Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::random::Random;
-use crate::options::{Model, Options};
+use crate::options::{Jams, Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::simulate_until;
 use crate::stability::conditions::{touching, with_contacts};
@@ -49,6 +49,7 @@ pub fn trials(
     posture: &Posture,
     kicks: usize,
     seed: u64,
+    jams: Jams,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trials>, Error> {
     // Small motions do not reach the ground of contacts in the air, nor the ends of the pieces of terrain.
@@ -61,6 +62,7 @@ pub fn trials(
     let speed = KICK * (gravity * size).sqrt();
     let options = Options {
         model: Model::Local,
+        jams,
         record: false,
         neighbourhood: LEFT * size,
         event_limit: EVENTS,
