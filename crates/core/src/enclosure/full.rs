@@ -11,6 +11,7 @@ use crate::body::state::State;
 use crate::enclosure::{Claims, Gap, Model, NOTHING, ball};
 use crate::flight::GapArc;
 use crate::math::ball::Ball;
+use crate::math::real::Enclosed;
 use crate::math::turn::Turn;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedZeno, Enclosure, Uncertain};
@@ -89,7 +90,7 @@ impl Foot {
 
     /// Largest centripetal term of the rotation, to be compared with gravity: ω²√(b² + c²).
     fn lift(&self, omega: Ball) -> Option<Ball> {
-        Some(omega.square() * (self.b.square() + self.c.square()).sqrt()?)
+        Some(omega.square() * (self.b.square() + self.c.square()).root()?)
     }
 
     /// Whether the contact certainly does not enter the terrain at once.

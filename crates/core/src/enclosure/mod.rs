@@ -42,6 +42,7 @@ use crate::body::state::State;
 use crate::collisions::log::CHUNK;
 use crate::impact::newton;
 use crate::math::ball::Ball;
+use crate::math::real::Enclosed;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedImpact, EnclosedZeno, Enclosure, Uncertain};
 use crate::tolerance::NARROW_ENOUGH;
@@ -165,7 +166,7 @@ impl BallConstants {
         let c = |a: usize| {
             let b = 1 - a;
             let sum = product + e[a] - e[b];
-            let root = (sum.square() - (e[a] * product).scaled(4.0)).sqrt()?;
+            let root = (sum.square() - (e[a] * product).scaled(4.0)).root()?;
             kappa[a].scaled(2.0).over(sum + root)
         };
         let c = [c(1)?, c(0)?];
@@ -260,7 +261,7 @@ impl Model {
                 None
             }
         };
-        let landing = square.sqrt().and_then(|s| Some(Landing::In(time(s)?, s)));
+        let landing = square.root().and_then(|s| Some(Landing::In(time(s)?, s)));
         landing.unwrap_or(Landing::Unknown)
     }
 

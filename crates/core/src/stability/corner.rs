@@ -27,6 +27,7 @@ use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::impact::newton;
 use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
 use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
