@@ -141,6 +141,10 @@ impl Enclosed for Ball {
         }
     }
 
+    fn not_below_zero(self) -> Self {
+        self
+    }
+
     fn is_positive(self) -> bool {
         self.hi > 0.0 && self.clearance() > 0.0
     }

@@ -135,6 +135,10 @@ impl Enclosed for Interval {
         Self { lo: self.lo.max(other.lo), hi: self.hi.max(other.hi) }
     }
 
+    fn not_below_zero(self) -> Self {
+        self.max(Self::ZERO)
+    }
+
     fn is_positive(self) -> bool {
         self.lo > 0.0
     }

@@ -23,6 +23,8 @@ pub(crate) trait Enclosed: Ring + From<f64> {
     /// The square root; `None` if a number may be negative.
     fn root(self) -> Option<Self>;
     fn max(self, other: Self) -> Self;
+    /// Without negative numbers, where the arithmetic can leave them out: for a quantity that cannot be negative.
+    fn not_below_zero(self) -> Self;
     fn is_positive(self) -> bool;
     /// Exactly zero.
     fn is_zero(self) -> bool;
