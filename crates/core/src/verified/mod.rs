@@ -35,8 +35,13 @@
 //! ```
 
 use crate::impact::newton;
+use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
+
+mod flight;
+
+pub(crate) use flight::Flight;
 
 /// Gap and gap rate of a contact.
 #[derive(Debug, Clone, Copy)]
@@ -114,6 +119,11 @@ struct Clattering<T> {
 
 fn one<T: Enclosed>() -> T {
     T::from(1.0)
+}
+
+fn interval<T: Enclosed>(x: T) -> Interval {
+    let [lo, hi] = x.bounds();
+    Interval::new(lo, hi)
 }
 
 impl<T: Enclosed> Clattering<T> {
@@ -300,6 +310,15 @@ impl<'m, T: Enclosed> Motion<'m, T> {
     /// After an impact at `a`: the duration of its bouncing, if the other contact certainly stays in the air.
     pub(crate) fn bounces(&self, a: usize) -> Option<T> {
         self.model.bounces(a, self.gaps[a].u, self.gaps[1 - a])
+    }
+
+    /// Gap and gap rate of the other contact at the end of the bouncing at `a`, after the time t.
+    fn after_bounces(&self, a: usize, t: T) -> Option<Gap<T>> {
+        let (m, other) = (self.model, self.gaps[1 - a]);
+        let g_b = m.g[1 - a];
+        let jumps = (m.kappa[a] * self.gaps[a].u).over(one::<T>() - m.e[a])?;
+        let h = m.gap_after_bounces(a, other, t, g_b);
+        Some(Gap { h, u: other.u - g_b * t - jumps })
     }
 
     /// The remaining time after an impact at `a`, as T0 − L and T0, if impacts certainly alternate for ever.
