@@ -409,6 +409,10 @@ pub(crate) const SHAPE_AT_REST: f64 = 1e-100;
 /// only width and cost of the enclosure depend on it.
 pub(crate) const CORNER_TAIL: f64 = 1e-12;
 
+/// Half-width of the largest box of shapes around a self-similar cycle that is tried: how much the impacts of all shapes in the box may
+/// differ. Unit: the shape. Range: 1e-5 to 1e-2; the proof is in intervals, and only its success depends on it.
+pub(crate) const SIMILAR_BOX: f64 = 1e-3;
+
 /// Difference of two directions below which an orbit has closed. Unit: rad. Only the start of a search depends on it; the certificate is
 /// proved in intervals. Range: 1e-13 to 1e-6.
 pub(crate) const ORBIT_CLOSED: f64 = 1e-9;

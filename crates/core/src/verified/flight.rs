@@ -7,6 +7,7 @@ use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
 use crate::tolerance::CORNER_TAIL;
+use crate::verified::similar::Recurrences;
 use crate::verified::{Gap, Model, Motion, interval, one};
 
 /// How the motion after a corner ends. `t`: duration of the flight.
@@ -91,6 +92,7 @@ impl<T: Enclosed> Motion<'_, T> {
         };
         // Between which times both contacts come to rest.
         let mut found: Option<Interval> = None;
+        let mut recurrences = Recurrences::new();
         for _ in 0..impacts {
             let rests = |i: &usize| self.gaps[*i].is_at_rest() && !lets_go[*i];
             if let Some(kept) = [a, 1 - a].into_iter().find(rests) {
@@ -112,6 +114,11 @@ impl<T: Enclosed> Motion<'_, T> {
                     break;
                 }
             }
+            if let Some(period) = recurrences.period(a, &self.gaps)
+                && let Some(t) = self.self_similar(a, period)
+            {
+                return Flight::Two { t: interval(clock) + t };
+            }
             match self.next(a) {
                 Ok((hit, dt)) => (a, clock) = (hit, clock + dt),
                 Err(Uncertain::Never) => return Flight::Away,
@@ -119,5 +126,14 @@ impl<T: Enclosed> Motion<'_, T> {
             }
         }
         found.map_or(Flight::Unknown, |t| Flight::Two { t })
+    }
+
+    /// The time until both contacts rest, if the last `period` impacts certainly repeat for ever.
+    fn self_similar(&self, a: usize, period: usize) -> Option<Interval> {
+        let Model { g, psi, e, count, .. } = self.model;
+        let model = Model::new(g.map(interval), psi.map(interval), e.map(interval), *count);
+        let gaps =
+            self.gaps.map(|Gap { h, u }| Gap { h: interval(h).not_below_zero(), u: interval(u) });
+        model.self_similar(a, gaps, period)
     }
 }

@@ -1,0 +1,231 @@
+//! Self-similar ends of a flight: a cycle of impacts that repeats for ever, each time smaller by the same factor.
+//!
+//! After an impact at a the *shape* is v = u_b/u_a and y = h_b/u_a². The map F from impact to impact is the same at every size, with
+//!
+//! ```text
+//! hit again:   f = e_a     ∂(v', y')/∂(v, y) = [1/e_a, 0; τ/e_a², 1/e_a²]
+//! b lands:     f = e_b s   with s² = v² + 2g_b y,  ∂s = (v, g_b)/s,  ∂τ = (τ, 1)/s,  w = 1 − g_a τ:
+//!              ∂v' = −w/(f s) ∂s − g_a/f ∂τ     ∂y' = −2y'/s ∂s + w/f² ∂τ
+//! ```
+//!
+//! and f the factor of the size u_a. Near a cycle of p impacts at c let J be the product of the derivatives, and X its eigenvectors (real
+//! and imaginary part, if they are complex). The box Z = c + X[−r, r]² is mapped into itself by q impacts, q a multiple of p, if
+//!
+//! ```text
+//! X⁻¹(F^q(c) − c) + (X⁻¹ DF^q(Z) X)[−r, r]² ⊂ (−r, r)²     [mean value theorem; the matrices are multiplied first].
+//! ```
+//!
+//! If also the order of the landings is certain on all of Z and its images, then the impacts from Z never end. If a round of q impacts, of
+//! duration T u_a, multiplies u_a by f < 1, both gaps and both rates tend to zero within the time u_a T/(1 − f).
+
+use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
+use crate::tolerance::SIMILAR_BOX;
+use crate::verified::{Gap, Model, Motion};
+
+type I = Interval;
+
+/// Longest cycle, and largest number of impacts after which the box must lie in itself.
+const LONGEST: usize = 12;
+const ROUND: usize = 96;
+/// Share of a box that its linear image may fill. The turn of complex eigenvectors makes the image of a square larger by up to √2.
+const FILLED: f64 = 0.6;
+/// Number of proofs that are tried in a flight.
+const PROOFS: usize = 4;
+
+/// The shape after an impact at `contact`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Shape {
+    contact: usize,
+    /// (v, y)
+    at: [I; 2],
+}
+
+/// From an impact to the next one.
+struct Step {
+    shape: Shape,
+    factor: I,
+    time: I,
+    tangent: [[I; 2]; 2],
+}
+
+impl Shape {
+    fn gaps(&self) -> [Gap<I>; 2] {
+        let [u, h] = self.at;
+        let mut gaps = [Gap { h, u }; 2];
+        gaps[self.contact] = Gap { h: I::ZERO, u: I::ONE };
+        gaps
+    }
+
+    fn of(gaps: [Gap<I>; 2], contact: usize) -> Option<Self> {
+        let (u, Gap { h, u: rate }) = (gaps[contact].u, gaps[1 - contact]);
+        Some(Self { contact, at: [rate.over(u)?, h.over(u.square())?] })
+    }
+
+    /// `None` unless the next impact is certain.
+    fn step(&self, m: &Model<I>) -> Option<Step> {
+        let (a, [v, y]) = (self.contact, self.at);
+        if !y.is_positive() {
+            return None;
+        }
+        let mut motion = Motion::new(m, self.gaps());
+        let (hit, time) = motion.next(a).ok()?;
+        let f = motion.gaps[hit].u;
+        let shape = Self::of(motion.gaps, hit)?;
+        let tangent = if hit == a {
+            let inverse = I::ONE.over(f)?;
+            [[inverse, I::ZERO], [time * inverse.square(), inverse.square()]]
+        } else {
+            let s = f.over(m.e[hit])?;
+            let w = I::ONE - m.g[a] * time;
+            let (of_s, of_time) = ([v / s, m.g[hit] / s], [time / s, I::ONE / s]);
+            let row = |by_s: I, by_time: I| [0, 1].map(|k| by_s * of_s[k] + by_time * of_time[k]);
+            [
+                row(-(w / (f * s)), -(m.g[a] / f)),
+                row(-(shape.at[1].scaled(2.0) / s), w / f.square()),
+            ]
+        };
+        Some(Step { shape, factor: f, time, tangent })
+    }
+}
+
+type Matrix = [[I; 2]; 2];
+
+fn product(a: Matrix, b: Matrix) -> Matrix {
+    a.map(|row| [0, 1].map(|k| row[0] * b[0][k] + row[1] * b[1][k]))
+}
+
+fn image(a: Matrix, x: [I; 2]) -> [I; 2] {
+    a.map(|row| row[0] * x[0] + row[1] * x[1])
+}
+
+fn inverse([[a, b], [c, d]]: Matrix) -> Option<Matrix> {
+    let one = I::ONE.over(a * d - b * c)?;
+    Some([[d * one, -b * one], [-c * one, a * one]])
+}
+
+fn difference(x: [I; 2], y: [I; 2]) -> [I; 2] {
+    [x[0] - y[0], x[1] - y[1]]
+}
+
+/// The eigenvectors of a matrix as columns (real and imaginary part of complex ones), with largest entry 1, and the largest absolute
+/// eigenvalue.
+fn eigenvectors([[a, b], [c, d]]: [[f64; 2]; 2]) -> ([[f64; 2]; 2], f64) {
+    let (mean, half) = (0.5 * (a + d), 0.5 * (a - d));
+    let square = half * half + b * c;
+    let size = |x: [f64; 2]| x[0].abs().max(x[1].abs());
+    if square < 0.0 {
+        let (real, turn) = ([b, -half], (-square).sqrt());
+        let unit = size(real).max(turn);
+        return ([[b / unit, 0.0], [-half / unit, turn / unit]], (a * d - b * c).sqrt());
+    }
+    let root = square.sqrt();
+    // (J − λ)x = 0, by the row with the larger entries: λ − a = ±root − half, λ − d = ±root + half.
+    let column = |side: f64| {
+        let (first, second) = (side * root - half, side * root + half);
+        let x = if first.abs() > second.abs() { [b, first] } else { [second, c] };
+        x.map(|part| part / size(x))
+    };
+    let ([p, q], [r, s]) = (column(1.0), column(-1.0));
+    ([[p, r], [q, s]], mean.abs() + root)
+}
+
+/// The impacts of a flight up to now, to find one of the same shape as a few impacts before.
+pub(super) struct Recurrences {
+    /// Contact and shape of the last impacts, in a circle.
+    last: [(usize, [f64; 2]); LONGEST + 1],
+    count: usize,
+    proofs: usize,
+    /// Largest difference of two shapes that counts as the same.
+    limit: f64,
+}
+
+impl Recurrences {
+    pub(super) fn new() -> Self {
+        let limit = (1.0 - FILLED) * SIMILAR_BOX;
+        Self { last: [(0, [0.0; 2]); LONGEST + 1], count: 0, proofs: 0, limit }
+    }
+
+    /// Adds an impact at `a`. The number of impacts since one of the same shape, if there is one.
+    pub(super) fn period<T: Enclosed>(&mut self, a: usize, gaps: &[Gap<T>; 2]) -> Option<usize> {
+        let middle = |x: T| x.bounds().iter().sum::<f64>() * 0.5;
+        let (u, rate, gap) = (middle(gaps[a].u), middle(gaps[1 - a].u), middle(gaps[1 - a].h));
+        let now = [rate / u, gap / (u * u)];
+        let places = self.last.len();
+        let most = if self.proofs < PROOFS { LONGEST.min(self.count) } else { 0 };
+        let found = (1..=most).find(|back| {
+            let (contact, [v, y]) = self.last[(self.count - back) % places];
+            let off = ((now[0] - v).abs() / (1.0 + v.abs())).max((now[1] - y).abs() / y);
+            contact == a && off <= self.limit
+        });
+        self.last[self.count % places] = (a, now);
+        self.count += 1;
+        if found.is_some() {
+            // If the proof fails, the next one is tried much nearer to the cycle.
+            self.limit *= 0.1;
+            self.proofs += 1;
+        }
+        found
+    }
+}
+
+impl Model<I> {
+    /// The time until both contacts rest, after an impact at `a` that has about the shape of the impact `period` impacts before; `None`
+    /// without a proof that the impacts of this cycle repeat for ever.
+    pub(super) fn self_similar(&self, a: usize, gaps: [Gap<I>; 2], period: usize) -> Option<I> {
+        let now = Shape::of(gaps, a)?;
+        let center = Shape { contact: a, at: now.at.map(|x| I::from(x.middle())) };
+        let mut j = [[I::ONE, I::ZERO], [I::ZERO, I::ONE]];
+        let mut shape = center;
+        for _ in 0..period {
+            let step = shape.step(self)?;
+            (shape, j) = (step.shape, product(step.tangent, j));
+        }
+        // The units of v and y are 1 + |v| and y.
+        let [v, y] = center.at.map(I::middle);
+        let unit = [1.0 + v.abs(), y];
+        let scaled = |i: usize, k: usize| j[i][k].middle() * unit[k] / unit[i];
+        let (x, mu) = eigenvectors([0, 1].map(|i| [0, 1].map(|k| scaled(i, k))));
+        let rounds = (libm::log(FILLED) / libm::log(mu)).ceil().max(1.0);
+        let impacts = rounds * period as f64;
+        if !(mu < 1.0 && impacts <= ROUND as f64) {
+            return None;
+        }
+        let x = [0, 1].map(|i| x[i].map(|part| I::from(part * unit[i])));
+        let back = inverse(x)?;
+        [1.0, 0.1, 0.01].into_iter().find_map(|smaller| {
+            let r = SIMILAR_BOX * smaller;
+            let round = self.round(center, x, r, impacts as usize)?;
+            let off = image(back, difference(round.shape.at, center.at));
+            let spread = image(product(back, round.tangent), [I::new(-r, r); 2]);
+            let inside = |x: I| -r < x.lo && x.hi < r;
+            let kept = [off[0] + spread[0], off[1] + spread[1]].into_iter().all(inside)
+                && image(back, difference(now.at, center.at)).into_iter().all(inside)
+                && round.shape.contact == a
+                && round.factor.hi < 1.0;
+            kept.then(|| gaps[a].u * (round.time / (I::ONE - round.factor)))
+        })
+    }
+
+    /// This number of impacts: the image of the centre; the matrix A of the image of the box c + X[−r, r]², which lies in this image +
+    /// A[−r, r]²; and factor and duration for all of the box.
+    fn round(&self, center: Shape, x: Matrix, r: f64, impacts: usize) -> Option<Step> {
+        let mut all = Step { shape: center, factor: I::ONE, time: I::ZERO, tangent: x };
+        for _ in 0..impacts {
+            let reach = image(all.tangent, [I::new(-r, r); 2]);
+            let at = [all.shape.at[0] + reach[0], all.shape.at[1] + reach[1]];
+            let step = Shape { at, ..all.shape }.step(self)?;
+            let shape = all.shape.step(self)?.shape;
+            if shape.contact != step.shape.contact {
+                return None;
+            }
+            all = Step {
+                shape,
+                time: all.time + all.factor * step.time,
+                factor: all.factor * step.factor,
+                tangent: product(step.tangent, all.tangent),
+            };
+        }
+        Some(all)
+    }
+}
