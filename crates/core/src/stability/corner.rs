@@ -33,10 +33,6 @@ use crate::verified::{Flight, Gap, Landing, Model};
 
 type I = Interval;
 
-/// Largest number of impacts of one flight (from a corner to the next Zeno point) that are computed one by one, in intervals of 53 bits and
-/// then, if its end is not certain, in balls of 106 bits.
-const IMPACTS: [usize; 2] = [256, 768];
-
 /// Constants of a posture in its local model, per unit mass.
 #[derive(Debug, Clone)]
 pub(crate) struct Local {
@@ -475,13 +471,14 @@ impl Local {
     fn flights(&self, posture: &Posture) -> [Flight; 2] {
         let lets_go = [0, 1].map(|k| self.lets_go(k));
         let model = Model::new(self.g, self.psi, self.e, 2);
-        let mut flights = [0, 1].map(|j| model.flight(j, lets_go, IMPACTS[0]));
+        let mut flights = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go));
         if flights.contains(&Flight::Unknown)
-            && let Some(model) = enclosure::local_model(posture)
+            && let Some(fine) = enclosure::local_model(posture)
         {
-            for (j, flight) in flights.iter_mut().enumerate() {
-                if *flight == Flight::Unknown {
-                    *flight = model.flight(j, lets_go, IMPACTS[1]);
+            for j in 0..2 {
+                // If one remains unknown, the other one rarely decides.
+                if flights[j] == Flight::Unknown && (j == 0 || flights[0] != Flight::Unknown) {
+                    flights[j] = Flight::after_corner_finely(&model, &fine, j, lets_go);
                 }
             }
         }

@@ -1,14 +1,22 @@
 //! The frictionless motion after a corner, until the next Zeno point.
 //!
-//! At a *corner* one contact is on the ground and contact j lands, here with speed 1. Impacts at this instant follow, then flights and
-//! impacts.
+//! At a *corner* one contact is on the ground and contact j lands, here with speed 1. Impacts at this instant follow. They go on without
+//! end if p_1p_2 ≥ (√e_1 + √e_2)². Otherwise flights and impacts follow, until one contact bounces alone, or the impacts are those of a
+//! self-similar cycle. (Clattering, the other way to two contacts at rest, needs the same bound.)
 
+use crate::math::ball::Ball;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
-use crate::tolerance::CORNER_TAIL;
+use crate::verified::shape::{Frame, Shape};
 use crate::verified::similar::Recurrences;
 use crate::verified::{Gap, Model, Motion, interval, one};
+
+/// Largest number of impacts of one flight that are computed one by one: those at the instant of the corner; in intervals; and then, if the
+/// end is not certain, in frames.
+const AT_ONCE: usize = 256;
+const PLAIN: usize = 256;
+const FINE: usize = 512;
 
 /// How the motion after a corner ends. `t`: duration of the flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,34 +54,16 @@ impl<T: Enclosed> Model<T> {
         }
     }
 
-    /// The motion after contact j has landed with speed 1, with at most this number of impacts one by one. `lets_go`: the contacts that
-    /// certainly have no motion on the terrain.
-    pub(crate) fn flight(&self, j: usize, lets_go: [bool; 2], impacts: usize) -> Flight {
-        if lets_go[1 - j] {
-            return Flight::Nowhere;
-        }
-        match self.chatters() {
-            Some(true) => return Flight::Two { t: Interval::ZERO },
-            Some(false) => {}
-            None => return Flight::Unknown,
-        }
+    /// The state after contact j has landed with speed 1, and after all impacts at this instant.
+    fn corner(&self, j: usize) -> Option<(Motion<'_, T>, usize)> {
         let mut motion = Motion::new(self, [Gap::REST; 2]);
         motion.gaps[j].u = -one::<T>();
-        let Some((a, count)) = motion.hit_together(j, impacts) else { return Flight::Unknown };
-        motion.until_zeno(a, lets_go, impacts - count)
-    }
-}
-
-impl<T: Enclosed> Motion<'_, T> {
-    /// Impacts while both gaps are zero, at contact j first, until no contact approaches: the last contact that is hit, and the number of
-    /// impacts.
-    fn hit_together(&mut self, j: usize, impacts: usize) -> Option<(usize, usize)> {
         let mut a = j;
-        for count in 1..=impacts {
-            self.collide(a, -self.gaps[a].u);
-            let other = self.gaps[1 - a].u;
+        for _ in 0..AT_ONCE {
+            motion.collide(a, -motion.gaps[a].u);
+            let other = motion.gaps[1 - a].u;
             if other.is_not_negative() {
-                return Some((a, count));
+                return Some((motion, a));
             }
             if !other.is_negative() {
                 return None;
@@ -82,58 +72,105 @@ impl<T: Enclosed> Motion<'_, T> {
         }
         None
     }
+}
 
-    /// From an impact at `a` to the next Zeno point.
-    fn until_zeno(&mut self, mut a: usize, lets_go: [bool; 2], impacts: usize) -> Flight {
-        let mut clock = T::ZERO;
-        let one_rests = |kept: usize, other: Gap<T>, t: T| {
-            let [h, u, t] = [other.h, other.u, t].map(interval);
-            Flight::One { kept, h: h.not_below_zero(), u, t }
-        };
-        // Between which times both contacts come to rest.
-        let mut found: Option<Interval> = None;
-        let mut recurrences = Recurrences::new();
-        for _ in 0..impacts {
-            let rests = |i: &usize| self.gaps[*i].is_at_rest() && !lets_go[*i];
-            if let Some(kept) = [a, 1 - a].into_iter().find(rests) {
-                if !self.model.g[kept].is_not_negative() {
-                    return Flight::Unknown; // it may jam
-                }
-                return one_rests(kept, self.gaps[1 - kept], clock);
+impl Flight {
+    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain.
+    pub(crate) fn after_corner(model: &Model<Interval>, j: usize, lets_go: [bool; 2]) -> Self {
+        if lets_go[1 - j] {
+            return Self::Nowhere;
+        }
+        match model.chatters() {
+            Some(true) => return Self::Two { t: Interval::ZERO },
+            Some(false) => {}
+            None => return Self::Unknown,
+        }
+        let Some((mut motion, mut a)) = model.corner(j) else { return Self::Unknown };
+        let mut search = Search::new(lets_go);
+        for _ in 0..PLAIN {
+            if let Some(flight) = search.end(&motion, a, Interval::ONE) {
+                return flight;
             }
-            if let Some(t) = self.bounces(a)
-                && let Some(other) = self.after_bounces(a, t)
-            {
-                return one_rests(a, other, clock + t);
-            }
-            if let Some(rest) = self.clatters(a) {
-                let [least, most] = rest.map(|rest| interval(clock + rest));
-                let end = Interval::new(least.lo, most.hi);
-                found = Some(end);
-                if end.hi - end.lo <= CORNER_TAIL * end.lo {
-                    break;
-                }
-            }
-            if let Some(period) = recurrences.period(a, &self.gaps)
-                && let Some(t) = self.self_similar(a, period)
-            {
-                return Flight::Two { t: interval(clock) + t };
-            }
-            match self.next(a) {
-                Ok((hit, dt)) => (a, clock) = (hit, clock + dt),
-                Err(Uncertain::Never) => return Flight::Away,
+            match motion.next(a) {
+                Ok((hit, dt)) => (a, search.clock) = (hit, search.clock + dt),
+                Err(Uncertain::Never) => return Self::Away,
                 Err(_) => break,
             }
         }
-        found.map_or(Flight::Unknown, |t| Flight::Two { t })
+        Self::Unknown
     }
 
-    /// The time until both contacts rest, if the last `period` impacts certainly repeat for ever.
-    fn self_similar(&self, a: usize, period: usize) -> Option<Interval> {
-        let Model { g, psi, e, count, .. } = self.model;
-        let model = Model::new(g.map(interval), psi.map(interval), e.map(interval), *count);
-        let gaps =
-            self.gaps.map(|Gap { h, u }| Gap { h: interval(h).not_below_zero(), u: interval(u) });
-        model.self_similar(a, gaps, period)
+    /// As [`Flight::after_corner`], more precisely and more slowly, for a corner that exists and at which impacts do not chatter. `fine`: the
+    /// same model with more bits.
+    pub(crate) fn after_corner_finely(
+        model: &Model<Interval>,
+        fine: &Model<Ball>,
+        j: usize,
+        lets_go: [bool; 2],
+    ) -> Self {
+        let start = fine.corner(j).and_then(|(motion, a)| {
+            Some((Frame::new(Shape::of(motion.gaps, a)?), interval(motion.gaps[a].u)))
+        });
+        let Some((mut frame, mut size)) = start else { return Self::Unknown };
+        let mut search = Search::new(lets_go);
+        for _ in 0..FINE {
+            let shape = frame.shapes();
+            let motion = Motion::new(model, shape.gaps());
+            if let Some(flight) = search.end(&motion, shape.contact, size) {
+                return flight;
+            }
+            let Some((factor, time)) = frame.step(fine, model) else { break };
+            search.clock = search.clock + time * size;
+            size = factor * size;
+        }
+        Self::Unknown
+    }
+
+    /// This end after an earlier time, all speeds being larger by a factor.
+    fn after(self, clock: Interval, size: Interval) -> Self {
+        let later = |t: Interval| clock + t * size;
+        match self {
+            Self::One { kept, h, u, t } => {
+                Self::One { kept, h: h * size.square(), u: u * size, t: later(t) }
+            }
+            Self::Two { t } => Self::Two { t: later(t) },
+            other => other,
+        }
+    }
+}
+
+/// The search for the end of a flight, from impact to impact.
+struct Search {
+    lets_go: [bool; 2],
+    /// Time elapsed.
+    clock: Interval,
+    recurrences: Recurrences,
+}
+
+impl Search {
+    fn new(lets_go: [bool; 2]) -> Self {
+        Self { lets_go, clock: Interval::ZERO, recurrences: Recurrences::new() }
+    }
+
+    /// The end, if it follows from the state after an impact at `a`. All speeds are to be multiplied by `size`.
+    fn end(&mut self, motion: &Motion<Interval>, a: usize, size: Interval) -> Option<Flight> {
+        let one_rests = |kept: usize, Gap { h, u }: Gap<Interval>, t: Interval| {
+            Some(Flight::One { kept, h: h.not_below_zero(), u, t }.after(self.clock, size))
+        };
+        let rests = |i: &usize| motion.gaps[*i].is_at_rest() && !self.lets_go[*i];
+        if let Some(kept) = [a, 1 - a].into_iter().find(rests) {
+            if !motion.model.g[kept].is_not_negative() {
+                return Some(Flight::Unknown); // it may jam
+            }
+            return one_rests(kept, motion.gaps[1 - kept], Interval::ZERO);
+        }
+        if let Some(t) = motion.bounces(a)
+            && let Some(other) = motion.after_bounces(a, t)
+        {
+            return one_rests(a, other, t);
+        }
+        let period = self.recurrences.period(a, &motion.gaps)?;
+        let t = motion.model.self_similar(a, motion.gaps, period)?;
+        Some(Flight::Two { t }.after(self.clock, size))
     }
 }

@@ -40,6 +40,7 @@ use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
 
 mod flight;
+mod shape;
 mod similar;
 
 pub(crate) use flight::Flight;
