@@ -16,7 +16,7 @@ use crate::verified::{Gap, Model, Motion, interval, one};
 /// end is not certain, in frames.
 const AT_ONCE: usize = 256;
 const PLAIN: usize = 256;
-const FINE: usize = 512;
+const FINE: usize = 768;
 
 /// How the motion after a corner ends. `t`: duration of the flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,13 +86,13 @@ impl Flight {
             None => return Self::Unknown,
         }
         let Some((mut motion, mut a)) = model.corner(j) else { return Self::Unknown };
-        let mut search = Search::new(lets_go);
+        let mut clock = Interval::ZERO;
         for _ in 0..PLAIN {
-            if let Some(flight) = search.end(&motion, a, Interval::ONE) {
-                return flight;
+            if let Some(flight) = motion.ends(a, lets_go) {
+                return flight.after(clock, Interval::ONE);
             }
             match motion.next(a) {
-                Ok((hit, dt)) => (a, search.clock) = (hit, search.clock + dt),
+                Ok((hit, dt)) => (a, clock) = (hit, clock + dt),
                 Err(Uncertain::Never) => return Self::Away,
                 Err(_) => break,
             }
@@ -112,15 +112,21 @@ impl Flight {
             Some((Frame::new(Shape::of(motion.gaps, a)?), interval(motion.gaps[a].u)))
         });
         let Some((mut frame, mut size)) = start else { return Self::Unknown };
-        let mut search = Search::new(lets_go);
+        let mut clock = Interval::ZERO;
+        let mut recurrences = Recurrences::new();
         for _ in 0..FINE {
             let shape = frame.shapes();
             let motion = Motion::new(model, shape.gaps());
-            if let Some(flight) = search.end(&motion, shape.contact, size) {
-                return flight;
+            if let Some(flight) = motion.ends(shape.contact, lets_go) {
+                return flight.after(clock, size);
+            }
+            if let Some(period) = recurrences.period(&shape)
+                && let Some(t) = model.self_similar(fine, shape, period)
+            {
+                return Self::Two { t }.after(clock, size);
             }
             let Some((factor, time)) = frame.step(fine, model) else { break };
-            search.clock = search.clock + time * size;
+            clock = clock + time * size;
             size = factor * size;
         }
         Self::Unknown
@@ -139,38 +145,20 @@ impl Flight {
     }
 }
 
-/// The search for the end of a flight, from impact to impact.
-struct Search {
-    lets_go: [bool; 2],
-    /// Time elapsed.
-    clock: Interval,
-    recurrences: Recurrences,
-}
-
-impl Search {
-    fn new(lets_go: [bool; 2]) -> Self {
-        Self { lets_go, clock: Interval::ZERO, recurrences: Recurrences::new() }
-    }
-
-    /// The end, if it follows from the state after an impact at `a`. All speeds are to be multiplied by `size`.
-    fn end(&mut self, motion: &Motion<Interval>, a: usize, size: Interval) -> Option<Flight> {
+impl Motion<'_, Interval> {
+    /// The end of the flight, if one contact rests or bounces alone after an impact at `a`. `lets_go`: see [`Flight::after_corner`].
+    fn ends(&self, a: usize, lets_go: [bool; 2]) -> Option<Flight> {
         let one_rests = |kept: usize, Gap { h, u }: Gap<Interval>, t: Interval| {
-            Some(Flight::One { kept, h: h.not_below_zero(), u, t }.after(self.clock, size))
+            Some(Flight::One { kept, h: h.not_below_zero(), u, t })
         };
-        let rests = |i: &usize| motion.gaps[*i].is_at_rest() && !self.lets_go[*i];
+        let rests = |i: &usize| self.gaps[*i].is_at_rest() && !lets_go[*i];
         if let Some(kept) = [a, 1 - a].into_iter().find(rests) {
-            if !motion.model.g[kept].is_not_negative() {
+            if !self.model.g[kept].is_not_negative() {
                 return Some(Flight::Unknown); // it may jam
             }
-            return one_rests(kept, motion.gaps[1 - kept], Interval::ZERO);
+            return one_rests(kept, self.gaps[1 - kept], Interval::ZERO);
         }
-        if let Some(t) = motion.bounces(a)
-            && let Some(other) = motion.after_bounces(a, t)
-        {
-            return one_rests(a, other, t);
-        }
-        let period = self.recurrences.period(a, &motion.gaps)?;
-        let t = motion.model.self_similar(a, motion.gaps, period)?;
-        Some(Flight::Two { t }.after(self.clock, size))
+        let t = self.bounces(a)?;
+        one_rests(a, self.after_bounces(a, t)?, t)
     }
 }

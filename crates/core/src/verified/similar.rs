@@ -10,16 +10,19 @@
 //! If also the order of the landings is certain on all of Z and its images, then the impacts from Z never end. If a round of q impacts, of
 //! duration T u_a, multiplies u_a by f < 1, both gaps and both rates tend to zero within the time u_a T/(1 − f).
 
+use crate::math::ball::Ball;
 use crate::math::real::Enclosed;
 use crate::tolerance::SIMILAR_BOX;
 use crate::verified::shape::{I, Matrix, Shape, Step, difference, image, inverse, product, sum};
-use crate::verified::{Gap, Model};
+use crate::verified::{Model, interval};
 
 /// Longest cycle, and largest number of impacts after which the box must lie in itself.
 const LONGEST: usize = 12;
 const ROUND: usize = 96;
 /// Share of a box that its linear image may fill. The turn of complex eigenvectors makes the image of a square larger by up to √2.
 const FILLED: f64 = 0.6;
+/// Number of Newton's steps from a shape to the cycle. Their errors shrink quadratically.
+const NEWTON_STEPS: usize = 3;
 /// Number of proofs that are tried in a flight.
 const PROOFS: usize = 4;
 
@@ -57,14 +60,13 @@ pub(super) struct Recurrences {
 
 impl Recurrences {
     pub(super) fn new() -> Self {
-        let limit = (1.0 - FILLED) * SIMILAR_BOX;
+        let limit = SIMILAR_BOX;
         Self { last: [(0, [0.0; 2]); LONGEST + 1], count: 0, proofs: 0, limit }
     }
 
-    /// Adds an impact at `a`. The number of impacts since one of the same shape, if there is one.
-    pub(super) fn period(&mut self, a: usize, gaps: &[Gap<I>; 2]) -> Option<usize> {
-        let (u, Gap { h, u: rate }) = (gaps[a].u.middle(), gaps[1 - a]);
-        let now = [rate.middle() / u, h.middle() / (u * u)];
+    /// Adds an impact. The number of impacts since one of the same shape, if there is one.
+    pub(super) fn period(&mut self, shape: &Shape<I>) -> Option<usize> {
+        let (a, now) = (shape.contact, shape.at.map(I::middle));
         let places = self.last.len();
         let most = if self.proofs < PROOFS { LONGEST.min(self.count) } else { 0 };
         let found = (1..=most).find(|back| {
@@ -84,16 +86,28 @@ impl Recurrences {
 }
 
 impl Model<I> {
-    /// The time until both contacts rest, after an impact at `a` that has about the shape of the impact `period` impacts before; `None`
-    /// without a proof that the impacts of this cycle repeat for ever.
-    pub(super) fn self_similar(&self, a: usize, gaps: [Gap<I>; 2], period: usize) -> Option<I> {
-        let now = Shape::of(gaps, a)?;
-        let center = Shape { contact: a, at: now.at.map(|x| I::from(x.middle())) };
-        let mut j = [[I::ONE, I::ZERO], [I::ZERO, I::ONE]];
-        let mut shape = center;
-        for _ in 0..period {
-            let step = shape.step(self)?;
-            (shape, j) = (step.shape, product(step.tangent, j));
+    /// The time until both contacts rest, from the shape `now` and the size 1, if it is about the shape `period` impacts before; `None`
+    /// without a proof that the impacts of this cycle repeat for ever. `fine`: the same model with more bits.
+    pub(super) fn self_similar(
+        &self,
+        fine: &Model<Ball>,
+        now: Shape<I>,
+        period: usize,
+    ) -> Option<I> {
+        // Newton's steps to the cycle: (1 − J)(c' − c) = F^p(c) − c.
+        let unit = [[I::ONE, I::ZERO], [I::ZERO, I::ONE]];
+        let mut center = Shape { at: now.at.map(|x| I::from(x.middle())), ..now };
+        let mut j = unit;
+        for _ in 0..NEWTON_STEPS {
+            let mut shape = center;
+            j = unit;
+            for _ in 0..period {
+                let step = shape.step(self)?;
+                (shape, j) = (step.shape, product(step.tangent, j));
+            }
+            let slope = [0, 1].map(|i| difference(unit[i], j[i]));
+            let change = image(inverse(slope)?, difference(shape.at, center.at));
+            center.at = sum(center.at, change).map(|x| I::from(x.middle()));
         }
         // The units of v and y are 1 + |v| and y.
         let [v, y] = center.at.map(I::middle);
@@ -109,32 +123,41 @@ impl Model<I> {
         let back = inverse(x)?;
         [1.0, 0.1, 0.01].into_iter().find_map(|smaller| {
             let r = SIMILAR_BOX * smaller;
-            let round = self.round(center, x, r, impacts as usize)?;
+            let round = self.round(fine, center, x, r, impacts as usize)?;
             let off = image(back, difference(round.shape.at, center.at));
             let spread = image(product(back, round.tangent), [I::new(-r, r); 2]);
             let inside = |x: I| -r < x.lo && x.hi < r;
             let kept = sum(off, spread).into_iter().all(inside)
                 && image(back, difference(now.at, center.at)).into_iter().all(inside)
-                && round.shape.contact == a
+                && round.shape.contact == now.contact
                 && round.factor.hi < 1.0;
-            kept.then(|| gaps[a].u * (round.time / (I::ONE - round.factor)))
+            kept.then(|| round.time / (I::ONE - round.factor))
         })
     }
 
     /// This number of impacts: the image of the centre; the matrix A of the image of the box c + X[−r, r]², which lies in this image +
     /// A[−r, r]²; and factor and duration for all of the box.
-    fn round(&self, center: Shape<I>, x: Matrix, r: f64, impacts: usize) -> Option<Step> {
+    fn round(
+        &self,
+        fine: &Model<Ball>,
+        center: Shape<I>,
+        x: Matrix,
+        r: f64,
+        impacts: usize,
+    ) -> Option<Step> {
         let mut all = Step { shape: center, factor: I::ONE, time: I::ZERO, tangent: x };
+        let mut middle =
+            Shape { contact: center.contact, at: center.at.map(|x| Ball::from(x.middle())) };
         for _ in 0..impacts {
             let reach = image(all.tangent, [I::new(-r, r); 2]);
             let at = sum(all.shape.at, reach);
             let step = Shape { at, ..all.shape }.step(self)?;
-            let shape = all.shape.next(self)?.shape;
-            if shape.contact != step.shape.contact {
+            middle = middle.next(fine)?.shape;
+            if middle.contact != step.shape.contact {
                 return None;
             }
             all = Step {
-                shape,
+                shape: Shape { contact: middle.contact, at: middle.at.map(interval) },
                 time: all.time + all.factor * step.time,
                 factor: all.factor * step.factor,
                 tangent: product(step.tangent, all.tangent),
@@ -147,7 +170,6 @@ impl Model<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::ball::Ball;
     use crate::verified::Flight;
 
     /// The V of tan β = 8/15 with contacts at (∓1, 8/15), ρ = .4, e = .1, and the centre of mass at (−.9537479270315091,
