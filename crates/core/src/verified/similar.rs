@@ -1,7 +1,8 @@
 //! Self-similar ends of a flight: a cycle of impacts that repeats for ever, each time smaller by the same factor.
 //!
 //! Let F be the map of shapes from impact to impact (`shape.rs`), and f the factor of the size u_a. Near a cycle of p impacts at c let J be
-//! the product of the derivatives, and X its eigenvectors (real and imaginary part, if they are complex). The box Z = c + X[−r, r]² is mapped into itself by q impacts, q a multiple of p, if
+//! the product of the derivatives, and X its eigenvectors (real and imaginary part, if they are complex). The box Z = c + X[−r, r]² is
+//! mapped into itself by q impacts, q a multiple of p, if
 //!
 //! ```text
 //! X⁻¹(F^q(c) − c) + (X⁻¹ DF^q(Z) X)[−r, r]² ⊂ (−r, r)²     [mean value theorem; the matrices are multiplied first].
