@@ -39,7 +39,7 @@
 //!
 //! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
 //! clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the motion until it ends), `motion` (the loop
-//! over events), `auto` (choice of the model), `enclosure` (proved bounds). In the source each stands above those that use it, in
+//! over events), `auto` (choice of the model), `verified` (the local model in intervals), `enclosure` (proved bounds). In the source each stands above those that use it, in
 //! the order of `lib.rs`. `docs/architecture.md` lists them with their files.
 
 #![forbid(unsafe_code)]
@@ -63,6 +63,7 @@ mod collisions;
 mod sustained;
 mod motion;
 mod auto;
+mod verified;
 mod enclosure;
 pub mod simulate;
 pub mod stability;

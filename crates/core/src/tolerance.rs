@@ -411,9 +411,9 @@ pub(crate) const SHAPE_LOST: f64 = 1e-6;
 /// contact would last less than the rounding error of any time here. Range: 1e-140 to 1e-20.
 pub(crate) const SHAPE_AT_REST: f64 = 1e-100;
 
-/// Time left of a clattering tail below which the tail is added as an interval. Unit: duration of the flight so far. Range: 1e-15 to 1e-6;
-/// only width and cost of the enclosure depend on it.
-pub(crate) const CORNER_TAIL: f64 = 1e-12;
+/// Half-width of the largest box of shapes around a self-similar cycle that is tried: how much the impacts of all shapes in the box may
+/// differ. Unit: the shape. Range: 1e-5 to 1e-2; the proof is in intervals, and only its success depends on it.
+pub(crate) const SIMILAR_BOX: f64 = 1e-3;
 
 /// Difference of two directions below which an orbit has closed. Unit: rad. Only the start of a search depends on it; the certificate is
 /// proved in intervals. Range: 1e-13 to 1e-6.

@@ -8,13 +8,15 @@
 use crate::body::contact::quarter_turns;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::enclosure::{Claims, Gap, Model, NOTHING, ball};
+use crate::enclosure::{Claims, NOTHING, ball};
 use crate::flight::GapArc;
 use crate::math::ball::Ball;
+use crate::math::real::Enclosed;
 use crate::math::turn::Turn;
 use crate::options::Options;
 use crate::outcome::{Bounds, ContactNumber, EnclosedZeno, Enclosure, Uncertain};
 use crate::tolerance::FLIGHT_UNRESOLVED;
+use crate::verified::{Gap, Model};
 
 /// Number of terms of the series of sine and cosine. The truncated rest is below `LEFT_OUT` up to an angle of one.
 const TERMS: usize = 15;
@@ -89,7 +91,7 @@ impl Foot {
 
     /// Largest centripetal term of the rotation, to be compared with gravity: ω²√(b² + c²).
     fn lift(&self, omega: Ball) -> Option<Ball> {
-        Some(omega.square() * (self.b.square() + self.c.square()).sqrt()?)
+        Some(omega.square() * (self.b.square() + self.c.square()).root()?)
     }
 
     /// Whether the contact certainly does not enter the terrain at once.
@@ -175,11 +177,10 @@ fn feet_of(sine: &Sine, posture: &Posture, state: &State, local: bool) -> (Vec<F
 }
 
 /// The local model of a body, and its start.
-pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model, [Gap; 2])> {
+pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model<Ball>, [Gap<Ball>; 2])> {
     let (feet, n12) = feet_of(&Sine::new()?, posture, state, true);
     let rho2 = ball(posture.fields().gyration_radius).square();
-    let none = Gap { h: Ball::ZERO, u: Ball::ZERO };
-    let gap = |i: usize| feet.get(i).map_or(none, |foot| Gap { h: foot.h, u: foot.u });
+    let gap = |i: usize| feet.get(i).map_or(Gap::REST, |foot| Gap { h: foot.h, u: foot.u });
     let each = |of: fn(&Foot) -> Ball| [0, 1].map(|i| feet.get(i).map_or(Ball::ZERO, of));
     let psi = match feet[..] {
         [one, two] => {
@@ -188,8 +189,13 @@ pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model, [Gap;
         }
         _ => [Ball::ZERO; 2],
     };
-    let model = Model::of(each(|foot| foot.g), psi, each(|foot| foot.e), feet.len());
+    let model = Model::new(each(|foot| foot.g), psi, each(|foot| foot.e), feet.len());
     Some((model, [gap(0), gap(1)]))
+}
+
+/// The local model of a body.
+pub(crate) fn local_model(posture: &Posture) -> Option<Model<Ball>> {
+    local_of(posture, &State::at_rest([0.0; 3])).map(|(model, _)| model)
 }
 
 impl<'a> FullEnclosure<'a> {

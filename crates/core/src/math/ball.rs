@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::math::real::Ring;
+use crate::math::real::{Enclosed, Ring};
 
 /// A sum of two doubles, and the largest possible error of this sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,8 +41,6 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl Ball {
-    pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0, radius: 0.0 };
-
     fn around((hi, lo): (f64, f64), radius: f64) -> Self {
         Self { hi, lo, radius: (radius + ROUNDING * hi.abs()) * SLACK }
     }
@@ -71,37 +69,22 @@ impl Ball {
     pub(crate) fn clearance(self) -> f64 {
         ((self.hi.abs() / SLACK - self.radius) / SLACK).max(0.0)
     }
+}
 
-    pub(crate) fn is_positive(self) -> bool {
-        self.hi > 0.0 && self.clearance() > 0.0
+impl Ring for Ball {
+    fn half(self) -> Self {
+        self.scaled(0.5)
+    }
+}
+
+impl Enclosed for Ball {
+    const ZERO: Self = Self { hi: 0.0, lo: 0.0, radius: 0.0 };
+
+    fn square(self) -> Self {
+        self * self
     }
 
-    pub(crate) fn is_negative(self) -> bool {
-        (-self).is_positive()
-    }
-
-    /// Exactly zero, or certainly positive.
-    pub(crate) fn is_not_negative(self) -> bool {
-        self.is_zero() || self.is_positive()
-    }
-
-    /// Exactly zero.
-    pub(crate) fn is_zero(self) -> bool {
-        self == Self::ZERO
-    }
-
-    /// The lower and the upper one of two doubles that enclose the ball.
-    pub(crate) fn bounds(self) -> [f64; 2] {
-        if self.lo == 0.0 && self.radius == 0.0 {
-            return [self.hi; 2];
-        }
-        let at = |side: f64| self.hi + (self.lo + side * (self.radius * SLACK));
-        // The bracket is rounded by far less than an ulp of hi, or than the slack, the whole by half an ulp.
-        [at(-1.0).next_down(), at(1.0).next_up()]
-    }
-
-    /// The ball times a power of two.
-    pub(crate) fn scaled(self, power: f64) -> Self {
+    fn scaled(self, power: f64) -> Self {
         if self.is_zero() {
             return self;
         }
@@ -110,25 +93,8 @@ impl Ball {
         Self { hi, lo: self.lo * power, radius: radius * SLACK }
     }
 
-    pub(crate) fn square(self) -> Self {
-        self * self
-    }
-
-    pub(crate) fn max(self, other: Self) -> Self {
-        if (other - self).is_positive() {
-            other
-        } else if (self - other).is_positive() {
-            self
-        } else {
-            // One that contains both.
-            let middle = (self + other).scaled(0.5);
-            let radius = (self - other).size() + self.radius.max(other.radius);
-            Self { radius: (middle.radius + radius) * SLACK, ..middle }
-        }
-    }
-
     /// The quotient x/y. Its ball is q ± |x − q y|/min |y|, with any q near the quotient; `None` if y may be zero.
-    pub(crate) fn over(self, y: Self) -> Option<Self> {
+    fn over(self, y: Self) -> Option<Self> {
         let least = y.clearance();
         if least == 0.0 || least.is_infinite() {
             return None;
@@ -144,9 +110,9 @@ impl Ball {
         radius.is_finite().then_some(Self { radius, ..quotient })
     }
 
-    /// The square root of x. Its ball is s ± |x − s²|/(s + min √x), with any s > 0 near the root; `None` if x is not certain to be
-    /// positive.
-    pub(crate) fn sqrt(self) -> Option<Self> {
+    /// The square root of x. Its ball is s ± |x − s²|/(s + min √x), with any s > 0 near the root; `None` unless x is
+    /// exactly zero or certainly positive.
+    fn root(self) -> Option<Self> {
         if self.is_zero() {
             return Some(Self::ZERO);
         }
@@ -161,11 +127,39 @@ impl Ball {
         let radius = (self - root.square()).size() / least * (SLACK * SLACK);
         radius.is_finite().then_some(Self { radius, ..root })
     }
-}
 
-impl Ring for Ball {
-    fn half(self) -> Self {
-        self.scaled(0.5)
+    fn max(self, other: Self) -> Self {
+        if (other - self).is_positive() {
+            other
+        } else if (self - other).is_positive() {
+            self
+        } else {
+            // One that contains both.
+            let middle = (self + other).scaled(0.5);
+            let radius = (self - other).size() + self.radius.max(other.radius);
+            Self { radius: (middle.radius + radius) * SLACK, ..middle }
+        }
+    }
+
+    fn not_below_zero(self) -> Self {
+        self
+    }
+
+    fn is_positive(self) -> bool {
+        self.hi > 0.0 && self.clearance() > 0.0
+    }
+
+    fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+
+    fn bounds(self) -> [f64; 2] {
+        if self.lo == 0.0 && self.radius == 0.0 {
+            return [self.hi; 2];
+        }
+        let at = |side: f64| self.hi + (self.lo + side * (self.radius * SLACK));
+        // The bracket is rounded by far less than an ulp of hi, or than the slack, the whole by half an ulp.
+        [at(-1.0).next_down(), at(1.0).next_up()]
     }
 }
 
@@ -357,7 +351,7 @@ mod tests {
         #[test]
         fn roots_contain_the_exact_ones((a, xs) in any_ball()) {
             let least = xs.iter().min().unwrap();
-            let Some(root) = a.sqrt() else {
+            let Some(root) = a.root() else {
                 let sure = ordinary(&[a]) && a.hi > 0.0 && a.radius <= 0.99 * a.hi;
                 prop_assert!(!sure, "{a:?}");
                 return Ok(());
@@ -434,7 +428,7 @@ mod tests {
         let vast = Ball::from(1e308).scaled(2.0);
         assert!(x.over(vast).is_none() && !vast.is_positive());
         let wide = Ball { radius: 0.2, ..x };
-        assert!(wide.over(wide).is_none() && wide.sqrt().is_none());
+        assert!(wide.over(wide).is_none() && wide.root().is_none());
         assert!(!wide.is_positive() && !wide.is_negative());
     }
 

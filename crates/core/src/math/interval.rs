@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math::real::Ring;
+use crate::math::real::{Enclosed, Ring};
 
 /// All numbers from `lo` to `hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,6 @@ fn outward(lo: f64, hi: f64) -> Interval {
 }
 
 impl Interval {
-    pub(crate) const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
     pub(crate) const ONE: Self = Self { lo: 1.0, hi: 1.0 };
 
     pub(crate) fn new(lo: f64, hi: f64) -> Self {
@@ -31,14 +30,6 @@ impl Interval {
 
     pub(crate) fn middle(self) -> f64 {
         0.5 * self.lo + 0.5 * self.hi
-    }
-
-    pub(crate) fn is_positive(self) -> bool {
-        self.lo > 0.0
-    }
-
-    pub(crate) fn is_negative(self) -> bool {
-        self.hi < 0.0
     }
 
     pub(crate) fn contains_zero(self) -> bool {
@@ -65,12 +56,6 @@ impl Interval {
     /// The part of the interval at or above zero; `None` if it is empty.
     pub(crate) fn non_negative(self) -> Option<Self> {
         (self.hi >= 0.0).then(|| Self { lo: self.lo.max(0.0), hi: self.hi })
-    }
-
-    pub(crate) fn square(self) -> Self {
-        let (a, b) = (self.lo.abs(), self.hi.abs());
-        let least = if self.contains_zero() { 0.0 } else { a.min(b) };
-        Self { lo: (least * least).next_down().max(0.0), hi: (a.max(b) * a.max(b)).next_up() }
     }
 
     /// The square roots of the nonnegative numbers in the interval.
@@ -122,6 +107,56 @@ impl Add for Interval {
 impl Ring for Interval {
     fn half(self) -> Self {
         outward(0.5 * self.lo, 0.5 * self.hi)
+    }
+}
+
+impl Enclosed for Interval {
+    const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
+
+    fn square(self) -> Self {
+        let (a, b) = (self.lo.abs(), self.hi.abs());
+        let least = if self.contains_zero() { 0.0 } else { a.min(b) };
+        Self { lo: (least * least).next_down().max(0.0), hi: (a.max(b) * a.max(b)).next_up() }
+    }
+
+    fn scaled(self, power: f64) -> Self {
+        self.times(power)
+    }
+
+    fn over(self, y: Self) -> Option<Self> {
+        (!y.contains_zero()).then(|| self / y)
+    }
+
+    fn root(self) -> Option<Self> {
+        (self.lo >= 0.0).then(|| self.sqrt())
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self { lo: self.lo.max(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    fn not_below_zero(self) -> Self {
+        self.max(Self::ZERO)
+    }
+
+    fn is_positive(self) -> bool {
+        self.lo > 0.0
+    }
+
+    fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+
+    fn bounds(self) -> [f64; 2] {
+        [self.lo, self.hi]
+    }
+
+    fn is_negative(self) -> bool {
+        self.hi < 0.0
+    }
+
+    fn is_not_negative(self) -> bool {
+        self.lo >= 0.0
     }
 }
 
@@ -267,6 +302,10 @@ mod tests {
             } else {
                 check(&x, &y, a / b, |a, b| a / b)?;
             }
+            prop_assert_eq!(a.over(b), (!b.contains_zero()).then(|| a / b));
+            for (x, y) in x.1.iter().flat_map(|x| y.1.iter().map(move |y| (x, y))) {
+                prop_assert!(contains(a.max(b), x.max(y)), "{:?} {:?}", a, b);
+            }
             let factor = if b.lo.is_finite() { b.lo } else { b.hi };
             let point = exact(factor).unwrap();
             let points = (Interval::from(factor), [point.clone(), point.clone(), point]);
@@ -301,6 +340,7 @@ mod tests {
                     prop_assert!(low >= *x && high <= *x, "{:?} {:?}", a, root);
                 }
             }
+            prop_assert_eq!(a.root(), (a.lo >= 0.0).then_some(root));
             let part = a.non_negative();
             for x in xs.iter().filter(|x| **x >= zero()) {
                 prop_assert!(part.is_some_and(|part| contains(part, x)));
@@ -323,6 +363,7 @@ mod tests {
                 _ => None,
             };
             prop_assert_eq!(a.sign(), sign);
+            prop_assert_eq!((a.is_not_negative(), a.is_zero()), (least >= zero(), sign == Some(0)));
             if a.lo.is_finite() && a.hi.is_finite() {
                 let slack = exact(f64::from_bits(2)).unwrap();
                 let middle = exact(a.middle()).unwrap();

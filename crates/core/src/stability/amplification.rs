@@ -18,6 +18,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
 use crate::stability::certify::{CELLS, Graph, Grid, SlideEnd};
 use crate::stability::corner::{Arc, Cell, CornerMap, Form, FromRest, Image, Local};
 use crate::tolerance::BOUND_MARGIN;

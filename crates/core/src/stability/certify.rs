@@ -16,6 +16,7 @@
 use std::sync::OnceLock;
 
 use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
 use crate::stability::corner::{Away, Cell, CornerMap, Image, Images};
 use crate::tolerance::{
     CELL_LIMIT_ROUNDING, ORBIT_CLOSED, SLIDE_END, STRICT_DECREASE, TRIGONOMETRIC_ERROR,

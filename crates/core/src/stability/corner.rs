@@ -26,15 +26,14 @@ use smallvec::SmallVec;
 
 use crate::body::contact::{Contact, quarter_turns};
 use crate::body::posture::{Posture, PostureFields};
-use crate::impact::newton;
+use crate::enclosure;
 use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
 use crate::options::Jams;
-use crate::tolerance::{CORNER_TAIL, TRIGONOMETRIC_ERROR};
+use crate::tolerance::TRIGONOMETRIC_ERROR;
+use crate::verified::{Flight, Gap, Landing, Model};
 
 type I = Interval;
-
-/// Largest number of impacts of one flight (from a corner to the next Zeno point) that are computed one by one.
-const IMPACTS: usize = 256;
 
 /// Constants of a posture in its local model, per unit mass.
 #[derive(Debug, Clone)]
@@ -87,27 +86,6 @@ enum BothSlide {
     /// No mode is consistent.
     Jams,
     /// Several modes, or the intervals do not decide.
-    Unknown,
-}
-
-/// How the frictionless flight and impacts after a corner with landing speed y = 1 end. `t`: duration of the flight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Flight {
-    /// Contact `kept` rests. The other contact has this gap and gap rate.
-    One {
-        kept: usize,
-        h: I,
-        u: I,
-        t: I,
-    },
-    /// Both contacts rest.
-    Two {
-        t: I,
-    },
-    /// Neither contact lands again.
-    Away,
-    /// There is no such corner: the other contact does not stay on the terrain.
-    Nowhere,
     Unknown,
 }
 
@@ -606,200 +584,23 @@ impl Local {
         }
     }
 
-    /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if the intervals do not decide.
-    fn chatters(&self) -> Option<bool> {
-        match self.psi[0].sign() {
-            Some(1) => {}
-            Some(_) => return Some(false),
-            None => return None,
-        }
-        let p = [0, 1].map(|i| (I::ONE + self.e[i]) * self.psi[i]);
-        let bound = (self.e[0].sqrt() + self.e[1].sqrt()).square();
-        (p[0] * p[1] - bound).sign().map(|sign| sign >= 0)
-    }
-
-    /// Rates after an impact at i.
-    fn hit(&self, u: [I; 2], i: usize) -> [I; 2] {
-        let mut after = u;
-        let kappa = (I::ONE + self.e[i]) * self.psi[i];
-        [after[i], after[1 - i]] = newton::rates_after(self.e[i], kappa, -u[i], u[1 - i]);
-        after
-    }
-
-    /// The impacts at the instant at which contact j lands with speed 1 while the other one rests, and the flight after them.
-    fn flight(&self, j: usize) -> Flight {
-        if self.lets_go(1 - j) {
-            return Flight::Nowhere;
-        }
-        match self.chatters() {
-            Some(true) => return Flight::Two { t: I::ZERO },
-            Some(false) => {}
-            None => return Flight::Unknown,
-        }
-        let mut u = [I::ZERO; 2];
-        u[j] = -I::ONE;
-        let mut last = j;
-        for _ in 0..IMPACTS {
-            u = self.hit(u, last);
-            match u[1 - last].sign() {
-                Some(-1) => last = 1 - last,
-                Some(_) => return self.fly(last, u),
-                None => return Flight::Unknown,
-            }
-        }
-        Flight::Unknown
-    }
-
-    /// Flight from zero gaps, after an impact at a.
-    fn fly(&self, mut a: usize, mut u: [I; 2]) -> Flight {
-        let mut h = [I::ZERO; 2];
-        let mut t = I::ZERO;
-        for _ in 0..IMPACTS {
-            let b = 1 - a;
-            for (kept, rests) in [(a, u[a] == I::ZERO), (b, h[b] == I::ZERO && u[b] == I::ZERO)] {
-                let m = 1 - kept;
-                if !rests || self.lets_go(kept) {
-                    continue;
+    /// The ends of the motions after the corners at contact 1 and at contact 2 with landing speed 1.
+    fn flights(&self, posture: &Posture) -> [Flight; 2] {
+        let lets_go = [0, 1].map(|k| self.lets_go(k));
+        let model = Model::new(self.g, self.psi, self.e, 2);
+        let mut flights = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go));
+        if flights.contains(&Flight::Unknown)
+            && let Some(fine) = enclosure::local_model(posture)
+        {
+            for j in 0..2 {
+                // If one remains unknown, the other one rarely decides.
+                if flights[j] == Flight::Unknown && (j == 0 || flights[0] != Flight::Unknown) {
+                    flights[j] = Flight::after_corner_finely(&model, &fine, j, lets_go);
                 }
-                if !(self.g[kept].lo >= 0.0) {
-                    return Flight::Unknown; // it may jam
-                }
-                return Flight::One { kept, h: h[m], u: u[m], t };
-            }
-            if let Some((end, rate, duration)) = self.bounces(a, h[b], u) {
-                return Flight::One { kept: a, h: end, u: rate, t: t + duration };
-            }
-            if let Some(tail) = self.clatters(a, h[b], u)
-                && t.hi > 0.0
-                && tail.hi <= CORNER_TAIL * t.hi
-            {
-                return Flight::Two { t: t + I::new(0.0, tail.hi) };
-            }
-            let again = match self.g[a].sign() {
-                Some(1) => Some(u[a].times(2.0) / self.g[a]),
-                Some(_) => None,
-                None => return Flight::Unknown,
-            };
-            let lands = landing(h[b], u[b], -self.g[b]);
-            if lands.is_none() && !never_lands(h[b], u[b], -self.g[b]) {
-                return Flight::Unknown;
-            }
-            let (hit, dt) = match (lands, again) {
-                (None, None) => return Flight::Away,
-                (Some(lands), None) => (b, lands),
-                (None, Some(again)) => (a, again),
-                (Some(lands), Some(again)) => match (lands - again).sign() {
-                    Some(-1) => (b, lands),
-                    Some(1) => (a, again),
-                    _ => return Flight::Unknown,
-                },
-            };
-            let other = 1 - hit;
-            let next = |i: usize| h[i] + u[i] * dt - self.g[i] * dt.square().times(0.5);
-            let left = next(other);
-            let rate_hit = if hit == a {
-                -u[a]
-            } else {
-                -(u[b].square() + self.g[b] * h[b].times(2.0)).sqrt()
-            };
-            let rate_other = u[other] - self.g[other] * dt;
-            let mut rates = [I::ZERO; 2];
-            (rates[hit], rates[other]) = (rate_hit, rate_other);
-            u = self.hit(rates, hit);
-            h = [I::ZERO; 2];
-            let Some(left) = left.non_negative() else { return Flight::Unknown };
-            h[other] = left;
-            t = t + dt;
-            a = hit;
-        }
-        Flight::Unknown
-    }
-
-    /// The end of the bounces at a, if contact b is certainly above the terrain until then: gap and gap rate of b at the end, and the
-    /// duration.
-    fn bounces(&self, a: usize, h: I, u: [I; 2]) -> Option<(I, I, I)> {
-        let b = 1 - a;
-        let e = self.e[a];
-        let loss = I::ONE - e;
-        if !self.g[a].is_positive() {
-            return None;
-        }
-        let t = u[a].times(2.0) / (self.g[a] * loss);
-        let end = |g_b: I| h + t * (u[b] - t * (g_b + e * self.psi[a] * self.g[a]).times(0.5));
-        // Gravity that pulls b off only adds to its gap. Without it, the gap is concave between impacts.
-        let g_b = I::new(self.g[b].lo.max(0.0), self.g[b].hi.max(0.0));
-        if !end(g_b).is_positive() {
-            return None;
-        }
-        if !(self.psi[a].lo >= 0.0) {
-            // At the impacts the gap of b is h + p y − q y² with y in (0, 1), positive at both ends.
-            let kappa = (I::ONE + e) * self.psi[a];
-            let lift = kappa * u[a] * t / loss;
-            let p = u[b] * t + lift * loss / (I::ONE + e);
-            let q = g_b * t.square().times(0.5) + lift / (I::ONE + e);
-            let least = p.square() + (q * h).times(4.0);
-            if !(q.lo >= 0.0 || p.lo >= 0.0 || least.is_negative()) {
-                return None;
             }
         }
-        let rate = u[b] - self.g[b] * t - (I::ONE + e) * self.psi[a] * u[a] / loss;
-        Some((end(self.g[b]), rate, t))
+        flights
     }
-
-    /// An upper bound on the time until both contacts rest after an impact at a, if they certainly clatter to rest
-    /// [certificate for e_1 = e_2].
-    fn clatters(&self, a: usize, h: I, u: [I; 2]) -> Option<I> {
-        let b = 1 - a;
-        let e = self.e[0];
-        let presses = self.g.iter().all(|g| g.is_positive());
-        if !presses || self.e[0] != self.e[1] || !self.psi[0].is_positive() || !u[b].is_negative() {
-            return None;
-        }
-        let p = (I::ONE + e) * (self.psi[0] * self.psi[1]).sqrt();
-        let root = p.square() - e.times(4.0);
-        if !(root.lo >= 0.0) {
-            return None;
-        }
-        let large = (p + root.sqrt()).times(0.5);
-        let small = e / large;
-        let scale = (self.psi[a] / self.psi[b]).sqrt();
-        let ratio = scale * u[a] / -u[b];
-        if !(ratio.hi < large.lo) {
-            return None;
-        }
-        let most = I::from(ratio.hi.max(small.hi));
-        let kappa = most * most.square() / e.square();
-        let tau = landing(h, u[b], -self.g[b])?;
-        let eta = self.g[a] * tau / u[a].times(2.0);
-        let pull = (self.psi[b] / self.psi[a]).sqrt() * self.g[b] / self.g[a];
-        let certain =
-            kappa.hi < 1.0 && eta.hi < 1.0 && (pull * kappa * eta * (I::ONE - eta)).hi < 1.0;
-        // T0, an upper bound
-        certain.then(|| h / (-u[b] - scale * u[a] / large))
-    }
-}
-
-/// The time at which a gap h ≥ 0 with rate u and acceleration a becomes zero; `None` if this is not certain.
-fn landing(h: I, u: I, a: I) -> Option<I> {
-    let square = u.square() - (a * h).times(2.0);
-    if a.is_negative() {
-        let root = square.non_negative()?.sqrt();
-        let late = (u + root) / -a;
-        if u.hi < 0.0 {
-            let early = h.times(2.0) / (root - u);
-            return Some(I::new(early.lo.max(0.0), early.hi));
-        }
-        return Some(I::new(late.lo.max(0.0), late.hi));
-    }
-    if u.is_negative() && square.is_positive() {
-        return Some(h.times(2.0) / (square.sqrt() - u));
-    }
-    None
-}
-
-/// Landing speed of a gap h ≥ 0 with rate u and acceleration a: √(u² − 2ah).
-fn fall(h: I, u: I, a: I) -> I {
-    (u.square() - (a * h).times(2.0)).non_negative().map_or(I::ZERO, I::sqrt)
 }
 
 /// ξ/y for y ≥ 0.
@@ -820,11 +621,9 @@ fn shifted(x: I, a: I) -> I {
     I::new((x.lo + a.lo).next_down(), (x.hi + a.hi).next_up())
 }
 
-/// Whether a gap h ≥ 0 with rate u and acceleration a certainly never becomes zero.
-fn never_lands(h: I, u: I, a: I) -> bool {
-    let rises = u.lo >= 0.0 && a.lo >= 0.0;
-    let turns = a.is_positive() && (u.square() - (a * h).times(2.0)).is_negative();
-    rises || turns
+/// The next landing of a gap h ≥ 0 with rate u and acceleration a.
+fn landing(h: I, u: I, a: I) -> Landing<I> {
+    Gap { h, u }.landing(-a)
 }
 
 impl CornerMap {
@@ -837,7 +636,7 @@ impl CornerMap {
         let ends = |k: usize, side: f64| jams == Jams::Impact && local.jams_alone(k, side);
         let jump = |k: usize| sides[k].map(|side| ends(k, side).then(|| local.jump(k)));
         Some(Self {
-            flights: [local.flight(0), local.flight(1)],
+            flights: local.flights(posture),
             from_rest: [local.starts_from_rest(0), local.starts_from_rest(1)],
             both: [local.both(-1.0), local.both(1.0)],
             slides,
@@ -950,9 +749,10 @@ impl CornerMap {
         };
         let sign = f64::from(side);
         let slows = arc.along.times(sign).sign();
-        if let Some(t) = landing(h, u, arc.normal) {
+        let lands = landing(h, u, arc.normal);
+        if let Landing::In(t, factor) = lands {
             // ξ' = ξ + B y, y' = K y, if the sign of ξ' is still the same.
-            let (shift, factor) = (from + arc.along * t, fall(h, u, arc.normal));
+            let shift = from + arc.along * t;
             let clip = |x: I| {
                 if side > 0 { I::new(x.lo.max(0.0), x.hi) } else { I::new(x.lo, x.hi.min(0.0)) }
             };
@@ -987,15 +787,12 @@ impl CornerMap {
             }
             return;
         }
-        match slows {
-            Some(-1) => {
-                if !never_lands(h, u, arc.normal) {
-                    return images.push(Image::Unknown);
-                }
+        match (slows, lands) {
+            (Some(-1), Landing::Never) => {
                 let stop = -xi / arc.along;
                 self.stop(start, side, &arc, I::new(stop.lo.max(0.0), stop.hi), images);
             }
-            Some(_) if never_lands(h, u, arc.normal) => images.push(Image::Escape),
+            (Some(_), Landing::Never) => images.push(Image::Escape),
             _ => images.push(Image::Unknown),
         }
     }
@@ -1079,8 +876,8 @@ impl CornerMap {
             _ => return images.push(Image::Unknown),
         };
         match landing(h, u, arc.normal) {
-            Some(t) => {
-                let (xi, y) = (arc.along * t, fall(h, u, arc.normal));
+            Landing::In(t, y) => {
+                let xi = arc.along * t;
                 let size = (xi.square() + y.square()).sqrt().hi;
                 images.push(Image::Corner {
                     contact: m,
@@ -1090,8 +887,8 @@ impl CornerMap {
                     most: most.map_or(size, |most| most.min(size)),
                 });
             }
-            None if never_lands(h, u, arc.normal) => images.push(Image::Escape),
-            None => images.push(Image::Unknown),
+            Landing::Never => images.push(Image::Escape),
+            Landing::Unknown => images.push(Image::Unknown),
         }
     }
 
@@ -1141,8 +938,8 @@ impl CornerMap {
         let (i, m, l) = (1 - j, 1 - kept, &self.local);
         let arc = self.slides[kept][usize::from(right)]?;
         let from = l.beta[i][j] / l.alpha[i] + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
-        let time = landing(h, u, arc.normal)?;
-        Some((m, from, from + arc.along * time, fall(h, u, arc.normal)))
+        let Landing::In(time, factor) = landing(h, u, arc.normal) else { return None };
+        Some((m, from, from + arc.along * time, factor))
     }
 
     /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a landing

@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
+use crate::math::real::Enclosed;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::outcome::ContactNumber;
 use crate::stability::corner::CornerMap;

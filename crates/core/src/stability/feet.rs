@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::posture::Posture;
 use crate::error::{Error, non_negative};
 use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;

@@ -1,0 +1,232 @@
+//! The frictionless motion after a corner, until the next Zeno point.
+//!
+//! At a *corner* one contact is on the ground and contact j lands, here with speed 1. Impacts at this instant follow. They go on without
+//! end if p_1p_2 ≥ (√e_1 + √e_2)². Otherwise flights and impacts follow, until one contact bounces alone, or the impacts are those of a
+//! self-similar cycle. (Clattering, the other way to two contacts at rest, needs the same bound.)
+
+use crate::math::ball::Ball;
+use crate::math::interval::Interval;
+use crate::math::real::Enclosed;
+use crate::outcome::Uncertain;
+use crate::verified::shape::{Frame, Shape};
+use crate::verified::similar::Recurrences;
+use crate::verified::{Gap, Model, Motion, interval, one};
+
+/// Largest number of impacts of one flight that are computed one by one: those at the instant of the corner; in intervals; and then, if the
+/// end is not certain, in frames.
+const AT_ONCE: usize = 256;
+const PLAIN: usize = 256;
+const FINE: usize = 768;
+
+/// How the motion after a corner ends. `t`: duration of the flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Flight {
+    /// Contact `kept` rests. The other contact has this gap and gap rate.
+    One {
+        kept: usize,
+        h: Interval,
+        u: Interval,
+        t: Interval,
+    },
+    /// Both contacts rest.
+    Two {
+        t: Interval,
+    },
+    /// Neither contact lands again.
+    Away,
+    /// There is no such corner: the other contact does not stay on the terrain.
+    Nowhere,
+    Unknown,
+}
+
+impl<T: Enclosed> Model<T> {
+    /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if this is not certain.
+    fn chatters(&self) -> Option<bool> {
+        if (-self.psi[0]).is_not_negative() {
+            return Some(false);
+        }
+        let bound = (self.e[0].root()? + self.e[1].root()?).square();
+        let more = self.kappa[0] * self.kappa[1] - bound;
+        match (self.psi[0].is_positive(), more.is_not_negative(), more.is_negative()) {
+            (true, true, _) => Some(true),
+            (true, _, true) => Some(false),
+            _ => None,
+        }
+    }
+
+    /// The state after contact j has landed with speed 1, and after all impacts at this instant.
+    fn corner(&self, j: usize) -> Option<(Motion<'_, T>, usize)> {
+        let mut motion = Motion::new(self, [Gap::REST; 2]);
+        motion.gaps[j].u = -one::<T>();
+        let mut a = j;
+        for _ in 0..AT_ONCE {
+            motion.collide(a, -motion.gaps[a].u);
+            let other = motion.gaps[1 - a].u;
+            if other.is_not_negative() {
+                return Some((motion, a));
+            }
+            if !other.is_negative() {
+                return None;
+            }
+            a = 1 - a;
+        }
+        None
+    }
+}
+
+impl Flight {
+    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain.
+    pub(crate) fn after_corner(model: &Model<Interval>, j: usize, lets_go: [bool; 2]) -> Self {
+        if lets_go[1 - j] {
+            return Self::Nowhere;
+        }
+        match model.chatters() {
+            Some(true) => return Self::Two { t: Interval::ZERO },
+            Some(false) => {}
+            None => return Self::Unknown,
+        }
+        let Some((mut motion, mut a)) = model.corner(j) else { return Self::Unknown };
+        let mut clock = Interval::ZERO;
+        for _ in 0..PLAIN {
+            if let Some(flight) = motion.ends(a, lets_go) {
+                return flight.after(clock, Interval::ONE);
+            }
+            match motion.next(a) {
+                Ok((hit, dt)) => (a, clock) = (hit, clock + dt),
+                Err(Uncertain::Never) => return Self::Away,
+                Err(_) => break,
+            }
+        }
+        Self::Unknown
+    }
+
+    /// As [`Flight::after_corner`], more precisely and more slowly, for a corner that exists and at which impacts do not chatter. `fine`: the
+    /// same model with more bits.
+    pub(crate) fn after_corner_finely(
+        model: &Model<Interval>,
+        fine: &Model<Ball>,
+        j: usize,
+        lets_go: [bool; 2],
+    ) -> Self {
+        let start = fine.corner(j).and_then(|(motion, a)| {
+            Some((Frame::new(Shape::of(motion.gaps, a)?), interval(motion.gaps[a].u)))
+        });
+        let Some((mut frame, mut size)) = start else { return Self::Unknown };
+        let mut clock = Interval::ZERO;
+        let mut recurrences = Recurrences::new();
+        for _ in 0..FINE {
+            let shape = frame.shapes();
+            let motion = Motion::new(model, shape.gaps());
+            if let Some(flight) = motion.ends(shape.contact, lets_go) {
+                return flight.after(clock, size);
+            }
+            if let Some(period) = recurrences.period(&shape)
+                && let Some(t) = model.self_similar(fine, shape, period)
+            {
+                return Self::Two { t }.after(clock, size);
+            }
+            let Some((factor, time)) = frame.step(fine, model) else { break };
+            clock = clock + time * size;
+            size = factor * size;
+        }
+        Self::Unknown
+    }
+
+    /// This end after an earlier time, all speeds being larger by a factor.
+    fn after(self, clock: Interval, size: Interval) -> Self {
+        let later = |t: Interval| clock + t * size;
+        match self {
+            Self::One { kept, h, u, t } => {
+                Self::One { kept, h: h * size.square(), u: u * size, t: later(t) }
+            }
+            Self::Two { t } => Self::Two { t: later(t) },
+            other => other,
+        }
+    }
+}
+
+impl Motion<'_, Interval> {
+    /// The end of the flight, if one contact rests or bounces alone after an impact at `a`. `lets_go`: see [`Flight::after_corner`].
+    fn ends(&self, a: usize, lets_go: [bool; 2]) -> Option<Flight> {
+        let one_rests = |kept: usize, Gap { h, u }: Gap<Interval>, t: Interval| {
+            Some(Flight::One { kept, h: h.not_below_zero(), u, t })
+        };
+        let rests = |i: &usize| self.gaps[*i].is_at_rest() && !lets_go[*i];
+        if let Some(kept) = [a, 1 - a].into_iter().find(rests) {
+            if !self.model.g[kept].is_not_negative() {
+                return Some(Flight::Unknown); // it may jam
+            }
+            return one_rests(kept, self.gaps[1 - kept], Interval::ZERO);
+        }
+        let t = self.bounces(a)?;
+        one_rests(a, self.after_bounces(a, t)?, t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::math::cases::fixed;
+
+    proptest! {
+        #![proptest_config(fixed(31))]
+
+        /// Both ways of computation enclose the same end, for equal and unequal restitutions, couplings of either sign, and gravity that pulls
+        /// a contact off.
+        #[test]
+        fn the_finer_flight_lies_in_the_plain_one(
+            g in 0.2..2.0, other in -0.5..2.0, psi in -0.9..0.9, ratio in 0.2..5.0_f64, e in 0.05..0.8, share in 0.2..1.0, j in 0..2_usize,
+        ) {
+            let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi * ratio.min(1.0), psi / ratio.max(1.0)], [e, e * share]);
+            let rough = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
+            let fine = Model::new(g.map(Ball::from), psi.map(Ball::from), e.map(Ball::from), 2);
+            let plain = Flight::after_corner(&rough, j, [false; 2]);
+            prop_assume!(!matches!(plain, Flight::Unknown | Flight::Away) && rough.chatters() == Some(false));
+            let finer = Flight::after_corner_finely(&rough, &fine, j, [false; 2]);
+            let (Flight::One { kept, h, u, t }, Flight::One { kept: also, h: h2, u: u2, t: t2 }) = (plain, finer) else {
+                return Err(TestCaseError::fail(format!("{plain:?} {finer:?}")));
+            };
+            prop_assert_eq!(kept, also);
+            for (x, y) in [(h, h2), (u, u2), (t, t2)] {
+                prop_assert!(x.lo <= y.hi && y.lo <= x.hi, "{:?} {:?}", x, y);
+            }
+        }
+
+        /// Doubles, impact by impact, lie in the enclosure up to their rounding errors.
+        #[test]
+        fn a_flight_in_doubles_ends_alike(g in 0.2..2.0, other in 0.2..2.0, psi in -0.9..0.5, e in 0.05..0.6, j in 0..2_usize) {
+            let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi; 2], [e; 2]);
+            let model = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
+            let Flight::One { kept, h, t, .. } = Flight::after_corner(&model, j, [false; 2]) else { return Ok(()) };
+            let (mut gaps, mut rates, mut time, mut last) = ([0.0; 2], [0.0; 2], 0.0, j);
+            rates[j] = -1.0;
+            for _ in 0..2000 {
+                let w = rates[last];
+                rates[last] = -e[last] * w;
+                rates[1 - last] += (1.0 + e[last]) * psi[last] * w;
+                let flight = |i: usize| {
+                    let (h, u): (f64, f64) = (gaps[i], rates[i]);
+                    if i == last { 2.0 * u / g[i] } else { ((u * u + 2.0 * g[i] * h).sqrt() + u) / g[i] }
+                };
+                let both = [flight(0), flight(1)];
+                let next = if gaps[1 - last] == 0.0 && rates[1 - last] < 0.0 { 1 - last } else { usize::from(both[1] < both[0]) };
+                let dt = if gaps[next] == 0.0 && rates[next] < 0.0 { 0.0 } else { both[next] };
+                for i in 0..2 {
+                    gaps[i] += dt * (rates[i] - 0.5 * g[i] * dt);
+                    rates[i] -= g[i] * dt;
+                }
+                gaps[next] = 0.0;
+                (time, last) = (time + dt, next);
+                if rates[next].abs() < 1e-13 {
+                    break;
+                }
+            }
+            // The rounding errors of a flight grow from impact to impact.
+                let slack = 1e-9;
+                let near = |x: Interval, y: f64| x.lo - slack <= y && y <= x.hi + slack;
+            prop_assert!(near(t, time) && near(h, gaps[1 - kept]), "{t:?} {time} {h:?} {gaps:?}");
+        }
+    }
+}
