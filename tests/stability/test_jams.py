@@ -186,7 +186,7 @@ def test_wells_that_jam_are_stable_with_impacts():
 
 
 def test_a_wrong_rule_is_named():
-    with pytest.raises(ValueError, match=r"jams = "maybe""):
+    with pytest.raises(ValueError, match='jams = "maybe"'):
         sf.stability(paper_vee(0, 1), jams="maybe")
 
 
