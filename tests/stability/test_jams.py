@@ -106,7 +106,7 @@ def test_jams_at_five_places():
     verdict = sf.stability(posture, jams="impact")
     assert (verdict.frictional_stability, verdict.by) == ("unstable", "growing-cycle")
     assert sum(c["growth"] for c in verdict.evidence) > 0
-    assert "rest" not in ends(posture, "impact", np.random.default_rng(1))
+    assert ends(posture, "impact", np.random.default_rng(1))["escape"] > KICKS / 2
 
 
 def test_kicks_do_not_contradict_verdicts_under_either_rule(record_property):
