@@ -227,12 +227,12 @@ def check_rest(posture, verdict, found, rng, ended):
     way: then the run ends, and the verdict holds for each of them."""
     q, qdot = starts(posture, found, rng, KICKS)
     most = verdict.radius(ENERGY) * (1 + 1e-9) if verdict.stays else 1e-3
-    for options in laws_of(verdict):
+    full = {"model": "full", "q": (0, 0, 0)}
+    for options in [*laws_of(verdict), full]:
+        options = {"model": "local", "q": q} | options
         runs = sf.simulate_many(
             posture,
-            q,
-            qdot,
-            model="local",
+            qdot=qdot,
             event_limit=EVENTS,
             neighbourhood=math.sqrt(2) * most,  # of √(x² + y²)
             record=False,
@@ -241,7 +241,7 @@ def check_rest(posture, verdict, found, rng, ended):
         ended.update(runs.outcome.tolist())
         rested = np.isin(runs.outcome, ("rest", "event-limit", "ambiguous"))
         assert np.all(rested), (posture, options, set(runs.outcome))
-        if verdict.stays:
+        if verdict.stays and options["model"] == "local":
             rho = np.array([1, 1, posture.gyration_radius])
             assert np.abs(runs.q * rho).max() <= most
             # Energy never rises: also where impacts accumulate that are followed one by one until the limit of events.

@@ -185,6 +185,16 @@ def test_wells_that_jam_are_stable_with_impacts():
         assert set(runs.outcome) <= {"rest", "event-limit", "ambiguous"}, posture
 
 
+def test_trials_beside_a_wall():
+    """Upwards does not open a wall: random starts are moved away from it."""
+    feet = [
+        sf.Contact((0, 0), friction=0.6),
+        sf.Contact((1, 1), slope=math.pi / 2, friction=0.6),
+    ]
+    verdict = sf.stability(sf.Posture(1, 0.5, (0.3, 1), feet, 0.1), trials=50)
+    assert verdict.trials["rest"] == 50
+
+
 def test_a_wrong_rule_is_named():
     with pytest.raises(ValueError, match='jams = "maybe"'):
         sf.stability(paper_vee(0, 1), jams="maybe")
