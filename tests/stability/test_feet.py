@@ -17,7 +17,7 @@ KICKS = int(os.environ.get("STANDFAST_FEET_KICKS", "40"))
 WELLS = int(os.environ.get("STANDFAST_WELLS", "6"))
 RUNS = 50 if WELLS < 100 else 500
 #: Number of events after which a run ends. A proof does not bound them, and at a large restitution they are many.
-EVENTS = 5_000
+EVENTS = int(os.environ.get("STANDFAST_FEET_EVENTS", "5000"))
 
 
 def feet(points, slopes, frictions, com, rho, e, **more):
