@@ -1,0 +1,177 @@
+"""Certificates of verdicts: the scene as exact doubles, the claim, and what its checker needs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast import certificate
+from standfast._core import Posture, Verdict
+
+Vectors = npt.NDArray[np.float64]
+
+
+def make(verdict: Verdict) -> dict[str, Any]:
+    """The certificate of a verdict, which has been checked. Raises ValueError if there is none."""
+    if verdict.by is None:
+        raise ValueError(
+            "the verdict is undecided; only a decided one has a certificate"
+        )
+    posture = verdict.posture
+    found = {
+        "conventions": certificate.CONVENTIONS,
+        "scene": scene(posture, verdict.contacts),
+        **_claimed(
+            posture,
+            verdict.contacts,
+            verdict.frictional_stability,
+            verdict.by,
+            verdict.evidence,
+        ),
+    }
+    try:
+        certificate.check(found)
+    except ValueError as error:
+        raise ValueError(
+            f"the verdict is {verdict.frictional_stability}, but its certificate does not hold: {error}"
+        ) from error
+    return found
+
+
+def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
+    """The body on the contacts that touch, each on the straight line of its ground."""
+    feet = [(k, posture.contacts[k - 1]) for k in contacts]
+    rest = posture.restitution
+    return {
+        "mass": posture.mass.hex(),
+        "gyration_radius": posture.gyration_radius.hex(),
+        "center_of_mass": [float(part).hex() for part in posture.center_of_mass],
+        "gravity": posture.gravity.hex(),
+        "contacts": [
+            {
+                "number": k,
+                "point": [float(part).hex() for part in foot.point],
+                "slope": foot.slope.hex(),
+                "friction": foot.friction.hex(),
+                "restitution": (
+                    rest if foot.restitution is None else foot.restitution
+                ).hex(),
+            }
+            for k, foot in feet
+        ],
+    }
+
+
+def _claimed(
+    posture: Posture, contacts: Sequence[int], stability: str, by: str, evidence: Any
+) -> dict[str, Any]:
+    """The claim and its data, for a body on these contacts only."""
+    return {
+        "claim": {
+            "frictional_stability": stability,
+            "by": by,
+            "contacts": list(contacts),
+            "jams": "none",
+        },
+        "data": _data(posture, contacts, by, evidence),
+    }
+
+
+def _data(posture: Posture, contacts: Sequence[int], by: str, evidence: Any) -> Any:
+    def exact(values: Sequence[float]) -> list[str]:
+        return [float(value).hex() for value in values]
+
+    match by:
+        case "not-equilibrium":
+            return {"separates": exact(separating(posture, contacts).tolist())}
+        case "no-solution":
+            return {
+                "contacts": evidence["contacts"],
+                "slides": evidence["slides"],
+                "q": exact(evidence["q"]),
+                "qdot": exact(evidence["qdot"]),
+            }
+        case "theorem-3" | "theorem-3-loose" | "goyal":
+            return {}
+        case "well":
+            return {
+                "width": float(evidence["width"]).hex(),
+                "rays": [ray["contacts"] for ray in evidence["rays"]],
+            }
+        case "descending-pair":
+            return {
+                "rays": [ray["contacts"] for ray in evidence["rays"]],
+                "pairs": [
+                    _claimed(
+                        posture,
+                        pair["contacts"],
+                        pair["frictional_stability"],
+                        pair["by"],
+                        pair["evidence"],
+                    )
+                    for pair in evidence["pairs"]
+                ],
+            }
+        case "neutral":
+            return {"outer": evidence["outer"]}
+        case "accelerating-mode" if isinstance(evidence, str):
+            return {"word": evidence}
+    raise ValueError(
+        f"there is no certificate yet of a verdict by {by} with this evidence"
+    )
+
+
+def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:
+    """y with y·w ≥ 0 for the edges w of the friction cones, as forces and moments about the centre of mass, and y·e_y < 0.
+
+    The point nearest to zero in the convex hull of these edges and −e_y, all of length one, is such a y. If zero is in the hull, only
+    weak signs are possible, and exact directions are tried."""
+    feet = [posture.contacts[k - 1] for k in contacts]
+    edges = []
+    for foot in feet:
+        turn = np.array([np.cos(foot.slope), np.sin(foot.slope)])
+        arm = np.subtract(foot.point, posture.center_of_mass)
+        for side in (1, -1):
+            force = np.array([-turn[1], turn[0]]) + side * foot.friction * turn
+            moment = arm[0] * force[1] - arm[1] * force[0]
+            edges.append([*force, moment / posture.gyration_radius])
+    wrenches = np.array([*edges, [0.0, -1.0, 0.0]])
+    wrenches /= np.linalg.norm(wrenches, axis=1)[:, None]
+    found = nearest_to_zero(wrenches)
+    if np.min(wrenches @ found) <= 0:
+        tries = [np.array([x, -1.0, z]) for x in (-1, 0, 1) for z in (-1, 0, 1)]
+        found = max(tries, key=lambda y: float(np.min(wrenches @ y)))
+    return found / [1, 1, posture.gyration_radius]
+
+
+def nearest_to_zero(points: Vectors) -> Vectors:
+    """The point of the convex hull nearest to zero [Wolfe 1976]."""
+    active = [int(np.argmin(np.linalg.norm(points, axis=1)))]
+    weights = np.array([1.0])
+    for _ in range(1000):
+        x = weights @ points[active]
+        new = int(np.argmin(points @ x))
+        if points[new] @ x >= x @ x * (1 - 1e-12) or new in active:
+            break
+        active.append(new)
+        weights = np.append(weights, 0.0)
+        while True:
+            # The point of the affine hull nearest to zero.
+            n = len(active)
+            system = np.ones((n + 1, n + 1))
+            system[0, 0] = 0
+            system[1:, 1:] = points[active] @ points[active].T
+            aim = np.linalg.lstsq(system, np.eye(n + 1)[0], rcond=None)[0][1:]
+            if np.all(aim > 1e-14):
+                weights = aim
+                break
+            falls = aim < weights
+            step = np.min(weights[falls] / (weights - aim)[falls], initial=1.0)
+            weights = weights + step * (aim - weights)
+            keep = weights > 1e-14
+            if np.all(keep):
+                keep[int(np.argmin(weights))] = False
+            active = [k for k, kept in zip(active, keep, strict=True) if kept]
+            weights = weights[keep] / weights[keep].sum()
+    return np.asarray(weights @ points[active])
