@@ -1,5 +1,6 @@
 """Certificates of verdicts: the scene as exact doubles, the claim, and what its checker needs."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -115,11 +116,31 @@ def _data(posture: Posture, contacts: Sequence[int], by: str, evidence: Any) -> 
             }
         case "neutral":
             return {"outer": evidence["outer"]}
+        case "corner-map":
+            return {
+                "limits": exact(evidence["limits"]),
+                "potential": [exact(values) for values in evidence["potential"]],
+                "ends": [
+                    [None if end is None else float(end).hex() for end in ends]
+                    for ends in evidence["ends"]
+                ],
+            }
+        case "growing-cycle":
+            return {"corners": [_corner(corner) for corner in evidence]}
         case "accelerating-mode" if isinstance(evidence, str):
             return {"word": evidence}
+        case "accelerating-mode" if "phi" in evidence:
+            return {"corner": _corner(evidence)}
+        case "accelerating-mode":
+            return {"word": evidence["word"], "velocity": exact(evidence["velocity"])}
     raise ValueError(
         f"there is no certificate yet of a verdict by {by} with this evidence"
     )
+
+
+def _corner(corner: Any) -> dict[str, Any]:
+    """A corner: the contact that lands, and the speed of the slide of the other one over the landing speed."""
+    return {"contact": corner["contact"], "slope": math.tan(corner["phi"]).hex()}
 
 
 def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:

@@ -11,6 +11,7 @@ import pytest
 import standfast
 import standfast._core
 import standfast.certificate
+import standfast.certificate.intervals
 import standfast.cli
 import standfast.kicks
 import standfast.kicks_plot
@@ -57,6 +58,7 @@ def run_text(text, name):
     [
         standfast,
         standfast.certificate,
+        standfast.certificate.intervals,
         standfast.cli,
         standfast.kicks,
         standfast.kicks_plot,
