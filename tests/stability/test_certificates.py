@@ -10,13 +10,16 @@ import os
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
+import mpmath as mp
 import numpy as np
 import pytest
 import standfast as sf
 from bodies import paper_vee
 from feet import draw_feet
+from standfast.certificate import intervals as numbers
 from standfast.cli import main
 
 POSTURES = int(os.environ.get("STANDFAST_CERTIFICATES", "200"))
@@ -89,7 +92,7 @@ def refused(certificate):
 
 
 def tampered(certificate, rng):
-    """The same certificate with another claim, other rays, a changed number of its data, or a scene of which the claim is not proved."""
+    """What is changed, and the same certificate with another claim, other rays, a changed number of its data, or a scene of which the claim is not proved."""
     claim = certificate["claim"]
     flipped = {"stable": "unstable", "unstable": "stable"}
     for key, value in (
@@ -100,7 +103,7 @@ def tampered(certificate, rng):
     ):
         other = copy.deepcopy(certificate)
         other["claim"][key] = value
-        yield other
+        yield key, other
     for key, value in certificate["data"].items():
         other = copy.deepcopy(certificate)
         if key in ("rays", "pairs", "outer", "slides"):
@@ -110,11 +113,14 @@ def tampered(certificate, rng):
         elif key == "separates":
             other["data"][key][1] = (-float.fromhex(value[1])).hex()
         elif key == "potential":
-            # The bounds of the core on ln G are too large by less than 1/2.
+            # Where the core has no fast-slide ends, its bounds on ln G are too large by less than 1/2.
+            no_ends = certificate["data"]["ends"] == [[None, None]] * 2
             largest = [max(map(float.fromhex, part)) for part in value]
             j = int(np.argmax(largest))
             k = value[j].index(largest[j].hex())
-            other["data"][key][j][k] = (0.0 if largest[j] > 0.5 else -0.1).hex()
+            other["data"][key][j][k] = (
+                0.0 if largest[j] > 0.5 and no_ends else -0.1
+            ).hex()
         elif key == "limits":
             other["data"][key] = [*value[:3], *value[4:]]
         elif key == "corners":
@@ -123,7 +129,7 @@ def tampered(certificate, rng):
             other["data"][key] = [(-float.fromhex(part)).hex() for part in value]
         else:
             continue
-        yield other
+        yield key, other
     tries = 0
     while tries < 20:
         tries += 1
@@ -140,14 +146,14 @@ def tampered(certificate, rng):
         verdict = sf.stability(posture_of(scene))
         decided = {verdict.frictional_stability, claim["frictional_stability"]}
         if decided == {"stable", "unstable"} and not verdict.delicate:
-            yield other
+            yield "scene", other
             return
 
 
 def test_all_certificates_hold_and_no_false_one(record_property):
     rng = np.random.default_rng(7)
     found, times = collections.Counter(), collections.defaultdict(list)
-    false = 0
+    false = collections.Counter()
     for n in range(POSTURES):
         draw = (draw_pair, lambda rng: draw_feet(rng, rng.integers(3, 7)), draw_level)
         posture = draw[(0, 1, 0, 1, 2)[n % 5]](rng)
@@ -161,16 +167,16 @@ def test_all_certificates_hold_and_no_false_one(record_property):
         assert sf.certificate.check(again) is None
         times[verdict.by].append(1e3 * (time.perf_counter() - start))
         found[verdict.by] += 1
-        for other in tampered(certificate, rng):
+        for key, other in tampered(certificate, rng):
             refused(other)
-            false += 1
+            false[key] += 1
     took = {by: f"{np.median(ms):.1f} ({max(ms):.1f})" for by, ms in times.items()}
-    text = f"{POSTURES} postures: {dict(found)}; ms in the median (and at most): {took}; {false} false ones refused"
+    text = f"{POSTURES} postures: {dict(found)}; ms in the median (and at most): {took}; false ones refused: {dict(false)}"
     print(f"\n{text}")
     record_property("certificates", text)
     expected = {"not-equilibrium", "no-solution", "well", "theorem-3-loose", "neutral", "corner-map", "descending-pair", "accelerating-mode"}  # fmt: skip
     assert expected <= set(found)
-    assert false > 4 * sum(map(len, times.values()))
+    assert false.total() > 4 * sum(map(len, times.values()))
 
 
 PROGRAM = f"""
@@ -231,6 +237,72 @@ def test_on_the_command_line(tmp_path, capsys):
     assert f"{path}: line 3, column 1" in capsys.readouterr().err
     assert main(["check"]) == 2
     assert "check needs a certificate" in capsys.readouterr().err
+
+
+SCENES = ROOT / "tests" / "atlas" / "scenes"
+
+
+@pytest.mark.parametrize(
+    ("posture", "by"),
+    [
+        # y·w of the separating vector is of order 1e-9.
+        (sf.load(SCENES / "nearly_parallel_ground.toml").posture, "not-equilibrium"),
+        # A force is outside its friction cone by 1e-17 of the load: the strict reading holds by a tie.
+        (sf.load(SCENES / "sliding_to_a_stop.toml").posture, "theorem-3-loose"),
+        # A slide without friction on level ground neither speeds up nor slows down.
+        (sf.Posture.box(0.3, 0.5, friction=0, restitution=0.3), "accelerating-mode"),
+        # Forces and moments only just separate: two walls without friction squeeze nothing.
+        (sf.Posture(1, 0.4, (0, 0), [sf.Contact((x, 0), slope=x * math.pi / 2) for x in (-1, 1)], 0), "not-equilibrium"),
+    ],
+)  # fmt: skip
+def test_near_ties(posture, by):
+    certificate = sf.stability(posture).certificate()
+    assert certificate["claim"]["by"] == by
+    sf.certificate.check(certificate)
+
+
+def test_numbers_are_enclosed():
+    rng = np.random.default_rng(3)
+    mp.mp.prec = 400
+
+    def exact(x):
+        return mp.mpf(x) / numbers.UNIT
+
+    def encloses(interval, x, wide=1e-70):
+        assert exact(interval.lo) <= x <= exact(interval.hi)
+        assert interval.hi - interval.lo <= wide * numbers.UNIT
+
+    for _ in range(200):
+        angle = rng.uniform(-math.pi, math.pi)
+        cosine, sine = numbers.cosine_and_sine(angle)
+        encloses(cosine, mp.cos(angle))
+        encloses(sine, mp.sin(angle))
+        x, y = (float(part) for part in rng.normal(size=2) * 10.0 ** rng.uniform(-3, 3, 2))  # fmt: skip
+        a, b = (numbers.Interval.of(Fraction(part)) for part in (x, y))
+        encloses(a * b, mp.mpf(x) * y)
+        encloses(a / b, mp.mpf(x) / y, 1e-60)
+        encloses((a * a).sqrt(), abs(mp.mpf(x)))
+        encloses(a.square() - b, mp.mpf(x) ** 2 - y)
+        power = rng.uniform(-60, 60)
+        below = exact(numbers.exponential(numbers.Interval.of(Fraction(power)).lo))
+        assert 0 <= mp.exp(power) - below <= 1e-9 * mp.exp(power)
+
+
+def test_a_quadratic_polynomial_is_not_negative():
+    """(x − p)² + q, with one sign for the square, on an interval that may contain p."""
+    rng = np.random.default_rng(4)
+    found = collections.Counter()
+    for _ in range(500):
+        p, q, low, wide = rng.uniform(-1, 1, 4)
+        sign = int(rng.choice([-1, 1]))
+        low, high = Fraction(low), Fraction(low) + abs(Fraction(wide))
+        p, q = Fraction(p), Fraction(q)
+        least = min(sign * (x - p) ** 2 + q for x in (low, high, *((p,) if low < p < high else ())))  # fmt: skip
+        a, b, c = (numbers.Interval.of(part) for part in (Fraction(sign), -2 * sign * p, sign * p * p + q))  # fmt: skip
+        ends = [numbers.Interval.of(end).lo for end in (low, high)]
+        found[bool(least >= 0)] += 1
+        assert numbers.at_least_zero(a, b, c, *ends) == (least >= 0)
+    assert min(found[True], found[False]) > 100
 
 
 def test_an_undecided_verdict_has_no_certificate():

@@ -145,15 +145,18 @@ class Pair:
         forces = solve(matrix, pulls)
         signs = [force.sign() for force in forces]
         if signs == [1, 1]:
-            total: Vector = (ZERO, -body.gravity, ZERO)
-            for column, force in zip(columns, forces, strict=True):
-                total = plus(total, body.over_mass(scaled(column, force)))
-            speeding = dot(body.feet[0].tangent, total).times(sides[0]).sign()
+            # s̈ = zᵀM q̈, with N z = 0
+            speeding = -body.gravity * self.along[1]
+            for foot, side, force, alpha in zip(
+                body.feet, sides, forces, self.alpha, strict=True
+            ):
+                speeding = speeding - (foot.friction * force * alpha).times(side)
+            sign = speeding.times(way).sign()
             require(
-                speeding is not None,
+                sign is not None,
                 "whether a slide of both contacts stops is not certain",
             )
-            found.append(("both", speeding == -1))
+            found.append(("both", sign == -1))
         else:
             require(-1 in signs, "whether both contacts go on sliding is not certain")
         for k in range(2):
