@@ -239,6 +239,55 @@ def test_on_the_command_line(tmp_path, capsys):
     assert "check needs a certificate" in capsys.readouterr().err
 
 
+def test_a_certificate_does_not_hold_on_the_other_side_of_a_border():
+    """Between restitutions of 0.075 and 0.11 this posture changes from stable to unstable."""
+    feet = [sf.Contact((-1, 0), slope=-0.31, friction=0.89), sf.Contact((1, 0.25), slope=1.16, friction=0.89)]  # fmt: skip
+    verdicts = {e: sf.stability(sf.Posture(1, 0.38, (0.58, 0.95), feet, e)) for e in (0.075, 0.11)}  # fmt: skip
+    stable, unstable = (verdict.certificate() for verdict in verdicts.values())
+    assert (stable["claim"]["by"], unstable["claim"]["by"]) == ("corner-map", "growing-cycle")  # fmt: skip
+    stable["scene"], unstable["scene"] = unstable["scene"], stable["scene"]
+    assert refused(stable).startswith("corner-map: the potential of cell ")
+    assert refused(unstable).startswith("growing-cycle: ")
+
+
+def places(value, path=()):
+    """The paths of all parts of a JSON value."""
+    yield path
+    parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()  # fmt: skip
+    for key, part in parts:
+        yield from places(part, (*path, key))
+
+
+JUNK = (None, True, 0, -1, 10**400, 0.5, "", "x", "nan", "inf", "0x1p1000", "-0x1p-1000", "0x1p99999", [], [[]], {}, ["0x1p0"])  # fmt: skip
+
+
+def test_no_junk_is_more_than_refused():
+    """Any value in any place: the certificate holds or is refused."""
+    rng = np.random.default_rng(5)
+    base: dict[str, dict[str, object]] = {}
+    while len(base) < 7:
+        posture = (draw_pair, draw_level, lambda rng: draw_feet(rng, 3))[rng.integers(3)](rng)  # fmt: skip
+        verdict = sf.stability(posture)
+        if verdict.by is not None and not verdict.delicate:
+            base.setdefault(verdict.by, verdict.certificate())
+    ends = collections.Counter()
+    for _ in range(4 * POSTURES):
+        certificate = copy.deepcopy(base[rng.choice(sorted(base))])
+        path = list(places(certificate))
+        path = path[rng.integers(1, len(path))]
+        place = certificate
+        for key in path[:-1]:
+            place = place[key]
+        place[path[-1]] = JUNK[rng.integers(len(JUNK))]
+        try:
+            sf.certificate.check(certificate)
+            ends["holds"] += 1
+        except ValueError:
+            ends["refused"] += 1
+    print(ends)
+    assert ends["refused"] > 2 * POSTURES
+
+
 SCENES = ROOT / "tests" / "atlas" / "scenes"
 
 

@@ -204,7 +204,8 @@ COARSE = 128
 
 
 def exponential(x: int) -> int:
-    """A lower bound of e^x, in units, for a number in units."""
+    """A lower bound of e^x, in units, for a number in units. Above x = 1000 it is that of e^1000."""
+    x = min(x, 1000 * UNIT)
     one = 1 << COARSE
     # ln 2 = 2 artanh(1/3), from below.
     log_2, power, k = 0, 2 * one // 3, 1
