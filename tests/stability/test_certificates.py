@@ -18,8 +18,12 @@ import numpy as np
 import pytest
 import standfast as sf
 from bodies import paper_vee
+from corners import next_corner
 from feet import draw_feet
 from standfast.certificate import intervals as numbers
+from standfast.certificate.corners import Cell, Corners
+from standfast.certificate.scene import body_of
+from standfast.certificate_maker import scene
 from standfast.cli import main
 
 POSTURES = int(os.environ.get("STANDFAST_CERTIFICATES", "200"))
@@ -237,6 +241,45 @@ def test_on_the_command_line(tmp_path, capsys):
     assert f"{path}: line 3, column 1" in capsys.readouterr().err
     assert main(["check"]) == 2
     assert "check needs a certificate" in capsys.readouterr().err
+
+
+def test_the_corner_map_of_the_checker_is_that_of_the_simulator():
+    """Restitutions up to 0.3: with larger ones rounding errors of the simulator may grow from impact to impact. A corner that lands more slowly
+    than 1e-2 of its size may be none for the simulator."""
+    rng, found = np.random.default_rng(12), collections.Counter()
+    while found["corner"] < POSTURES // 2:
+        posture = draw_pair(rng)
+        lands, phi = int(rng.integers(2)), rng.uniform(-1.5, 1.5)
+        at = numbers.Interval.of(Fraction(math.tan(phi))).lo
+        cell = Cell.between(at, at)
+        try:
+            images = Corners(body_of(scene(posture, [1, 2]))).images(lands, cell)
+        except ValueError:
+            continue  # a sign is not certain, or a contact jams
+        if len(images) != 1 or posture.restitution > 0.3:
+            continue
+        [image] = images
+        then = next_corner(posture, lands, phi)
+        if image in ("rest", "escape"):
+            assert then is None, (posture, lands, phi, image, then)
+            found[image] += 1
+            continue
+        angles = [math.atan(end / numbers.UNIT) for end in (image.low, image.high)]
+        if abs(angles[0]) > math.atan(100):
+            continue
+        before = cell.xi.square() + cell.y.square()
+        growth = math.log(image.square.hi / before.hi) / 2
+        if then is None:
+            found["a landing in a closed sum, without an impact in the log"] += 1
+            continue
+        assert then[0] == image.contact, (posture, lands, phi)
+        # Rounding errors of the simulator.
+        assert then[1:] == pytest.approx((angles[0], growth), abs=1e-6), (posture, lands, phi)  # fmt: skip
+        assert angles[1] - angles[0] < 1e-12
+        found["corner"] += 1
+    print(found)
+    assert found["rest"] > 0
+    assert found["escape"] > 0
 
 
 def test_a_certificate_does_not_hold_on_the_other_side_of_a_border():
