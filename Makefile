@@ -80,7 +80,8 @@ long: wheel
 		tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
 	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(LONG) \
 		tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
-	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 $(LONG) tests/stability
+	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 \
+		STANDFAST_CERTIFICATES=5000 $(LONG) tests/stability
 
 # The bits of every answer on 11 000 seeded scenes beside those that tests/data/bits.txt has: half a minute.
 bits: EXTRA :=

@@ -18,6 +18,7 @@ Units are SI, angles are in rad, counterclockwise. Pairs have the order (tangent
 normal). Contacts are numbered from 1.
 """
 
+from standfast import certificate
 from standfast._core import (
     Contact,
     ContactMode,
@@ -83,6 +84,7 @@ __all__ = [
     "Verdict",
     "ZenoPoint",
     "__version__",
+    "certificate",
     "chatter_bound",
     "chatter_restitution",
     "clattering_bound",

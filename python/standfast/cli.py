@@ -1,4 +1,4 @@
-"""The command line: `standfast run SCENE`, `modes`, `stability`, `robustness`, `map`, `schema`.
+"""The command line: `standfast run SCENE`, `modes`, `stability`, `check`, `robustness`, `map`, `schema`.
 
 `EXIT_CODES` has the exit codes.
 """
@@ -51,6 +51,7 @@ STDOUT = Path("-")
 #: What a command needs, in words, by the name of the argument.
 NEEDED = {
     "--scene": "a scene file, TOML or JSON, such as examples/stairs.toml",
+    "--certificate": "a certificate, which standfast stability SCENE --certificate FILE writes",
     "--sizes": "--sizes SIZE,SIZE,... in m/s, such as --sizes 0.1,0.2,0.5",
     "--over": "--over PATH=LOW:HIGH:COUNT, such as --over center_of_mass.x=-1:1:200",
 }
@@ -180,6 +181,7 @@ def stability(
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
     json: Annotated[Path | None, _JSON] = None,
+    certificate: Annotated[Path | None, Parameter(negative=(), converter=_path)] = None,
 ) -> None:
     """Print whether the posture of a scene is stable, with the reason.
 
@@ -194,12 +196,43 @@ def stability(
     json
         Write the verdict with its evidence to this file, as JSON. With "-" the JSON goes to standard output and the report to
         standard error.
+    certificate
+        Write a certificate of the verdict to this file, as JSON: `standfast check` proves the verdict again from it.
     """
     _writable(json, "--json", scene)
+    _writable(certificate, "--certificate", scene)
+    if (
+        json is not None
+        and certificate is not None
+        and json.resolve() == certificate.resolve()
+    ):
+        raise ValueError(f"--certificate {certificate}: is also the file of --json")
     posture = sf.load(scene).posture
     with _of(scene):
         verdict = sf.stability(posture, trials=trials, seed=seed)
     _tell(verdict, f"{scene.name}\n{verdict}", json)
+    if certificate is not None:
+        with _of(scene):
+            found = verdict.certificate()
+        write_whole(certificate, f"{dumps(found, indent=1)}\n".encode())
+        _report(f"wrote {certificate}", json)
+
+
+@app.command
+def check(
+    certificate: Annotated[Path, Parameter(converter=_path)],
+) -> None:
+    """Prove a verdict again from its certificate, in exact arithmetic and without the core.
+
+    Parameters
+    ----------
+    certificate
+        File that `standfast stability SCENE --certificate FILE` has written.
+    """
+    with _of(certificate):
+        found = sf.certificate.read(certificate)
+        sf.certificate.check(found)
+    _say(f"{certificate.name}: {sf.certificate.summary(found)}")
 
 
 @app.command

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 import standfast
 import standfast._core
+import standfast.certificate
+import standfast.certificate.intervals
 import standfast.cli
 import standfast.kicks
 import standfast.kicks_plot
@@ -55,6 +57,8 @@ def run_text(text, name):
     "module",
     [
         standfast,
+        standfast.certificate,
+        standfast.certificate.intervals,
         standfast.cli,
         standfast.kicks,
         standfast.kicks_plot,
@@ -125,7 +129,9 @@ def test_the_examples_of_the_scope_table_run():
         exec(code, names)  # text of the page
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/impact_laws.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/impact_laws.md", "docs/certificates.md"]
+)
 def test_pages_python(page):
     """The blocks of a page, in one namespace."""
     examples = blocks("python", page)

@@ -89,8 +89,13 @@ def binding() -> Sources:
 
 
 def python() -> Sources:
+    """The text of each module; a folder is one module."""
     folder = CORE.parents[2] / "python" / "standfast"
-    return {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.py")}
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.py")}  # fmt: skip
+    for path in sorted(folder.glob("*/*.py")):
+        texts.setdefault(path.parent.name, "")
+        texts[path.parent.name] += path.read_text(encoding="utf-8")
+    return texts
 
 
 def circles(uses: dict[str, set[str]]) -> list[str]:
@@ -133,6 +138,10 @@ def used_in_python(texts: Sources) -> dict[str, set[str]]:
 def test_no_files_of_the_binding_or_of_the_package_use_one_another():
     assert circles(used_in_binding(binding())) == []
     assert circles(used_in_python(python())) == []
+
+
+def test_the_checker_of_certificates_uses_nothing_else():
+    assert used_in_python(python())["certificate"] == set()
 
 
 def test_a_circle_is_found():

@@ -277,6 +277,21 @@ impl PyVerdict {
         write_whole(py, path, self.verdict.to_json().into_bytes())
     }
 
+    /// A certificate of the verdict, ready for JSON: the scene as exact doubles, the claim, and what a checker needs. `sf.certificate.check` proves
+    /// the claim again from the scene, in Python with the standard library alone. docs/certificates.md has its form.
+    ///
+    /// Raises ValueError if the verdict is undecided, or if there is no certificate of its argument.
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
+    /// >>> certificate = sf.stability(rod).certificate()
+    /// >>> certificate["claim"]
+    /// {'frictional_stability': 'stable', 'by': 'theorem-3', 'contacts': [1, 2], 'jams': 'none'}
+    /// >>> sf.certificate.check(certificate)
+    fn certificate<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.certificate_maker")?.call_method1("make", (slf,))
+    }
+
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
         let mut again = py.import("standfast")?.getattr("stability")?;
         let keywords = PyDict::new(py);

@@ -1,0 +1,233 @@
+"""Claims on any number of contacts: no motion exists; the rays along which the body rises or descends."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from typing import Any
+
+from .intervals import (
+    ONE,
+    Interval,
+    Vector,
+    cross,
+    dot,
+    negative,
+    plus,
+    positive,
+    require,
+    scaled,
+)
+from .scene import Body, direction, entry, number
+from .words import SIDES, Pair
+
+
+def slides_of(data: Any, body: Body) -> list[tuple[int, int]]:
+    """The contacts that slide, by their places, and their directions."""
+    places = body.places(entry(data, "contacts", "data"))
+    ways = entry(data, "slides", "data")
+    require(
+        isinstance(ways, str) and len(ways) == len(places) and set(ways) <= set(SIDES),
+        f"data.slides {ways!r} has no letter R or L for each contact",
+    )
+    return [(i, SIDES[way]) for i, way in zip(places, ways, strict=True)]
+
+
+def no_solution(body: Body, data: Any) -> None:
+    """No motion exists from a start in which these contacts slide.
+
+    One contact i: k_i^σ < 0 < g_i, and a displacement closes contact i only. It is q less its part along M⁻¹N_i.
+    Two contacts: no word goes on from their slide (see `Pair.continuations`), and the displacement along z opens all others.
+    """
+    slides = slides_of(data, body)
+    speed = direction(body, data, "qdot")
+    for i, side in slides:
+        name = body.feet[i].name
+        positive(
+            dot(body.feet[i].tangent, speed).times(side), f"σ v_t of contact {name}"
+        )
+    if len(slides) == 1:
+        [(i, side)] = slides
+        foot = body.feet[i]
+        negative(body.stiffness(i, side), f"k of contact {foot.name}")
+        positive(body.pull(i), f"g of contact {foot.name}")
+        place = direction(body, data, "q")
+        back = dot(foot.normal, place) / body.couple(foot.normal, foot.normal)
+        place = plus(place, scaled(body.over_mass(foot.normal), -back))
+        for k, other in enumerate(body.feet):
+            if k != i:
+                positive(dot(other.normal, place), f"the gap of contact {other.name}")
+        return
+    require(len(slides) == 2, "data.contacts are not one or two contacts")
+    slides.sort()
+    pair = Pair(body.part([body.feet[i].name for i, _ in slides]))
+    sides = [side for _, side in slides]
+    ways = [way for way in (1, -1) if [pair.side(k, way) for k in range(2)] == sides]
+    require(bool(ways), "the contacts do not slide together in these directions")
+    require(
+        not pair.continuations(ways[0]),
+        "a word goes on from the slide of both contacts",
+    )
+    if len(body.feet) > 2:
+        opens = [
+            dot(foot.normal, pair.along).sign()
+            for k, foot in enumerate(body.feet)
+            if k not in [i for i, _ in slides]
+        ]
+        require(
+            opens in ([1] * len(opens), [-1] * len(opens)),
+            "the two contacts do not stay closed while all others open",
+        )
+
+
+@dataclass(frozen=True)
+class Ray:
+    """A direction that keeps two contacts closed, by their places, and opens all others."""
+
+    pair: tuple[int, int]
+    direction: Vector
+    rise: int | None
+
+
+def mirrored(body: Body, i: int, j: int) -> bool:
+    """Whether two contacts are mirror images in the vertical line through the centre of mass."""
+    one, two = body.feet[i], body.feet[j]
+    exact = Fraction(one.point[0]) + Fraction(two.point[0])
+    return (
+        exact == 2 * Fraction(body.center[0])
+        and one.point[1] == two.point[1]
+        and one.slope == -two.slope
+        and one.point[0] != two.point[0]
+    )
+
+
+def rays(body: Body, data: Any) -> list[Ray]:
+    """The extreme rays of {q : N q ≥ 0}, which have to be those of the certificate."""
+    found = []
+    for i, j in combinations(range(len(body.feet)), 2):
+        z = cross(body.feet[i].normal, body.feet[j].normal)
+        opens = [
+            dot(foot.normal, z).sign()
+            for k, foot in enumerate(body.feet)
+            if k not in (i, j)
+        ]
+        if 1 in opens and -1 in opens:
+            continue
+        names = f"contacts {body.feet[i].name} and {body.feet[j].name}"
+        require(
+            bool(opens) and opens in ([1] * len(opens), [-1] * len(opens)),
+            f"what {names} leave open is not certain",
+        )
+        z = scaled(z, ONE.times(opens[0] or 0))
+        rise = 0 if mirrored(body, i, j) else z[1].sign()
+        require(
+            rise is not None, f"the sign of y along the ray of {names} is not certain"
+        )
+        found.append(Ray((i, j), z, rise))
+    pairs = [[body.feet[k].name for k in ray.pair] for ray in found]
+    stated = entry(data, "rays", "data")
+    require(stated == pairs, f"data.rays are {stated!r}, the rays are {pairs!r}")
+    require(bool(found), "the contacts leave no ray")
+    return found
+
+
+def moves_on(body: Body, found: Sequence[Ray]) -> None:
+    """From every state a motion exists: no exposed contact jams while it slides alone, and no pair while it slides along its ray."""
+    for i in sorted({i for ray in found for i in ray.pair}):
+        if body.pull(i).hi > 0:
+            for way, side in SIDES.items():
+                positive(
+                    body.stiffness(i, side), f"k of contact {body.feet[i].name}, {way}"
+                )
+    for ray in found:
+        goes_on(Pair(body.part([body.feet[k].name for k in ray.pair])))
+
+
+def goes_on(pair: Pair) -> None:
+    names = [foot.name for foot in pair.body.feet]
+    for way in (1, -1):
+        require(
+            bool(pair.continuations(way)),
+            f"contacts {names} jam while both slide ({pair.word(way)})",
+        )
+
+
+def well(body: Body, data: Any) -> None:
+    """All rays ascend, by at least w times their largest component, and a motion always exists."""
+    found = rays(body, data)
+    width = Interval.of(Fraction(number(entry(data, "width", "data"), "data.width")))
+    positive(width, "data.width")
+    for ray in found:
+        x, y, turn = ray.direction
+        name = f"the ray of contacts {[body.feet[k].name for k in ray.pair]}"
+        for part, of in (
+            (x, "x"),
+            (-x, "x"),
+            (y, "y"),
+            (turn * body.rho, "ρθ"),
+            (-turn * body.rho, "ρθ"),
+        ):
+            rest = y - width * part
+            require(
+                rest.lo >= 0,
+                f"y - w|{of}| of {name} is not certainly at least 0: {rest}",
+            )
+        positive(y, f"y of {name}")
+    moves_on(body, found)
+
+
+def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) -> str:
+    """One ray does not ascend, and its pair decides; or the pairs of all rays that descend do not hold the body. `claimed` checks the claim
+    on a pair as the only contacts."""
+    found = rays(body, data)
+    core = [ray for ray in found if ray.rise != 1]
+    pairs = entry(data, "pairs", "data")
+    require(isinstance(pairs, list), "data.pairs is not a list")
+    names = [[body.feet[k].name for k in ray.pair] for ray in core]
+    stated = [
+        entry(entry(pair, "claim", "pair"), "contacts", "claim") for pair in pairs
+    ]
+    require(
+        stated == names,
+        f"data.pairs are {stated!r}, the pairs of the rays that do not ascend are {names!r}",
+    )
+    require(bool(core), "all rays ascend")
+    verdicts = []
+    for pair in pairs:
+        claim = entry(pair, "claim", "pair")
+        verdicts.append((claimed(body.part(claim["contacts"]), pair), claim.get("by")))
+    if len(core) == 1 and verdicts[0][0] == "stable":
+        moves_on(body, found)
+        return "stable"
+    require(all(ray.rise == -1 for ray in core), "a ray is level")
+    require(
+        len(core) == 1 or all(by == "not-equilibrium" for _, by in verdicts),
+        "several pairs descend, and one of them may hold the body",
+    )
+    return "unstable"
+
+
+def neutral(body: Body, data: Any) -> None:
+    """Level ground, or two contacts that are mirror images: λ > 0 on the outer contacts, friction at all, k > 0, and a slide of both goes on."""
+    outer = body.places(entry(data, "outer", "data"))
+    require(len(outer) == 2, "data.outer are not two contacts")
+    if not (len(body.feet) == 2 and mirrored(body, 0, 1)):
+        x = [foot.point[0] for foot in body.feet]
+        require(all(foot.slope == 0 for foot in body.feet), "the ground is not level")
+        low, high = x[outer[0]], x[outer[1]]
+        require(
+            low < high
+            and all(low < x[k] < high for k in range(len(x)) if k not in outer),
+            "data.outer are not the outer contacts",
+        )
+    for foot in body.feet:
+        positive(foot.friction, f"the friction of contact {foot.name}")
+    for i in outer:
+        for way, side in SIDES.items():
+            positive(
+                body.stiffness(i, side), f"k of contact {body.feet[i].name}, {way}"
+            )
+    pair = Pair(body.part(sorted(body.feet[i].name for i in outer)))
+    for foot, weight in zip(pair.body.feet, pair.weights, strict=True):
+        positive(weight, f"λ of contact {foot.name}")
+    goes_on(pair)

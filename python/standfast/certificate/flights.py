@@ -1,0 +1,328 @@
+"""From a corner to the next Zeno point: impacts without friction, until one contact or both come to rest.
+
+A corner: contact i rests or slides on its ground, contact j lands with speed y. With z along which both slide, zᵀMz = 1, and the gap rates u,
+
+    q̇ = s z + M⁻¹NᵀD⁻¹u     v_t,i = α_i s + Σ_j β_ij u_j     ξ = v_t,i/α_i = s − (β_ij/α_i) y
+
+Impacts do not change s, so that what follows depends on ξ and y by its size and by ξ/y only.
+"""
+
+from dataclasses import dataclass
+
+from .intervals import ONE, UNIT, ZERO, Interval, require, solve
+from .scene import Body
+from .words import Pair
+
+#: Largest number of impacts of one flight.
+IMPACTS = 256
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Accelerations while one contact, or both, stay on the ground: of ξ (or s), and of the gap of the other contact."""
+
+    along: Interval
+    normal: Interval
+
+
+@dataclass(frozen=True)
+class Flight:
+    """From a corner with y = 1: contact `kept` comes to rest after t, the other one has gap h and rate u; `kept` None: both rest;
+    `away`: neither lands again."""
+
+    kept: int | None
+    h: Interval
+    u: Interval
+    t: Interval
+    away: bool = False
+
+
+@dataclass(frozen=True)
+class Lands:
+    """The slide after a corner with y = 1 ends with a landing: its duration, and B and K of ξ' = ξ + B y, y' = K y."""
+
+    t: Interval
+    bend: Interval
+    factor: Interval
+
+
+@dataclass(frozen=True)
+class Course:
+    """What follows the corners at a contact: the flight, and, for y = 1, the slide that begins at ξ + shift, for each sign of that."""
+
+    flight: Flight
+    shift: Interval
+    lands: dict[int, Lands | None]
+
+
+def not_below_zero(value: Interval, name: str) -> Interval:
+    require(value.hi >= 0, f"{name} is negative: {value}")
+    return Interval(max(value.lo, 0), value.hi)
+
+
+def landing(h: Interval, u: Interval, a: Interval) -> Interval | None:
+    """The time at which a gap h ≥ 0 with rate u and acceleration a becomes zero; None if that is not certain."""
+    square = u.square() - (a * h).times(2)
+    if a.hi < 0:
+        root = square.sqrt()
+        if u.hi < 0:
+            return not_below_zero(h.times(2) / (root - u), "a time")
+        return not_below_zero((u + root) / -a, "a time")
+    if u.hi < 0 and square.lo > 0:
+        return h.times(2) / (square.sqrt() - u)
+    return None
+
+
+def never_lands(h: Interval, u: Interval, a: Interval) -> bool:
+    """Whether such a gap certainly never becomes zero."""
+    rises = u.lo >= 0 and a.lo >= 0
+    return rises or (a.lo > 0 and (u.square() - (a * h).times(2)).hi < 0)
+
+
+def fall(h: Interval, u: Interval, a: Interval) -> Interval:
+    """The landing speed √(u² − 2ah)."""
+    return (u.square() - (a * h).times(2)).sqrt()
+
+
+class Flights:
+    """The flights of a body on two contacts, and the slides and rolls after them."""
+
+    def __init__(self, body: Body) -> None:
+        require(len(body.feet) == 2, "the body does not stand on two contacts")
+        self.body, self.pair = body, Pair(body)
+        self.g = [body.pull(0), body.pull(1)]
+        self.e = [foot.restitution for foot in body.feet]
+        self.psi, self.alpha = self.pair.psi, self.pair.alpha
+        nn = self.pair.coupling
+        self.nn = nn
+        self.tn = [
+            [body.couple(one.tangent, two.normal) for two in body.feet]
+            for one in body.feet
+        ]
+        self.tt = [body.couple(foot.tangent, foot.tangent) for foot in body.feet]
+        self.down = [-(body.gravity * foot.tangent[1]) for foot in body.feet]
+        self.drift = -(body.gravity * self.pair.along[1])
+        det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0]
+        self.beta = [
+            [
+                (self.tn[i][j] * nn[1 - j][1 - j] - self.tn[i][1 - j] * nn[1 - j][j])
+                / det
+                for j in range(2)
+            ]
+            for i in range(2)
+        ]
+        self.slides = [
+            {way: self.slide(k, self.pair.side(k, way)) for way in (1, -1)}
+            for k in range(2)
+        ]
+        self.starts = [self.from_rest(k) for k in range(2)]
+        self.courses: dict[int, Course | None] = {}
+
+    def leaves_alone(self, k: int) -> bool:
+        """Whether gravity pulls contact k off its ground: it has no motion there while the other one is in the air."""
+        return self.g[k].hi < 0
+
+    def slide(self, k: int, side: int) -> Arc | None:
+        """Contact k slides in direction σ, the other one is in the air; None unless it is pressed onto its ground and does not jam."""
+        m, body = 1 - k, self.body
+        if self.g[k].lo < 0 or body.stiffness(k, side).lo <= 0:
+            return None
+        force = self.g[k] / body.stiffness(k, side)
+        column = body.rubbing(k, side)
+        pull = self.down[k] + force * body.couple(body.feet[k].tangent, column)
+        lift = force * body.couple(body.feet[m].normal, column) - self.g[m]
+        return Arc(pull / self.alpha[k], lift)
+
+    def from_rest(self, k: int) -> tuple[int, Arc] | None:
+        """The motion of contact k from rest, the other one in the air: the sign of its ξ, 0 if it stays, and its accelerations. None unless
+        exactly one is certain."""
+        if self.g[k].lo < 0:
+            return None
+        m = 1 - k
+        normal, tangential = solve(
+            [[self.nn[k][k], self.tn[k][k]], [self.tn[k][k], self.tt[k]]],
+            [self.g[k], -self.down[k]],
+        )
+        most = self.body.feet[k].friction * normal
+        sides = [most - tangential, most + tangential]
+        found = []
+        if all(part.lo > 0 for part in sides):
+            lift = normal * self.nn[m][k] + tangential * self.tn[k][m] - self.g[m]
+            found.append((0, Arc(ZERO, lift)))
+        elif not any(part.hi < 0 for part in sides):
+            return None
+        for way in (1, -1):
+            arc = self.slides[k][way]
+            stiffness = self.body.stiffness(k, self.pair.side(k, way))
+            if arc is None and stiffness.hi < 0 < self.g[k].lo:
+                continue  # its normal force would be negative
+            if arc is None or (sign := arc.along.times(way).sign()) is None:
+                return None
+            if sign == 1:
+                found.append((way, arc))
+        return found[0] if len(found) == 1 else None
+
+    def hit(self, u: list[Interval], i: int) -> list[Interval]:
+        """Rates after an impact at i: u_i' = −e u_i, u_j' = u_j + (1+e)ψ_i u_i."""
+        after = list(u)
+        after[i] = self.e[i] * -u[i]
+        after[1 - i] = u[1 - i] + (ONE + self.e[i]) * self.psi[i] * u[i]
+        return after
+
+    def chatters(self) -> bool:
+        """Whether the impacts of two closed contacts alternate for ever: ψ > 0 and Goyal's bound."""
+        sign = self.psi[0].sign()
+        require(sign is not None, "the sign of ψ is not certain")
+        if sign != 1:
+            return False
+        p = [(ONE + self.e[i]) * self.psi[i] for i in range(2)]
+        room = p[0] * p[1] - (self.e[0].sqrt() + self.e[1].sqrt()).square()
+        require(
+            room.sign() is not None, "whether impacts alternate for ever is not certain"
+        )
+        return room.lo >= 0
+
+    def flight(self, j: int) -> Flight | None:
+        """From a corner at j with y = 1, the other contact on its ground."""
+        if self.leaves_alone(1 - j):
+            return None
+        if self.chatters():
+            return Flight(None, ZERO, ZERO, ZERO)
+        u, last = [ZERO, ZERO], j
+        u[j] = -ONE
+        for _ in range(IMPACTS):
+            u = self.hit(u, last)
+            sign = u[1 - last].sign()
+            require(sign is not None, "the order of impacts is not certain")
+            if sign != -1:
+                return self.fly(last, u)
+            last = 1 - last
+        raise ValueError(f"more than {IMPACTS} impacts at one instant")
+
+    def fly(self, a: int, u: list[Interval]) -> Flight:
+        """From zero gaps, after an impact at a."""
+        h, t = [ZERO, ZERO], ZERO
+        for _ in range(IMPACTS):
+            b = 1 - a
+            for kept, rests in (
+                (a, u[a].sign() == 0),
+                (b, h[b].sign() == 0 and u[b].sign() == 0),
+            ):
+                if rests and not self.leaves_alone(kept):
+                    require(self.g[kept].lo >= 0, "the sign of g is not certain")
+                    return Flight(kept, h[1 - kept], u[1 - kept], t)
+            if (last := self.bounces(a, h[b], u)) is not None:
+                return Flight(a, last[0], last[1], t + last[2])
+            tail = self.clatters(a, h[b], u)
+            if tail is not None and 0 < tail.hi <= t.hi >> 39:
+                return Flight(None, ZERO, ZERO, t + Interval(0, tail.hi))
+            own = self.g[a].sign()
+            require(own is not None, "the sign of g is not certain")
+            again = u[a].times(2) / self.g[a] if own == 1 else None
+            lands = landing(h[b], u[b], -self.g[b])
+            require(
+                lands is not None or never_lands(h[b], u[b], -self.g[b]),
+                "whether a contact lands is not certain",
+            )
+            if again is None:
+                if lands is None:
+                    return Flight(None, ZERO, ZERO, ZERO, away=True)
+                next_hit, dt = b, lands
+            elif lands is None:
+                next_hit, dt = a, again
+            else:
+                order = (lands - again).sign()
+                require(order in (1, -1), "the order of impacts is not certain")
+                next_hit, dt = (b, lands) if order == -1 else (a, again)
+            other = 1 - next_hit
+            left = h[other] + u[other] * dt - (self.g[other] * dt.square()).half()
+            rates = [ZERO, ZERO]
+            rates[next_hit] = -u[a] if next_hit == a else -fall(h[b], u[b], -self.g[b])
+            rates[other] = u[other] - self.g[other] * dt
+            u = self.hit(rates, next_hit)
+            h = [ZERO, ZERO]
+            h[other] = not_below_zero(left, "a gap")
+            t, a = t + dt, next_hit
+        raise ValueError(f"a flight of more than {IMPACTS} impacts")
+
+    def bounces(
+        self, a: int, h: Interval, u: list[Interval]
+    ) -> tuple[Interval, Interval, Interval] | None:
+        """All bounces at a, if contact b is certainly above its ground until they end: gap and rate of b then, and the duration
+        t = 2u_a/(g_a(1−e)). With p = y-linear and q = quadratic part, the gaps of b at the impacts are h + p y − q y², 0 < y < 1, if ψ < 0."""
+        b, e, loss = 1 - a, self.e[a], ONE - self.e[a]
+        if self.g[a].lo <= 0:
+            return None
+        t = u[a].times(2) / (self.g[a] * loss)
+
+        def end(g_b: Interval) -> Interval:
+            return h + t * (u[b] - (t * (g_b + e * self.psi[a] * self.g[a])).half())
+
+        g_b = Interval(max(self.g[b].lo, 0), max(self.g[b].hi, 0))
+        if end(g_b).lo <= 0:
+            return None
+        if self.psi[a].lo < 0:
+            lift = (ONE + e) * self.psi[a] * u[a] * t / loss
+            p = u[b] * t + lift * loss / (ONE + e)
+            q = (g_b * t.square()).half() + lift / (ONE + e)
+            least = p.square() + (q * h).times(4)
+            if not (q.lo >= 0 or p.lo >= 0 or least.hi < 0):
+                return None
+        rate = u[b] - self.g[b] * t - (ONE + e) * self.psi[a] * u[a] / loss
+        return end(self.g[b]), rate, t
+
+    def clatters(self, a: int, h: Interval, u: list[Interval]) -> Interval | None:
+        """A bound of the time until both contacts rest, by the certificate of clattering for e_1 = e_2 = e [theory page, *Zeno points*]."""
+        b, e = 1 - a, self.e[0]
+        equal = self.e[0].lo == self.e[1].lo and self.e[0].hi == self.e[1].hi
+        if not (equal and e.lo > 0 and self.g[0].lo > 0 and self.g[1].lo > 0):
+            return None
+        if not (self.psi[0].lo > 0 and u[b].hi < 0 and u[a].lo > 0):
+            return None
+        p = (ONE + e) * (self.psi[0] * self.psi[1]).sqrt()
+        root = p.square() - e.times(4)
+        if root.lo < 0:
+            return None
+        large = (p + root.sqrt()).half()
+        small = e / large
+        scale = (self.psi[a] / self.psi[b]).sqrt()
+        ratio = scale * u[a] / -u[b]
+        if ratio.hi >= large.lo:
+            return None
+        top = max(ratio.hi, small.hi)
+        most = Interval(top, top)
+        kappa = most * most.square() / e.square()
+        tau = landing(h, u[b], -self.g[b])
+        if tau is None:
+            return None
+        eta = self.g[a] * tau / u[a].times(2)
+        pull = (self.psi[b] / self.psi[a]).sqrt() * self.g[b] / self.g[a]
+        shrinks = (pull * kappa * eta * (ONE - eta)).hi < UNIT
+        if not (kappa.hi < UNIT and eta.hi < UNIT and shrinks):
+            return None
+        return h / (-u[b] - scale * u[a] / large)
+
+    def course(self, j: int) -> Course | None:
+        """What follows a corner at j; None if there is none, because the other contact does not stay on its ground."""
+        if j not in self.courses:
+            self.courses[j] = self.follow(j)
+        return self.courses[j]
+
+    def follow(self, j: int) -> Course | None:
+        flight = self.flight(j)
+        if flight is None:
+            return None
+        shift = self.beta[1 - j][j] / self.alpha[1 - j] + self.drift * flight.t
+        k = flight.kept
+        if k is None:
+            return Course(flight, shift, {1: None, -1: None})
+        shift = shift + self.beta[k][1 - k] / self.alpha[k] * flight.u
+        lands: dict[int, Lands | None] = {}
+        for side in (1, -1):
+            arc = self.slides[k][side]
+            t = None if arc is None else landing(flight.h, flight.u, arc.normal)
+            lands[side] = None
+            if arc is not None and t is not None:
+                factor = fall(flight.h, flight.u, arc.normal)
+                lands[side] = Lands(t, shift + arc.along * t, factor)
+        return Course(flight, shift, lands)

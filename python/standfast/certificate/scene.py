@@ -1,0 +1,185 @@
+"""The scene of a certificate, and its rows.
+
+Per unit mass, with the arm from the centre of mass to contact i, t = (cos, sin) of its slope and n = (−sin, cos):
+
+    N = (n, b), b = t·arm     T = (t, −c), c = n·arm     M = diag(1, 1, ρ²)     g_i = g n_i·e_y
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from .intervals import (
+    ONE,
+    Interval,
+    Vector,
+    cosine_and_sine,
+    dot,
+    plus,
+    require,
+    scaled,
+)
+
+
+def number(value: Any, name: str) -> float:
+    """A double, from its hexadecimal form."""
+    require(isinstance(value, str), f"{name} is not a hexadecimal number: {value!r}")
+    try:
+        found = float.fromhex(value)
+    except (ValueError, OverflowError):
+        raise ValueError(f"{name} is not a hexadecimal number: {value!r}") from None
+    require(math.isfinite(found), f"{name} is not finite: {value!r}")
+    return found
+
+
+def entry(table: Any, key: str, where: str) -> Any:
+    require(isinstance(table, dict) and key in table, f"{where} has no entry {key!r}")
+    return table[key]
+
+
+def numbers(values: Any, count: int, name: str) -> list[float]:
+    require(
+        isinstance(values, list) and len(values) == count,
+        f"{name} is not a list of {count} numbers",
+    )
+    return [number(value, f"{name}[{k}]") for k, value in enumerate(values)]
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A contact: its number, its doubles, and its rows."""
+
+    name: int
+    point: tuple[float, float]
+    slope: float
+    friction: Interval
+    restitution: Interval
+    normal: Vector
+    tangent: Vector
+
+
+@dataclass(frozen=True)
+class Body:
+    """The scene, with lengths in `size` (a power of two, in m) and gravity over a power of two. No claim depends on these scales."""
+
+    size: Fraction
+    rho: Interval
+    gravity: Interval
+    center: tuple[float, float]
+    feet: tuple[Foot, ...]
+
+    @cached_property
+    def inverse(self) -> Vector:
+        """The diagonal of M⁻¹."""
+        return ONE, ONE, ONE / self.rho.square()
+
+    def over_mass(self, force: Vector) -> Vector:
+        """M⁻¹ f"""
+        return (force[0], force[1], force[2] * self.inverse[2])
+
+    def couple(self, one: Vector, two: Vector) -> Interval:
+        """a M⁻¹ bᵀ"""
+        return dot(one, self.over_mass(two))
+
+    def pull(self, i: int) -> Interval:
+        """g_i: gravity into the ground of contact i."""
+        return self.gravity * self.feet[i].normal[1]
+
+    def rubbing(self, i: int, side: int) -> Vector:
+        """N_i − σμ_iT_i: the force of a contact that slides in direction σ, per unit normal force."""
+        foot = self.feet[i]
+        return plus(foot.normal, scaled(foot.tangent, -foot.friction.times(side)))
+
+    def stiffness(self, i: int, side: int) -> Interval:
+        """k_i^σ = N_i M⁻¹ (N_i − σμ_iT_i)ᵀ"""
+        return self.couple(self.feet[i].normal, self.rubbing(i, side))
+
+    def part(self, names: Sequence[int]) -> "Body":
+        """The body on these of its contacts only."""
+        return replace(self, feet=tuple(self.feet[i] for i in self.places(names)))
+
+    def places(self, names: Any) -> list[int]:
+        """The places of contacts, given by their numbers."""
+        known = {foot.name: i for i, foot in enumerate(self.feet)}
+        require(
+            isinstance(names, list)
+            and all(type(k) is int and k in known for k in names)
+            and len(set(names)) == len(names),
+            f"{names!r} are not numbers of contacts of the scene",
+        )
+        return [known[k] for k in names]
+
+
+def power_of_two(value: Fraction) -> Fraction:
+    """A power of two near to and above a positive number."""
+    exponent = value.numerator.bit_length() - value.denominator.bit_length() + 1
+    return Fraction(1 << exponent) if exponent > 0 else Fraction(1, 1 << -exponent)
+
+
+def body_of(scene: Any) -> Body:
+    """The scene of a certificate."""
+    rho, gravity = (
+        Fraction(number(entry(scene, key, "scene"), f"scene.{key}"))
+        for key in ("gyration_radius", "gravity")
+    )
+    require(rho > 0, "scene.gyration_radius is not positive")
+    require(gravity > 0, "scene.gravity is not positive")
+    center = numbers(entry(scene, "center_of_mass", "scene"), 2, "scene.center_of_mass")
+    listed = entry(scene, "contacts", "scene")
+    require(isinstance(listed, list) and bool(listed), "scene.contacts is empty")
+    drafts = []
+    for k, contact in enumerate(listed):
+        where = f"scene.contacts[{k}]"
+        point = numbers(entry(contact, "point", where), 2, f"{where}.point")
+        rest = {
+            key: number(entry(contact, key, where), f"{where}.{key}")
+            for key in ("slope", "friction", "restitution")
+        }
+        require(rest["friction"] >= 0, f"{where}.friction is negative")
+        require(
+            0 <= rest["restitution"] < 1,
+            f"{where}.restitution is not at least 0 and below 1",
+        )
+        name = entry(contact, "number", where)
+        require(type(name) is int, f"{where}.number is not an integer")
+        arm = [Fraction(a) - Fraction(b) for a, b in zip(point, center, strict=True)]
+        drafts.append((name, point, rest, arm))
+    names = [name for name, *_ in drafts]
+    require(names == sorted(set(names)), "scene.contacts are not in order")
+    size = power_of_two(max([rho] + [abs(part) for *_, arm in drafts for part in arm]))
+    feet = []
+    for name, point, rest, arm in drafts:
+        cosine, sine = cosine_and_sine(rest["slope"])
+        x, y = (Interval.of(part / size) for part in arm)
+        feet.append(
+            Foot(
+                name,
+                (point[0], point[1]),
+                rest["slope"],
+                Interval.of(Fraction(rest["friction"])),
+                Interval.of(Fraction(rest["restitution"])),
+                normal=(-sine, cosine, cosine * x + sine * y),
+                tangent=(cosine, sine, sine * x - cosine * y),
+            )
+        )
+    return Body(
+        size,
+        Interval.of(rho / size),
+        Interval.of(gravity / power_of_two(gravity)),
+        (center[0], center[1]),
+        tuple(feet),
+    )
+
+
+def direction(body: Body, data: Any, key: str) -> Vector:
+    """A displacement or a velocity (x, y, θ), of any length."""
+    parts = numbers(entry(data, key, "data"), 3, f"data.{key}")
+    exact = [Fraction(part) for part in parts]
+    exact = [exact[0] / body.size, exact[1] / body.size, exact[2]]
+    largest = max(abs(part) for part in exact)
+    require(largest > 0, f"data.{key} is zero")
+    x, y, turn = (Interval.of(part / largest) for part in exact)
+    return x, y, turn

@@ -1,0 +1,244 @@
+"""Certificates of verdicts: the scene as exact doubles, the claim, and what its checker needs."""
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from fractions import Fraction
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast import certificate
+from standfast._core import Posture, Verdict
+
+Vectors = npt.NDArray[np.float64]
+
+#: Rounding error of a product of two unit vectors, with room.
+ROUNDING = 1e-14
+#: Largest number of edges with which fractions are tried.
+MOST = 41
+
+
+def make(verdict: Verdict) -> dict[str, Any]:
+    """The certificate of a verdict, which has been checked. Raises ValueError if there is none."""
+    if verdict.by is None:
+        raise ValueError(
+            "the verdict is undecided; only a decided one has a certificate"
+        )
+    posture, by = verdict.posture, verdict.by
+    found = {
+        "conventions": certificate.CONVENTIONS,
+        "scene": scene(posture, verdict.contacts),
+        **_claimed(
+            posture,
+            verdict.contacts,
+            verdict.frictional_stability,
+            by,
+            verdict.evidence,
+        ),
+    }
+    try:
+        certificate.check(found)
+    except ValueError as error:
+        if by == "theorem-3":
+            # The strict reading may hold by a tie only.
+            found["claim"]["by"] = "theorem-3-loose"
+            with suppress(ValueError):
+                certificate.check(found)
+                return found
+        raise ValueError(
+            f"the verdict is {verdict.frictional_stability}, but its certificate does not hold: {error}"
+        ) from error
+    return found
+
+
+def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
+    """The body on the contacts that touch, each on the straight line of its ground."""
+    feet = [(k, posture.contacts[k - 1]) for k in contacts]
+    rest = posture.restitution
+    return {
+        "mass": posture.mass.hex(),
+        "gyration_radius": posture.gyration_radius.hex(),
+        "center_of_mass": [float(part).hex() for part in posture.center_of_mass],
+        "gravity": posture.gravity.hex(),
+        "contacts": [
+            {
+                "number": k,
+                "point": [float(part).hex() for part in foot.point],
+                "slope": foot.slope.hex(),
+                "friction": foot.friction.hex(),
+                "restitution": (
+                    rest if foot.restitution is None else foot.restitution
+                ).hex(),
+            }
+            for k, foot in feet
+        ],
+    }
+
+
+def _claimed(
+    posture: Posture, contacts: Sequence[int], stability: str, by: str, evidence: Any
+) -> dict[str, Any]:
+    """The claim and its data, for a body on these contacts only."""
+    return {
+        "claim": {
+            "frictional_stability": stability,
+            "by": by,
+            "contacts": list(contacts),
+            "jams": "none",
+        },
+        "data": _data(posture, contacts, by, evidence),
+    }
+
+
+def _data(posture: Posture, contacts: Sequence[int], by: str, evidence: Any) -> Any:
+    def exact(values: Sequence[float]) -> list[str]:
+        return [float(value).hex() for value in values]
+
+    match by:
+        case "not-equilibrium":
+            return {"separates": exact(separating(posture, contacts).tolist())}
+        case "no-solution":
+            return {
+                "contacts": evidence["contacts"],
+                "slides": evidence["slides"],
+                "q": exact(evidence["q"]),
+                "qdot": exact(evidence["qdot"]),
+            }
+        case "theorem-3" | "theorem-3-loose" | "goyal":
+            return {}
+        case "well":
+            return {
+                "width": float(evidence["width"]).hex(),
+                "rays": [ray["contacts"] for ray in evidence["rays"]],
+            }
+        case "descending-pair":
+            return {
+                "rays": [ray["contacts"] for ray in evidence["rays"]],
+                "pairs": [
+                    _claimed(
+                        posture,
+                        pair["contacts"],
+                        pair["frictional_stability"],
+                        pair["by"],
+                        pair["evidence"],
+                    )
+                    for pair in evidence["pairs"]
+                ],
+            }
+        case "neutral":
+            return {"outer": evidence["outer"]}
+        case "corner-map":
+            return {
+                "limits": exact(evidence["limits"]),
+                "potential": [exact(values) for values in evidence["potential"]],
+                "ends": [
+                    [None if end is None else float(end).hex() for end in ends]
+                    for ends in evidence["ends"]
+                ],
+            }
+        case "growing-cycle":
+            return {"corners": [_corner(corner) for corner in evidence]}
+        case "accelerating-mode" if isinstance(evidence, str):
+            return {"word": evidence}
+        case "accelerating-mode" if "phi" in evidence:
+            return {"corner": _corner(evidence)}
+        case "accelerating-mode":
+            return {"word": evidence["word"], "velocity": exact(evidence["velocity"])}
+    raise ValueError(
+        f"there is no certificate yet of a verdict by {by} with this evidence"
+    )
+
+
+def _corner(corner: Any) -> dict[str, Any]:
+    """A corner: the contact that lands, and the speed of the slide of the other one over the landing speed."""
+    return {"contact": corner["contact"], "slope": math.tan(corner["phi"]).hex()}
+
+
+def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:
+    """y with y·w ≥ 0 for the edges w of the friction cones, as forces and moments about the centre of mass, and y·e_y < 0.
+
+    The point nearest to zero in the convex hull of these edges and −e_y, all of length one, is such a y. If doubles do not find it, it is
+    sought in fractions. If zero is in the hull, only weak signs are possible, and exact directions are tried."""
+    feet = [posture.contacts[k - 1] for k in contacts]
+    edges = []
+    for foot in feet:
+        turn = np.array([np.cos(foot.slope), np.sin(foot.slope)])
+        arm = np.subtract(foot.point, posture.center_of_mass)
+        for side in (1, -1):
+            force = np.array([-turn[1], turn[0]]) + side * foot.friction * turn
+            moment = arm[0] * force[1] - arm[1] * force[0]
+            edges.append([*force, moment / posture.gyration_radius])
+    wrenches = np.array([*edges, [0.0, -1.0, 0.0]])
+    wrenches /= np.linalg.norm(wrenches, axis=1)[:, None]
+    found = nearest_to_zero(wrenches)
+    if np.min(wrenches @ found) <= ROUNDING * np.linalg.norm(found):
+        found = nearest_in_fractions(wrenches)
+    if np.min(wrenches @ found) <= 0:
+        tries = [np.array([x, -1.0, z]) for x in (-1, 0, 1) for z in (-1, 0, 1)]
+        found = max(tries, key=lambda y: float(np.min(wrenches @ y)))
+    return found / [1, 1, posture.gyration_radius]
+
+
+def nearest_in_fractions(points: Vectors) -> Vectors:
+    """As `nearest_to_zero`, in exact arithmetic, for up to MOST points: one, two or three of them have the nearest point in their affine hull.
+    Zero if there is none."""
+    exact = [[Fraction(x) for x in point] for point in points.tolist()]
+    for count in (1, 2, 3) if len(exact) <= MOST else ():
+        for some in combinations(exact, count):
+            y = _normal(some)
+            if all(_dot(y, point) > 0 for point in exact):
+                largest = max(abs(part) for part in y)
+                return np.array([float(part / largest) for part in y])
+    return np.zeros(3)
+
+
+def _normal(points: Sequence[list[Fraction]]) -> list[Fraction]:
+    """The direction of the point of the affine hull of one, two or three points nearest to zero."""
+    a = points[0]
+    edges = [[x - y for x, y in zip(b, a, strict=True)] for b in points[1:]]
+    if len(edges) == 2:
+        (x, y, z), (u, v, w) = edges
+        normal = [y * w - z * v, z * u - x * w, x * v - y * u]
+        return [part * _dot(normal, a) for part in normal]
+    square = sum(_dot(edge, edge) for edge in edges)
+    share = sum(_dot(edge, a) for edge in edges) / square if square else Fraction(0)
+    return [x - share * sum(e[k] for e in edges) for k, x in enumerate(a)]
+
+
+def _dot(one: Sequence[Fraction], two: Sequence[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0))
+
+
+def nearest_to_zero(points: Vectors) -> Vectors:
+    """The point of the convex hull nearest to zero [Wolfe 1976]."""
+    active = [int(np.argmin(np.linalg.norm(points, axis=1)))]
+    weights = np.array([1.0])
+    for _ in range(1000):
+        x = weights @ points[active]
+        new = int(np.argmin(points @ x))
+        if points[new] @ x >= x @ x * (1 - 1e-12) or new in active:
+            break
+        active.append(new)
+        weights = np.append(weights, 0.0)
+        while True:
+            # The point of the affine hull nearest to zero.
+            n = len(active)
+            system = np.ones((n + 1, n + 1))
+            system[0, 0] = 0
+            system[1:, 1:] = points[active] @ points[active].T
+            aim = np.linalg.lstsq(system, np.eye(n + 1)[0], rcond=None)[0][1:]
+            if np.all(aim > 1e-14):
+                weights = aim
+                break
+            falls = aim < weights
+            step = np.min(weights[falls] / (weights - aim)[falls], initial=1.0)
+            weights = weights + step * (aim - weights)
+            keep = weights > 1e-14
+            if np.all(keep):
+                keep[int(np.argmin(weights))] = False
+            active = [k for k, kept in zip(active, keep, strict=True) if kept]
+            weights = weights[keep] / weights[keep].sum()
+    return np.asarray(weights @ points[active])
