@@ -1,9 +1,9 @@
-"""Which postures are left undecided, and why? A table in Markdown, as docs/maps.md has it: `make open`.
+"""Which postures are left undecided, and why? A table in Markdown, as docs/maps.md has it: `make maps`.
 
 The body stands in the V of examples/third_figure.py, for several radii of gyration ρ and restitutions e. The centre of mass takes 120 x 120
 places at -1 ≤ y ≤ 3 and |x| < 289/300, inside the border of the equilibria: on the border forces hold the body by a tie. The
 table has the share of these postures that Theorem 3 leaves undecided, and the share that all arguments leave undecided; in brackets the
-number of postures for each reason, of all 14 400. Half a minute on two free cores.
+number of postures for each reason, of all 14 400. It takes 22 s on two free cores.
 """
 
 import runpy

@@ -17,12 +17,14 @@ from standfast.map_plot import COLORS, contacts
 
 #: The panels: radius of gyration, and what ends a jam.
 PANELS = {"a": (0.8, "none"), "b": (0.4, "none"), "c": (0.4, "impact")}
-#: Colour and text for each argument. Undecided points are few: in yellow they are seen.
+#: Colour and text for each argument of a verdict on two contacts. Undecided points are few: in yellow they are seen.
 AREAS = {
     "theorem-3": (COLORS["theorem-3"], "stable: Theorem 3, strict reading"),
     "theorem-3-loose": (COLORS["theorem-3-loose"], "stable: Theorem 3"),
     "goyal": (COLORS["goyal"], "stable: Goyal's bound"),
     "corner-map": (COLORS["corner-map"], "stable: corner map"),
+    "neutral": (COLORS["neutral"], "stable: every motion ascends, or is level"),
+    "accelerating-mode": (COLORS["accelerating-mode"], "unstable: a motion leads away"),
     "growing-cycle": (COLORS["growing-cycle"], "unstable: a cycle grows"),
     "no-solution": (COLORS["no-solution"], "unstable: a contact jams"),
     "undecided": ("#FFFF00", "undecided"),
@@ -105,9 +107,11 @@ def main(path="third_figure.png", points=300):
     figure, panels = plt.subplots(
         1, len(PANELS), figsize=(11, 7.6), layout="constrained", sharey=True
     )
+    seen = set()
     for axes, (part, (radius, jams)) in zip(panels, PANELS.items(), strict=True):
         found = grid(radius, points, jams)
         draw(axes, found, radius)
+        seen.update(found["by"].values.flat)
         before, after = silent(found)
         ends = ", jams end by impacts" if jams == "impact" else ""
         axes.set_title(
@@ -123,7 +127,8 @@ def main(path="third_figure.png", points=300):
     panels[0].set_ylabel("centre of mass y / m")
     handles = [
         Patch(facecolor=color, edgecolor="0.3", label=text)
-        for color, text in AREAS.values()
+        for word, (color, text) in AREAS.items()
+        if word in seen
     ]
     handles += [
         Line2D(
