@@ -254,13 +254,14 @@ class Kept:
     """
 
     def __init__(self, cache: Path, question: Sweep) -> None:
-        posture, over, names, q, qdot, options = question.__reduce__()[1]
+        posture, over, names, q, qdot, options, jams = question.__reduce__()[1]
         asked = {
             "standfast": _core.__version__,
             "build": _build(),
             "posture": repr(posture),
             "over": [(path, np.asarray(values).tolist()) for path, values in over],
             "quantity": names,
+            "jams": jams,
             "q": None if q is None else np.asarray(q).tolist(),
             "qdot": None if qdot is None else np.asarray(qdot).tolist(),
             "options": None

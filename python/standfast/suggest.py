@@ -18,7 +18,7 @@ def keywords(function: str) -> list[str]:
     """The names of the parameters of a function of the compiled module.
 
     >>> keywords("stability")
-    ['posture', 'trials', 'seed']
+    ['posture', 'jams', 'trials', 'seed']
     """
     return parameters(attrgetter(function)(_core))
 

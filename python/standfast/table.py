@@ -134,8 +134,8 @@ ARGUMENTS = {
     "corner-map": "every sequence of corners shrinks, or ends at rest",
     "growing-cycle": "a cycle of corners repeats, larger every time",
     "accelerating-mode": "a contact mode leads away from the posture and does not return",
-    "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion,"
-    " and impacts without collision are not allowed here",
+    "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion;"
+    ' with jams="impact" it goes on after an impact without collision',
     "well": "every motion raises the centre of mass: the body stands in a well, and a motion always exists",
     "descending-pair": "the body descends on no more than one pair of contacts, which decides: see below",
     "neutral": "every motion raises the centre of mass but a slide on a level, which friction ends",
@@ -213,6 +213,10 @@ def verdict_table(verdict: sf.Verdict) -> str:
     if verdict.reason is not None:
         lines.append(f"    {UNDECIDED[verdict.reason]}")
         lines += [f"    {TRY}"] * (verdict.trials is None)
+    if verdict.jams == "impact":
+        lines.append(
+            "  jams              end by plastic impacts without collision, under every law of impact"
+        )
     if len(verdict.posture.contacts) > len(verdict.contacts):
         lines.append(
             f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"

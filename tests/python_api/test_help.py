@@ -28,8 +28,8 @@ def test_help_of_the_package_names_everything():
 @pytest.mark.parametrize(
     ("at", "reason"),
     [
-        ((-0.86, 1.92), "cells"),
-        ((-0.2, 1.0), "flight"),
+        ((-0.65, 2.8, 0.8, 0.5), "cells"),
+        ((-0.4, -0.4, 0.4, 0.8), "flight"),
     ],
 )
 def test_an_undecided_verdict_says_why_and_what_to_try(at, reason):

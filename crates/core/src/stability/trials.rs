@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
@@ -39,6 +40,16 @@ pub struct Trials {
     pub others: BTreeMap<String, usize>,
 }
 
+/// A displacement (m, m, rad) that opens all contacts: upwards, or in the direction of the force of equal normal forces. `None` if neither does.
+fn opening(posture: &Posture) -> Option<Vector3<f64>> {
+    let contacts = posture.geometry();
+    let rho2 = posture.gyration_squared();
+    let push: Vector3<f64> =
+        contacts.iter().map(|k| Vector3::new(k.normal.x, k.normal.y, k.b / rho2)).sum();
+    let opens = |way: &Vector3<f64>| contacts.iter().all(|k| k.local_gap(way) > 0.0);
+    [Vector3::y(), push].into_iter().find(opens)
+}
+
 /// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
 /// in the terrain. The same `seed` gives the same numbers. `None` once `cancel` returns true.
 ///
@@ -68,16 +79,22 @@ pub fn trials(
         event_limit: EVENTS,
         ..Options::default()
     };
+    let opening = opening(posture);
     let mut random = Random(seed);
     let mut found = Trials { seed, kicks, rest: 0, others: BTreeMap::new() };
     for _ in 0..kicks {
         let mut uniform =
             |scale: f64| [scale, scale, scale / size].map(|part| part * random.between(-1.0, 1.0));
         let (mut q, qdot) = (uniform(KICK * KICK * size), uniform(speed));
-        // A rise by y increases the gap i by n_i·e_y y > 0; the last factor covers rounding errors.
-        let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.normal.y;
-        let rise = posture.geometry().iter().map(lift).fold(0.0, f64::max);
-        q[1] += rise * (1.0 + START_LIFT);
+        match opening {
+            // A displacement by `way` increases each gap; the last factor covers rounding errors.
+            Some(way) => {
+                let lift = |k: &ContactGeometry| -k.local_gap(&q.into()) / k.local_gap(&way);
+                let most = posture.geometry().iter().map(lift).fold(0.0, f64::max);
+                q = (Vector3::from(q) + way * (most * (1.0 + START_LIFT))).into();
+            }
+            None => q = [0.0; 3],
+        }
         let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;
         let Some(run) = run else { return Ok(None) };
         match run.outcome() {
