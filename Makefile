@@ -125,10 +125,12 @@ footprint: EXTRA :=
 footprint: wheel
 	$(BIN)/python benches/footprint.py
 
-# Seconds for a map of 500 x 500 postures, and pictures of maps: second_figure.png, third_figure.png, shape_chaos.png.
+# Seconds for a map of 500 x 500 postures, a table of undecided postures, and pictures of maps: second_figure.png, third_figure.png,
+# shape_chaos.png.
 maps: EXTRA := plot,map
 maps: wheel
 	$(BIN)/python benches/maps.py
+	$(BIN)/python benches/open_postures.py
 	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
 	$(BIN)/python examples/shape_chaos.py
