@@ -16,7 +16,7 @@ use crate::math::roots::bracketed;
 use crate::math::turn::{Angle, Turn, phase};
 use crate::tolerance::{
     BRACKET_MARGIN, GAP_DIFFERENCE_ROUNDING, LAST_NEWTON_STEP, LOWEST_GAP_ROUNDING, MANY_TURNS,
-    PHASE_LOST, PLACE_LOST,
+    PHASE_LOST, PLACE_LOST, STAYS_OPEN,
 };
 
 /// First time > 0 at which the parabola h + u t − g t²/2 comes down to zero; ∞ if it never does. In s.
@@ -154,6 +154,15 @@ impl GapArc {
     /// g + c ω²: acceleration into the terrain now, in m/s².
     pub(crate) fn effective_gravity(&self) -> f64 {
         self.g + self.c * self.omega * self.omega
+    }
+
+    /// Whether the gap is certainly positive at all times from 0 (excluded) to `limit`, in s. With k = g + ω²(|b| + |c|) ≥ −ḧ the gap is at
+    /// least h + t(u − kt/2): concave in t, not negative at the start, so that its value at the limit decides.
+    pub(crate) fn stays_open(&self, limit: f64) -> bool {
+        let k = self.g + self.omega * self.omega * (self.b.abs() + self.c.abs());
+        let fall = 0.5 * k.max(0.0) * limit;
+        let terms = self.h + limit * (self.u.abs() + fall);
+        self.h + limit * (self.u - fall) > STAYS_OPEN * terms
     }
 
     /// Gap after `dt`, in m.

@@ -443,6 +443,10 @@ pub(crate) const BOUND_MARGIN: f64 = 1e-12;
 /// gap negative. Relative. Range: 1e-14 to 1e-3.
 pub(crate) const START_LIFT: f64 = 1e-9;
 
+/// Share of the terms of a lower bound of a gap above which the bound counts as positive, so that no root is sought. The value is far above the
+/// rounding error of its few operations. Relative. Range: 1e-14 to 1e-3.
+pub(crate) const STAYS_OPEN: f64 = 1e-12;
+
 /// Depth below a side of the body from which on a corner of the ground has entered the body. Unit: largest distance of a corner of the body
 /// from its centre of mass. The value is above the rounding error of positions along a run. A larger value would miss shallower entries.
 /// The reported time of an entry is the time of depth zero and does not depend on this value. Range: 1e-12 to 1e-6.

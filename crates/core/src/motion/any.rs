@@ -342,11 +342,10 @@ impl<'a> Driver<'a, AnyContacts> {
             self.body.state.points.iter_mut().for_each(|p| (p.h, p.depth) = (f64::INFINITY, 0.0));
         }
         self.note_flight();
-        let landings: ContactValues<Option<f64>> =
-            (0..n).map(|i| self.body.state.touchdown(i)).collect();
+        let landings = self.body.state.touchdowns();
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let crossing = (0..n)
-            .filter_map(|i| self.body.state.crossing(i).map(|(t, side)| (t, i, side)))
+            .filter_map(|i| self.body.state.crossing(i, first).map(|(t, side)| (t, i, side)))
             .filter(|(t, ..)| !lost && *t < first)
             .min_by(|x, y| x.0.total_cmp(&y.0));
         let t = crossing.map_or(first, |(t, ..)| t);

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::body::contact::ContactValues;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::math::roots::ORDER;
 use crate::math::turn::Turn;
@@ -82,8 +83,9 @@ impl BodyState {
         GapArc { h: p.place.sides[side], u, g: -self.fall.dot(&axis), b, c, omega }
     }
 
-    /// When a point in flight comes to an end of the terrain under it, and to which end.
-    pub(crate) fn crossing(&self, i: usize) -> Option<(f64, usize)> {
+    /// When a point in flight comes to an end of the terrain under it, and to which end. If this is later than `limit` (s), there may be no
+    /// answer.
+    pub(crate) fn crossing(&self, i: usize, limit: f64) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
             if self.points[i].place.sides[side] == f64::INFINITY {
@@ -107,7 +109,13 @@ impl BodyState {
             } else {
                 arc.b * arc.omega > 0.0
             };
-            let t = if arc.h == 0.0 && outwards { Some(0.0) } else { next(&arc) };
+            let t = if arc.h == 0.0 && outwards {
+                Some(0.0)
+            } else if arc.stays_open(limit) {
+                None
+            } else {
+                next(&arc)
+            };
             if let Some(t) = t
                 && first.is_none_or(|(earlier, _)| t < earlier)
             {
@@ -123,9 +131,21 @@ impl BodyState {
         GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
     }
 
-    /// Time to the next touchdown of a contact in flight.
-    pub(crate) fn touchdown(&self, i: usize) -> Option<f64> {
-        next(&self.arc(i))
+    /// Times to the next touchdowns of the contacts in flight. Those that are certainly later than another one may be left out.
+    pub(crate) fn touchdowns(&self) -> ContactValues<Option<f64>> {
+        let n = self.points.len();
+        let mut found = ContactValues::from_elem(None, n);
+        // That of the lowest contact, often the one just hit, bounds the others.
+        let lowest = (0..n).min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
+        let mut first = f64::INFINITY;
+        for i in lowest.into_iter().chain((0..n).filter(|&i| Some(i) != lowest)) {
+            let arc = self.arc(i);
+            if !arc.stays_open(first) {
+                found[i] = next(&arc);
+                first = found[i].map_or(first, |t| first.min(t));
+            }
+        }
+        found
     }
 
     /// When a point in flight rises out of the terrain that it came under from the side, if before `limit`, in s: its arc from
