@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from io import TextIOWrapper
 from json import dumps
 from pathlib import Path
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol, cast
 
 import numpy as np
 from cyclopts import (
@@ -178,6 +178,7 @@ def modes(
 def stability(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
+    jams: Annotated[str | None, Parameter(negative=())] = None,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
     json: Annotated[Path | None, _JSON] = None,
@@ -189,6 +190,8 @@ def stability(
     ----------
     scene
         Scene file, TOML or JSON.
+    jams
+        What happens where a contact jams, "none" or "impact". Without this option, what the scene says.
     trials
         Number of random small kicks to simulate as well.
     seed
@@ -207,9 +210,14 @@ def stability(
         and json.resolve() == certificate.resolve()
     ):
         raise ValueError(f"--certificate {certificate}: is also the file of --json")
-    posture = sf.load(scene).posture
+    loaded = sf.load(scene)
     with _of(scene):
-        verdict = sf.stability(posture, trials=trials, seed=seed)
+        verdict = sf.stability(
+            loaded.posture,
+            jams=cast(Any, jams or loaded.options["jams"]),
+            trials=trials,
+            seed=seed,
+        )
     _tell(verdict, f"{scene.name}\n{verdict}", json)
     if certificate is not None:
         with _of(scene):
@@ -328,7 +336,7 @@ def sweep(
 
         refuse(list(axes))
     loaded = sf.load(scene)
-    start: dict[str, Any] = {}
+    start: dict[str, Any] = {"jams": loaded.options["jams"]}
     if {"fate", "zeno_time"} & set(names):
         start = {"q": loaded.q, "qdot": loaded.qdot, **loaded.options}
     try:

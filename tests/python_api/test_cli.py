@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import standfast as sf
+from bodies import paper_vee
 from cyclopts.completion import ShellDetectionError
 from standfast.cli import EXIT_CODES, main
 from standfast.report import decimal
@@ -498,3 +499,20 @@ def test_a_run_without_an_answer_shows_the_modes(tmp_path, capsys):
     run = sf.load(scene).simulate()
     assert [point.method for point in run.zeno_points] == ["rest"]
     assert sf.contact_modes(run.undecided).consistent == ["SF", "FS", "FF"]
+
+
+def test_the_rule_for_jams_comes_from_the_option_or_the_scene(tmp_path, capsys):
+    path = tmp_path / "jams.toml"
+    posture = paper_vee(0.5, 2.5)
+    sf.Scene(posture, (0, 0, 0), (0, 0, 0)).save(path)
+    assert main(["stability", str(path)]) == 0
+    assert "unstable, by no-solution" in capsys.readouterr().out
+    assert main(["stability", str(path), "--jams", "impact"]) == 0
+    assert "stable, by corner-map" in capsys.readouterr().out
+    sf.Scene(posture, (0, 0, 0), (0, 0, 0), {"jams": "impact"}).save(path)
+    assert main(["stability", str(path)]) == 0
+    assert "stable, by corner-map" in capsys.readouterr().out
+    assert main(["map", str(path), "--over", "mass=1:2:2"]) == 0
+    assert "stable" in capsys.readouterr().out
+    assert main(["stability", str(path), "--jams", "maybe"]) == 2
+    assert "maybe" in capsys.readouterr().err
