@@ -1,0 +1,226 @@
+"""The end of a flight in a self-similar tail: impacts that repeat for ever, smaller by the same factor from round to round.
+
+The shape after an impact at a is v = u_b/u_a and y = h_b/u_a². The next impact multiplies u_a by f after the time τ u_a:
+
+    a again:   τ = 2/g_a, f = e_a     v' = (v − g_bτ − (1+e_a)ψ_a)/f     y' = (y + vτ − ½g_bτ²)/f²
+    b lands:   s = √(v² + 2g_b y), τ = (v + s)/g_b, f = e_b s, w = 1 − g_aτ
+               v' = w/f − (1+e_b)ψ_b/e_b     y' = (τ − ½g_aτ²)/f²     ds = (v dv + g_b dy)/s     dτ = (τ dv + dy)/s
+"""
+
+import math
+from fractions import Fraction
+
+from .intervals import ONE, UNIT, ZERO, Interval, positive, require
+
+Matrix = list[list[Interval]]
+Pair = tuple[Interval, Interval]
+
+#: Longest cycle, and largest number of impacts in a round.
+LONGEST, ROUND = 12, 96
+#: Largest difference of two shapes that count as the same, and half-widths of the boxes, relative to 1 + |v| and y.
+SAME, BOXES = 2.0**-30, (2.0**-20, 2.0**-24)
+#: Number of proofs that are tried in a flight.
+PROOFS = 4
+
+
+def not_below_zero(value: Interval, name: str) -> Interval:
+    require(value.hi >= 0, f"{name} is negative: {value}")
+    return Interval(max(value.lo, 0), value.hi)
+
+
+def landing(h: Interval, u: Interval, a: Interval) -> Interval | None:
+    """The time at which a gap h ≥ 0 with rate u and acceleration a becomes zero; None if that is not certain."""
+    square = u.square() - (a * h).times(2)
+    if a.hi < 0:
+        root = square.sqrt()
+        if u.hi < 0:
+            return not_below_zero(h.times(2) / (root - u), "a time")
+        return not_below_zero((u + root) / -a, "a time")
+    if u.hi < 0 and square.lo > 0:
+        return h.times(2) / (square.sqrt() - u)
+    return None
+
+
+def never_lands(h: Interval, u: Interval, a: Interval) -> bool:
+    """Whether such a gap certainly never becomes zero."""
+    rises = u.lo >= 0 and a.lo >= 0
+    return rises or (a.lo > 0 and (u.square() - (a * h).times(2)).hi < 0)
+
+
+def fall(h: Interval, u: Interval, a: Interval) -> Interval:
+    """The landing speed √(u² − 2ah)."""
+    return (u.square() - (a * h).times(2)).sqrt()
+
+
+def product(one: Matrix, two: Matrix) -> Matrix:
+    return [
+        [row[0] * two[0][k] + row[1] * two[1][k] for k in range(2)] for row in one
+    ]
+
+
+def inverse_of(matrix: Matrix) -> Matrix:
+    [[a, b], [c, d]] = matrix
+    det = a * d - b * c
+    return [[d / det, -b / det], [-c / det, a / det]]
+
+
+def eigenvectors(matrix: list[list[float]]) -> tuple[list[list[float]], float]:
+    """As columns (real and imaginary part, if they are complex), and the largest absolute eigenvalue; in rounded numbers: any basis will do."""
+    [[a, b], [c, d]] = matrix
+    mean, half = (a + d) / 2, (a - d) / 2
+    square = half * half + b * c
+    root = math.sqrt(abs(square))
+    if square < 0:
+        columns = [[b, -half], [0.0, root]]
+        largest = math.hypot(mean, root)
+    else:
+        columns = [
+            [b, first] if abs(first) > abs(second) else [second, c]
+            for first, second in ((root - half, root + half), (-root - half, half - root))
+        ]  # fmt: skip
+        largest = abs(mean) + root
+    unit = [max(map(abs, column)) or 1.0 for column in columns]
+    return [[columns[k][i] / unit[k] for k in range(2)] for i in range(2)], largest
+
+
+class Tails:
+    """The shapes of a flight, from impact to impact."""
+
+    def __init__(
+        self, g: list[Interval], e: list[Interval], psi: list[Interval]
+    ) -> None:
+        self.g, self.e, self.psi = g, e, psi
+        self.seen: list[tuple[int, float, float]] = []
+        self.tries = 0
+        self.same = SAME
+
+    def after(self, a: int, v: Interval, y: Interval) -> Interval | None:
+        """The time until both contacts rest, in units of u_a, if the impacts from this shape on certainly repeat for ever; else None."""
+        at = [(part.lo + part.hi) / (2 * UNIT) for part in (v, y)]
+        self.seen = [*self.seen[-LONGEST:], (a, at[0], at[1])]
+        if at[1] <= 0 or self.tries >= PROOFS:
+            return None
+        back = next((p for p in range(1, len(self.seen)) if self.is_same(p)), None)
+        if back is None:
+            return None
+        self.tries, self.same = self.tries + 1, self.same / 1024
+        try:
+            return self.repeats(a, (v, y), at, back)
+        except (ValueError, ZeroDivisionError, OverflowError):
+            return None
+
+    def is_same(self, p: int) -> bool:
+        (a, v, y), (b, rate, gap) = self.seen[-1], self.seen[-1 - p]
+        off = max(abs(v - rate) / (1 + abs(v)), abs(y - gap) / y)
+        return a == b and off <= self.same
+
+    def step(
+        self, a: int, v: Interval, y: Interval
+    ) -> tuple[int, Pair, Interval, Interval, Matrix]:
+        """The next impact from all of these shapes: its contact and shapes, f, τ, and the derivatives."""
+        b = 1 - a
+        again = ONE.times(2) / self.g[a] if self.g[a].lo > 0 else None
+        require(y.lo >= 0, "a gap may be negative")
+        lands = landing(y, v, -self.g[b])
+        if lands is None:
+            require(
+                never_lands(y, v, -self.g[b]), "whether a contact lands is not certain"
+            )
+        if again is not None and (lands is None or (again - lands).hi < 0):
+            t, f = again, self.e[a]
+            positive(f, "the speed after an impact")
+            lost = (ONE + f) * self.psi[a]
+            gap = y + v * t - (self.g[b] * t.square()).half()
+            shape = (v - self.g[b] * t - lost) / f, gap / f.square()
+            inverse = ONE / f
+            slopes = [[inverse, ZERO], [t / f.square(), ONE / f.square()]]
+            return a, shape, f, t, slopes
+        if lands is None or again is None or (lands - again).hi >= 0:
+            raise ValueError("the order of impacts is not certain")
+        t, s, w = lands, fall(y, v, -self.g[b]), ONE - self.g[a] * lands
+        f = self.e[b] * s
+        positive(f, "the speed after an impact")
+        gap = (t * (ONE + w)).half() / f.square()
+        shape = w / f - (ONE + self.e[b]) * self.psi[b] / self.e[b], gap
+        ds, dt = (v / s, self.g[b] / s), (t / s, ONE / s)
+        slopes = [
+            [-(w / (f * s) * p + self.g[a] / f * q) for p, q in zip(ds, dt, strict=True)],
+            [w / f.square() * q - gap.times(2) / s * p for p, q in zip(ds, dt, strict=True)],
+        ]  # fmt: skip
+        return b, shape, f, t, slopes
+
+    def repeats(
+        self, a: int, now: Pair, at: list[float], period: int
+    ) -> Interval | None:
+        """With F^q of q impacts, c near the shape, and a basis X, the box Z = c + X[−r, r]² is mapped into itself if
+
+            X⁻¹(F^q(c) − c) + (X⁻¹ DF^q(Z) X)[−r, r]² ⊂ (−r, r)²     [mean value theorem].
+
+        If u_a is multiplied by f < 1 in such a round of duration T, both contacts rest after T/(1 − f)."""
+        center = [Interval.of(Fraction(part)) for part in at]
+        slopes: Matrix = [[ONE, ZERO], [ZERO, ONE]]
+        j, shape = a, (center[0], center[1])
+        for _ in range(period):
+            j, shape, _, _, step = self.step(j, *shape)
+            slopes = product(step, slopes)
+        require(j == a, "the cycle does not come back to its contact")
+        # In units of 1 + |v| and y.
+        unit = [1 + abs(at[0]), at[1]]
+        rough = [
+            [(slopes[i][k].lo / UNIT) * unit[k] / unit[i] for k in range(2)]
+            for i in range(2)
+        ]
+        basis, largest = eigenvectors(rough)
+        require(largest < 1, "the cycle does not attract")
+        rounds = 1 if largest < 0.6 else math.ceil(math.log(0.6) / math.log(largest))
+        require(rounds * period <= ROUND, "the cycle attracts too slowly")
+        x = [
+            [Interval.of(Fraction(basis[i][k] * unit[i])) for k in range(2)]
+            for i in range(2)
+        ]
+        for r in BOXES:
+            box = Interval.of(Fraction(r))
+            found = self.round(a, center, now, x, box, rounds * period)
+            if found is not None:
+                return found
+        return None
+
+    def round(
+        self,
+        a: int,
+        center: list[Interval],
+        now: Pair,
+        x: Matrix,
+        r: Interval,
+        impacts: int,
+    ) -> Interval | None:
+        """The time until both contacts rest, if a round maps the box into itself. F^n(Z) lies in F^n(c) + (DF^n(Z) X)[−r, r]²."""
+        sides = Interval(-r.hi, r.hi)
+        back = inverse_of(x)
+
+        def inside(off: list[Interval], spread: Matrix) -> bool:
+            moved = (
+                row[0] * off[0] + row[1] * off[1] + sum_of(wide) * sides
+                for row, wide in zip(back, spread, strict=True)
+            )
+            return all(-r.lo < part.lo and part.hi < r.lo for part in moved)
+
+        def sum_of(row: list[Interval]) -> Interval:
+            most = sum(max(abs(part.lo), abs(part.hi)) for part in row)
+            return Interval(most, most)
+
+        nothing = [[ZERO, ZERO], [ZERO, ZERO]]
+        if not inside([p - c for p, c in zip(now, center, strict=True)], nothing):
+            return None
+        j, middle, long = a, (center[0], center[1]), x
+        factor, time = ONE, ZERO
+        for _ in range(impacts):
+            v, y = (p + sum_of(row) * sides for p, row in zip(middle, long, strict=True))
+            then, _, f, t, slopes = self.step(j, v, y)
+            also, middle, _, _, _ = self.step(j, *middle)
+            require(then == also, "the order of impacts is not certain")
+            time, factor, long, j = time + factor * t, factor * f, product(slopes, long), then  # fmt: skip
+        off = [p - c for p, c in zip(middle, center, strict=True)]
+        if j != a or factor.hi >= UNIT or not inside(off, product(back, long)):
+            return None
+        return time / (ONE - factor)
