@@ -186,8 +186,8 @@ class Flights:
                     m = 1 - kept
                     return Flight(kept, h[m] * size.square(), u[m] * size, t)
             if u[a].lo > 0:
-                size, u[b], h[b] = size * u[a], u[b] / u[a], h[b] / u[a].square()
-                u[a] = ONE
+                size, shape = size * u[a], (u[b] / u[a], h[b] / u[a].square())
+                u[a], (u[b], h[b]) = ONE, tails.narrowed(a, shape)
             if (last := self.bounces(a, h[b], u)) is not None:
                 gap, rate, rest = last
                 return Flight(a, gap * size.square(), rate * size, t + rest * size)

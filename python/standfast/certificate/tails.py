@@ -8,6 +8,7 @@ The shape after an impact at a is v = u_b/u_a and y = h_b/u_a². The next impact
 """
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 
 from .intervals import ONE, UNIT, ZERO, Interval, positive, require
@@ -19,6 +20,8 @@ Pair = tuple[Interval, Interval]
 LONGEST, ROUND = 12, 96
 #: Largest difference of two shapes that count as the same, and half-widths of the boxes, relative to 1 + |v| and y.
 SAME, BOXES = 2.0**-30, (2.0**-20, 2.0**-24)
+#: Width of shapes from which on they are followed in a frame.
+ROUGH = UNIT >> 160
 #: Number of proofs that are tried in a flight.
 PROOFS = 4
 
@@ -83,6 +86,48 @@ def eigenvectors(matrix: list[list[float]]) -> tuple[list[list[float]], float]:
     return [[columns[k][i] / unit[k] for k in range(2)] for i in range(2)], largest
 
 
+def middle(x: Interval) -> Interval:
+    half = (x.lo + x.hi) >> 1
+    return Interval(half, half)
+
+
+def rotation_along(long: Matrix, off: Pair) -> Matrix:
+    """The rotation, in rounded numbers, that turns the first axis along the longer one of the images of two sides of a box."""
+    sides = [
+        [(row[k].lo + row[k].hi) / (2 * UNIT) * ((off[k].hi - off[k].lo) / UNIT) for row in long]
+        for k in range(2)
+    ]  # fmt: skip
+    x, y = max(sides, key=lambda side: math.hypot(*side))
+    length = math.hypot(x, y)
+    if length == 0:
+        return [[ONE, ZERO], [ZERO, ONE]]
+    c, s = (Interval.of(Fraction(part / length)) for part in (x, y))
+    return [[c, -s], [s, c]]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Shapes c + Q d with d in a box. Q turns with them, so that a narrow set is not replaced by a square around it [Lohner 1987]."""
+
+    contact: int
+    center: Pair
+    turn: Matrix
+    off: Pair
+
+    @staticmethod
+    def around(a: int, shape: Pair) -> "Frame":
+        v, y = middle(shape[0]), middle(shape[1])
+        unit = [[ONE, ZERO], [ZERO, ONE]]
+        return Frame(a, (v, y), unit, (shape[0] - v, shape[1] - y))
+
+    def box(self) -> Pair:
+        v, y = (
+            c + row[0] * self.off[0] + row[1] * self.off[1]
+            for c, row in zip(self.center, self.turn, strict=True)
+        )
+        return v, y
+
+
 class Tails:
     """The shapes of a flight, from impact to impact."""
 
@@ -93,6 +138,40 @@ class Tails:
         self.seen: list[tuple[int, float, float]] = []
         self.tries = 0
         self.same = SAME
+        self.frame: Frame | None = None
+
+    def narrowed(self, a: int, shape: Pair) -> Pair:
+        """The shapes after an impact, without those that are not in the frame. It begins once the shapes are no longer precise."""
+        wide = max(part.hi - part.lo for part in shape)
+        frame = self.frame and self.turned(self.frame)
+        if frame is not None and frame.contact == a:
+            v, y = (
+                Interval(max(one.lo, two.lo), min(one.hi, two.hi))
+                for one, two in zip(shape, frame.box(), strict=True)
+            )
+            self.frame = frame
+            return v, y
+        self.frame = Frame.around(a, shape) if wide > ROUGH else None
+        return shape
+
+    def turned(self, frame: Frame) -> Frame | None:
+        """The next impact of the shapes in a frame: the images lie in c' + D Q d, with c' the image of c and D the derivatives on a box around
+        them [mean value theorem]. None if it is not certain."""
+        try:
+            a, _, _, _, slopes = self.step(frame.contact, *frame.box())
+            also, image, _, _, _ = self.step(frame.contact, *frame.center)
+            long = product(slopes, frame.turn)
+            turn = rotation_along(long, frame.off)
+            back = inverse_of(turn)
+        except ValueError:
+            return None
+        center = middle(image[0]), middle(image[1])
+        rest = [p - c for p, c in zip(image, center, strict=True)]
+        x, y = (
+            row[0] * frame.off[0] + row[1] * frame.off[1] + more[0] * rest[0] + more[1] * rest[1]
+            for row, more in zip(product(back, long), back, strict=True)
+        )  # fmt: skip
+        return Frame(a, center, turn, (x, y)) if a == also else None
 
     def after(self, a: int, v: Interval, y: Interval) -> Interval | None:
         """The time until both contacts rest, in units of u_a, if the impacts from this shape on certainly repeat for ever; else None."""
