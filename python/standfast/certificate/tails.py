@@ -8,6 +8,7 @@ The shape after an impact at a is v = u_b/u_a and y = h_b/u_a². The next impact
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -19,7 +20,9 @@ Pair = tuple[Interval, Interval]
 #: Longest cycle, and largest number of impacts in a round.
 LONGEST, ROUND = 12, 96
 #: Largest difference of two shapes that count as the same, and half-widths of the boxes, relative to 1 + |v| and y.
-SAME, BOXES = 2.0**-30, (2.0**-20, 2.0**-24)
+SAME, BOXES = 2.0**-10, (2.0**-10, 2.0**-14, 2.0**-18)
+#: Newton's steps from a shape to the cycle.
+NEWTON_STEPS = 3
 #: Width of shapes from which on they are followed in a frame.
 ROUGH = UNIT >> 160
 #: Number of proofs that are tried in a flight.
@@ -83,6 +86,8 @@ def eigenvectors(matrix: list[list[float]]) -> tuple[list[list[float]], float]:
         ]  # fmt: skip
         largest = abs(mean) + root
     unit = [max(map(abs, column)) or 1.0 for column in columns]
+    if square < 0:
+        unit = [max(unit)] * 2
     return [[columns[k][i] / unit[k] for k in range(2)] for i in range(2)], largest
 
 
@@ -182,9 +187,9 @@ class Tails:
         back = next((p for p in range(1, len(self.seen)) if self.is_same(p)), None)
         if back is None:
             return None
-        self.tries, self.same = self.tries + 1, self.same / 1024
+        self.tries, self.same = self.tries + 1, self.same / 32
         try:
-            return self.repeats(a, (v, y), at, back)
+            return self.repeats(a, (v, y), back)
         except (ValueError, ZeroDivisionError, OverflowError):
             return None
 
@@ -228,40 +233,50 @@ class Tails:
         ]  # fmt: skip
         return b, shape, f, t, slopes
 
-    def repeats(
-        self, a: int, now: Pair, at: list[float], period: int
-    ) -> Interval | None:
+    def repeats(self, a: int, now: Pair, period: int) -> Interval | None:
         """With F^q of q impacts, c near the shape, and a basis X, the box Z = c + X[−r, r]² is mapped into itself if
 
             X⁻¹(F^q(c) − c) + (X⁻¹ DF^q(Z) X)[−r, r]² ⊂ (−r, r)²     [mean value theorem].
 
         If u_a is multiplied by f < 1 in such a round of duration T, both contacts rest after T/(1 − f)."""
-        center = [Interval.of(Fraction(part)) for part in at]
-        slopes: Matrix = [[ONE, ZERO], [ZERO, ONE]]
-        j, shape = a, (center[0], center[1])
-        for _ in range(period):
-            j, shape, _, _, step = self.step(j, *shape)
-            slopes = product(step, slopes)
-        require(j == a, "the cycle does not come back to its contact")
+        x, y = middle(now[0]), middle(now[1])
+        unit = [[ONE, ZERO], [ZERO, ONE]]
+        slopes = unit
+        for _ in range(NEWTON_STEPS):
+            # (1 − J)(c' − c) = F^p(c) − c
+            j, shape, slopes = a, (x, y), unit
+            for _ in range(period):
+                j, shape, _, _, step = self.step(j, *shape)
+                slopes = product(step, slopes)
+            require(j == a, "the cycle does not come back to its contact")
+            back = inverse_of([[p - q for p, q in zip(*rows, strict=True)] for rows in zip(unit, slopes, strict=True)])  # fmt: skip
+            off = shape[0] - x, shape[1] - y
+            x, y = (
+                middle(c + row[0] * off[0] + row[1] * off[1])
+                for c, row in zip((x, y), back, strict=True)
+            )
+        center = [x, y]
+        at = [x.lo / UNIT, y.lo / UNIT]
         # In units of 1 + |v| and y.
-        unit = [1 + abs(at[0]), at[1]]
+        size = [1 + abs(at[0]), at[1]]
         rough = [
-            [(slopes[i][k].lo / UNIT) * unit[k] / unit[i] for k in range(2)]
+            [(slopes[i][k].lo / UNIT) * size[k] / size[i] for k in range(2)]
             for i in range(2)
         ]
         basis, largest = eigenvectors(rough)
         require(largest < 1, "the cycle does not attract")
         rounds = 1 if largest < 0.6 else math.ceil(math.log(0.6) / math.log(largest))
         require(rounds * period <= ROUND, "the cycle attracts too slowly")
-        x = [
-            [Interval.of(Fraction(basis[i][k] * unit[i])) for k in range(2)]
+        basis_of = [
+            [Interval.of(Fraction(basis[i][k] * size[i])) for k in range(2)]
             for i in range(2)
         ]
         for r in BOXES:
-            box = Interval.of(Fraction(r))
-            found = self.round(a, center, now, x, box, rounds * period)
-            if found is not None:
-                return found
+            with suppress(ValueError):
+                box = Interval.of(Fraction(r))
+                found = self.round(a, center, now, basis_of, box, rounds * period)
+                if found is not None:
+                    return found
         return None
 
     def round(
