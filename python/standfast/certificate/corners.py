@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from .flights import Arc, Course, Flights, fall, landing, never_lands, not_below_zero
+from .flights import Arc, Course, Flights
 from .intervals import BITS, ONE, UNIT, Interval, known, require
+from .tails import fall, landing, never_lands, not_below_zero
 
 
 @dataclass(frozen=True)

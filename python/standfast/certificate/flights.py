@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 from .intervals import ONE, UNIT, ZERO, Interval, require, solve
 from .scene import Body
+from .tails import Tails, fall, landing, never_lands, not_below_zero
 from .words import Pair
 
 #: Largest number of impacts of one flight.
-IMPACTS = 256
+IMPACTS = 1024
 
 
 @dataclass(frozen=True)
@@ -55,35 +56,6 @@ class Course:
     lands: dict[int, Lands | None]
 
 
-def not_below_zero(value: Interval, name: str) -> Interval:
-    require(value.hi >= 0, f"{name} is negative: {value}")
-    return Interval(max(value.lo, 0), value.hi)
-
-
-def landing(h: Interval, u: Interval, a: Interval) -> Interval | None:
-    """The time at which a gap h ≥ 0 with rate u and acceleration a becomes zero; None if that is not certain."""
-    square = u.square() - (a * h).times(2)
-    if a.hi < 0:
-        root = square.sqrt()
-        if u.hi < 0:
-            return not_below_zero(h.times(2) / (root - u), "a time")
-        return not_below_zero((u + root) / -a, "a time")
-    if u.hi < 0 and square.lo > 0:
-        return h.times(2) / (square.sqrt() - u)
-    return None
-
-
-def never_lands(h: Interval, u: Interval, a: Interval) -> bool:
-    """Whether such a gap certainly never becomes zero."""
-    rises = u.lo >= 0 and a.lo >= 0
-    return rises or (a.lo > 0 and (u.square() - (a * h).times(2)).hi < 0)
-
-
-def fall(h: Interval, u: Interval, a: Interval) -> Interval:
-    """The landing speed √(u² − 2ah)."""
-    return (u.square() - (a * h).times(2)).sqrt()
-
-
 class Flights:
     """The flights of a body on two contacts, and the slides and rolls after them."""
 
@@ -116,7 +88,7 @@ class Flights:
             for k in range(2)
         ]
         self.starts = [self.from_rest(k) for k in range(2)]
-        self.courses: dict[int, Course | None] = {}
+        self.courses: dict[int, Course | str | None] = {}
 
     def leaves_alone(self, k: int) -> bool:
         """Whether gravity pulls contact k off its ground: it has no motion there while the other one is in the air."""
@@ -200,8 +172,9 @@ class Flights:
         raise ValueError(f"more than {IMPACTS} impacts at one instant")
 
     def fly(self, a: int, u: list[Interval]) -> Flight:
-        """From zero gaps, after an impact at a."""
-        h, t = [ZERO, ZERO], ZERO
+        """From zero gaps, after an impact at a. Speeds are in units of u_a after the last impact."""
+        h, t, size = [ZERO, ZERO], ZERO, ONE
+        tails = Tails(self.g, self.e, self.psi)
         for _ in range(IMPACTS):
             b = 1 - a
             for kept, rests in (
@@ -210,12 +183,19 @@ class Flights:
             ):
                 if rests and not self.leaves_alone(kept):
                     require(self.g[kept].lo >= 0, "the sign of g is not certain")
-                    return Flight(kept, h[1 - kept], u[1 - kept], t)
+                    m = 1 - kept
+                    return Flight(kept, h[m] * size.square(), u[m] * size, t)
+            if u[a].lo > 0:
+                size, shape = size * u[a], (u[b] / u[a], h[b] / u[a].square())
+                u[a], (u[b], h[b]) = ONE, tails.narrowed(a, shape)
             if (last := self.bounces(a, h[b], u)) is not None:
-                return Flight(a, last[0], last[1], t + last[2])
+                gap, rate, rest = last
+                return Flight(a, gap * size.square(), rate * size, t + rest * size)
             tail = self.clatters(a, h[b], u)
-            if tail is not None and 0 < tail.hi <= t.hi >> 39:
-                return Flight(None, ZERO, ZERO, t + Interval(0, tail.hi))
+            if tail is not None and 0 < (tail * size).hi <= t.hi >> 39:
+                return Flight(None, ZERO, ZERO, t + Interval(0, (tail * size).hi))
+            if (tail := tails.after(a, u[b], h[b])) is not None:
+                return Flight(None, ZERO, ZERO, t + tail * size)
             own = self.g[a].sign()
             require(own is not None, "the sign of g is not certain")
             again = u[a].times(2) / self.g[a] if own == 1 else None
@@ -242,7 +222,7 @@ class Flights:
             u = self.hit(rates, next_hit)
             h = [ZERO, ZERO]
             h[other] = not_below_zero(left, "a gap")
-            t, a = t + dt, next_hit
+            t, a = t + dt * size, next_hit
         raise ValueError(f"a flight of more than {IMPACTS} impacts")
 
     def bounces(
@@ -305,8 +285,14 @@ class Flights:
     def course(self, j: int) -> Course | None:
         """What follows a corner at j; None if there is none, because the other contact does not stay on its ground."""
         if j not in self.courses:
-            self.courses[j] = self.follow(j)
-        return self.courses[j]
+            try:
+                self.courses[j] = self.follow(j)
+            except ValueError as error:
+                self.courses[j] = str(error)
+        found = self.courses[j]
+        if isinstance(found, str):
+            raise ValueError(found)
+        return found
 
     def follow(self, j: int) -> Course | None:
         flight = self.flight(j)

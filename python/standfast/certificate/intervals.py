@@ -96,10 +96,6 @@ ZERO, ONE = Interval(0, 0), Interval(UNIT, UNIT)
 Vector = tuple[Interval, Interval, Interval]
 
 
-def hull(one: Interval, two: Interval) -> Interval:
-    return Interval(min(one.lo, two.lo), max(one.hi, two.hi))
-
-
 def cosine_and_sine(angle: float) -> tuple[Interval, Interval]:
     """By Taylor polynomials. For |x| ≤ 4 the first term that is left out bounds the rest: the terms alternate, and fall from the fourth on.
 
@@ -199,7 +195,7 @@ def solve(matrix: list[list[Interval]], right: list[Interval]) -> list[Interval]
     return found
 
 
-#: Bits of the exponential function.
+#: Bits of the exponential function and of the logarithm.
 COARSE = 128
 
 
@@ -220,6 +216,19 @@ def exponential(x: int) -> int:
         term = term * x // (one * k)
     shift = n + BITS - COARSE
     return total << shift if shift >= 0 else total >> -shift
+
+
+def logarithm(x: int) -> int:
+    """An upper bound of ln x, in units, for a number of at least 1 in units: 2 artanh z with z = (x − 1)/(x + 1). Above 2 it is x − 1."""
+    if x > 2 * UNIT:
+        return x - UNIT
+    z = -(-(x - UNIT) * UNIT // (x + UNIT))
+    square = -(-z * z >> BITS)
+    total, power, k = 0, z, 1
+    while power > k * (UNIT >> COARSE):
+        total, power, k = total - (-power // k), -(-power * square >> BITS), k + 2
+    # z ≤ 1/3: the rest of the series is below 9/8 of its first term.
+    return 2 * (total + 2 * power)
 
 
 def at_least_zero(a: Interval, b: Interval, c: Interval, low: int, high: int) -> bool:

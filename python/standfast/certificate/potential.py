@@ -8,14 +8,12 @@ from typing import Any
 
 from .corners import ESCAPE, REST, Cell, Corners, Image, inverse
 from .intervals import (
-    BITS,
     ONE,
     UNIT,
-    ZERO,
     Interval,
     at_least_zero,
     exponential,
-    hull,
+    logarithm,
     positive,
     require,
 )
@@ -28,10 +26,6 @@ HALVINGS = 48
 
 #: ε: the least decrease of the potential from corner to corner.
 DECREASE = UNIT >> 40
-
-
-#: Largest bend and largest lengthening of ξ in a fast-slide end.
-BEND, LONGER = UNIT >> 1, UNIT << 2
 
 
 @dataclass(frozen=True)
@@ -109,18 +103,22 @@ class Potential:
         place = self.limits.index(where)
         cells = range(place + 1, self.count) if way > 0 else range(place + 1)
         own = self.fast(j, way)
-        cycle = [own, own if own[0] == j else self.fast(own[0], way)]
-        require(cycle[1][0] == j, f"the corners at {name} do not come back to it")
-        speed, transit = fast_end(cycle, way, inverse(abs(where), up=True), name)
+        other = own if own.then == j else self.fast(own.then, way)
+        require(other.then == j, f"the corners at {name} do not come back to it")
+        speed, transit = fast_end(own, other, inverse(abs(where), up=True), name)
         return FastEnd(cells, speed, transit)
 
-    def fast(self, j: int, way: int) -> tuple[int, Interval, Interval]:
-        """The contact that lands next, B and K."""
+    def fast(self, j: int, way: int) -> "Fast":
         course = self.corners.course(j)
         lands = None if course is None else course.lands[way]
         if course is None or course.flight.kept is None or lands is None:
             raise ValueError(f"the corners at contact {j + 1} have no fast-slide end")
-        return 1 - course.flight.kept, lands.bend, lands.factor
+        return Fast(
+            1 - course.flight.kept,
+            course.shift.times(way),
+            lands.bend.times(way),
+            lands.factor,
+        )
 
     def in_end(self, j: int, k: int) -> tuple[int, FastEnd] | None:
         for way, end in self.ends[j].items():
@@ -227,41 +225,53 @@ class Potential:
         return image.square.hi <= (factor * before).lo
 
 
+@dataclass(frozen=True)
+class Fast:
+    """A corner of a fast slide, with ξ > 0: the contact that lands next, and A, B, K. The slide begins at ξ + A y and ends at ξ' = ξ + B y
+    with a landing, y' = K y."""
+
+    then: int
+    shift: Interval
+    bend: Interval
+    factor: Interval
+
+
 def fast_end(
-    cycle: list[tuple[int, Interval, Interval]], way: int, width: int, name: str
+    one: Fast, two: Fast, width: int, name: str
 ) -> tuple[Interval | None, int]:
-    """The corners with y ≤ width |ξ| at a fast-slide end, with ξ' = ξ + B y, y' = K y from each of the two corners of the cycle to the other.
+    """The corners with w = y/ξ ≤ width at a fast-slide end; `two` follows `one`, and `one` follows `two`.
 
-    Once around, y is multiplied by about K_1K_2. If that is below 1, both contacts slide together in the end: the result is an interval of
-    |ξ| then. If it is above 1, the corners leave the end: a bound of the sum of ln r until then, by a geometric sum."""
+    Once around, from the first corner, y is multiplied by κ = K_1K_2, and ξ grows by a y, a = B_1 + B_2K_1. So C = ξ − x y keeps its value
+    there, x = a/(κ − 1), and so it does at the second corners with their own x. With C > 0, w = y/(C + x y) rises and falls with y.
 
-    def step(corner: tuple[int, Interval, Interval], wide: int) -> Interval:
-        bend = corner[1].times(way) * Interval(0, wide)
-        require(-BEND < bend.lo and bend.hi < BEND, f"{name}: ξ changes by too much")
-        return corner[2] / (ONE + bend)
+    κ < 1: w falls at the first corners, and both contacts slide together at C in the end. The result is C for ξ = 1.
+    κ > 1: w rises until the corners leave the end. ξ = C/(1 − x w) grows on the way from first to first corners at most by 1/(1 − x width)
+    if x > 0, and otherwise not at all; then half a round may follow. The result is a bound of ln r'/r.
+    """
+    wide = Interval(0, width)
+    kappa = one.factor * two.factor
+    x = (one.bend + two.bend * one.factor) / (kappa - ONE)
+    keeps_on(one, wide, name)
+    if kappa.hi < UNIT:
+        most = one.factor * wide / (ONE + one.bend * wide)
+        keeps_on(two, Interval(0, most.hi), name)
+        speed = ONE - x * wide
+        positive(speed, f"{name}: the speed of the slide of both contacts")
+        return speed, 0
+    require(kappa.lo > UNIT, f"{name}: whether y grows is not certain")
+    steep = Interval(max(x.hi, 0), max(x.hi, 0))
+    left = ONE - steep * wide
+    positive(left, f"{name}: 1 - xw")
+    half = (ONE + one.bend * wide).square() + (one.factor * wide).square()
+    square = max((ONE + wide.square()).hi, half.hi)
+    growth = Interval(square, square) / left.square()
+    return None, -(-logarithm(growth.hi) >> 1)
 
-    first = max(step(corner, width).hi for corner in cycle)
-    wide = -(-width * max(first, UNIT) >> BITS)
-    factor = step(cycle[0], wide) * step(cycle[1], wide)
-    (_, b_1, k_1), (_, b_2, k_2) = cycle
-    half = hull(hull(b_1, b_2), ZERO).times(way)
-    around = hull(hull(b_1 + b_2 * k_1, b_2 + b_1 * k_2), ZERO).times(way)
-    if factor.hi < UNIT:
-        total = Interval(0, wide) * (
-            around / (ONE - Interval(factor.hi, factor.hi)) + half
-        )
-        require(
-            -BEND < total.lo and total.hi < LONGER, f"{name}: ξ changes by too much"
-        )
-        return ONE + total, 0
-    require(factor.lo > UNIT, f"{name}: whether y grows is not certain")
-    at = Interval(wide, wide)
-    most = max(abs(half.lo), abs(half.hi))
-    bend = Interval(most, most)
-    stretch = Interval(max(k_1.hi, k_2.hi), max(k_1.hi, k_2.hi))
-    growth = bend + ((bend.square() + stretch.square()) * at).half()
-    low = Interval(factor.lo, factor.lo)
-    return None, (growth * (at.times(2) * low / (low - ONE))).hi
+
+def keeps_on(corner: Fast, wide: Interval, name: str) -> None:
+    """The slide after a corner does not turn."""
+    positive(ONE + corner.shift * wide, f"{name}: ξ at the start of a slide")
+    positive(ONE + corner.bend * wide, f"{name}: ξ at the end of a slide")
 
 
 def corner_map(body: Body, data: Any) -> None:
