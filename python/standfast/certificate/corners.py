@@ -4,7 +4,18 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from .flights import Arc, Course, Flights
-from .intervals import BITS, ONE, UNIT, ZERO, Interval, Vector, cross, dot, known, require
+from .intervals import (
+    BITS,
+    ONE,
+    UNIT,
+    ZERO,
+    Interval,
+    Vector,
+    cross,
+    dot,
+    known,
+    require,
+)
 from .tails import fall, landing, never_lands, not_below_zero
 
 

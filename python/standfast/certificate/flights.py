@@ -87,9 +87,7 @@ class Flights:
             {way: self.slide(k, self.pair.side(k, way)) for way in (1, -1)}
             for k in range(2)
         ]
-        self.jumps = [
-            {way: self.jump(k, way) for way in (1, -1)} for k in range(2)
-        ]
+        self.jumps = [{way: self.jump(k, way) for way in (1, -1)} for k in range(2)]
         self.starts = [self.from_rest(k) for k in range(2)]
         self.courses: dict[int, Course | str | None] = {}
 
