@@ -37,6 +37,7 @@ def make(verdict: Verdict) -> dict[str, Any]:
             verdict.frictional_stability,
             by,
             verdict.evidence,
+            verdict.jams,
         ),
     }
     try:
@@ -79,7 +80,12 @@ def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
 
 
 def _claimed(
-    posture: Posture, contacts: Sequence[int], stability: str, by: str, evidence: Any
+    posture: Posture,
+    contacts: Sequence[int],
+    stability: str,
+    by: str,
+    evidence: Any,
+    jams: str,
 ) -> dict[str, Any]:
     """The claim and its data, for a body on these contacts only."""
     return {
@@ -87,13 +93,15 @@ def _claimed(
             "frictional_stability": stability,
             "by": by,
             "contacts": list(contacts),
-            "jams": "none",
+            "jams": jams,
         },
-        "data": _data(posture, contacts, by, evidence),
+        "data": _data(posture, contacts, by, evidence, jams),
     }
 
 
-def _data(posture: Posture, contacts: Sequence[int], by: str, evidence: Any) -> Any:
+def _data(
+    posture: Posture, contacts: Sequence[int], by: str, evidence: Any, jams: str
+) -> Any:
     def exact(values: Sequence[float]) -> list[str]:
         return [float(value).hex() for value in values]
 
@@ -124,6 +132,7 @@ def _data(posture: Posture, contacts: Sequence[int], by: str, evidence: Any) -> 
                         pair["frictional_stability"],
                         pair["by"],
                         pair["evidence"],
+                        jams,
                     )
                     for pair in evidence["pairs"]
                 ],

@@ -28,14 +28,14 @@ def corner_kick(posture, lands, phi):
     return np.linalg.solve(system, [0.0, -math.cos(phi), slip])
 
 
-def next_corner(posture, lands, phi):
+def next_corner(posture, lands, phi, jams="none"):
     """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to rest
     or slide before it."""
     _, tangents, both = rows_of(posture)
     qdot = corner_kick(posture, lands, phi)
     run = sf.simulate(
-        posture, (0, 0, 0), qdot, model="local", time_limit=1e6, event_limit=5000
-    )
+        posture, (0, 0, 0), qdot, model="local", time_limit=1e6, event_limit=5000, jams=jams
+    )  # fmt: skip
     for phase in run.phases:
         held = [k for k in (0, 1) if phase.mode[k] != "S"]
         if len(held) == 2 and phase.end > phase.start:

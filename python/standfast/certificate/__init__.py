@@ -7,6 +7,7 @@ certificate is refused. docs/certificates.md has the format and each step. The f
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +51,10 @@ def claimed(body: Body, certificate: Any) -> str:
         isinstance(by, str) and by in CHECKS,
         f"claim.by {by!r} is no argument that can be checked",
     )
+    rule = "impact" if body.resolves_jams else "none"
     require(
-        entry(claim, "jams", "claim") == "none",
-        f"claim.jams {claim['jams']!r} is not 'none'",
+        entry(claim, "jams", "claim") == rule,
+        f"claim.jams {claim['jams']!r} is not {rule!r}",
     )
     require(
         entry(claim, "contacts", "claim") == [foot.name for foot in body.feet],
@@ -90,7 +92,9 @@ def check(certificate: Any) -> None:
         type(version) is int and version == CONVENTIONS,
         f"conventions {version!r}: this program checks version {CONVENTIONS}",
     )
-    claimed(body_of(entry(certificate, "scene", "certificate")), certificate)
+    body = body_of(entry(certificate, "scene", "certificate"))
+    rule = entry(entry(certificate, "claim", "certificate"), "jams", "claim")
+    claimed(replace(body, resolves_jams=rule == "impact"), certificate)
 
 
 def read(path: Path) -> Any:

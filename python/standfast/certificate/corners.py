@@ -1,9 +1,21 @@
 """The corner map: from corners (ξ, y) in a cell to the next ones."""
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from .flights import Arc, Course, Flights
-from .intervals import BITS, ONE, UNIT, Interval, known, require
+from .intervals import (
+    BITS,
+    ONE,
+    UNIT,
+    ZERO,
+    Interval,
+    Vector,
+    cross,
+    dot,
+    known,
+    require,
+)
 from .tails import fall, landing, never_lands, not_below_zero
 
 
@@ -93,6 +105,8 @@ class Corners(Flights):
     def both(self, way: int) -> tuple[str, bool | None]:
         """How a slide of both contacts goes on."""
         found = self.pair.continuations(way)
+        if not found and self.body.resolves_jams:
+            return "jams", None
         require(
             len(found) == 1 and found[0][0] != "falls",
             f"not one word goes on from the slide {self.pair.word(way)}",
@@ -125,6 +139,9 @@ class Corners(Flights):
     ) -> list[Image]:
         """Contact k slides at ξ, which has this sign; the other one is in the air."""
         flight = course.flight
+        jump = self.jumps[k][side]
+        if jump is not None:
+            return [self.jam(course, k, cell, xi, side, jump)]
         arc = known(
             self.slides[k][side],
             f"contact {self.body.feet[k].name} is not certainly pressed onto its ground",
@@ -204,6 +221,88 @@ class Corners(Flights):
         form = (c * p.square(), (b + c * q) * p, a + (b * q).times(2) + c * q.square())
         return replace(image, form=form)
 
+    def jam(
+        self,
+        course: Course,
+        k: int,
+        cell: Cell,
+        xi: Interval,
+        side: int,
+        jump: Interval,
+    ) -> Image:
+        """Contact k, which slides at ξ + shift y, jams: it stops at once, and the gap rate of the other contact changes."""
+        h, u, y = course.flight.h, course.flight.u, cell.y
+        image = self.turn(k, h * y.square(), u * y + jump * xi, side)
+        still = self.starts[k]
+        if isinstance(image, str) or still is None or still[0] != 0:
+            return image
+        # y'² = (J ξ + r y)² − 2 a h y², r = u + J shift
+        rate = u + jump * course.shift
+        form = (
+            jump.square(),
+            jump * rate,
+            rate.square() - (still[1].normal * h).times(2),
+        )
+        return replace(image, form=form)
+
+    def jam_together(self, s: Interval, side: int) -> list[Image]:
+        """Both contacts slide at s, and no word goes on: what follows all impulses in the friction cones that stop both, or stop one that jams
+        alone and lift the other one off."""
+        found: list[Image] = []
+        stops = self.stops_both(side)
+        require(
+            stops is not None, "whether an impact stops both contacts is not certain"
+        )
+        if stops:
+            found.append(REST)
+        for k in range(2):
+            jump, name = self.jumps[k][side], self.body.feet[k].name
+            if jump is None:
+                require(
+                    self.body.stiffness(k, self.pair.side(k, side)).lo > 0,
+                    f"whether contact {name} jams is not certain",
+                )
+                continue
+            opens = jump.times(side).sign()
+            require(
+                opens is not None,
+                f"whether contact {self.body.feet[1 - k].name} lifts off in a jam is not certain",
+            )
+            if opens == 1:
+                rate = not_below_zero(jump * s, "a gap rate")
+                found.append(self.turn(k, ZERO, rate, side))
+        require(bool(found), "no impact ends the jam of both contacts")
+        return found
+
+    def stops_both(self, way: int) -> bool | None:
+        """Whether impulses in the friction cones stop a slide of both along `way` z; None if that is not certain.
+
+        With the edges w = N_j + σμ_jT_j as (N_1M⁻¹w, N_2M⁻¹w, w·z), it is the question whether (0, 0, −way) is in their cone. It is, if it is a
+        sum of three of them; it is not, if a plane through two of them separates it from the others."""
+        body = self.body
+        edges: list[Vector] = []
+        for j in range(2):
+            for side in (1, -1):
+                w = body.rubbing(j, side)
+                one, two = (body.couple(foot.normal, w) for foot in body.feet)
+                edges.append((one, two, dot(w, self.pair.along)))
+        target = (ZERO, ZERO, -ONE.times(way))
+        for three in combinations(edges, 3):
+            planes = [cross(three[(i + 1) % 3], three[(i + 2) % 3]) for i in range(3)]
+            signs = {dot(three[i], plane).sign() for i, plane in enumerate(planes)}
+            parts = {dot(target, plane).sign() for plane in planes}
+            if len(signs) == 1 and signs == parts and signs <= {1, -1}:
+                return True
+        for i, j in combinations(range(4), 2):
+            plane = cross(edges[i], edges[j])
+            others = [dot(edges[k], plane) for k in range(4) if k not in (i, j)]
+            at = dot(target, plane).sign()
+            if at == 1 and all(other.hi <= 0 for other in others):
+                return False
+            if at == -1 and all(other.lo >= 0 for other in others):
+                return False
+        return None
+
     def turn(self, k: int, h: Interval, u: Interval, side: int | None) -> Image:
         """Contact k is at rest after it slid with this sign of ξ; the other one is in the air."""
         start = known(
@@ -233,6 +332,9 @@ class Corners(Flights):
             if part is None or part.sign() == 0:
                 continue
             what, stops = self.both(side)
+            if what == "jams":
+                found += self.jam_together(part, side)
+                continue
             if what == "both":
                 found.append(REST if stops else ESCAPE)
                 continue
@@ -263,6 +365,8 @@ class Corners(Flights):
                 f"whether contact {self.body.feet[1 - k].name} comes down is not certain",
             )
             return back == -1
+        if self.jumps[k][way] is not None:
+            return self.alone(k, 0)  # it stops at once
         arc = known(
             self.slides[k][way],
             f"contact {name} is not certainly pressed onto its ground",

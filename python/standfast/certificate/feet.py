@@ -39,6 +39,7 @@ def no_solution(body: Body, data: Any) -> None:
     One contact i: k_i^σ < 0 < g_i, and a displacement closes contact i only. It is q less its part along M⁻¹N_i.
     Two contacts: no word goes on from their slide (see `Pair.continuations`), and the displacement along z opens all others.
     """
+    require(not body.resolves_jams, "an impact ends a jam")
     slides = slides_of(data, body)
     speed = direction(body, data, "qdot")
     for i, side in slides:
@@ -132,7 +133,10 @@ def rays(body: Body, data: Any) -> list[Ray]:
 
 
 def moves_on(body: Body, found: Sequence[Ray]) -> None:
-    """From every state a motion exists: no exposed contact jams while it slides alone, and no pair while it slides along its ray."""
+    """From every state a motion exists: no exposed contact jams while it slides alone, and no pair while it slides along its ray; or an
+    impact ends a jam, which loses energy."""
+    if body.resolves_jams:
+        return
     for i in sorted({i for ray in found for i in ray.pair}):
         if body.pull(i).hi > 0:
             for way, side in SIDES.items():
@@ -208,7 +212,8 @@ def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) 
 
 
 def neutral(body: Body, data: Any) -> None:
-    """Level ground, or two contacts that are mirror images: λ > 0 on the outer contacts, friction at all, k > 0, and a slide of both goes on."""
+    """Level ground, or two contacts that are mirror images: λ > 0 on the outer contacts, friction at all; k > 0, and a slide of both goes on; or
+    impacts end jams."""
     outer = body.places(entry(data, "outer", "data"))
     require(len(outer) == 2, "data.outer are not two contacts")
     if not (len(body.feet) == 2 and mirrored(body, 0, 1)):
@@ -222,12 +227,14 @@ def neutral(body: Body, data: Any) -> None:
         )
     for foot in body.feet:
         positive(foot.friction, f"the friction of contact {foot.name}")
-    for i in outer:
-        for way, side in SIDES.items():
-            positive(
-                body.stiffness(i, side), f"k of contact {body.feet[i].name}, {way}"
-            )
+    if not body.resolves_jams:
+        for i in outer:
+            for way, side in SIDES.items():
+                positive(
+                    body.stiffness(i, side), f"k of contact {body.feet[i].name}, {way}"
+                )
     pair = Pair(body.part(sorted(body.feet[i].name for i in outer)))
     for foot, weight in zip(pair.body.feet, pair.weights, strict=True):
         positive(weight, f"λ of contact {foot.name}")
-    goes_on(pair)
+    if not body.resolves_jams:
+        goes_on(pair)

@@ -87,6 +87,7 @@ class Flights:
             {way: self.slide(k, self.pair.side(k, way)) for way in (1, -1)}
             for k in range(2)
         ]
+        self.jumps = [{way: self.jump(k, way) for way in (1, -1)} for k in range(2)]
         self.starts = [self.from_rest(k) for k in range(2)]
         self.courses: dict[int, Course | str | None] = {}
 
@@ -104,6 +105,20 @@ class Flights:
         pull = self.down[k] + force * body.couple(body.feet[k].tangent, column)
         lift = force * body.couple(body.feet[m].normal, column) - self.g[m]
         return Arc(pull / self.alpha[k], lift)
+
+    def jump(self, k: int, way: int) -> Interval | None:
+        """Contact k jams while it slides with this sign of ξ, the other one in the air, and the plastic impact that stops it ends the jam: the
+        change of the gap rate of the other contact per unit ξ. None if contact k does not certainly jam, or if no impact ends a jam.
+
+        The impulse P on contact k, tangential and normal, has W P = −(v_t, 0), W = ((T T, T N), (T N, N N)), and v_t = α ξ."""
+        if not (self.body.resolves_jams and self.body.jams(k, self.pair.side(k, way))):
+            return None
+        m = 1 - k
+        tangential, normal = solve(
+            [[self.tt[k], self.tn[k][k]], [self.tn[k][k], self.nn[k][k]]],
+            [-self.alpha[k], ZERO],
+        )
+        return tangential * self.tn[k][m] + normal * self.nn[m][k]
 
     def from_rest(self, k: int) -> tuple[int, Arc] | None:
         """The motion of contact k from rest, the other one in the air: the sign of its ξ, 0 if it stays, and its accelerations. None unless

@@ -277,7 +277,7 @@ def keeps_on(corner: Fast, wide: Interval, name: str) -> None:
 def corner_map(body: Body, data: Any) -> None:
     """No sequence of corners grows for ever: a potential V ≥ 0 falls by ln G + ε from each corner to the next one.
 
-    Before that: only the body at rest is consistent at rest; no contact jams while it slides alone; every motion with one contact on the
+    Before that: only the body at rest is consistent at rest; no contact jams while it slides alone, or an impact ends the jam; every motion with one contact on the
     ground ends with a landing of the other; one word goes on from each slide of both, and the body does not move away in it; flights end."""
     corners = Corners(body)
     pair = corners.pair
@@ -290,10 +290,11 @@ def corner_map(body: Body, data: Any) -> None:
         require(any(fails), f"the word {word} may be consistent at rest")
     for i in range(2):
         for letter, side in SIDES.items():
-            positive(
-                body.stiffness(i, side),
-                f"k of contact {body.feet[i].name}, {letter}",
-            )
+            if not (body.resolves_jams and body.jams(i, side)):
+                positive(
+                    body.stiffness(i, side),
+                    f"k of contact {body.feet[i].name}, {letter}",
+                )
     for k in range(2):
         for way in (0, 1, -1):
             require(

@@ -70,6 +70,8 @@ class Body:
     gravity: Interval
     center: tuple[float, float]
     feet: tuple[Foot, ...]
+    #: Whether a plastic impact ends a jam. Otherwise no motion goes on.
+    resolves_jams: bool = False
 
     @cached_property
     def inverse(self) -> Vector:
@@ -96,6 +98,10 @@ class Body:
     def stiffness(self, i: int, side: int) -> Interval:
         """k_i^σ = N_i M⁻¹ (N_i − σμ_iT_i)ᵀ"""
         return self.couple(self.feet[i].normal, self.rubbing(i, side))
+
+    def jams(self, i: int, side: int) -> bool:
+        """Whether contact i certainly jams if it slides alone in direction σ: gravity presses it down, and its force would be negative."""
+        return self.stiffness(i, side).hi < 0 < self.pull(i).lo
 
     def part(self, names: Sequence[int]) -> "Body":
         """The body on these of its contacts only."""

@@ -59,9 +59,7 @@ def fall(h: Interval, u: Interval, a: Interval) -> Interval:
 
 
 def product(one: Matrix, two: Matrix) -> Matrix:
-    return [
-        [row[0] * two[0][k] + row[1] * two[1][k] for k in range(2)] for row in one
-    ]
+    return [[row[0] * two[0][k] + row[1] * two[1][k] for k in range(2)] for row in one]
 
 
 def inverse_of(matrix: Matrix) -> Matrix:
@@ -309,7 +307,9 @@ class Tails:
         j, middle, long = a, (center[0], center[1]), x
         factor, time = ONE, ZERO
         for _ in range(impacts):
-            v, y = (p + sum_of(row) * sides for p, row in zip(middle, long, strict=True))
+            v, y = (
+                p + sum_of(row) * sides for p, row in zip(middle, long, strict=True)
+            )
             then, _, f, t, slopes = self.step(j, v, y)
             also, middle, _, _, _ = self.step(j, *middle)
             require(then == also, "the order of impacts is not certain")
