@@ -193,6 +193,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
         LL    fail at 1: a_t < 0 by 0.186, 2: a_t < 0 by 0.186  fit     (4.905, -4.35652e-15, 0)         1: (2.4525, 4.905)  2: (2.4525, 4.905)
       kinematic-strong  yes, margin 0.1857; strict reading: yes; FF alone consistent: yes
       clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
+      impact laws       newton
       amplification     at most 1.47: no later motion is faster than that many times the kick
     """
     x = verdict.posture.center_of_mass[0]
@@ -227,7 +228,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
         if len(verdict.contacts) == 2
         else _on_many_contacts(verdict)
     )
-    if verdict.by in ("well", "neutral"):
+    if verdict.frictional_stability == "stable":
         lines.append(f"  impact laws       {', '.join(verdict.laws)}")
     if verdict.flight == "drift":
         lines.append(
