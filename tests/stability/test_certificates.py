@@ -350,6 +350,17 @@ def test_a_self_similar_tail_lasts_as_long_as_its_impacts():
         found += 1
 
 
+@pytest.mark.parametrize("rule", ["none", "impact"])
+def test_a_self_similar_tail_beside_a_wall(rule):
+    """Gravity does not pull contact 2 onto its wall, and the impacts of both contacts repeat for ever."""
+    feet = [sf.Contact((-1, 0.055), slope=-0.1, friction=0.5, restitution=0.35), sf.Contact((1, -0.115), slope=math.pi / 2, friction=0.92, restitution=0.1)]  # fmt: skip
+    posture = sf.Posture(1, 1.065, (-1.75, 2.457), feet, 0)
+    flight = Flights(body_of(scene(posture, [1, 2]))).flight(0)
+    assert (flight.kept, flight.away) == (None, False)
+    verdict = sf.stability(posture, jams=rule)
+    assert verdict.certificate()["claim"]["by"] == "corner-map"
+
+
 def fast(shift, bend, factor):
     """A corner of a fast slide, which is followed by one like it."""
     a, b, k = (numbers.Interval.of(Fraction(part)) for part in (shift, bend, factor))
