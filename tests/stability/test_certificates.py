@@ -290,15 +290,19 @@ def test_the_corner_map_of_the_checker_is_that_of_the_simulator(rule):
         if then is None:
             found["a landing in a closed sum, without an impact in the log"] += 1
             continue
+        start = corners.course(lands)
+        after = cell.xi + start.shift * cell.y
+        jams = start.flight.kept in jamming(corners, after)
+        if jams and start.flight.h.hi == 0:
+            # Both contacts are closed: a corner of no duration may follow, which the phases do not show.
+            found["a jam of closed contacts"] += 1
+            continue
         assert then[0] == image.contact, (posture, lands, phi)
         # Rounding errors of the simulator.
         assert then[1:] == pytest.approx((angles[0], growth), abs=1e-6), (posture, lands, phi)  # fmt: skip
         assert angles[1] - angles[0] < 1e-12
         found["corner"] += 1
-        start = corners.course(lands)
-        after = cell.xi + start.shift * cell.y
-        if start.flight.kept is not None and start.flight.kept in jamming(corners, after):  # fmt: skip
-            found["corner after a jam"] += 1
+        found["corner after a jam"] += jams
     print(found)
     assert found["rest"] > 0
     assert found["escape"] > 0
