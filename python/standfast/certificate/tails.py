@@ -217,7 +217,8 @@ class Tails:
             inverse = ONE / f
             slopes = [[inverse, ZERO], [t / f.square(), ONE / f.square()]]
             return a, shape, f, t, slopes
-        if lands is None or again is None or (lands - again).hi >= 0:
+        first = self.g[a].hi <= 0 if again is None else lands and (lands - again).hi < 0
+        if lands is None or not first:
             raise ValueError("the order of impacts is not certain")
         t, s, w = lands, fall(y, v, -self.g[b]), ONE - self.g[a] * lands
         f = self.e[b] * s
