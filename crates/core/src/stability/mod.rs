@@ -167,7 +167,7 @@ pub struct CornerStep {
 pub enum Evidence {
     /// The centre of mass is not over the equilibrium region.
     Region {
-        /// [`Conditions::equilibrium_margin`], negative.
+        /// [`Equilibrium::margin`], negative.
         #[serde(with = "crate::serial::numbers::extended")]
         equilibrium_margin: f64,
     },
