@@ -57,7 +57,7 @@ python:
 	$(BIN)/python -m mypy.stubtest standfast
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-# Larger campaigns of the same tests: an hour and a half on two cores.
+# Larger campaigns of the same tests: about two hours on two cores.
 LONG := $(BIN)/python -m pytest -q -n 2 --dist worksteal
 long: EXTRA := test
 long: PROFILE := --profile quick
@@ -81,7 +81,8 @@ long: wheel
 	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(LONG) \
 		tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 \
-		STANDFAST_CERTIFICATES=5000 $(LONG) tests/stability
+		STANDFAST_CERTIFICATES=2000 STANDFAST_FEET=400 STANDFAST_FEET_EVENTS=1000 STANDFAST_WELLS=60 STANDFAST_JAMS=1000 \
+		STANDFAST_JAMS_KICKS=200 STANDFAST_FLIGHTS=200 $(LONG) tests/stability
 
 # The bits of every answer on 11 000 seeded scenes beside those that tests/data/bits.txt has: half a minute.
 bits: EXTRA :=
