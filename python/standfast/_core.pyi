@@ -789,9 +789,10 @@ def robustness(
     impact: _Impact = "newton",
     simultaneous: _Simultaneous | None = None,
     time_limit: float | None = None,
-    event_limit: int = 1_000_000,
+    event_limit: int = 100_000,
     neighbourhood: float = ...,
     edges: _Edges = "end",
+    jams: _Jams = "none",
     tolerance: float = 1e-12,
 ) -> Robustness: ...
 def static_forces(posture: Posture) -> tuple[_Floats, _Floats] | None: ...
