@@ -1,5 +1,5 @@
-"""Verdicts on three and more contacts: the rays of the free cone decide. STANDFAST_FEET sets the number of postures (40), STANDFAST_FEET_KICKS
-that of kicks of each (40), STANDFAST_WELLS that of wells (6)."""
+"""Verdicts on three and more contacts: the rays of the free cone decide. STANDFAST_FEET sets the number of postures (30), STANDFAST_FEET_KICKS
+that of kicks of each (30), STANDFAST_WELLS that of wells (6)."""
 
 import collections
 import itertools
@@ -12,8 +12,8 @@ import standfast as sf
 from feet import draw_feet, jams, rays, scaled_rows, stiffness, width
 from scipy.optimize import linprog
 
-POSTURES = int(os.environ.get("STANDFAST_FEET", "40"))
-KICKS = int(os.environ.get("STANDFAST_FEET_KICKS", "40"))
+POSTURES = int(os.environ.get("STANDFAST_FEET", "30"))
+KICKS = int(os.environ.get("STANDFAST_FEET_KICKS", "30"))
 WELLS = int(os.environ.get("STANDFAST_WELLS", "6"))
 RUNS = 50 if WELLS < 100 else 500
 #: Number of events after which a run ends. A proof does not bound them, and at a large restitution they are many.

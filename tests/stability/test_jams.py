@@ -1,5 +1,5 @@
-"""Verdicts on bodies on two contacts, with jams as impacts and without. STANDFAST_JAMS sets the number of postures (60), STANDFAST_JAMS_KICKS that
-of kicks of each (60)."""
+"""Verdicts on bodies on two contacts, with jams as impacts and without. STANDFAST_JAMS sets the number of postures (40), STANDFAST_JAMS_KICKS that
+of kicks of each (40)."""
 
 import collections
 import math
@@ -11,8 +11,8 @@ import standfast as sf
 from bodies import paper_vee
 from corners import corner_kick, rows_of
 
-POSTURES = int(os.environ.get("STANDFAST_JAMS", "60"))
-KICKS = int(os.environ.get("STANDFAST_JAMS_KICKS", "60"))
+POSTURES = int(os.environ.get("STANDFAST_JAMS", "40"))
+KICKS = int(os.environ.get("STANDFAST_JAMS_KICKS", "40"))
 #: Number of events after which a run ends. A proof does not bound them.
 EVENTS = 100_000
 #: Slopes of both contacts, least and largest.
