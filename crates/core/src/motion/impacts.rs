@@ -30,8 +30,8 @@ impl Driver<'_, AnyContacts> {
                 "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
                 names.join(", ")
             );
-            if names.len() > 1 && !self.record.warnings.contains(&tie) {
-                self.record.warnings.push(tie);
+            if names.len() > 1 {
+                self.warn_once(tie);
             }
             if self.options.policy() == Simultaneous::Newton {
                 return if self.sum_up(chosen[0]) {
@@ -97,25 +97,34 @@ impl Driver<'_, AnyContacts> {
         let Some((i, impulse)) = found else {
             return self.options.jams == Jams::Impact && self.stop_jam(&closed);
         };
-        let contact = self.body.state.points[i].place.contact;
-        let warning = format!(
+        self.warn_once(format!(
             "contact {} jammed while it slid: no contact mode was consistent, and an impact without collision followed",
-            contact + 1
-        );
+            self.number(i)
+        ));
+        // Exact at the end of compression, without rounding error.
+        self.end_jam(i, impulse, self.material(i).restitution == 0.0);
+        self.resting[i] = false;
+        true
+    }
+
+    fn warn_once(&mut self, warning: String) {
         if !self.record.warnings.contains(&warning) {
             self.record.warnings.push(warning);
         }
-        let (before, rate) = (self.rates(), self.body.state.points[i].u);
+    }
+
+    /// An impact without collision at point `i`. `stops`: its gap rate is then zero.
+    fn end_jam(&mut self, i: usize, impulse: [f64; 2], stops: bool) {
+        let before = self.rates();
         self.apply_impulse(i, impulse);
-        if self.material(i).restitution == 0.0 {
-            self.body.state.points[i].u = 0.0; // exact at the end of compression, without rounding error
+        if stops {
+            self.body.state.points[i].u = 0.0;
         }
-        self.resting[i] = false;
         self.record.undecided = None;
         self.log.hits += 1;
+        let contact = self.body.state.points[i].place.contact;
         self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-        self.write_down(i, before, rate, impulse);
-        true
+        self.write_down(i, before, 0.0, impulse);
     }
 
     /// The plastic impact that ends a jam: all closed contacts stop, if forces in their friction cones can do this; or else the first one that
@@ -135,24 +144,12 @@ impl Driver<'_, AnyContacts> {
         };
         let Some((impulses, stands)) = found else { return false };
         let owner = |i: usize| self.body.state.points[i].place.contact;
-        let warning = format!(
+        self.warn_once(format!(
             "{} jammed: no contact mode was consistent, and a plastic impact without collision followed (jams=\"impact\")",
             names(impulses.iter().map(|(i, _)| owner(*i)))
-        );
-        if !self.record.warnings.contains(&warning) {
-            self.record.warnings.push(warning);
-        }
-        self.record.undecided = None;
+        ));
         for &(i, impulse) in &impulses {
-            let before = self.rates();
-            self.apply_impulse(i, impulse);
-            if !stands {
-                self.body.state.points[i].u = 0.0; // exact, without rounding error
-            }
-            self.log.hits += 1;
-            let contact = self.body.state.points[i].place.contact;
-            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-            self.write_down(i, before, 0.0, impulse);
+            self.end_jam(i, impulse, !stands);
         }
         if stands {
             self.body.state.stand();

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
-use crate::math::real::Enclosed;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::outcome::ContactNumber;
 use crate::stability::corner::CornerMap;
@@ -44,16 +43,10 @@ pub(super) fn no_motion(map: &CornerMap, posture: &Posture) -> Option<NoMotion> 
     let local = map.local();
     for contact in 0..2 {
         for direction in [1.0, -1.0] {
-            let k = local.stiffness(contact, direction);
-            if k.is_negative() && local.g[contact].is_positive() {
+            if local.jams_alone(contact, direction) {
                 let apart = above(posture, [0, 1], contact)?;
-                return start(
-                    posture,
-                    &[(contact, direction)],
-                    1 - contact,
-                    Some(k.middle()),
-                    apart,
-                );
+                let k = local.stiffness(contact, direction).middle();
+                return start(posture, &[(contact, direction)], 1 - contact, Some(k), apart);
             }
         }
     }

@@ -163,17 +163,16 @@ enum Existence {
 
 /// Whether contact `which` of a pair, which slides alone in this direction, goes on; `None` if the intervals do not decide.
 fn slides_on(local: &Local, which: usize, side: f64) -> Option<bool> {
-    let k = local.stiffness(which, side);
-    if k.is_positive() || local.g[which].hi <= 0.0 {
+    if local.stiffness(which, side).is_positive() || local.g[which].hi <= 0.0 {
         return Some(true);
     }
-    (k.is_negative() && local.g[which].is_positive()).then_some(false)
+    local.jams_alone(which, side).then_some(false)
 }
 
 /// Existence for a body whose cone has these rays.
 fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
     let mut known = true;
-    for (n, ray) in rays.iter().enumerate() {
+    for ray in rays {
         for (which, &contact) in ray.pair.iter().enumerate() {
             for side in [1.0, -1.0] {
                 match slides_on(&ray.local, which, side) {
@@ -198,7 +197,7 @@ fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
             }
         }
         for side in [1.0, -1.0] {
-            match rays[n].local.goes_on(side) {
+            match ray.local.goes_on(side) {
                 Some(true) => {}
                 None => known = false,
                 Some(false) => {
@@ -246,7 +245,7 @@ pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
     let stiffness = [0, 1].map(|which| [1.0, -1.0].map(|side| local.stiffness(which, side)));
     for (which, sides) in stiffness.iter().enumerate() {
         for (k, side) in sides.iter().zip([1.0, -1.0]) {
-            if jams == Jams::None && k.is_negative() && local.g[which].is_positive() {
+            if jams == Jams::None && local.jams_alone(which, side) {
                 let apart = existence::above(posture, pair, which)?;
                 let slides = [(pair[which], side)];
                 let start =
@@ -270,8 +269,8 @@ pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
     })
 }
 
-/// The finding for three and more contacts, and the well, if the posture is one. `consistent`: finds a word at rest in which the body moves
-/// away.
+/// The finding for one contact, or for three and more, and the well, if the posture is one. `moves_away`: a word at rest in which the body
+/// moves away.
 pub(super) fn decide(
     posture: &Posture,
     jams: Jams,
@@ -286,6 +285,7 @@ pub(super) fn decide(
     }
     let known = rays(posture);
     let mut well = None;
+    // Where jams end by impacts a motion always exists.
     let mut motion_exists = jams == Jams::Impact;
     if let Some(rays) = &known {
         let slopes = rays.iter().map(|ray| ray.slope(f.gyration_radius));
@@ -293,17 +293,17 @@ pub(super) fn decide(
         if rays.iter().all(|ray| ray.rise == Some(1)) && width > 0.0 && f.gravity > 0.0 {
             well = Some(Well { width, weight: f.mass * f.gravity });
         }
-        match existence(posture, rays, rho2) {
-            _ if jams == Jams::Impact => {}
-            Existence::Fails(start) => {
-                let evidence = Evidence::NoMotion(start);
-                return Ok((
-                    Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence),
-                    well,
-                ));
+        if !motion_exists {
+            match existence(posture, rays, rho2) {
+                Existence::Fails(start) => {
+                    let evidence = Evidence::NoMotion(start);
+                    let found =
+                        Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence);
+                    return Ok((found, well));
+                }
+                Existence::Certain => motion_exists = true,
+                Existence::Unknown => {}
             }
-            Existence::Certain => motion_exists = true,
-            Existence::Unknown => {}
         }
         if well.is_some() {
             let found = if motion_exists {

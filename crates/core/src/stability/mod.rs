@@ -215,7 +215,8 @@ pub enum Evidence {
     Neutral {
         /// The outer contacts.
         outer: [ContactNumber; 2],
-        /// k = N M⁻¹ (N − σμT)ᵀ of each of them, per unit mass, while it slides to the right (σ = 1) and to the left: positive.
+        /// k = N M⁻¹ (N − σμT)ᵀ of each of them, per unit mass, while it slides to the right (σ = 1) and to the left: positive
+        /// unless jams end by impacts.
         stiffness: [[f64; 2]; 2],
     },
     /// Why the corner map does not decide, and the undecided cells.
