@@ -160,6 +160,14 @@ pub(crate) const TAIL: f64 = 5e-18;
 /// times [`TAIL`].
 pub(crate) const TRY_TAIL: f64 = 1e2 * TAIL;
 
+/// Estimated error of the sum of the bounces of one contact below which the sum is taken. Unit: ε times the time elapsed, the size of the
+/// body, a radian, and the largest speed of the run. To follow the bounces one by one adds about one such error each. Range: 0.01 to 4.
+pub(crate) const BOUNCE_SUM: f64 = 0.5;
+
+/// Ratio of two successive terms of the expansion of bounces in powers of the restitution above which the expansion is not used. The
+/// estimate of its error assumes that the terms shrink like a geometric series. Range: 0.001 to 0.1.
+pub(crate) const BOUNCE_TERMS_SHRINK: f64 = 0.03;
+
 /// Remaining time of an accumulation without a closed form below which its end counts as reached. Unit: time elapsed. The value is below
 /// the rounding error of the time. Range: 1e-18 to 1e-16.
 pub(crate) const REACHED: f64 = 1e-17;

@@ -9,6 +9,7 @@ use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
 use crate::modes::Mode;
+use crate::motion::bounces::Bounces;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::Base;
 use crate::motion::nested::Limit;
@@ -41,6 +42,7 @@ pub(crate) struct AnyContacts {
     /// Whether the warning that friction does not act in impacts has been given.
     pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
+    pub(super) bounces: Bounces,
 }
 
 impl Coordinates for AnyContacts {
@@ -107,6 +109,7 @@ impl Coordinates for AnyContacts {
     }
 
     fn enter_contact(driver: &mut Driver<'_, Self>, _: &[bool]) -> Result<BodyState, Outcome> {
+        driver.body.bounces.forget();
         Ok(driver.body.state.clone())
     }
 
@@ -184,6 +187,7 @@ impl<'a> Driver<'a, AnyContacts> {
             stopped_chatter: (BTreeSet::new(), 0.0),
             friction_warned: false,
             last: LastImpacts::default(),
+            bounces: Bounces::default(),
         };
         Self::with(body, base, local, options, warnings, cancel)
     }
@@ -384,6 +388,10 @@ impl<'a> Driver<'a, AnyContacts> {
         if let Some(outcome) = self.enters(t) {
             return Some(outcome);
         }
+        if t < first || first == f64::INFINITY {
+            self.body.bounces.forget();
+        }
+        self.body.bounces.fly(&self.body.state, t);
         self.body.state = self.body.state.flown(t);
         self.log.clock = self.log.clock.after(t);
         if self.log.hits.is_multiple_of(REFRESH) {

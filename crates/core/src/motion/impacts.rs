@@ -18,6 +18,9 @@ impl Driver<'_, AnyContacts> {
         if coming.is_empty() {
             return None; // past a convex vertex
         }
+        if coming.len() > 1 {
+            self.body.bounces.forget();
+        }
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { &coming } else { &arriving };
@@ -77,6 +80,11 @@ impl Driver<'_, AnyContacts> {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
+        if coming.len() == 1
+            && let Some(end) = self.bounced(i)
+        {
+            return end;
+        }
         self.wedge_or_stop(&[i], rate.abs())
     }
 
@@ -265,6 +273,7 @@ impl Driver<'_, AnyContacts> {
     }
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
+        self.body.bounces.forget();
         let change = self.body.state.arrest(stopped);
         for cycle in &mut self.body.sequence.cycles {
             cycle.change += change;
@@ -274,6 +283,7 @@ impl Driver<'_, AnyContacts> {
     /// Applies an impulse (tangential, normal) per unit mass at point `i`.
     pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
         let change = self.body.state.apply_impulse(i, impulse);
+        self.body.bounces.jump(change);
         for cycle in &mut self.body.sequence.cycles {
             cycle.change += change;
         }

@@ -2,6 +2,7 @@
 
 mod any;
 mod arrivals;
+mod bounces;
 mod driver;
 pub(crate) mod frame;
 mod ground_watch;

@@ -62,6 +62,12 @@ impl BodyState {
         }
     }
 
+    /// Whether the lines of all pieces that do not adjoin that of point `i` are farther away than `way`, in m.
+    pub(crate) fn is_far_from_others(&self, i: usize, posture: &Posture, way: f64) -> bool {
+        facing(posture, self, i)
+            .all(|(_, piece)| piece.height(&self.position(i, posture)).abs() > way)
+    }
+
     /// When a contact in flight hits a piece that does not adjoin its own, before `limit` (s), and the number of this piece.
     pub(crate) fn strike(&self, i: usize, posture: &Posture, limit: f64) -> Option<(f64, isize)> {
         let hit = |(k, piece): (isize, &Piece)| Some((self.hit(i, posture, piece, limit)?, k));
