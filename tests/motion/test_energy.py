@@ -107,7 +107,7 @@ def rise(run):
     + [(law, "flush") for law, count in LAWS.items() if count >= 4],
 )
 def test_energy_never_rises(law, ground):
-    worst, outcomes = (0.0, None), {}
+    worst, outcomes = (0.0, 0), {}
     for seed in range(RUNS):
         rng = np.random.default_rng([1988, seed])
         if ground == "slopes":

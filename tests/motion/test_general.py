@@ -31,10 +31,10 @@ def body(feet, **change):
 
 @pytest.mark.parametrize("model", ["full", "local"])
 @pytest.mark.parametrize(("rho", "e"), [(0.2, 0.1), (0.5 / math.sqrt(3), 0.5)])
-def test_followed_to_rounding_or_summed(model, rho, e):
-    """Chatterjee and Ruina's law without friction equals Newton's law. With their law collisions are simulated until
-    their speeds are rounding errors; with Newton's law the closed sums are used. Both pass through a Zeno point
-    of Zeno points."""
+def test_two_ways_to_sum(model, rho, e):
+    """Chatterjee and Ruina's law without friction equals Newton's law. With their law the bounces of one contact are
+    summed from the changes of the state, and two contacts in turn are followed until their speeds are rounding errors;
+    with Newton's law all sums are closed forms. Both pass through a Zeno point of Zeno points."""
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=rho, restitution=e)
     start = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0), "model": model}
     summed = sf.simulate(rod, **start)
@@ -42,7 +42,6 @@ def test_followed_to_rounding_or_summed(model, rho, e):
         rod, **start, impact="chatterjee-ruina", simultaneous=IN_TURN
     )
     assert summed.outcome == followed.outcome == "rest"
-    assert len(followed.impacts) > 4 * len(summed.impacts)
     assert followed.time == pytest.approx(summed.time, rel=4e-15)
     np.testing.assert_allclose(followed.q, summed.q, atol=1e-14)
 

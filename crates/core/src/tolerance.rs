@@ -121,6 +121,10 @@ pub(crate) const FIXED_ACCELERATION: f64 = 1e-14;
 /// 1e-8.
 pub(crate) const DEPENDENT_ROW: f64 = 1e-10;
 
+/// The same for contacts whose rates are rounding errors and are set to zero. A row that is nearly dependent would multiply them by the
+/// inverse of this value, and stop a real rotation. Range: 1e-9 to 1e-5.
+pub(crate) const STOPPED_ROW: f64 = 1e-7;
+
 /// Acceleration that may come from a force outside its cone, as a multiple of the amount by which the force is outside; an acceleration
 /// below it does not count as different from zero. Rows have length about one. Range: 10 to 1e3.
 pub(crate) const CONE_TIE_ACCELERATION: f64 = 100.0;
@@ -160,8 +164,9 @@ pub(crate) const TAIL: f64 = 5e-18;
 /// times [`TAIL`].
 pub(crate) const TRY_TAIL: f64 = 1e2 * TAIL;
 
-/// Estimated error of the sum of the bounces of one contact below which the sum is taken. Unit: ε times the time elapsed, the size of the
-/// body, a radian, and the largest speed of the run. To follow the bounces one by one adds about one such error each. Range: 0.01 to 4.
+/// Estimated error of the sum of the bounces of one contact below which the sum is taken. Unit: ε times the time elapsed, the smallest gap
+/// of the others or the size of the body, and the largest speed after these bounces. To follow the bounces one by one adds about one such
+/// error each. Range: 0.01 to 4.
 pub(crate) const BOUNCE_SUM: f64 = 0.5;
 
 /// Ratio of two successive terms of the expansion of bounces in powers of the restitution above which the expansion is not used. The

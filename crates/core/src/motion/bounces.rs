@@ -20,11 +20,12 @@
 //! R_m(k) = (R_{m−1}(k) + e^m (d_k − R_{m−1}(k−1)))/(1 − e^m),   d_k = y_k − y_{k−1}
 //! ```
 //!
-//! The law of impact has to return the same fraction r of the landing speed each time, which takes the place of e above. Newton's,
-//! Chatterjee and Ruina's and Moreau's laws return e. Poisson's and Stronge's laws return e if the contact slides in one direction through
-//! all impacts. If it sticks in each impact, its sliding speed before the next one is that of one flight, a_t τ = 2a_t u/g, in proportion
-//! to the landing speed u, and these laws return another fraction, computed at the limit. Where the fraction changes, the terms do not
-//! have these ratios, the remainders of successive orders differ, and the bounces are followed one by one.
+//! The law of impact has to return the same fraction r of the landing speed each time, which takes the place of e above. If the contact slides
+//! in one direction through all impacts, the impulse is (−σμ, 1) P, and every law returns e. The ratio of the sliding speed v_k to the landing
+//! speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that slides now goes on to slide. One that
+//! sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one flight, a_t τ = 2a_t u/g, in proportion
+//! to u; Chatterjee and Ruina's and Moreau's laws return e, Poisson's and Stronge's another fraction, computed at the limit. Where the
+//! fraction changes, the terms do not have these ratios, the remainders of successive orders differ, and the bounces are followed one by one.
 
 use nalgebra::{SVector, Vector2, Vector3};
 
@@ -38,9 +39,7 @@ use crate::motion::record::Motion;
 use crate::options::Impact;
 use crate::outcome::Outcome;
 use crate::sustained::BodyState;
-use crate::tolerance::{
-    BOUNCE_SUM, BOUNCE_TERMS_SHRINK, REMAINDER_FACTOR, STILL,
-};
+use crate::tolerance::{BOUNCE_SUM, BOUNCE_TERMS_SHRINK, REMAINDER_FACTOR, STILL};
 
 /// Most terms that are removed.
 const ORDERS: usize = 6;
@@ -56,6 +55,8 @@ pub(super) struct Bounces {
     piece: isize,
     /// Number of impacts in sequence; 0: none is followed.
     hits: usize,
+    /// The largest speed of the body after these impacts, in m/s.
+    fastest: f64,
     /// Change since the last impact.
     change: Change,
     /// Changes d_k from impact to impact: the last one is number (hits − 2) modulo [`ORDERS`].
@@ -86,13 +87,14 @@ impl Bounces {
         }
     }
 
-    /// The point has been hit, after one flight or as the first.
-    fn follow(&mut self, point: usize, piece: isize) {
+    /// The point has been hit, after one flight or as the first. `speed`: of the body after the impact, in m/s.
+    fn follow(&mut self, point: usize, piece: isize, speed: f64) {
         if self.hits == 0 || (point, piece) != (self.point, self.piece) {
-            (self.point, self.piece, self.hits) = (point, piece, 1);
+            (self.point, self.piece, self.hits, self.fastest) = (point, piece, 1, speed);
         } else {
             self.changes[(self.hits - 1) % ORDERS] = self.change;
             self.hits += 1;
+            self.fastest = self.fastest.max(speed);
         }
         self.change = Change::zeros();
     }
@@ -114,8 +116,10 @@ impl Bounces {
                 if k + 1 == count {
                     gain *= (1.0 + power) / (1.0 - power);
                     let step = size(&(next - above));
-                    // What the next order would add, and the rounding errors of the changes.
-                    let error = step * (step / before) + gain * f64::EPSILON * size(d);
+                    // What the next order would add, and the rounding errors of the changes. The first two terms are those of constant
+                    // geometry: they say nothing about the size of the others.
+                    let shrinks = if m > 3 { step / before } else { 1.0 };
+                    let error = step * shrinks + gain * f64::EPSILON * size(d);
                     if m > 2 && step <= BOUNCE_TERMS_SHRINK * before && error < best.1 {
                         best = (next, error);
                     }
@@ -164,21 +168,24 @@ impl BodyState {
 }
 
 impl Driver<'_, AnyContacts> {
-    /// Point `i` alone has been hit. If it has bounced before without another event, and the rest of its bounces is known, moves to their
+    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If it has bounced before without another event, and the rest of its bounces is known, moves to their
     /// limit, where it rests; an outcome: the run ends there.
-    pub(super) fn bounced(&mut self, i: usize) -> Option<Option<Outcome>> {
-        let (piece, restitution) =
-            (self.body.state.points[i].place.piece, self.material(i).restitution);
-        self.body.bounces.follow(i, piece);
+    pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
+        let (piece, material) = (self.body.state.points[i].place.piece, self.material(i));
+        let restitution = material.restitution;
+        let (size, clock, state) = (self.body.posture.size(), self.log.clock, &self.body.state);
+        let speed = state.center.v.norm() + size * state.spin.omega.abs();
+        self.body.bounces.follow(i, piece, speed);
         if !(self.body.bounces.hits > 3 && restitution > 0.0) {
             return None;
         }
-        let (size, clock) = (self.body.posture.size(), self.log.clock);
+        // Errors of the place are relative to the smallest gap, which they change.
+        let others = (0..state.points.len()).filter(|&j| j != i).map(|j| state.points[j].h);
+        let gap = others.fold(size, f64::min);
         let [time, way, speed] =
-            [clock.hi, size, self.body.fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
-        let spin = speed / size;
-        let unit = Change::from([time, way, way, BOUNCE_SUM * f64::EPSILON, speed, speed, spin]);
-        let slides = self.body.state.slip(i).abs() > STILL * self.body.fastest;
+            [clock.hi, gap, self.body.bounces.fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
+        let unit = Change::from([time, way, way, way / size, speed, speed, speed / size]);
+        let slides = impulse[0].abs() >= (1.0 - STILL) * material.friction * impulse[1];
         let same = slides || !matches!(self.options.impact, Impact::Poisson | Impact::Stronge);
         let mut ratio = if same { restitution } else { self.sticking_ratio(i, &self.body.state)? };
         let (mut change, mut doubt) = self.body.bounces.limit(ratio, &unit);
@@ -190,7 +197,10 @@ impl Driver<'_, AnyContacts> {
             return None;
         }
         let duration = change[0];
-        if !(duration > 0.0 && clock.hi + duration <= self.log.end && self.is_clear(i, ratio, duration)) {
+        if !(duration > 0.0
+            && clock.hi + duration <= self.log.end
+            && self.is_clear(i, ratio, duration))
+        {
             return None;
         }
         let mut end = self.body.state.displaced(&change);
@@ -198,12 +208,10 @@ impl Driver<'_, AnyContacts> {
         let mut rests = PerContact::from_elem(false, end.points.len());
         rests[i] = true;
         end.close(&rests);
-        // A contact with friction that slides has to slide in the same direction at the limit.
         let (slip, after) = (self.body.state.slip(i), end.slip(i));
-        let rubs = !self.options.is_frictionless() && end.points[i].friction > 0.0;
-        let turns_back =
-            rubs && slip * after < 0.0 && after.abs() > STILL * self.body.fastest;
-        if turns_back || self.edges.is_inside(&self.body.posture, &end) {
+        let at_limit = after.abs() > STILL * self.body.bounces.fastest;
+        let changes = !slides || impulse[0] * after > 0.0 || impulse[0] * slip > 0.0;
+        if at_limit && changes || self.edges.is_inside(&self.body.posture, &end) {
             return None;
         }
         self.log.enter(&PerContact::from_elem(Mode::Separate, end.points.len()));
@@ -237,7 +245,8 @@ impl Driver<'_, AnyContacts> {
     fn is_clear(&self, i: usize, ratio: f64, duration: f64) -> bool {
         let (state, bounces) = (&self.body.state, &self.body.bounces);
         let left = REMAINDER_FACTOR * ratio / (1.0 - ratio);
-        let speed = state.center.v.norm() + bounces.kick.xy().norm() * left + state.gravity * duration;
+        let speed =
+            state.center.v.norm() + bounces.kick.xy().norm() * left + state.gravity * duration;
         let spin = state.spin.omega.abs() + bounces.kick.z.abs() * left;
         let clear = |j: usize, arm: f64| {
             let (p, way) = (&state.points[j], duration * (speed + arm * spin));

@@ -81,7 +81,7 @@ impl Driver<'_, AnyContacts> {
         self.cause = Some(Cause::Impact(ContactNumber::of(owner)));
         self.write_down(i, before, rate, impulse);
         if coming.len() == 1
-            && let Some(end) = self.bounced(i)
+            && let Some(end) = self.bounced(i, impulse)
         {
             return end;
         }

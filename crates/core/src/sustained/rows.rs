@@ -7,7 +7,8 @@ use crate::body::contact::PerContact;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{
-    CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND, UNEVEN_GAP,
+    CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND,
+    STOPPED_ROW, UNEVEN_GAP,
 };
 
 /// Most corrections of a velocity or position: loads are up to 1e100 times what moves, each correction gains sixteen digits.
@@ -86,6 +87,31 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     }
 }
 
+/// Independent rows, the longest first, each with the part that is orthogonal to those before it; `apart`: the least length of this part.
+fn independent_by(apart: f64, mut rows: SmallVec<[Row; 4]>) -> SmallVec<[Row; 3]> {
+    let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
+    while chosen.len() < 3 {
+        // The last of the longest. A row that is chosen becomes a zero vector.
+        let (mut at, mut longest) = (0, 0.0);
+        for (k, row) in rows.iter().enumerate() {
+            let length = row.direction.norm_squared();
+            if length >= longest {
+                (at, longest) = (k, length);
+            }
+        }
+        if longest <= apart * apart {
+            break;
+        }
+        let direction = rows[at].direction / longest.sqrt();
+        chosen.push(Row { direction, ..rows[at] });
+        rows[at].direction = Vector3::zeros();
+        for other in &mut rows {
+            other.direction -= direction * direction.dot(&other.direction);
+        }
+    }
+    chosen
+}
+
 impl BodyState {
     /// The rows that stay zero: normal ones of closed contacts, tangential ones of fixed contacts.
     pub(super) fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
@@ -112,7 +138,7 @@ impl BodyState {
 
     /// Independent rows that determine the motion, the longest first, each with the part that is orthogonal to those before it.
     pub(super) fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
-        self.independent_but(None, modes)
+        independent_by(DEPENDENT_ROW, self.rows(modes))
     }
 
     /// The same without one of the rows.
@@ -123,27 +149,7 @@ impl BodyState {
     ) -> SmallVec<[Row; 3]> {
         let mut rows = self.rows(modes);
         rows.retain(|row| Some(row.unknown) != without);
-        let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
-        while chosen.len() < 3 {
-            // The last of the longest. A row that is chosen becomes a zero vector.
-            let (mut at, mut longest) = (0, 0.0);
-            for (k, row) in rows.iter().enumerate() {
-                let length = row.direction.norm_squared();
-                if length >= longest {
-                    (at, longest) = (k, length);
-                }
-            }
-            if longest <= DEPENDENT_ROW * DEPENDENT_ROW {
-                break;
-            }
-            let direction = rows[at].direction / longest.sqrt();
-            chosen.push(Row { direction, ..rows[at] });
-            rows[at].direction = Vector3::zeros();
-            for other in &mut rows {
-                other.direction -= direction * direction.dot(&other.direction);
-            }
-        }
-        chosen
+        independent_by(DEPENDENT_ROW, rows)
     }
 
     /// The two contacts of independent rows farthest apart on (nearly) parallel ground. The body does not move off this ground, and
@@ -217,6 +223,11 @@ impl BodyState {
     /// Removes the part of the velocity that violates the rows, as a plastic impact on them would. The projection is orthogonal
     /// in the metric of the mass, so that it cannot add energy.
     pub(super) fn project(&mut self, modes: &[Mode]) {
+        self.project_on(modes, DEPENDENT_ROW);
+    }
+
+    /// The same on rows with at least this part orthogonal to the others.
+    fn project_on(&mut self, modes: &[Mode], apart: f64) {
         let rho = self.rho2.sqrt();
         let v = self.center.v;
         let mut velocity = Vector3::new(v.x, v.y, rho * self.spin.omega);
@@ -224,7 +235,8 @@ impl BodyState {
         let closed = |i: usize| modes[i] != Mode::Separate;
         let in_vertex = |i: usize| closed(i) && self.twin(i).is_some_and(closed);
         let held = |i: usize| if in_vertex(i) { Mode::Fixed } else { modes[i] };
-        let rows = self.independent(&(0..modes.len()).map(held).collect::<PerContact<_>>());
+        let held: PerContact<Mode> = (0..modes.len()).map(held).collect();
+        let rows = independent_by(apart, self.rows(&held));
         for _ in 0..AGREES {
             let before = velocity.amax();
             for row in &rows {
@@ -258,7 +270,7 @@ impl BodyState {
     pub(crate) fn close(&mut self, closed: &[bool]) {
         if self.has_rows() {
             let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-            self.project(&closed.iter().map(mode).collect::<PerContact<_>>());
+            self.project_on(&closed.iter().map(mode).collect::<PerContact<_>>(), STOPPED_ROW);
         }
     }
 
@@ -272,7 +284,7 @@ impl BodyState {
         let modes: PerContact<Mode> = stopped.iter().map(mode).collect();
         // Each direction is orthogonal to the rows before it.
         let mut change = Vector3::<f64>::zeros();
-        for row in &self.independent(&modes) {
+        for row in &independent_by(STOPPED_ROW, self.rows(&modes)) {
             let rate = self.points[row.unknown.contact].u + row.whole.dot(&change);
             change -= row.direction * (rate / row.whole.dot(&row.direction));
         }
@@ -341,7 +353,7 @@ impl BodyState {
             p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
-        self.project(&modes.iter().map(sliding).collect::<PerContact<_>>());
+        self.project_on(&modes.iter().map(sliding).collect::<PerContact<_>>(), STOPPED_ROW);
         let sticks = |(p, mode): (&ContactState, &Mode)| {
             if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
         };
@@ -350,7 +362,7 @@ impl BodyState {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);
-        self.project(&sticking);
+        self.project_on(&sticking, STOPPED_ROW);
         let (change, turn) = (self.center.v - v, self.spin.omega - omega);
         for (p, mode) in self.points.iter_mut().zip(modes) {
             if *mode == Mode::Separate {

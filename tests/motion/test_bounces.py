@@ -1,0 +1,93 @@
+"""Sums of the bounces of one contact, compared with the same bounces one by one.
+
+A sum is taken only if it ends before the time limit. So a second run whose limit is just before the sum has the same bits up to the last
+bounce that the first run wrote down, and follows all the others one by one. STANDFAST_BOUNCES sets the number of random scenes for each law
+(40).
+"""
+
+import math
+import os
+
+import numpy as np
+import pytest
+import standfast as sf
+from bodies import LAWS, draw_contacts, draw_order, lift, size
+
+SCENES = int(os.environ.get("STANDFAST_BOUNCES", "40"))
+#: Time from the end of the second run to the sum, in units in the last place.
+BEFORE = 4
+#: Sums of one run that are looked at.
+MOST = 6
+#: Relative to the size of the body and to the largest speed.
+TOLERANCE = 1e-12
+
+
+def draw(rng, law):
+    """A body of about a metre on one to six contacts, and its start up to a metre above the ground."""
+    level = rng.random() < 0.5
+    rise, steep = (0, 0) if level else (0.3, 0.5)
+    contacts = draw_contacts(
+        rng,
+        (rng.uniform(-1, 1) for _ in range(rng.integers(1, 7))),
+        rise,
+        steep,
+        friction=lambda: rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
+        restitution=lambda: rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
+        tangential_restitution=lambda: (
+            rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0
+        ),
+    )
+    posture = sf.Posture(
+        mass=1.0,
+        gyration_radius=math.exp(rng.uniform(math.log(0.1), math.log(1.5))),
+        center_of_mass=(rng.uniform(-0.5, 0.5), rng.uniform(0.2, 1.0)),
+        contacts=contacts,
+        restitution=rng.uniform(0.02, 0.9),
+        gravity=9.81,
+    )
+    model = "full" if rng.random() < 0.6 else "local"
+    q = np.array([0.0, 0.0, rng.uniform(-0.1, 0.1)])
+    q[1] = lift(posture, q, model) + 10 ** rng.uniform(-5, 0)
+    qdot = rng.normal(size=3) * (0.5, 0.5, 10 ** rng.uniform(-2, 1))
+    options = {
+        "model": model,
+        "impact": law,
+        "simultaneous": draw_order(rng, law),
+        "time_limit": 10.0,
+        "event_limit": 20_000,
+    }
+    return posture, q, qdot, options
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_sums_equal_the_bounces_one_by_one(law):
+    found, worst = 0, {"place": 0.0, "speed": 0.0}
+    for seed in range(SCENES):
+        posture, q, qdot, options = draw(np.random.default_rng([46, seed]), law)
+        run = sf.simulate(posture, q, qdot, **options)
+        fastest = math.sqrt(2 * posture.gravity * abs(q[1]))
+        for k, point in list(enumerate(run.zeno_points))[:MOST]:
+            if point.method != "bounce" or point.elapsed == 0:
+                continue
+            stop = point.elapsed - BEFORE * np.spacing(point.elapsed)
+            one = sf.simulate(posture, q, qdot, **(options | {"time_limit": stop}))
+            if len(one.impacts) < point.first_summed + 3:
+                continue  # too few bounces were left out
+            # Had the sum ended too early, the contact would still bounce, and the speeds would differ; had it ended too late, the
+            # second run would have come to the end before.
+            for end in one.zeno_points[k:]:
+                early = point.elapsed - end.elapsed
+                assert early <= end.time_error + 4 * np.spacing(point.elapsed)
+            found += 1
+            reach = size(posture)
+            scale = np.array([1, 1, reach])
+            fastest = max(fastest, np.abs(point.qdot * scale).max())
+            error = {
+                "place": np.abs((one.q - point.q) * scale).max() / reach,
+                "speed": np.abs((one.qdot - point.qdot) * scale).max() / fastest,
+            }
+            for name, value in error.items():
+                worst[name] = max(worst[name], float(value))
+                assert value <= TOLERANCE, (name, value, seed, point, posture, q, qdot)
+    print(law, found, worst)
+    assert found > SCENES / 2
