@@ -169,9 +169,11 @@ pub(crate) const TRY_TAIL: f64 = 1e2 * TAIL;
 /// error each. Range: 0.01 to 4.
 pub(crate) const BOUNCE_SUM: f64 = 0.5;
 
-/// Ratio of two successive terms of the expansion of bounces in powers of the restitution above which the expansion is not used. The
-/// estimate of its error assumes that the terms shrink like a geometric series. Range: 0.001 to 0.1.
-pub(crate) const BOUNCE_TERMS_SHRINK: f64 = 0.03;
+/// Error of such a sum that is its rounding error. Unit: ε times the change of each quantity until the limit. Range: 1 to 16.
+pub(crate) const BOUNCE_CHANGE: f64 = 4.0;
+
+/// What the coefficient before the last one adds to the estimate of the error of a polynomial: either may vanish by chance. Range: 0.01 to 1.
+pub(crate) const NEXT_TERM: f64 = 0.1;
 
 /// Remaining time of an accumulation without a closed form below which its end counts as reached. Unit: time elapsed. The value is below
 /// the rounding error of the time. Range: 1e-18 to 1e-16.

@@ -109,7 +109,6 @@ impl Coordinates for AnyContacts {
     }
 
     fn enter_contact(driver: &mut Driver<'_, Self>, _: &[bool]) -> Result<BodyState, Outcome> {
-        driver.body.bounces.forget();
         Ok(driver.body.state.clone())
     }
 
@@ -388,10 +387,6 @@ impl<'a> Driver<'a, AnyContacts> {
         if let Some(outcome) = self.enters(t) {
             return Some(outcome);
         }
-        if t < first || first == f64::INFINITY {
-            self.body.bounces.forget();
-        }
-        self.body.bounces.fly(&self.body.state, t);
         self.body.state = self.body.state.flown(t);
         self.log.clock = self.log.clock.after(t);
         if self.log.hits.is_multiple_of(REFRESH) {

@@ -1,36 +1,40 @@
 //! Sums of the bounces of one contact while all others are in the air.
 //!
-//! Let y be the state after an impact of this contact, (t, x, y, θ) and their velocities. Near rest each bounce is an analytic map of the
-//! landing speed, and the speeds shrink by the restitution e. So the states of successive impacts have an expansion in powers of e,
+//! Let y be the state after an impact of this contact: time t, rotation θ, spin ω, place and speed along the ground, and the speed u at which
+//! it takes off. The rest follows: the gap is zero, and the normal velocity is u − bω. Near rest one bounce is an analytic map y → y + F(y)
+//! that multiplies u by r, up to terms of higher order, and moves everything else by an amount of order u. So the states of successive
+//! impacts are values of one analytic function at s, r s, r² s, …,
 //!
 //! ```text
-//! y_k = y_∞ + c_1 e^k + c_2 e^{2k} + …
+//! y(r s) = y(s) + F(y(s)),   y(s) = y(0) + Σ_m c_m s^m
 //! ```
 //!
-//! In constant geometry only c_1 and c_2 differ from zero (velocities and times; positions). In the full model the terms of higher order
-//! are the effect of the rotation. Richardson's rule with known ratios removes one term after the other,
+//! with y(1) the present state and y(0) the limit, however many bounces there are. A polynomial of degree M is determined by the equation at M
+//! places s_j; F at each of them is one bounce from a state that the body does not pass through. With the values of F from the last iterate,
+//! the coefficients follow from linear equations,
 //!
 //! ```text
-//! L_0(k) = y_k,   L_m(k) = (L_{m−1}(k) − e^m L_{m−1}(k−1))/(1 − e^m)
+//! Σ_m (r^m − 1) s_j^m c_m = F_j,    Σ_{m>1} (r^m − r) s_j^m a_m = u'_j − r u_j  for u = Σ_m a_m s^m, Σ_m a_m = u(1)
 //! ```
 //!
-//! It is applied to the remainders R_m(k) = L_m(k) − y_k, so that their errors are relative to what is left and not to the state:
+//! The iteration converges as that of Picard for a differential equation does. In constant geometry only c_1 and c_2 differ from zero, and the
+//! first iterate is exact. Terms of higher order are the effect of the rotation. The last coefficients in Chebyshev's polynomials estimate the
+//! error.
 //!
-//! ```text
-//! R_m(k) = (R_{m−1}(k) + e^m (d_k − R_{m−1}(k−1)))/(1 − e^m),   d_k = y_k − y_{k−1}
-//! ```
-//!
-//! The law of impact has to return the same fraction r of the landing speed each time, which takes the place of e above. If the contact slides
-//! in one direction through all impacts, the impulse is (−σμ, 1) P, and every law returns e. The ratio of the sliding speed v_k to the landing
-//! speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that slides now goes on to slide. One that
-//! sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one flight, a_t τ = 2a_t u/g, in proportion
-//! to u; Chatterjee and Ruina's and Moreau's laws return e, Poisson's and Stronge's another fraction, computed at the limit. Where the
-//! fraction changes, the terms do not have these ratios, the remainders of successive orders differ, and the bounces are followed one by one.
+//! If the contact slides in one direction through all impacts, their impulses are (−σμ, 1) P, and every law returns e: r = e. The ratio of the
+//! sliding speed v_k to the landing speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that
+//! slides now goes on to slide. One that sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one
+//! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Bounces in which it sticks and yet slides after each impact, by tangential restitution or Chatterjee and Ruina's law, are followed one
+//! by one.
 
-use nalgebra::{SVector, Vector2, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::body::contact::PerContact;
-use crate::impact::friction;
+use crate::body::posture::Posture;
+use crate::flight::{GapArc, parabola_touchdown};
+use crate::impact::friction::{self, Material, Matrix};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
@@ -39,179 +43,357 @@ use crate::motion::record::Motion;
 use crate::options::Impact;
 use crate::outcome::Outcome;
 use crate::sustained::BodyState;
-use crate::tolerance::{BOUNCE_SUM, BOUNCE_TERMS_SHRINK, REMAINDER_FACTOR, STILL};
+use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
-/// Most terms that are removed.
-const ORDERS: usize = 6;
+/// Degree of the polynomials.
+const DEGREE: usize = 8;
 
-/// Change of t, x, y, θ, ẋ, ẏ, θ̇.
-type Change = SVector<f64, 7>;
+/// Number of impacts of the contact before the first attempt to sum its bounces.
+const FIRST_ATTEMPT: usize = 2;
 
-/// Bounces of one contact, one after the other.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Bounces {
-    /// The point that bounces, and the piece of ground under it.
-    point: usize,
-    piece: isize,
-    /// Number of impacts in sequence; 0: none is followed.
-    hits: usize,
-    /// The largest speed of the body after these impacts, in m/s.
-    fastest: f64,
-    /// Change since the last impact.
-    change: Change,
-    /// Changes d_k from impact to impact: the last one is number (hits − 2) modulo [`ORDERS`].
-    changes: [Change; ORDERS],
-    /// Change of velocity by the last impact.
-    kick: Vector3<f64>,
+/// Most iterations.
+const ITERATIONS: usize = 20;
+
+/// Intervals of s in which the gaps of other contacts are bounded.
+const INTERVALS: usize = 32;
+
+/// t, way along the ground, θ, speed along the ground, ω; relative to the present state.
+type Change = SVector<f64, 5>;
+type Square = SMatrix<f64, DEGREE, DEGREE>;
+type Changes = SMatrix<f64, DEGREE, 5>;
+
+/// What friction does in an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Grip {
+    Sticks,
+    /// The direction of the slide; 0 without friction.
+    Slides(f64),
 }
 
-impl Bounces {
-    pub(super) fn forget(&mut self) {
-        self.hits = 0;
-    }
-
-    /// Adds a flight of `dt` from this state on.
-    pub(super) fn fly(&mut self, from: &BodyState, dt: f64) {
-        if self.hits > 0 {
-            let (way, speed) = (from.center.v * dt + from.fall * (0.5 * dt * dt), from.fall * dt);
-            let angle = from.spin.omega * dt;
-            self.change += Change::from([dt, way.x, way.y, angle, speed.x, speed.y, 0.0]);
-        }
-    }
-
-    /// Adds the change of velocity by an impact.
-    pub(super) fn jump(&mut self, change: Vector3<f64>) {
-        if self.hits > 0 {
-            self.change += Change::from([0.0, 0.0, 0.0, 0.0, change.x, change.y, change.z]);
-            self.kick = change;
-        }
-    }
-
-    /// The point has been hit, after one flight or as the first. `speed`: of the body after the impact, in m/s.
-    fn follow(&mut self, point: usize, piece: isize, speed: f64) {
-        if self.hits == 0 || (point, piece) != (self.point, self.piece) {
-            (self.point, self.piece, self.hits, self.fastest) = (point, piece, 1, speed);
+impl Grip {
+    fn of([t, n]: [f64; 2], friction: f64) -> Self {
+        if t.abs() < (1.0 - STILL) * friction * n {
+            Self::Sticks
         } else {
-            self.changes[(self.hits - 1) % ORDERS] = self.change;
-            self.hits += 1;
-            self.fastest = self.fastest.max(speed);
+            Self::Slides(if t == 0.0 { 0.0 } else { -t.signum() })
         }
-        self.change = Change::zeros();
     }
+}
 
-    /// The remainder for this ratio, and the estimate of its error, in units of `unit`.
-    fn limit(&self, ratio: f64, unit: &Change) -> (Change, f64) {
-        let size = |change: &Change| change.component_div(unit).amax();
-        let count = ORDERS.min(self.hits - 1);
-        // R_m of the impact before, and of this one.
-        let mut left = [Change::zeros(); ORDERS + 1];
-        let mut best = (Change::zeros(), f64::INFINITY);
-        for k in 0..count {
-            let d = &self.changes[(self.hits - 1 - count + k) % ORDERS];
-            let (mut power, mut gain, mut before) = (1.0, 1.0, f64::INFINITY);
-            let (mut above, mut below) = (Change::zeros(), left[0]);
-            for m in 1..=k + 1 {
-                power *= ratio;
-                let next = (above + (d - below) * power) / (1.0 - power);
-                if k + 1 == count {
-                    gain *= (1.0 + power) / (1.0 - power);
-                    let step = size(&(next - above));
-                    // What the next order would add, and the rounding errors of the changes. The first two terms are those of constant
-                    // geometry: they say nothing about the size of the others.
-                    let shrinks = if m > 3 { step / before } else { 1.0 };
-                    let error = step * shrinks + gain * f64::EPSILON * size(d);
-                    if m > 2 && step <= BOUNCE_TERMS_SHRINK * before && error < best.1 {
-                        best = (next, error);
-                    }
-                    before = step;
-                }
-                below = std::mem::replace(&mut left[m], next);
-                above = next;
+/// All further bounces of a contact, as a function of s.
+struct Sum {
+    /// The coefficients c_m, m = 1, 2, …
+    terms: Changes,
+    /// The coefficients a_m of the speed u, m = 1, 2, …
+    speeds: SVector<f64, { DEGREE + 1 }>,
+    /// Estimate of the error of the time, in s.
+    error: f64,
+}
+
+impl Sum {
+    /// The change up to s, and the speed u there.
+    fn at(&self, s: f64) -> (Change, f64) {
+        let (mut power, mut change, mut speed) = (1.0, Change::zeros(), 0.0);
+        for m in 0..=DEGREE {
+            power *= s;
+            speed += self.speeds[m] * power;
+            if m < DEGREE {
+                change += self.terms.row(m).transpose() * (power - 1.0);
             }
         }
-        best
+        (change, speed)
     }
 }
 
-impl BodyState {
-    /// Moves a body in flight by this displacement and to this velocity.
-    fn displaced(&self, change: &Change) -> Self {
-        let mut after = self.clone();
-        let (way, angle) = (Vector2::new(change[1], change[2]), change[3]);
+/// One contact, on the ground after an impact.
+struct Bouncing<'a> {
+    body: &'a BodyState,
+    i: usize,
+    law: Impact,
+    material: Material,
+    grip: Grip,
+}
+
+impl Bouncing<'_> {
+    /// The body after this change of state, with the contact on the ground and the speed `u` at which it takes off.
+    fn moved(&self, change: &Change, u: f64) -> BodyState {
+        let mut after = self.body.clone();
+        let [_, way, angle, speed, spin] = (*change).into();
+        let (p, frozen) = (self.body.points[self.i], self.body.frozen.is_some());
+        let turn = Turn::by(angle);
+        let (b, c) = if frozen { (p.b, p.c) } else { p.turned(&turn) };
+        let rise = if frozen { -p.b * angle } else { p.c * turn.one_minus_cos - p.b * turn.sin };
+        let way = p.tangent * way + p.normal * rise;
         after.center.r += way;
         after.spin.theta += angle;
-        after.center.v += Vector2::new(change[4], change[5]);
-        after.spin.omega += change[6];
-        let turn = Turn::by(angle);
-        for p in &mut after.points {
-            let arm = p.arm();
+        after.spin.omega += spin;
+        let omega = after.spin.omega;
+        let along = match self.grip {
+            Grip::Sticks => c * omega,
+            Grip::Slides(_) => p.tangent.dot(&after.center.v) + speed,
+        };
+        after.center.v = p.tangent * along + p.normal * (u - b * omega);
+        for q in &mut after.points {
+            let arm = q.arm();
             let side = Vector2::new(-arm.y, arm.x);
-            let turned = match self.frozen {
-                Some(_) => side * angle,
-                None => side * turn.sin - arm * turn.one_minus_cos,
-            };
+            let turned =
+                if frozen { side * angle } else { side * turn.sin - arm * turn.one_minus_cos };
             let moved = way + turned;
-            p.h = (p.h + p.normal.dot(&moved)).max(0.0);
-            for (k, side) in p.place.sides.iter_mut().enumerate() {
-                let axis = p.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
+            q.h += q.normal.dot(&moved);
+            for (k, side) in q.place.sides.iter_mut().enumerate() {
+                let axis = q.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
                 if *side < f64::INFINITY {
                     *side = (*side + axis.dot(&moved)).max(0.0);
                 }
             }
-            if self.frozen.is_none() {
-                (p.b, p.c) = p.turned(&turn);
+            if !frozen {
+                (q.b, q.c) = q.turned(&turn);
             }
-            p.u = p.normal.dot(&after.center.v) + p.b * after.spin.omega;
+            q.u = q.normal.dot(&after.center.v) + q.b * omega;
         }
+        (after.points[self.i].h, after.points[self.i].u) = (0.0, u);
         after
+    }
+
+    /// F from this state, and u' − r u. `None`: the contact does not come down, or friction does something else in the impact.
+    fn bounce(&self, from: &Change, u: f64, ratio: f64) -> Option<(Change, f64)> {
+        let (p, rho2) = (&self.body.points[self.i], self.body.rho2);
+        let (g, along) = (self.body.pull(self.i), p.tangent.dot(&self.body.fall));
+        let frozen = self.body.frozen.is_some();
+        let [b, c] = if frozen { [p.b, p.c] } else { p.turned(&Turn::by(from[2])).into() };
+        let omega = self.body.spin.omega + from[4];
+        let v = match self.grip {
+            Grip::Sticks => c * omega,
+            Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + from[3],
+        };
+        // The landing speed is u − d.
+        let (dt, turn, d) = if frozen || omega == 0.0 {
+            (parabola_touchdown(0.0, u, g), Turn::default(), 0.0)
+        } else {
+            let end = GapArc { h: 0.0, u, g, b, c, omega }.find_touchdown()?;
+            let (x, Turn { sin, one_minus_cos, x_minus_sin }) = (omega * end.dt, end.turn);
+            let [of_c, of_b] =
+                [2.0 * one_minus_cos / x - sin, 2.0 * x_minus_sin / x - one_minus_cos];
+            (end.dt, end.turn, omega * (c * of_c + b * of_b))
+        };
+        let landing = u - d;
+        if !(dt < f64::INFINITY && landing > 0.0) {
+            return None;
+        }
+        let bent = b * turn.sin - c * turn.one_minus_cos;
+        let slip = if self.grip == Grip::Sticks { 0.0 } else { v - c * omega };
+        let slip = slip + along * dt - omega * bent;
+        let [b, c] = turn.turned([b, c]);
+        let w = Matrix { nn: 1.0 + b * b / rho2, nt: -b * c / rho2, tt: 1.0 + c * c / rho2 };
+        let [t, n] = friction::impulse(self.law, &w, [slip, -landing], &self.material)?;
+        if self.grip != Grip::of([t, n], self.material.friction) {
+            return None;
+        }
+        let gain =
+            [dt, dt * (v + 0.5 * along * dt), omega * dt, along * dt + t, (b * n - c * t) / rho2];
+        let excess = if self.returns_restitution() {
+            -self.material.restitution * d
+        } else {
+            w.nt * t + w.nn * n - landing - ratio * u
+        };
+        Some((gain.into(), excess))
+    }
+
+    fn returns_restitution(&self) -> bool {
+        self.grip != Grip::Sticks || !matches!(self.law, Impact::Poisson | Impact::Stronge)
+    }
+
+    /// The fraction of its speed that the contact keeps near the limit of these bounces; at the start, from here.
+    fn ratio(&self, limit: &Change) -> Option<f64> {
+        if self.returns_restitution() {
+            return Some(self.material.restitution);
+        }
+        let small = f64::EPSILON * self.body.points[self.i].u;
+        let ratio = self.bounce(limit, small, 0.0)?.1 / small;
+        (0.0 < ratio && ratio < 1.0).then_some(ratio)
+    }
+
+    /// All further bounces; `None` if this polynomial is less accurate than `unit`, beside the rounding error of the changes.
+    fn sum(&self, unit: &Change) -> Option<Sum> {
+        let u = self.body.points[self.i].u;
+        let places: [f64; DEGREE] = std::array::from_fn(|j| {
+            let sin = libm::sin(FRAC_PI_2 * (j + 1) as f64 / DEGREE as f64);
+            sin * sin
+        });
+        let (mut ratio, mut matrices) = (f64::NAN, None);
+        let (mut changes, mut speeds) = ([Change::zeros(); DEGREE], places.map(|s| s * u));
+        let mut last = Change::zeros();
+        for k in 0..ITERATIONS {
+            let now = self.ratio(&last)?;
+            if now != ratio {
+                (ratio, matrices) = (now, None);
+            }
+            let (mut gains, mut excess) = (Changes::zeros(), SVector::<f64, DEGREE>::zeros());
+            for j in 0..DEGREE {
+                let (gain, more) = self.bounce(&changes[j], speeds[j], ratio)?;
+                gains.set_row(j, &gain.transpose());
+                excess[j] = more;
+            }
+            let (one, other) = matrices.get_or_insert_with(|| {
+                let log = libm::log(ratio);
+                let loss = |m: usize| libm::expm1(m as f64 * log); // r^m − 1
+                let power = |j: usize, m: usize| libm::pow(places[j], m as f64);
+                let one = Square::from_fn(|j, m| power(j, m + 1) * loss(m + 1));
+                let other = Square::from_fn(|j, m| power(j, m + 2) * loss(m + 1) * ratio);
+                (one.lu(), other.lu())
+            });
+            let (terms, high) = (one.solve(&gains)?, other.solve(&excess)?);
+            let mut speed = SVector::<f64, { DEGREE + 1 }>::zeros();
+            speed[0] = u - high.sum();
+            speed.fixed_rows_mut::<DEGREE>(1).copy_from(&high);
+            let mut sum = Sum { terms, speeds: speed, error: 0.0 };
+            let (limit, _) = sum.at(0.0);
+            let allowed = unit + limit.abs() * (BOUNCE_CHANGE * f64::EPSILON);
+            let within = |change: Change| (0..5).all(|k| change[k].abs() <= allowed[k]);
+            for j in 0..DEGREE {
+                (changes[j], speeds[j]) = sum.at(places[j]);
+            }
+            if speeds.iter().any(|speed| !(*speed > 0.0)) {
+                return None;
+            }
+            if k > 0 && within(limit - last) {
+                // The coefficients of Chebyshev's polynomials of the degrees M and M − 1.
+                let [mut top, mut below] = [limit * 0.5; 2];
+                for (j, change) in changes.iter().enumerate() {
+                    let sign = if j % 2 == 0 { -1.0 } else { 1.0 };
+                    let weight = if j + 1 == DEGREE { 0.5 } else { 1.0 };
+                    top += change * (sign * weight);
+                    below += change
+                        * (weight
+                            * libm::cos(PI * ((j + 1) * (DEGREE - 1)) as f64 / DEGREE as f64));
+                }
+                let degree = DEGREE as f64;
+                let doubt = top.abs() / degree + below.abs() * (2.0 * NEXT_TERM / degree);
+                sum.error = doubt[0] + allowed[0];
+                return within(doubt).then_some(sum);
+            }
+            last = limit;
+        }
+        None
+    }
+}
+
+impl Bouncing<'_> {
+    /// Whether no other contact lands, no end of the ground is passed and no other piece of it is met before the limit.
+    fn is_alone(&self, sum: &Sum, posture: &Posture) -> bool {
+        let (body, p) = (self.body, &self.body.points[self.i]);
+        let (duration, size) = (sum.at(0.0).0[0], posture.size());
+        let at = |k: usize| sum.at(1.0 - k as f64 / INTERVALS as f64);
+        let spin = |k: usize| (body.spin.omega + at(k).0[4]).abs();
+        let omega = (0..=INTERVALS).map(spin).fold(0.0, f64::max);
+        // The sum of all normal impulses stops the fall of the contact.
+        let fall = duration * (body.gravity + size * omega * omega);
+        let push = REMAINDER_FACTOR * (fall + p.u) * (1.0 + self.material.friction);
+        let drift = body.center.v.norm() + fall + push;
+        let way = |j: usize| {
+            let arm = body.points[j].arm().norm();
+            duration * (drift + arm * (omega + push * size / body.rho2))
+        };
+        let near = |j: usize| j != self.i && body.points[j].h <= way(j);
+        let within_ground = (0..body.points.len()).all(|j| {
+            let q = &body.points[j];
+            q.depth == 0.0
+                && q.place.sides.iter().all(|side| *side > way(j))
+                && body.is_far_from_others(j, posture, way(j))
+        });
+        if !within_ground || !(0..body.points.len()).any(near) {
+            return within_ground;
+        }
+        let (mut time, mut flight) = (0.0, 0.0);
+        let mut from = body.clone();
+        (1..=INTERVALS).all(|k| {
+            let (change, u) = at(k);
+            let to = self.moved(&change, u);
+            // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.
+            flight = f64::max(flight, 2.0 * p.u / from.arc(self.i).effective_gravity());
+            let stays = (0..body.points.len()).filter(|&j| near(j)).all(|j| {
+                let (a, b) = (&from.points[j], &to.points[j]);
+                let pull = body.pull(j).abs() + a.arm().norm() * omega * omega;
+                let speed = REMAINDER_FACTOR.sqrt() * (a.u.abs().max(b.u.abs()) + pull * flight);
+                a.h + b.h > speed * (change[0] - time)
+            });
+            time = change[0];
+            from = to;
+            stays
+        })
+    }
+}
+
+/// Impacts of one contact, one after the other.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Bounces {
+    point: usize,
+    hits: usize,
+    /// The largest speed of the body after these impacts, in m/s.
+    fastest: f64,
+}
+
+impl Bounces {
+    /// `speed`: of the body after the impact, in m/s.
+    fn follow(&mut self, point: usize, speed: f64) {
+        if point != self.point {
+            *self = Self { point, ..Self::default() };
+        }
+        self.hits += 1;
+        self.fastest = self.fastest.max(speed);
     }
 }
 
 impl Driver<'_, AnyContacts> {
-    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If it has bounced before without another event, and the rest of its bounces is known, moves to their
+    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If all its further bounces are known, moves to their
     /// limit, where it rests; an outcome: the run ends there.
     pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
-        let (piece, material) = (self.body.state.points[i].place.piece, self.material(i));
-        let restitution = material.restitution;
         let (size, clock, state) = (self.body.posture.size(), self.log.clock, &self.body.state);
         let speed = state.center.v.norm() + size * state.spin.omega.abs();
-        self.body.bounces.follow(i, piece, speed);
-        if !(self.body.bounces.hits > 3 && restitution > 0.0) {
+        self.body.bounces.follow(i, speed);
+        let Bounces { hits, fastest, .. } = self.body.bounces;
+        let (law, mut material) = (self.options.impact, self.material(i));
+        if law == Impact::Newton {
+            material.friction = 0.0;
+        }
+        let grip = Grip::of(impulse, material.friction);
+        let stops = match law {
+            Impact::ChatterjeeRuina => false,
+            Impact::Moreau => material.tangential_restitution == 0.0,
+            _ => true,
+        };
+        // Each attempt costs about as much as the bounces between two of them.
+        if !(hits >= FIRST_ATTEMPT && hits.is_power_of_two())
+            || material.restitution == 0.0
+            || grip == Grip::Sticks && !stops
+            || state.points[i].u <= 0.0
+            || state.frozen.is_some_and(|square| square > 0.0)
+        {
             return None;
         }
         // Errors of the place are relative to the smallest gap, which they change.
         let others = (0..state.points.len()).filter(|&j| j != i).map(|j| state.points[j].h);
         let gap = others.fold(size, f64::min);
         let [time, way, speed] =
-            [clock.hi, gap, self.body.bounces.fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
-        let unit = Change::from([time, way, way, way / size, speed, speed, speed / size]);
-        let slides = impulse[0].abs() >= (1.0 - STILL) * material.friction * impulse[1];
-        let same = slides || !matches!(self.options.impact, Impact::Poisson | Impact::Stronge);
-        let mut ratio = if same { restitution } else { self.sticking_ratio(i, &self.body.state)? };
-        let (mut change, mut doubt) = self.body.bounces.limit(ratio, &unit);
-        if !same && doubt < f64::INFINITY {
-            ratio = self.sticking_ratio(i, &self.body.state.displaced(&change))?;
-            (change, doubt) = self.body.bounces.limit(ratio, &unit);
-        }
-        if !(doubt <= 1.0) {
+            [clock.hi, gap, fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
+        let unit = Change::from([time, way, way / size, speed, speed / size]);
+        let bouncing = Bouncing { body: state, i, law, material, grip };
+        let sum = bouncing.sum(&unit)?;
+        let limit = sum.at(0.0).0;
+        let duration = limit[0];
+        if !(duration > 0.0 && clock.hi + duration <= self.log.end) {
             return None;
         }
-        let duration = change[0];
-        if !(duration > 0.0
-            && clock.hi + duration <= self.log.end
-            && self.is_clear(i, ratio, duration))
+        let end = bouncing.moved(&limit, 0.0);
+        if let Grip::Slides(way) = grip {
+            let turns = |body: &BodyState| body.slip(i) * way < -STILL * fastest;
+            if turns(state) || turns(&end) {
+                return None;
+            }
+        }
+        if !bouncing.is_alone(&sum, &self.body.posture)
+            || self.edges.is_inside(&self.body.posture, &end)
         {
-            return None;
-        }
-        let mut end = self.body.state.displaced(&change);
-        (end.points[i].h, end.points[i].u) = (0.0, 0.0);
-        let mut rests = PerContact::from_elem(false, end.points.len());
-        rests[i] = true;
-        end.close(&rests);
-        let (slip, after) = (self.body.state.slip(i), end.slip(i));
-        let at_limit = after.abs() > STILL * self.body.bounces.fastest;
-        let changes = !slides || impulse[0] * after > 0.0 || impulse[0] * slip > 0.0;
-        if at_limit && changes || self.edges.is_inside(&self.body.posture, &end) {
             return None;
         }
         self.log.enter(&PerContact::from_elem(Mode::Separate, end.points.len()));
@@ -221,40 +403,7 @@ impl Driver<'_, AnyContacts> {
         }
         self.log.clock = clock.after(duration);
         self.body.state = end;
-        self.body.bounces.forget();
-        Some(self.settle(&[i], false, doubt * time, 0.0))
-    }
-
-    /// The fraction of its landing speed that point `i` keeps, if it sticks in each impact and the body is in this state at the limit; `None`
-    /// if it slides after an impact.
-    fn sticking_ratio(&self, i: usize, body: &BodyState) -> Option<f64> {
-        let (p, spin) = (&body.points[i], body.spin.omega);
-        let turned = if body.frozen.is_some() { 0.0 } else { p.b * spin * spin };
-        let gain = p.tangent.dot(&body.fall) - turned;
-        let before = [2.0 * gain / body.arc(i).effective_gravity(), -1.0];
-        let w = body.impact_matrix(i);
-        let [t, n] = friction::impulse(self.options.impact, &w, before, &self.material(i))?;
-        let [slip, rate] = [before[0] + w.tt * t + w.nt * n, before[1] + w.nt * t + w.nn * n];
-        (slip.abs() <= STILL && rate > 0.0 && rate < 1.0).then_some(rate)
-    }
-
-    /// Whether no other contact, no end of the ground and no other piece of it is within the way that the points can move during the rest
-    /// of the bounces of point `i`, of this duration (s).
-    ///
-    /// The sum of all further impulses is P r/(1 − r), P the last one, up to the rotation in this time.
-    fn is_clear(&self, i: usize, ratio: f64, duration: f64) -> bool {
-        let (state, bounces) = (&self.body.state, &self.body.bounces);
-        let left = REMAINDER_FACTOR * ratio / (1.0 - ratio);
-        let speed =
-            state.center.v.norm() + bounces.kick.xy().norm() * left + state.gravity * duration;
-        let spin = state.spin.omega.abs() + bounces.kick.z.abs() * left;
-        let clear = |j: usize, arm: f64| {
-            let (p, way) = (&state.points[j], duration * (speed + arm * spin));
-            (j == i || p.h > way)
-                && p.depth == 0.0
-                && p.place.sides.iter().all(|side| *side > way)
-                && state.is_far_from_others(j, &self.body.posture, way)
-        };
-        (0..state.points.len()).all(|j| clear(j, state.points[j].arm().norm()))
+        self.body.bounces = Bounces::default();
+        Some(self.settle(&[i], false, sum.error, 0.0))
     }
 }

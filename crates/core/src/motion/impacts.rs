@@ -18,9 +18,6 @@ impl Driver<'_, AnyContacts> {
         if coming.is_empty() {
             return None; // past a convex vertex
         }
-        if coming.len() > 1 {
-            self.body.bounces.forget();
-        }
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { &coming } else { &arriving };
@@ -273,7 +270,6 @@ impl Driver<'_, AnyContacts> {
     }
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
-        self.body.bounces.forget();
         let change = self.body.state.arrest(stopped);
         for cycle in &mut self.body.sequence.cycles {
             cycle.change += change;
@@ -283,7 +279,6 @@ impl Driver<'_, AnyContacts> {
     /// Applies an impulse (tangential, normal) per unit mass at point `i`.
     pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
         let change = self.body.state.apply_impulse(i, impulse);
-        self.body.bounces.jump(change);
         for cycle in &mut self.body.sequence.cycles {
             cycle.change += change;
         }

@@ -78,7 +78,6 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks.
     fn change(&mut self, change: &Change) -> Option<Outcome> {
-        self.body.bounces.forget();
         if let Some(fall) = change.fall {
             self.body.state.set_fall(fall);
         }
