@@ -14,6 +14,8 @@ STILL = 1e-6
 PATIENCE = 10.0
 #: The steps in s of those that have a fixed one.
 STEPS = [m * 10.0**-k for k in range(2, 9) for m in (1, 0.3)]
+#: The step of most engines unless told otherwise, one frame, in s.
+FRAME = 1 / 60
 
 
 def scenes(path):
@@ -69,13 +71,15 @@ def settled(times, speeds):
 
 
 def answer(name, scene, task, q, time):
-    """The reported part of a state (x, y, theta): the gaps (for the block its position), or the time of rest and the state."""
+    """The reported part of a state (x, y, theta): the heights of the contact points, with friction also x (for the block its position);
+    or the time of rest and the state."""
     if task == "rest":
         return {"time": time, "q": q}
     if name == "block":
         return {"values": q[:2]}
     sin, cos = math.sin(q[2]), math.cos(q[2])
-    return {"values": [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]}
+    heights = [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]
+    return {"values": [q[0], *heights] if scene["body"]["friction"] else heights}
 
 
 def fixed_step(tool, path, prepare, simulate):
