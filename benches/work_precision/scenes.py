@@ -359,13 +359,13 @@ class Thrown:
         """The zero of a gap before `t`, by Newton's method."""
         level = self.height(float(self.place(arm, t)[0]))
         for _ in range(60):
-            x, y = self.place(arm, t)
+            y = self.place(arm, t)[1]
             rate = self.v[1] - G * t + self.lever(arm, t)[0] * self.v[2]
             step = (y - level) / rate
             t -= step
             if abs(step) <= mpf(10) ** (6 - mp.dps):
                 break
-        low, high, z = next(tread for tread in self.treads if tread[2] == level)
+        low, high, _ = next(tread for tread in self.treads if tread[2] == level)
         assert low + self.CLEAR < self.place(arm, t)[0] < high - self.CLEAR
         return t
 
