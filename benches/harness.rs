@@ -64,7 +64,7 @@ pub fn timed<T>(run: impl Fn() -> T) -> (f64, T) {
         }
         seconds.push(spent / f64::from(count));
         let all = f64::from(count) * seconds.iter().sum::<f64>();
-        if quick() || seconds.len() >= 5 && all > 0.05 || all > 5.0 {
+        if seconds.len() >= 5 && (quick() || all > 0.05) || all > 5.0 {
             seconds.sort_by(f64::total_cmp);
             return (seconds[seconds.len() / 2], found);
         }
