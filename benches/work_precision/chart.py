@@ -81,7 +81,7 @@ TOOLS = {
     "rapier": (
         "#8A8A8A",
         "P",
-        "Moreau's law, contact by contact",
+        "friction first, then rebound",
         [*CARGO, "--manifest-path", "rapier/Cargo.toml", "--"],
     ),
 }
@@ -127,9 +127,9 @@ def points(scenes, folder):
             point["family"] = tool
             scene = scenes[point["scene"]]
             exact = scene[point["task"]]
-            # Tools that do not have Poisson's law are compared with the answer by Moreau's.
-            other = "moreau" in exact and point.get("law") != scene["law"]
-            point["truth"] = "moreau" if other else "values"
+            # Tools that do not have the law of the scene are compared with the answer by their own.
+            law = point.get("law") or ("late" if tool == "rapier" else "moreau")
+            point["truth"] = law if law in exact else "values"
             if point["task"] == "before":
                 errors = [
                     abs(a - float(b))
@@ -293,9 +293,10 @@ def dominated(here, ours, others):
     """Points of these families for which no single call of `ours` has at most their time and at most their error."""
     ours = [p for p in here if p["family"] == ours and "at once" not in p["setting"]]
     for point in here:
-        mine = [p for p in ours if p["truth"] == point["truth"]]
-        if point["family"] not in others or not mine:
+        if point["family"] not in others:
             continue
+        # By the same law, if ours have it.
+        mine = [p for p in ours if p["truth"] == point["truth"]] or ours
         error = float("inf") if point["error"] is None else max(point["error"], ALIKE)
         if not any(
             p["seconds"] <= point["seconds"] and p["error"] <= error for p in mine
@@ -363,8 +364,9 @@ def table(scenes, found, folder):
         *(f"| {tool} | {law} |" for tool, (_, _, law, _) in TOOLS.items()),
         "",
         "Moreau's law is Newton's restitution with Coulomb's friction on the velocity after the impact. \"Contact by contact\": several contacts are",
-        "solved in turn, some times a step. Without friction it is Newton's law. Of the thrown box, whose law is Poisson's, tools that do not",
-        "have this law are compared with the exact answer by Moreau's law; standfast runs it with both.",
+        "solved in turn, some times a step. rapier applies Moreau's law without rebound, and then the rebound without friction. Without friction",
+        "these are Newton's law. Each tool is compared with the exact answer by its own law; MuJoCo, whose law has no exact answer, with that by",
+        "Moreau's. The law of the thrown box is Poisson's; standfast runs it with Moreau's law, too, and is compared with the tools of that law.",
         "",
         "| scene | task | tool | setting | time, s | relative error |",
         "| --- | --- | --- | --- | --- | --- |",

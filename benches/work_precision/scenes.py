@@ -8,8 +8,8 @@ with arms `arms` from the centre of mass, on a floor of slope `slope` through th
 `terrain`, with the ground on its right; `q` and `v` are (x, y, θ) of the centre of mass and their rates, world axes.
 
 A scene states its law of impact, `law`: "newton" (without friction), "moreau" (Newton's restitution, Coulomb's friction on the velocity
-after the impact) or "poisson". Where a tool does not have Poisson's law, it is compared with the state `before.moreau`, the answer by
-Moreau's law."""
+after the impact) or "poisson". Tools that have another law are compared with the state `before.moreau` or `before.late`, the answer by
+this law."""
 
 import itertools
 import json
@@ -275,6 +275,12 @@ def moreau(G, slip, approach, e, mu):
     raise AssertionError("no sliding direction")
 
 
+def late(G, slip, approach, e, mu):
+    """The law of rapier and of Box2D 3: Moreau's without rebound, then a rebound without friction."""
+    along, normal = moreau(G, slip, approach, mpf(0), mu)
+    return along, normal - e * approach / G[1][1]
+
+
 def poisson(G, slip, approach, e, mu):
     """Impulses (tangential, normal) of one contact, after Routh: friction follows the sliding speed during the impact, and the
     normal impulse of restitution is e times that of compression [Routh 1905, art. 179]."""
@@ -408,9 +414,10 @@ def thrown(title, law, body, start, time, treads=FLOOR, **more):
         return [end.q[0], *(end.place(arm, 0)[1] for arm in end.arms)]
 
     found = scene(title, body, start, (mpf(time), state(law)), None, law.__name__)
-    if law is poisson:
-        digits = [mp.nstr(x, 20) for x in state(moreau)]
-        found["before"]["moreau"] = digits
+    for other in (moreau, late):
+        if other is not law:
+            values = [mp.nstr(x, 20) for x in state(other)]
+            found["before"][other.__name__] = values
     return found | more
 
 
