@@ -12,7 +12,9 @@ convex), but .5 for the slide until rest; for rocking it is .5. `solimp` is cons
 until rest, because the hardest contact chatters for ever at the size of a step. Elliptic cones, Newton's method, tolerance 1e-12. The
 last step is shortened to end at the requested time.
 
-Limits of the model: an impact is not instantaneous, and an impact of two contacts does not follow Newton's law."""
+Limits of the model: an impact is not instantaneous, and an impact of two contacts does not follow Newton's law. In an impact friction
+is a damper, too, which often does not stop the sliding before the contact ends, with steps of any length: the spin after it then differs
+from that of a law of restitution with Coulomb's friction."""
 
 import math
 import sys

@@ -9,7 +9,7 @@
 //! accumulate they cost time and gain nothing. More substeps (4) do about what a shorter `dt` does; the recycling of
 //! contacts, warm starts and the prediction distance were left as they are, for no change of theirs was a gain. The last step is
 //! shortened to end at the time asked for. Rapier applies restitution only to a contact that had no impulse in the step before,
-//! so that the last, shortest rebounds are dropped. Nothing tells it that impacts stick in the scene `rocking`; friction does.
+//! so that the last, shortest rebounds are dropped. The rebound follows the friction of a step and has none of its own. Nothing tells it that impacts stick in the scene `rocking`; friction does.
 
 use serde_json::{Value, json};
 

@@ -44,6 +44,10 @@ pub struct Reader<'a> {
 }
 
 /// The body at an instant.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "each is read at once; a box would cost an allocation"
+)]
 enum Now<'a> {
     /// Of at most two contacts, in the coordinates of the full model: in flight, or without a body.
     Pair(Snapshot),
