@@ -1,13 +1,19 @@
 """The scenes of the chart and their exact answers, to 20 digits: computed with mpmath from the equations of motion, event
 by event, without standfast. All given numbers are the doubles that the tools get, and exact.
 
-`python scenes.py` writes scenes.json, which every tool reads. Each scene has two tasks: *before*, the
+`python scenes.py` writes scenes.json, which every tool reads. A scene has one or both of two tasks: *before*, the
 state at the time `before.time`, before the impacts accumulate; and *rest*, the time at which all motion has ceased, and the position
-then. SI units; two contact points
-with arms `arms` from the centre of mass, on a floor of slope `slope` through the point (0, 0) under gravity; `q` and `v` are
-(x, y, θ) of the centre of mass and their rates, world axes."""
+then. SI units; contact points
+with arms `arms` from the centre of mass, on a floor of slope `slope` through the point (0, 0) under gravity, or on the polyline
+`terrain`, with the ground on its right; `q` and `v` are (x, y, θ) of the centre of mass and their rates, world axes.
 
+A scene states its law of impact, `law`: "newton" (without friction), "moreau" (Newton's restitution, Coulomb's friction on the velocity
+after the impact) or "poisson". Tools that have another law are compared with the state `before.moreau` or `before.late`, the answer by
+this law."""
+
+import itertools
 import json
+import math
 from pathlib import Path
 
 from mpmath import mp, mpf
@@ -249,19 +255,357 @@ def rocking():
         {"q": [0, float(h), 0], "v": [-float(h) * w, float(b) * w, w]},
         None,
         (time, [0, h, 0]),
+        "moreau",
     )
 
 
-def scene(title, body, start, before, rest):
+def moreau(G, slip, approach, e, mu):
+    """Impulses (tangential, normal) of one contact: u_n⁺ = −e u_n and u_t⁺ = 0 if friction can do that, else it slides on."""
+    (tt, tn), (_, nn) = G
+    rise = -(1 + e) * approach
+    det = tt * nn - tn * tn
+    stick = (-nn * slip - tn * rise) / det, (tt * rise + tn * slip) / det
+    if abs(stick[0]) <= mu * stick[1]:
+        return stick
+    for way in (1, -1):
+        normal = rise / (nn - way * mu * tn)
+        after = slip + (tn - way * mu * tt) * normal
+        if normal > 0 and way * after > 0:
+            return -way * mu * normal, normal
+    raise AssertionError("no sliding direction")
+
+
+def late(G, slip, approach, e, mu):
+    """The law of rapier and of Box2D 3: Moreau's without rebound, then a rebound without friction."""
+    along, normal = moreau(G, slip, approach, mpf(0), mu)
+    return along, normal - e * approach / G[1][1]
+
+
+def poisson(G, slip, approach, e, mu):
+    """Impulses (tangential, normal) of one contact, after Routh: friction follows the sliding speed during the impact, and the
+    normal impulse of restitution is e times that of compression [Routh 1905, art. 179]."""
+    (tt, tn), (_, nn) = G
+    normal, along, goal, u, v = mpf(0), mpf(0), None, slip, approach
+    while goal is None or normal < goal:
+        sticks = u == 0 and abs(tn) <= mu * tt
+        if sticks:
+            share = -tn / tt
+        else:
+            way = mp.sign(u) if u != 0 else mp.sign(tn)
+            share = -way * mu
+        up, side = nn + share * tn, mpf(0) if sticks else tn + share * tt
+        assert up > 0  # it does not jam
+        end = -v / up if goal is None else goal - normal
+        stop = -u / side if u * side < 0 else mp.inf
+        part = min(end, stop)
+        normal, along, v = normal + part, along + share * part, v + up * part
+        u = mpf(0) if stop <= end else u + side * part
+        if part == end and goal is None:
+            goal, v = (1 + e) * normal, mpf(0)
+        elif part == end:
+            break
+    return along, normal
+
+
+class Thrown:
+    """A body that flies and is hit at one corner at a time, over level treads: (from x, to x, height)."""
+
+    #: Between these times, in s, the gaps are looked at; no rebound is shorter.
+    LOOK = 2e-4
+    #: Least gap of a corner that is not hit, and of a riser, in m: nothing is grazed.
+    CLEAR = 1e-5
+
+    def __init__(self, body, start, law, treads):
+        self.arms = [[mpf(x) for x in arm] for arm in body["arms"]]
+        self.rho2 = mpf(body["gyration_radius"]) ** 2
+        self.e, self.mu = mpf(body["restitution"]), mpf(body["friction"])
+        self.q, self.v = [mpf(x) for x in start["q"]], [mpf(x) for x in start["v"]]
+        self.law, self.treads, self.t, self.hits = law, treads, mpf(0), 0
+
+    def height(self, x):
+        return next(z for low, high, z in self.treads if low <= x < high)
+
+    def lever(self, arm, t=0, of=mp):
+        """The arm, turned."""
+        c, s = of.cos(self.q[2] + self.v[2] * t), of.sin(self.q[2] + self.v[2] * t)
+        return c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
+
+    def place(self, arm, t):
+        x, y = self.lever(arm, t)
+        return (
+            self.q[0] + self.v[0] * t + x,
+            self.q[1] + self.v[1] * t - G * t * t / 2 + y,
+        )
+
+    def landing(self, limit):
+        """The first corner that comes to the ground, and when; None before `limit`."""
+        q, v = [float(x) for x in self.q], [float(x) for x in self.v]
+        arms = [[float(x) for x in arm] for arm in self.arms]
+        count = int(limit / self.LOOK) + 2
+        least = [math.inf] * len(arms)
+        for step in range(1, count):
+            t = step * self.LOOK
+            c, s = math.cos(q[2] + v[2] * t), math.sin(q[2] + v[2] * t)
+            x0, y0 = q[0] + v[0] * t, q[1] + v[1] * t - float(G) * t * t / 2
+            landed = []
+            for i, (a, b) in enumerate(arms):
+                x, y = x0 + c * a - s * b, y0 + s * a + c * b
+                gap = y - self.height(x)
+                if gap < 0:
+                    landed.append(i)
+                elif step > 1:
+                    least[i] = min(least[i], gap)
+            if landed:
+                (i,) = landed
+                t = self.refined(self.arms[i], mpf(t))
+                return (i, t) if t <= limit else None
+        return None
+
+    def refined(self, arm, t):
+        """The zero of a gap before `t`, by Newton's method."""
+        level = self.height(float(self.place(arm, t)[0]))
+        for _ in range(60):
+            y = self.place(arm, t)[1]
+            rate = self.v[1] - G * t + self.lever(arm, t)[0] * self.v[2]
+            step = (y - level) / rate
+            t -= step
+            if abs(step) <= mpf(10) ** (6 - mp.dps):
+                break
+        low, high, _ = next(tread for tread in self.treads if tread[2] == level)
+        assert low + self.CLEAR < self.place(arm, t)[0] < high - self.CLEAR
+        return t
+
+    def fly(self, t):
+        self.q = [a + b * t for a, b in zip(self.q, self.v, strict=True)]
+        self.q[1] -= G * t * t / 2
+        self.v[1] -= G * t
+        self.t += t
+
+    def hit(self, i):
+        x, y = self.lever(self.arms[i])
+        slip, approach = self.v[0] - y * self.v[2], self.v[1] + x * self.v[2]
+        tn = -x * y / self.rho2
+        matrix = (1 + y * y / self.rho2, tn), (tn, 1 + x * x / self.rho2)
+        along, normal = self.law(matrix, slip, approach, self.e, self.mu)
+        self.v[0] += along
+        self.v[1] += normal
+        self.v[2] += (x * normal - y * along) / self.rho2
+        self.hits += 1
+        # The next contact is not missed between two looks.
+        assert self.v[1] + x * self.v[2] > G * self.LOOK
+
+    def until(self, time):
+        while (found := self.landing(time - self.t)) is not None:
+            self.fly(found[1])
+            self.hit(found[0])
+        self.fly(time - self.t)
+        return self
+
+
+FLOOR = [(-1e9, 1e9, 0.0)]
+
+
+def thrown(title, law, body, start, time, treads=FLOOR, **more):
+    """The gaps above the lowest level, and x of the centre of mass."""
+    body = {"mass": 1, **body}
+
+    def state(law):
+        end = Thrown(body, start, law, treads).until(mpf(time))
+        return [end.q[0], *(end.place(arm, 0)[1] for arm in end.arms)]
+
+    found = scene(title, body, start, (mpf(time), state(law)), None, law.__name__)
+    for other in (moreau, late):
+        if other is not law:
+            values = [mp.nstr(x, 20) for x in state(other)]
+            found["before"][other.__name__] = values
+    return found | more
+
+
+def box_on_the_floor():
+    w, h = 0.3, 0.5
+    return thrown(
+        "thrown box, Poisson's law",
+        poisson,
+        {
+            "gyration_radius": float(mp.sqrt((mpf(w) ** 2 + mpf(h) ** 2) / 12)),
+            "arms": rectangle(w, h),
+            "restitution": 0.5,
+            "friction": 0.3,
+        },
+        {"q": [0, 0.7, 0.4], "v": [1.5, 0.5, -3]},
+        1.0,
+    )
+
+
+def rectangle(w, h):
+    return [[-w / 2, -h / 2], [w / 2, -h / 2], [w / 2, h / 2], [-w / 2, h / 2]]
+
+
+def octagon():
+    angles = [mp.pi * (2 * k + 1) / 8 for k in range(8)]
+    radius = mpf(0.25)
+    # A uniform regular polygon: ρ² = R² (2 + cos(2π/n))/6
+    rho = float(radius * mp.sqrt((2 + mp.cos(mp.pi / 4)) / 6))
+    return thrown(
+        "octagon, thrown",
+        moreau,
+        {
+            "gyration_radius": rho,
+            "arms": [
+                [float(radius * mp.cos(a)), float(radius * mp.sin(a))] for a in angles
+            ],
+            "restitution": 0.6,
+            "friction": 0.4,
+        },
+        {"q": [0, 0.8, 0.1], "v": [2, 0, -5]},
+        1.4,
+    )
+
+
+def stairs():
+    treads = [
+        (-1e9, 0.5, 0.0),
+        (0.5, 1.0, -0.25),
+        (1.0, 1.5, -0.5),
+        (1.5, 2.0, -0.75),
+        (2.0, 1e9, -1.0),
+    ]
+    terrain = [[-5, 0]]
+    for (_, x, high), (_, _, low) in itertools.pairwise(treads):
+        terrain += [[x, high], [x, low]]
+    w, h = 0.2, 0.2
+    return thrown(
+        "box on stairs",
+        moreau,
+        {
+            "gyration_radius": float(mp.sqrt((mpf(w) ** 2 + mpf(h) ** 2) / 12)),
+            "arms": rectangle(w, h),
+            "restitution": 0.5,
+            "friction": 0.3,
+        },
+        {"q": [0, 0.34, 0.1], "v": [1.7, 0, 2]},
+        1.1,
+        treads,
+        terrain=[*terrain, [10, -1]],
+    )
+
+
+def feet():
+    """Eight feet on an arc. The body rolls over them, pivoting about one foot until the next one lands, rolls back and comes to rest on
+    two. A swing about a foot is that of an inverted pendulum, β'' = (g r/(ρ² + r²)) sin β; a landing keeps a constant share
+    of the spin, (ρ² + r_i·r_j)/(ρ² + r_j²), for angular momentum about the foot that lands is kept."""
+    rho, spacing, low = 0.3, mpf(0.3), mpf(0.4)
+    angles = [(k - mpf(3.5)) * spacing for k in range(8)]
+    arms = [[float(mp.sin(a)), float(low - mp.cos(a))] for a in angles]
+    spin = mpf(-1.5)
+    exact = [[mpf(x) for x in arm] for arm in arms]
+    rho2 = mpf(rho) ** 2
+    radius = [mp.hypot(*arm) for arm in exact]
+    # The angle of the centre of mass from the vertical above its foot, with the body unturned, counterclockwise.
+    lean = [mp.atan2(arm[0], -arm[1]) for arm in exact]
+    # The turn of the body with which feet k and k + 1 are both on the floor.
+    flat = [-mp.atan2(b[1] - a[1], b[0] - a[0]) for a, b in itertools.pairwise(exact)]
+
+    def kept(i, j):
+        inner = exact[i][0] * exact[j][0] + exact[i][1] * exact[j][1]
+        return (rho2 + inner) / (rho2 + radius[j] ** 2)
+
+    def swing(foot, turn, spin):
+        """Time, turn and spin of the next landing."""
+        pull = G * radius[foot] / (rho2 + radius[foot] ** 2)
+        start, way = lean[foot] + turn, mp.sign(spin)
+        goal = flat[foot - 1] if way > 0 else flat[foot]
+        end = lean[foot] + goal
+        over = start * end < 0
+        cosine = mp.cos(start) + spin**2 / (2 * pull)
+        passes = cosine > 1 if over else cosine > mp.cos(end) or abs(end) > abs(start)
+        if passes:
+            time = mp.quad(
+                lambda b: 1 / mp.sqrt(2 * pull * (cosine - mp.cos(b))),
+                [min(start, end), max(start, end)],
+            )
+            return time, goal, way * mp.sqrt(2 * pull * (cosine - mp.cos(end)))
+        top = mp.sign(start) * mp.acos(cosine)
+        half = top - start
+
+        def slowness(u):
+            rest = mp.sin(-half * u * u / 2) * mp.sin(top - half * u * u / 2)
+            return 2 * abs(half) * u / mp.sqrt(4 * pull * rest)
+
+        return 2 * mp.quad(slowness, [0, 1]), turn, -spin
+
+    mp.dps += 20
+    foot, turn, time, omega, x = 4, mpf(0), mpf(0), spin, exact[4][0]
+    while True:
+        t, turn, omega = swing(foot, turn, omega)
+        other = foot + 1 if foot < 7 and turn == flat[foot] else foot - 1
+        way = [b - a for a, b in zip(exact[foot], exact[other], strict=True)]
+        x += mp.cos(turn) * way[0] - mp.sin(turn) * way[1]
+        time, omega = time + t, omega * kept(foot, other)
+        last, foot = foot, other
+        if abs(omega) < mpf(10) ** -20:
+            break
+    # The last swings are small, about two feet in turn: each lasts 2ω/(p sin β).
+
+    def brief(foot, omega):
+        pull = G * radius[foot] / (rho2 + radius[foot] ** 2)
+        return 2 * abs(omega) / (pull * abs(mp.sin(lean[foot] + turn)))
+
+    share = kept(foot, last) * kept(last, foot)
+    two = brief(foot, omega) + brief(last, omega * kept(foot, last))
+    time += two / (1 - share)
+    c, s, (a, b) = mp.cos(turn), mp.sin(turn), exact[foot]
+    place = [x - (c * a - s * b), -(s * a + c * b), turn]
+    mp.dps -= 20
+    w, (a, b) = float(spin), arms[4]
+    return scene(
+        "eight feet, rolling to rest",
+        {
+            "mass": 1,
+            "gyration_radius": rho,
+            "arms": arms,
+            "restitution": 0,
+            "friction": 1,
+            "rocks": True,
+        },
+        {"q": [0, -b, 0], "v": [w * b, -w * a, w]},
+        None,
+        (time, place),
+        "moreau",
+    )
+
+
+def nearly_elastic():
+    """A rod with e = .99, after some tens of impacts."""
+    y, theta, time = mpf(0.011), mpf(float(mp.asin(mpf(0.002)))), mpf(0.5)
+    end = Rod(mpf(0.2) ** 2, mpf(0.99), y, theta)
+    end.until(time)
+    return scene(
+        "rod, e = 0.99",
+        {
+            "mass": 1,
+            "gyration_radius": 0.2,
+            "arms": [[-0.5, 0], [0.5, 0]],
+            "restitution": 0.99,
+        },
+        {"q": [0, 0.011, float(theta)], "v": [0, 0, 0]},
+        (time, [end.gap(0), end.gap(1)]),
+        None,
+    )
+
+
+def scene(title, body, start, before, rest, law="newton"):
     def digits(value):
         return mp.nstr(mpf(value), 20)
 
     found = {
         "title": title,
+        "law": law,
         "body": {"friction": 0, "slope": 0, **body},
         "start": start,
-        "rest": {"time": digits(rest[0]), "q": [digits(x) for x in rest[1]]},
     }
+    if rest is not None:
+        found["rest"] = {"time": digits(rest[0]), "q": [digits(x) for x in rest[1]]}
     if before is not None:
         found["before"] = {
             "time": float(before[0]),
@@ -282,6 +626,11 @@ def scenes():
         ),
         "block": block(),
         "rocking": rocking(),
+        "elastic": nearly_elastic(),
+        "thrown": box_on_the_floor(),
+        "octagon": octagon(),
+        "stairs": stairs(),
+        "feet": feet(),
     }
 
 

@@ -1,7 +1,8 @@
 """Box2D 2.3 (pybox2d): a fixed step in single precision, with continuous collision detection.
 
 Model: a body of the given mass and moment of inertia, with a disc centred above each contact point. The floor is an edge. Box2D keeps
-a skin of .01 between shapes; the edge lies lower by this skin, so that the gaps are those of the contact points.
+a skin of .01 between shapes; the edge lies lower by this skin, so that the gaps are those of the contact points. Bodies that turn over
+have discs around the points and lower ground: see harness.RADIUS.
 
 Box2D has absolute lengths: it drops restitution below 1 m/s, leaves .005 m of penetration, and limits the displacement in a step to
 2 m. Therefore all lengths are multiplied by L / dt, at most by 1e5. Restitution is then dropped below dt / L, to be compared with the
@@ -39,14 +40,24 @@ def build(name, scene, task, dt, end):
     cos, sin = math.cos(rigid["slope"]), math.sin(rigid["slope"])
     radius = 0.02 * scale
     world = Box2D.b2World(gravity=(0, -harness.GRAVITY * scale))
+    turns = name in harness.TURNING
     skin, a, b = Box2D.b2_polygonRadius, 10 * scale * cos, 10 * scale * sin
+    if turns:
+        radius = harness.RADIUS * scale
+        skin += radius
     low = (skin * sin, -skin * cos)
-    edge = Box2D.b2EdgeShape(
-        vertices=[(low[0] - a, low[1] - b), (low[0] + a, low[1] + b)]
-    )
-    world.CreateStaticBody().CreateFixture(
-        shape=edge, friction=rigid["friction"], restitution=0
-    )
+    edges = [[(low[0] - a, low[1] - b), (low[0] + a, low[1] + b)]]
+    if "terrain" in scene:
+        edges = [
+            [(x * scale, y * scale - skin) for x in (begin, end)]
+            for begin, end, y in harness.treads(scene)
+        ]
+    for vertices in edges:
+        world.CreateStaticBody().CreateFixture(
+            shape=Box2D.b2EdgeShape(vertices=vertices),
+            friction=rigid["friction"],
+            restitution=0,
+        )
     body = world.CreateDynamicBody(
         position=(x * scale, y * scale),
         angle=theta,
@@ -54,11 +65,13 @@ def build(name, scene, task, dt, end):
         angularVelocity=omega,
     )
     for arm in rigid["arms"]:
-        centre = (arm[0] * scale - radius * sin, arm[1] * scale + radius * cos)
+        centre = (arm[0] * scale, arm[1] * scale)
+        if not turns:
+            centre = (centre[0] - radius * sin, centre[1] + radius * cos)
         disc = Box2D.b2CircleShape(radius=radius, pos=centre)
         body.CreateFixture(
             shape=disc,
-            density=1,
+            density=0 if turns else 1,  # the mass is set below
             friction=rigid["friction"],
             restitution=rigid["restitution"],
         )
@@ -86,4 +99,6 @@ def simulate(world, body, scale, scene, task, dt, end):
 
 
 if __name__ == "__main__":
-    harness.fixed_step(f"Box2D {Box2D.__version__}", sys.argv[1], build, simulate)
+    harness.fixed_step(
+        f"Box2D {Box2D.__version__}", sys.argv[1], build, simulate, harness.FRAME
+    )

@@ -1,8 +1,10 @@
 """Functions that the peers share: the scenes, the timing, the rule for the time of rest, and the output. Standard library only."""
 
+import itertools
 import json
 import math
 import statistics
+import sys
 import time
 from functools import partial
 
@@ -10,10 +12,19 @@ from functools import partial
 GRAVITY = 9.81
 #: Speeds in m/s below it are none.
 STILL = 1e-6
+#: A small version of the chart, within a minute: runs that last for milliseconds, timed once.
+QUICK = "--quick" in sys.argv
 #: No setting is tried of which one run would take longer, in seconds.
-PATIENCE = 10.0
+PATIENCE = 0.03 if QUICK else 10.0
 #: The steps in s of those that have a fixed one.
 STEPS = [m * 10.0**-k for k in range(2, 9) for m in (1, 0.3)]
+#: The step for which most engines are made, one frame, in s.
+FRAME = 1 / 60
+#: Bodies that turn over. Engines that have no points get discs of this radius, in m, around the contact points, and ground that is lower by
+#: it: the gaps and the levers of the normal forces are then exact at any angle, those of friction up to the radius.
+TURNING, RADIUS = ("thrown", "octagon", "stairs", "feet"), 1e-4
+#: Depth of the blocks that stand for treads, in m.
+DEEP = 1.0
 
 
 def scenes(path):
@@ -26,6 +37,13 @@ def scenes(path):
                 scene[task]["time"] = float(scene[task]["time"])
                 scene[task][key] = [float(x) for x in scene[task][key]]
     return found
+
+
+def treads(scene):
+    """The level pieces of a terrain: (from x, to x, height)."""
+    corners = scene["terrain"]
+    pairs = itertools.pairwise(corners)
+    return [(x, end, y) for (x, y), (end, to) in pairs if y == to]
 
 
 def report(**record):
@@ -43,6 +61,8 @@ def median_time(run, prepare=tuple):
         result = run(*ready)
         seconds.append(time.perf_counter() - start)
         enough = 1 if seconds[0] > 5 else 3 if seconds[0] > 1 else 5
+        if QUICK and sum(seconds) > 0.003:
+            return statistics.median(seconds), result
         if len(seconds) >= enough and (sum(seconds) > 0.1 or len(seconds) >= 25):
             return statistics.median(seconds), result
 
@@ -69,25 +89,31 @@ def settled(times, speeds):
 
 
 def answer(name, scene, task, q, time):
-    """The reported part of a state (x, y, theta): the gaps (for the block its position), or the time of rest and the state."""
+    """The reported part of a state (x, y, theta): the heights of the contact points, with friction also x (for the block its position);
+    or the time of rest and the state."""
     if task == "rest":
         return {"time": time, "q": q}
     if name == "block":
         return {"values": q[:2]}
     sin, cos = math.sin(q[2]), math.cos(q[2])
-    return {"values": [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]}
+    heights = [q[1] + sin * a + cos * b for a, b in scene["body"]["arms"]]
+    return {"values": [q[0], *heights] if scene["body"]["friction"] else heights}
 
 
-def fixed_step(tool, path, prepare, simulate):
+def fixed_step(tool, path, prepare, simulate, default=None, terrain=True):
     """Runs with shorter and shorter steps until a run takes too long. prepare(name, scene, task, dt, end) returns a
-    tuple; simulate(*tuple, scene, task, dt, end) returns q and the time."""
+    tuple; simulate(*tuple, scene, task, dt, end) returns q and the time. default : the step of the engine unless told otherwise, in s,
+    which is one of the steps. terrain : whether the tool has ground other than one floor."""
+    every = sorted({*STEPS, *([default] if default else [])}, reverse=True)
     for name, scene in scenes(path).items():
+        if "terrain" in scene and not terrain:
+            continue
         for task in ("before", "rest"):
             if task not in scene:
                 continue
             end = scene[task]["time"] * (1.5 if task == "rest" else 1.0)
             seconds, last = 0.0, 1.0
-            for dt in STEPS:
+            for dt in every:
                 if seconds * last / dt > PATIENCE:
                     break
                 ready = partial(prepare, name, scene, task, dt)
@@ -102,7 +128,8 @@ def fixed_step(tool, path, prepare, simulate):
                     tool=tool,
                     scene=name,
                     task=task,
-                    setting=f"dt = {dt:g}",
+                    setting="dt = 1/60" if dt == FRAME else f"dt = {dt:g}",
+                    default=dt == default,
                     parameter=dt,
                     seconds=seconds,
                     **answer(name, scene, task, q, time),

@@ -143,6 +143,8 @@ def event_driven(simulation, ds, scene, end):
 def sweep_events(folder, name, scene):
     """Event-driven, with each tolerance until one fails."""
     for task, longer in (("before", 1.0), ("rest", 1.5)):
+        if task not in scene:
+            continue
         for tolerance in TOLERANCES:
             ready = partial(with_events, folder, name, scene, tolerance)
             end = longer * scene[task]["time"]
@@ -207,6 +209,7 @@ def main():
             sys.argv[1],
             partial(with_steps, folder),
             moreau_jean,
+            terrain=False,
         )
 
 

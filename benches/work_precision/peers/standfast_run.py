@@ -1,8 +1,8 @@
 """standfast itself, called as any user would call it: models local, full and auto, one run at a time with its record, and many
 runs at once (`simulate_many`, time per run).
 
-The posture is nominal where its points touch the floor, so that the start is a displacement from there. Rocking takes Moreau's
-law of impact, by which friction acts in impacts, too."""
+The posture is nominal where its points touch the floor, so that the start is a displacement from there. The law of impact is
+that of the scene."""
 
 import sys
 import time
@@ -11,14 +11,18 @@ import harness
 import standfast as sf
 
 #: Number of runs in one call.
-MANY = 10_000
+MANY = 100 if harness.QUICK else 10_000
 #: Centre of mass in the nominal posture, where that is not the start.
-NOMINAL = {"ball": (0.0, 0.1), "rod": (0.0, 0.0), "nested": (0.0, 0.0)}
+NOMINAL = {"ball": (0.0, 0.1)} | dict.fromkeys(("rod", "nested", "elastic"), (0.0, 0.0))
 
 
 def posture(name, scene):
     body, start = scene["body"], scene["start"]
     x, y = NOMINAL.get(name, start["q"][:2])
+    if (
+        name in harness.TURNING
+    ):  # unturned, with the lowest point on the floor y = 0, which all points meet
+        y = -min(dy for _, dy in body["arms"])
     contacts = [
         sf.Contact(
             point=(x + dx, y + dy), slope=body["slope"], friction=body["friction"]
@@ -32,24 +36,48 @@ def posture(name, scene):
         center_of_mass=(x, y),
         contacts=contacts,
         restitution=body["restitution"],
+        terrain=scene.get("terrain"),
+        ground="shared"
+        if name in harness.TURNING and "terrain" not in scene
+        else "own",
     )
     return made, q, tuple(start["v"])
+
+
+def options(scene):
+    return {} if scene["law"] == "newton" else {"impact": scene["law"]}
+
+
+def watched(name, scene, body, end):
+    """The values of the task "before"."""
+    x, y = body.center_of_mass
+    if name == "block":
+        return [x + end[0], y + end[1]]
+    if "terrain" not in scene and not scene["body"]["friction"]:
+        return list(body.gaps(end))
+    place = [x + end[0], y + end[1], end[2]]
+    return harness.answer(name, scene, "before", place, None)["values"]
 
 
 def main(path):
     for name, scene in harness.scenes(path).items():
         body, q, v = posture(name, scene)
-        options = {}
-        if scene["body"].get("rocks"):
-            options = {"impact": "moreau"}
-        for model in ("local", "full", "auto"):
-            one(name, scene, body, q, v, {"model": model, **options}, model)
-        many(name, scene, body, q, v, {"model": "full", **options})
+        law = options(scene)
+        # The local model is that of small rotations.
+        models = ("full", "auto") + (() if name in harness.TURNING else ("local",))
+        for model in models:
+            one(name, scene, body, q, v, {"model": model, **law}, model)
+        if scene["law"] == "poisson":  # as the engines that do not have this law
+            law = {"impact": "moreau"}
+            one(name, scene, body, q, v, {"model": "full", **law}, "full, Moreau's law")
+        if "rest" in scene:
+            many(name, scene, body, q, v, {"model": "full", **law})
 
 
 def one(name, scene, body, q, v, options, setting):
     x, y = body.center_of_mass
     record = {"tool": f"standfast {sf.__version__}", "scene": name, "setting": setting}
+    record["law"] = options.get("impact", "newton")
     if "before" in scene:
         limit = scene["before"]["time"]
 
@@ -57,8 +85,10 @@ def one(name, scene, body, q, v, options, setting):
             return sf.simulate(body, q, v, time_limit=limit, **options).q
 
         seconds, end = harness.median_time(before)
-        values = [x + end[0], y + end[1]] if name == "block" else list(body.gaps(end))
+        values = watched(name, scene, body, end)
         harness.report(**record, task="before", seconds=seconds, values=values)
+    if "rest" not in scene:
+        return
 
     def rest():
         run = sf.simulate(body, q, v, **options)
@@ -80,6 +110,7 @@ def many(name, scene, body, q, v, options):
         "tool": f"standfast {sf.__version__}",
         "scene": name,
         "setting": f"{MANY} at once",
+        "law": scene["law"],
     }
     harness.report(**record, task="rest", seconds=seconds, time=settled[0], q=place)
 

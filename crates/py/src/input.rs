@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PySequence, PyString};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PySequence, PyString, PyTuple};
 use standfast::Error;
 use standfast::body::{MAX_CONTACTS, MAX_VERTICES};
 
@@ -37,6 +37,15 @@ fn real(field: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    // Nearly every number is a float. Looking for an attribute that it does not have would cost more than the rest of a call.
+    if let Ok(float) = value.cast::<PyFloat>() {
+        return Ok(float.value());
+    }
+    if value.is_exact_instance_of::<PyInt>()
+        && let Ok(whole) = value.extract::<f64>()
+    {
+        return Ok(whole);
+    }
     // Numpy also converts booleans, strings and the real parts of complex numbers to floats.
     let real = match value.getattr("dtype") {
         Ok(dtype) => is_real(&dtype)? && value.getattr("ndim")?.eq(0)?,
@@ -64,6 +73,9 @@ fn is_real(dtype: &Bound<'_, PyAny>) -> PyResult<bool> {
 
 /// N real numbers: a sequence or an array.
 fn reals<const N: usize>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; N]> {
+    if let Some(numbers) = tuple_of_numbers(value) {
+        return Ok(numbers);
+    }
     let allowed = format!("{N} numbers are needed");
     let Some(length) = length(value)? else { return Err(wrong_type(field, value, allowed)) };
     if length != N {
@@ -74,8 +86,24 @@ fn reals<const N: usize>(field: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64
     numbers.ok_or_else(|| wrong_type(field, value, allowed))
 }
 
+/// The numbers of a tuple of this length; `None` if the value is anything else.
+fn tuple_of_numbers<const N: usize>(value: &Bound<'_, PyAny>) -> Option<[f64; N]> {
+    let tuple = value.cast_exact::<PyTuple>().ok().filter(|tuple| tuple.len() == N)?;
+    let mut numbers = [0.0; N];
+    for (to, item) in numbers.iter_mut().zip(tuple.iter_borrowed()) {
+        *to = number(&item).ok()?;
+    }
+    Some(numbers)
+}
+
 /// The number of entries of a sequence or an array.
 fn length(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
+    if let Ok(tuple) = value.cast_exact::<PyTuple>() {
+        return Ok(Some(tuple.len()));
+    }
+    if let Ok(list) = value.cast_exact::<PyList>() {
+        return Ok(Some(list.len()));
+    }
     let text = value.is_instance_of::<PyString>() || value.is_instance_of::<PyBytes>();
     let items = !text && (value.cast::<PySequence>().is_ok() || value.hasattr("dtype")?);
     Ok(if items { value.len().ok() } else { None })
@@ -357,6 +385,9 @@ pub(crate) fn doubles<'py>(
     value: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let py = value.py();
+    if let Ok(float) = value.cast::<PyFloat>() {
+        return Ok(array(py, vec![float.value()], &[])?.readonly());
+    }
     let wrong = || wrong_type(field, value, "a number or an array of numbers is needed");
     // numpy.asarray would drop the mask.
     if value.hasattr("mask")?

@@ -1,6 +1,7 @@
 //! Computation without the GIL, interruptible by Ctrl-C.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -8,22 +9,27 @@ use standfast::Error;
 
 use crate::error::to_py;
 
+/// Time between two looks for a signal. A look takes the GIL, which costs as much as some impacts; a person notices no delay.
+const LOOK: Duration = Duration::from_millis(20);
+
 /// Computes without the GIL; Ctrl-C ends it.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
 ) -> PyResult<T> {
-    let raised = Mutex::new(None);
+    let state = Mutex::new((None, Instant::now()));
     // Python reports a signal once, but every run must see it.
     let cancel = || {
-        let mut slot = raised.lock().unwrap_or_else(PoisonError::into_inner);
-        if slot.is_none() {
-            *slot = Python::attach(|py| py.check_signals()).err();
+        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (raised, looked) = &mut *state;
+        if raised.is_none() && looked.elapsed() >= LOOK {
+            *raised = Python::attach(|py| py.check_signals()).err();
+            *looked = Instant::now();
         }
-        slot.is_some()
+        raised.is_some()
     };
     py.detach(|| run(&cancel)).map_err(|e| to_py(&e))?.ok_or_else(|| {
-        let error = raised.into_inner().ok().flatten();
+        let error = state.into_inner().ok().and_then(|state| state.0);
         error.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
     })
 }

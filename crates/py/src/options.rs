@@ -1,7 +1,7 @@
 //! Options by name.
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyString};
 use standfast::Options;
 use standfast::options::Jams;
 
@@ -56,8 +56,8 @@ pub(crate) fn of_call(
     keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Options> {
     for (key, value) in keywords.into_iter().flatten() {
-        let name = key.to_string();
-        if without.contains(&name.as_str()) || !assign(&mut options, &name, &value)? {
+        let name = key.cast::<PyString>()?.to_string_lossy();
+        if without.contains(&&*name) || !assign(&mut options, &name, &value)? {
             return Err(input::no_keyword(key.py(), function, &name));
         }
     }

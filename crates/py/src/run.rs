@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
+use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use standfast::outcome::{ContactNumber, Phase, ZenoPoint};
+use standfast::simulate::Reader;
 use standfast::{Error, Trajectory};
 
 use crate::convert::{array, counted, first_words, local_model, question, vector, word};
@@ -478,14 +479,16 @@ impl PyRun {
             if posture { [v.x, v.y, v.z] } else { [f64::NAN, f64::NAN, v.z] }
         };
         let t = doubles("t", t)?;
-        let (mut q, mut qdot) = (Vec::new(), Vec::new());
-        for &t in t.as_array() {
-            let state = self.0.at(t).map_err(|e| to_py(&e))?.state;
-            q.extend(row(&state.q));
-            qdot.extend(row(&state.qdot));
-        }
+        let states = self.at_each(&t, 6, |run, t| {
+            let state = run.state(t)?;
+            Ok([row(&state.q), row(&state.qdot)].into_iter().flatten())
+        })?;
         let shape = [t.as_array().shape(), &[3]].concat();
-        Ok((array(py, q, &shape)?, array(py, qdot, &shape)?))
+        let half = |from: usize| {
+            let values = states.chunks_exact(6).flat_map(|state| &state[from..from + 3]);
+            array(py, values.copied().collect(), &shape)
+        };
+        Ok((half(0)?, half(3)?))
     }
 
     /// Gaps of the contacts, (..., n) m, at times t : (...) s of the run. See `at`.
@@ -494,7 +497,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.at_times(py, t, &[self.0.gaps().len()], |t| Ok(self.0.at(t)?.gaps))
+        self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.gaps))
     }
 
     /// Gap rates of the contacts, (..., n) m/s, at times t : (...) s of the run. See `at`.
@@ -503,7 +506,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.at_times(py, t, &[self.0.gaps().len()], |t| Ok(self.0.at(t)?.rates))
+        self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.rates))
     }
 
     /// World positions (x, y) of the contact points, (..., n, 2) m, at times t : (...) s of the run. In the full model
@@ -515,7 +518,7 @@ impl PyRun {
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let shape = [self.0.gaps().len(), 2];
-        self.at_times(py, t, &shape, |t| Ok(self.0.points(t)?.into_iter().flatten()))
+        self.at_times(py, t, &shape, |run, t| Ok(run.points(t)?.into_iter().flatten()))
     }
 
     /// Contact forces of the smooth motion, (..., n, 2) N, (tangential, normal), at times t : (...) s of the run. Each pair is in the axes
@@ -543,7 +546,7 @@ impl PyRun {
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let shape = [self.0.gaps().len(), 2];
-        self.at_times(py, t, &shape, |t| Ok(self.0.forces(t)?.into_iter().flatten()))
+        self.at_times(py, t, &shape, |run, t| Ok(run.forces(t)?.into_iter().flatten()))
     }
 
     /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot (n, 3).
@@ -560,7 +563,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.at_times(py, t, &[], |t| Ok([self.0.energy(t)?]))
+        self.at_times(py, t, &[], |run, t| Ok([run.energy(t)?]))
     }
 
     /// Draw the run. Without `ax`: a new figure with at most five panels. If the run has a posture, the first and largest shows the body
@@ -704,14 +707,39 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
         shape: &[usize],
-        of: impl Fn(f64) -> Result<V, Error>,
+        of: impl Fn(&mut Reader<'_>, f64) -> Result<V, Error>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let t = doubles("t", t)?;
-        let mut values = Vec::new();
-        for &t in t.as_array() {
-            values.extend(of(t).map_err(|e| to_py(&e))?);
-        }
+        let values = self.at_each(&t, shape.iter().product(), of)?;
         array(py, values, &[t.as_array().shape(), shape].concat())
+    }
+
+    /// `width` numbers at each time. They are computed in the order of time, in which each piece of the motion is prepared once.
+    fn at_each<V: IntoIterator<Item = f64>>(
+        &self,
+        t: &PyReadonlyArrayDyn<'_, f64>,
+        width: usize,
+        of: impl Fn(&mut Reader<'_>, f64) -> Result<V, Error>,
+    ) -> PyResult<Vec<f64>> {
+        let times: Vec<f64> = t.as_array().iter().copied().collect();
+        let mut order: Vec<usize> = (0..times.len()).collect();
+        if !times.is_sorted() {
+            order.sort_by(|&one, &other| times[one].total_cmp(&times[other]));
+        }
+        let (mut reader, mut values) = (self.0.reader(), vec![0.0; width * times.len()]);
+        for k in order {
+            let Ok(found) = of(&mut reader, times[k]) else {
+                // The error is that of the first time in the order of the array.
+                let mut errors = times.iter().filter_map(|&t| of(&mut reader, t).err());
+                return Err(errors
+                    .next()
+                    .map_or_else(|| unreachable!("it fails again"), |e| to_py(&e)));
+            };
+            for (to, value) in values[k * width..].iter_mut().zip(found) {
+                *to = value;
+            }
+        }
+        Ok(values)
     }
 }
 

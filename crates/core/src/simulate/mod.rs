@@ -3,11 +3,13 @@
 pub(crate) mod batch;
 mod excited;
 mod limits;
+mod reader;
 pub(crate) mod parallel;
 pub(crate) mod trajectory;
 
 pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
 pub use excited::{simulate_excited, simulate_excited_until};
+pub use reader::Reader;
 pub use trajectory::Trajectory;
 
 use nalgebra::Vector2;

@@ -6,7 +6,6 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use crate::body::contact::PerContact;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -18,29 +17,24 @@ use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{ContactProblem, Mode};
-use crate::motion::frame::Snapshot;
+use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
-use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
 };
+use crate::simulate::reader::Reader;
 use crate::simulate::{simulate_excited_until, simulate_local_until};
-use crate::sustained::BodyState;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
 /// A piece of smooth motion: between two collisions, or a whole span.
 #[derive(Debug, Clone)]
-struct Piece {
-    clock: Clock,
-    span: usize,
+pub(super) struct Piece {
+    pub(super) clock: Clock,
+    pub(super) span: usize,
     /// The flight after a collision of the span; `None`: the motion with which the span begins.
-    flight: Option<InFrame>,
+    pub(super) flight: Option<InFrame>,
 }
-
-/// A body with contacts on the ground, and the mode of each of its points.
-type Held = (BodyState, PerContact<Mode>);
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
 #[derive(Debug, Clone, Default)]
@@ -56,7 +50,7 @@ struct Expanded {
 /// therefore be refused. Only self-describing formats such as JSON can hold it.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
-    record: Box<Record>,
+    pub(super) record: Box<Record>,
     options: Options,
     model: Model,
     model_reason: &'static str,
@@ -181,15 +175,6 @@ fn difference(made: &Value, read: &Value, path: &str) -> Option<(String, String,
                 })
         }
         _ => (made != read).then(|| (path.into(), made.to_string(), read.to_string())),
-    }
-}
-
-/// The state at `t`, within a sum, cannot be computed.
-fn too_deep(t: f64) -> Error {
-    Error::Unusable {
-        field: "t".into(),
-        value: format!("{t:?}"),
-        allowed: "a time before which fewer collisions of a summed tail take place".into(),
     }
 }
 
@@ -473,144 +458,46 @@ impl Trajectory {
             + self.record.impacts.partition_point(|impact| early(impact.clock))
     }
 
-    /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it.
+    /// The motion of the run at any times; faster than the functions below if there are many.
+    #[must_use]
+    pub fn reader(&self) -> Reader<'_> {
+        Reader::new(self)
+    }
+
+    /// The motion at time `t`: see [`Reader::at`].
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
-    /// impacts that more than 100 000 events of the sum come before it.
+    /// As [`Reader::at`].
     pub fn at(&self, t: f64) -> Result<Instant, Error> {
-        let piece = self.piece_at(t)?;
-        if t == self.time() {
-            return Ok(self.record.end.instant());
-        }
-        piece
-            .and_then(|(piece, dt)| self.moving(piece, dt))
-            .map(|now| now.0)
-            .ok_or_else(|| too_deep(t))
+        self.reader().at(t)
     }
 
-    /// The piece of the motion at time `t`, and the time since its start; `None` if the run ends at its start.
-    fn piece_at(&self, t: f64) -> Result<Option<(&Piece, f64)>, Error> {
-        let pieces = self.pieces()?;
-        let (start, end) = (self.options.time, self.time());
-        if !(t >= start && t <= end) {
-            return Err(Error::Unusable {
-                field: "t".into(),
-                value: format!("{t:?}"),
-                allowed: format!("from {start:?} to {end:?}, the time of the run"),
-            });
-        }
-        if t == end {
-            let last = pieces.last();
-            return Ok(last.map(|piece| (piece, self.record.end.clock.since(piece.clock).max(0.0))));
-        }
-        let elapsed = t - start;
-        let next = pieces.partition_point(|piece| piece.clock.hi <= elapsed);
-        let piece = &pieces[next.max(1) - 1];
-        // The clock of the pieces is more precise than `t`: no piece is followed beyond its end.
-        let end = pieces.get(next).map_or(self.record.end.clock, |next| next.clock);
-        let dt = Clock { hi: elapsed, lo: 0.0 }.since(piece.clock);
-        Ok(Some((piece, dt.min(end.since(piece.clock)).max(0.0))))
-    }
-
-    /// The motion `dt` after the start of a piece, and the body with the modes of its points unless all contacts are in flight; `None`
-    /// if too many events of a sum come before.
-    fn moving(&self, piece: &Piece, dt: f64) -> Option<(Instant, Option<Held>)> {
-        let Record { base, frames, spans, .. } = &*self.record;
-        let smooth = |at: &InFrame, held: [bool; 2]| {
-            let frame = &frames[at.frame];
-            (self.instant(&frame.to_full(base, &frame.smooth(base, &at.raw, held, dt))), None)
-        };
-        let of_body = |(body, modes): Held| {
-            self.posture().map(|posture| (body.instant(posture), Some((body, modes))))
-        };
-        match (&piece.flight, &spans[piece.span].motion) {
-            (Some(at), _) | (None, Motion::Flight(at)) => Some(smooth(at, [false; 2])),
-            (None, Motion::Held(at, held)) => Some(smooth(at, *held)),
-            (None, Motion::Modes(body, modes)) => of_body((body.moved(modes, dt), modes.clone())),
-            (None, Motion::Tail(at, tail)) => {
-                let frame = &frames[at.frame];
-                let (full, modes) = Driver::<Pair>::resimulate_tail(
-                    frame,
-                    base,
-                    &self.options,
-                    &at.raw,
-                    *tail,
-                    dt,
-                )?;
-                let body = base.body_state(&full, Some(frame.spin));
-                Some((self.instant(&full), body.map(|body| (body, modes))))
-            }
-            (None, Motion::Cycles { start, fastest }) => {
-                let (options, posture) = (&self.options, self.posture()?);
-                of_body(Driver::<AnyContacts>::resimulate_cycles(
-                    posture, start, *fastest, base, options, dt,
-                )?)
-            }
-        }
-    }
-
-    /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact in N, each in the axes of the piece of terrain
-    /// that the contact touches. They satisfy the equation of motion with the rows of the contacts,
-    ///
-    /// ```text
-    /// M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)
-    /// ```
-    ///
-    /// and are zero in flight. Impacts have impulses instead, see [`Trajectory::impacts`]; at the time of an impact or of a change of the
-    /// contact modes, the forces are those after it. Where the equation allows several forces (hyperstatic phases), these are the ones with
-    /// the least Σ|f|² in the friction cones (in a build without the feature `qp` and with three or more contacts: any). In a vertex, where a
-    /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
-    ///
-    /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
-    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), if it is inconsistent or ambiguous, and
-    /// where a corner of the ground meets a side.
+    /// The contact forces at time `t`: see [`Reader::forces`].
     ///
     /// # Errors
     ///
-    /// As [`Trajectory::at`].
+    /// As [`Reader::at`].
     pub fn forces(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
-        let unknown = vec![[f64::NAN; 2]; self.count()];
-        let piece = self.piece_at(t)?;
-        let Some(posture) = self.posture() else { return Ok(unknown) };
-        let of_sum = |piece: &Piece| {
-            let motion = &self.record.spans[piece.span].motion;
-            piece.flight.is_none() && matches!(motion, Motion::Tail(..) | Motion::Cycles { .. })
-        };
-        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous, Outcome::EdgeContact];
-        let undetermined = |piece: &Piece| open.contains(&self.outcome()) || of_sum(piece);
-        match piece {
-            Some((piece, _)) if t == self.time() && undetermined(piece) => Ok(unknown),
-            Some((piece, dt)) => match self.moving(piece, dt).ok_or_else(|| too_deep(t))?.1 {
-                Some((body, modes)) => body.forces(posture, &modes),
-                None => Ok(vec![[0.0; 2]; self.count()]),
-            },
-            None => Ok(unknown),
-        }
+        self.reader().forces(t)
     }
 
-    /// The positions (x, y) of the contact points at time `t`, world axes, in m: x_i + r + (R(θ) − 1) d_i, in the local model
-    /// x_i + r + θ (−d_y, d_x). NaN for a model without a body.
+    /// The positions of the contact points at time `t`: see [`Reader::points`].
     ///
     /// # Errors
     ///
-    /// As [`Trajectory::at`].
+    /// As [`Reader::at`].
     pub fn points(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
-        let state = self.at(t)?.state;
-        let points = |p: &Posture| p.points(&state.q, self.model == Model::Local);
-        Ok(self.posture().map_or_else(|| vec![[f64::NAN; 2]; self.count()], points))
+        self.reader().points(t)
     }
 
-    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
+    /// The energy at time `t`: see [`Reader::energy`].
     ///
     /// # Errors
     ///
-    /// As [`Trajectory::at`].
+    /// As [`Reader::at`].
     pub fn energy(&self, t: f64) -> Result<f64, Error> {
-        let state = self.at(t)?.state;
-        let energy = |p: &Posture| p.energy(&state.q, &state.qdot);
-        Ok(self.posture().map_or(f64::NAN, energy))
+        self.reader().energy(t)
     }
 
     /// `count` ≥ 2 times to plot the run: half of them spread over its pieces, so that they are dense where events are dense,
@@ -737,7 +624,7 @@ impl Trajectory {
         question.answer(cancel).map_err(|e| in_file(path, "", e))
     }
 
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.record.base.count
     }
 
@@ -749,11 +636,7 @@ impl Trajectory {
         self.options.clock(elapsed).unsigned_zero()
     }
 
-    fn instant(&self, full: &Snapshot) -> Instant {
-        Moment::of_snapshot(full, self.count()).instant()
-    }
-
-    fn pieces(&self) -> Result<&[Piece], Error> {
+    pub(super) fn pieces(&self) -> Result<&[Piece], Error> {
         if !self.options.record {
             return Err(Error::Unusable {
                 field: "record".into(),

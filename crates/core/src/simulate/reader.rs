@@ -1,0 +1,327 @@
+//! The motion of a run at any times.
+
+use std::borrow::Cow;
+
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::error::Error;
+use crate::math::clock::Clock;
+use crate::math::roots::ORDER;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::Mode;
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::record::{InFrame, Moment, Motion, Record};
+use crate::motion::{AnyContacts, Driver, Pair};
+use crate::options::Model;
+use crate::outcome::{Instant, Outcome};
+use crate::simulate::trajectory::{Piece, Trajectory};
+use crate::sustained::{BodyState, Step};
+use crate::tolerance::STILL;
+
+/// The motion of a run at times in any order, from [`Trajectory::reader`]. Each time has the same result as alone, to the last bit.
+///
+/// It keeps the piece of smooth motion of the last time, with what has been computed of it. Therefore many times are read
+/// fastest in their order.
+///
+/// ```
+/// use standfast::{Options, Posture, State, simulate};
+///
+/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let run = simulate(&rod, &State::at_rest([0.0, 0.011, 0.002]), &Options::default())?;
+/// let mut reader = run.reader();
+/// for k in 0..100 {
+///     let t = run.time() * f64::from(k) / 100.0;
+///     assert_eq!(reader.at(t)?, run.at(t)?);
+/// }
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Reader<'a> {
+    run: &'a Trajectory,
+    /// Index of the piece of the last time.
+    index: usize,
+    held: Option<Held<'a>>,
+}
+
+/// The body at an instant.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "each is read at once; a box would cost an allocation"
+)]
+enum Now<'a> {
+    /// Of at most two contacts, in the coordinates of the full model: in flight, or without a body.
+    Pair(Snapshot),
+    /// Within the sum of impacts of two contacts, with its frame.
+    Tail(Snapshot, &'a Frame, Cow<'a, [Mode]>),
+    /// Of any number of contacts, with the mode of each of its points.
+    Body(BodyState, Cow<'a, [Mode]>),
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(run: &'a Trajectory) -> Self {
+        Self { run, index: 0, held: None }
+    }
+
+    /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
+    /// impacts that more than 100 000 events of the sum come before it.
+    pub fn at(&mut self, t: f64) -> Result<Instant, Error> {
+        let Some(now) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
+        match now {
+            Now::Body(body, _) => {
+                let Some(posture) = self.run.posture() else { unreachable!("the body has one") };
+                Ok(body.instant(posture))
+            }
+            Now::Pair(full) | Now::Tail(full, ..) => {
+                Ok(Moment::of_snapshot(&full, self.run.count()).instant())
+            }
+        }
+    }
+
+    /// q and q̇ at time `t`; without a body only θ and ω are defined. As [`at`](Self::at), without the gaps.
+    ///
+    /// # Errors
+    ///
+    /// As [`at`](Self::at).
+    pub fn state(&mut self, t: f64) -> Result<State, Error> {
+        Ok(match self.now(t)? {
+            None => self.run.record.end.state,
+            Some(Now::Body(body, _)) => body.state(),
+            Some(Now::Pair(full) | Now::Tail(full, ..)) => Base::state(&full).unsigned_zero(),
+        })
+    }
+
+    /// The body at time `t`; `None` at the end of the run.
+    fn now(&mut self, t: f64) -> Result<Option<Now<'a>>, Error> {
+        let piece = self.piece_at(t)?;
+        if t == self.run.time() {
+            return Ok(None);
+        }
+        piece.and_then(|(k, dt)| self.moving(k, dt)).map(Some).ok_or_else(|| too_deep(t))
+    }
+
+    /// The index of the piece of the motion at time `t`, and the time since its start; `None` if the run ends at its start.
+    fn piece_at(&mut self, t: f64) -> Result<Option<(usize, f64)>, Error> {
+        let pieces = self.run.pieces()?;
+        let (start, end) = (self.run.options().time, self.run.time());
+        if !(t >= start && t <= end) {
+            return Err(Error::Unusable {
+                field: "t".into(),
+                value: format!("{t:?}"),
+                allowed: format!("from {start:?} to {end:?}, the time of the run"),
+            });
+        }
+        let last = self.run.record.end.clock;
+        if t == end {
+            let since = |piece: &Piece| (pieces.len() - 1, last.since(piece.clock).max(0.0));
+            return Ok(pieces.last().map(since));
+        }
+        let elapsed = t - start;
+        let begun = |k: usize| pieces.get(k).is_some_and(|piece| piece.clock.hi <= elapsed);
+        let next = if begun(self.index) && !begun(self.index + 1) {
+            self.index + 1
+        } else {
+            pieces.partition_point(|piece| piece.clock.hi <= elapsed)
+        };
+        let k = next.max(1) - 1;
+        // The clock of the pieces is more precise than `t`: no piece is followed beyond its end.
+        let end = pieces.get(next).map_or(last, |next| next.clock);
+        let dt = Clock { hi: elapsed, lo: 0.0 }.since(pieces[k].clock);
+        Ok(Some((k, dt.min(end.since(pieces[k].clock)).max(0.0))))
+    }
+
+    /// The motion with which a piece begins; `None`: it begins with a flight after a collision.
+    fn motion(&self, k: usize) -> Option<&'a Motion> {
+        let piece = self.run.pieces().ok()?.get(k)?;
+        piece.flight.is_none().then(|| &self.run.record.spans[piece.span].motion)
+    }
+
+    /// The body `dt` after the start of piece `k`; `None` if too many events of a sum come before.
+    fn moving(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
+        if k != self.index {
+            (self.index, self.held) = (k, None);
+        }
+        let (Record { base, frames, .. }, options) = (&*self.run.record, self.run.options());
+        let smooth = |at: &InFrame, held: [bool; 2]| {
+            let frame = &frames[at.frame];
+            Now::Pair(frame.to_full(base, &frame.smooth(base, &at.raw, held, dt)))
+        };
+        let Some(motion) = self.motion(k) else {
+            let flight = self.run.pieces().ok()?.get(k)?.flight.as_ref()?;
+            return Some(smooth(flight, [false; 2]));
+        };
+        Some(match motion {
+            Motion::Flight(at) => smooth(at, [false; 2]),
+            Motion::Held(at, held) => smooth(at, *held),
+            Motion::Modes(body, modes) => {
+                let held = self.held.get_or_insert_with(|| Held::new(body, modes));
+                Now::Body(held.at(dt), Cow::Borrowed(modes))
+            }
+            Motion::Tail(at, tail) => {
+                let frame = &frames[at.frame];
+                let (full, modes) =
+                    Driver::<Pair>::resimulate_tail(frame, base, options, &at.raw, *tail, dt)?;
+                Now::Tail(full, frame, Cow::Owned(modes.to_vec()))
+            }
+            Motion::Cycles { start, fastest } => {
+                let posture = self.run.posture()?;
+                let (body, modes) = Driver::<AnyContacts>::resimulate_cycles(
+                    posture, start, *fastest, base, options, dt,
+                )?;
+                Now::Body(body, Cow::Owned(modes.to_vec()))
+            }
+        })
+    }
+
+    /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact in N, each in the axes of the piece of terrain
+    /// that the contact touches. They satisfy the equation of motion with the rows of the contacts,
+    ///
+    /// ```text
+    /// M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)
+    /// ```
+    ///
+    /// and are zero in flight. Impacts have impulses instead, see [`Trajectory::impacts`]; at the time of an impact or of a change of the
+    /// contact modes, the forces are those after it. Where the equation allows several forces (hyperstatic phases), these are the ones with
+    /// the least Σ|f|² in the friction cones (in a build without the feature `qp` and with three or more contacts: any). In a vertex, where a
+    /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
+    ///
+    /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
+    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), if it is inconsistent or ambiguous, and
+    /// where a corner of the ground meets a side.
+    ///
+    /// # Errors
+    ///
+    /// As [`at`](Self::at).
+    pub fn forces(&mut self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
+        let count = self.run.count();
+        let unknown = || Ok(vec![[f64::NAN; 2]; count]);
+        let piece = self.piece_at(t)?;
+        let (Some((k, dt)), Some(posture)) = (piece, self.run.posture()) else { return unknown() };
+        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous, Outcome::EdgeContact];
+        let sum = || matches!(self.motion(k), Some(Motion::Tail(..) | Motion::Cycles { .. }));
+        if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
+            return unknown();
+        }
+        let body = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
+            Now::Body(body, modes) => Some((body, modes)),
+            Now::Tail(full, frame, modes) => {
+                let body = self.run.record.base.body_state(&full, Some(frame.spin));
+                body.map(|body| (body, modes))
+            }
+            Now::Pair(_) => None,
+        };
+        body.map_or(Ok(vec![[0.0; 2]; count]), |(body, modes)| body.forces(posture, &modes))
+    }
+
+    /// The positions (x, y) of the contact points at time `t`, world axes, in m: x_i + r + (R(θ) − 1) d_i, in the local model
+    /// x_i + r + θ (−d_y, d_x). NaN for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`at`](Self::at).
+    pub fn points(&mut self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
+        let (State { q, .. }, run) = (self.state(t)?, self.run);
+        let points = |p: &Posture| p.points(&q, run.model() == Model::Local);
+        Ok(run.posture().map_or_else(|| vec![[f64::NAN; 2]; run.count()], points))
+    }
+
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`at`](Self::at).
+    pub fn energy(&mut self, t: f64) -> Result<f64, Error> {
+        let State { q, qdot } = self.state(t)?;
+        Ok(self.run.posture().map_or(f64::NAN, |posture| posture.energy(&q, &qdot)))
+    }
+}
+
+/// The state at `t`, within a sum, cannot be computed.
+fn too_deep(t: f64) -> Error {
+    Error::Unusable {
+        field: "t".into(),
+        value: format!("{t:?}"),
+        allowed: "a time before which fewer collisions of a summed tail take place".into(),
+    }
+}
+
+/// A piece of motion in one contact mode, with the Taylor series that [`BodyState::moved`] follows one after the other.
+#[derive(Debug, Clone)]
+struct Held<'a> {
+    start: &'a BodyState,
+    modes: &'a [Mode],
+    kind: Kind,
+    /// The states at which the series begin.
+    series: Vec<(BodyState, Step)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Flight,
+    /// All contacts are fixed, or the forces are singular.
+    Fixed,
+    /// Without velocity, and with an acceleration that is rounding error.
+    Still,
+    Moving,
+}
+
+/// Number of series of a piece that are kept. Nearly all pieces have one or two, for a step of the motion needs no more; beyond this
+/// number they are computed anew for each time.
+const KEPT: usize = 8;
+
+impl<'a> Held<'a> {
+    fn new(start: &'a BodyState, modes: &'a [Mode]) -> Self {
+        let mut held = Self { start, modes, kind: Kind::Flight, series: Vec::new() };
+        if modes.iter().all(|&mode| mode == Mode::Separate) {
+            return held;
+        }
+        held.kind = Kind::Fixed;
+        if held.push(start.clone()) {
+            let still = start.center.v == nalgebra::Vector2::zeros() && start.spin.omega == 0.0;
+            let [ax, ay, turn] = held.series[0].1.acceleration();
+            let most = ax.abs().max(ay.abs()).max(start.rho2.sqrt() * turn.abs());
+            held.kind =
+                if still && most <= STILL * start.gravity { Kind::Still } else { Kind::Moving };
+        }
+        held
+    }
+
+    /// Adds the series that begins with this state; false if there is none.
+    fn push(&mut self, from: BodyState) -> bool {
+        let fixed = from.is_fixed(self.modes);
+        let step = if fixed { None } else { Step::new(&from, self.modes, ORDER) };
+        let found = step.is_some();
+        self.series.extend(step.map(|step| (from, step)));
+        found
+    }
+
+    /// The bits of [`BodyState::moved`].
+    fn at(&mut self, dt: f64) -> BodyState {
+        match self.kind {
+            Kind::Flight => return self.start.flown(dt),
+            Kind::Fixed => return self.start.clone(),
+            Kind::Still | Kind::Moving => {}
+        }
+        let mut left = dt;
+        for k in 0..KEPT {
+            let (from, step) = &self.series[k];
+            let reach = step.reach();
+            if step.longer(from, self.modes, left.min(reach)).is_some() {
+                break;
+            }
+            if self.kind == Kind::Still {
+                return self.start.clone();
+            }
+            let known = k + 1 < self.series.len();
+            if left <= reach || !(known || self.push(step.at(from, reach))) {
+                let (from, step) = &self.series[k];
+                return step.at(from, left);
+            }
+            left -= reach;
+        }
+        self.start.moved(self.modes, dt)
+    }
+}
