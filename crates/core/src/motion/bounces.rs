@@ -24,8 +24,8 @@
 //! If the contact slides in one direction through all impacts, their impulses are (−σμ, 1) P, and every law returns e: r = e. The ratio of the
 //! sliding speed v_k to the landing speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that
 //! slides now goes on to slide. One that sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one
-//! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Bounces in which it sticks and yet slides after each impact, by tangential restitution or Chatterjee and Ruina's law, are followed one
-//! by one.
+//! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Where an impact neither stops it nor slides throughout, its bounces are followed one by one: with tangential restitution, with
+//! Chatterjee and Ruina's law, and where the slide turns back in each impact.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -357,15 +357,11 @@ impl Driver<'_, AnyContacts> {
             material.friction = 0.0;
         }
         let grip = Grip::of(impulse, material.friction);
-        let stops = match law {
-            Impact::ChatterjeeRuina => false,
-            Impact::Moreau => material.tangential_restitution == 0.0,
-            _ => true,
-        };
+        let still = state.slip(i).abs() <= STILL * speed;
         // Each attempt costs about as much as the bounces between two of them.
         if !(hits >= FIRST_ATTEMPT && hits.is_power_of_two())
             || material.restitution == 0.0
-            || grip == Grip::Sticks && !stops
+            || grip == Grip::Sticks && !still
             || state.points[i].u <= 0.0
             || state.frozen.is_some_and(|square| square > 0.0)
         {
