@@ -34,6 +34,10 @@ pub(crate) enum LoopExit {
         contact: usize,
         duration: f64,
     },
+    /// The full model only: all further bounces of this contact have been summed.
+    Settled {
+        contact: usize,
+    },
     /// A certified clattering tail.
     Clatter(ClatterTail),
     /// Both contacts come to rest within `remaining`, which is below the rounding error of the time.

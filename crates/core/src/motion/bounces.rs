@@ -33,15 +33,18 @@ use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
+use crate::collisions::full::FullState;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
-use crate::motion::driver::Driver;
+use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::frame::Snapshot;
+use crate::motion::pair::Pair;
 use crate::motion::record::Motion;
 use crate::options::Impact;
-use crate::outcome::Outcome;
+use crate::outcome::{Method, Outcome};
 use crate::sustained::BodyState;
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
@@ -344,36 +347,48 @@ impl Bounces {
     }
 }
 
-impl Driver<'_, AnyContacts> {
-    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If all its further bounces are known, moves to their
-    /// limit, where it rests; an outcome: the run ends there.
-    pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
-        let (size, clock, state) = (self.body.posture.size(), self.log.clock, &self.body.state);
-        let speed = state.center.v.norm() + size * state.spin.omega.abs();
-        self.body.bounces.follow(i, speed);
-        let Bounces { hits, fastest, .. } = self.body.bounces;
-        let (law, mut material) = (self.options.impact, self.material(i));
+/// The end of a sum of bounces.
+#[derive(Debug, Clone)]
+pub(super) struct Settled {
+    pub(super) body: BodyState,
+    /// Time until then, and the estimate of its error, in s.
+    pub(super) duration: f64,
+    pub(super) error: f64,
+}
+
+impl<C> Driver<'_, C> {
+    /// All bounces of point `i` that follow an impact with this impulse (tangential, normal) per unit mass, if their limit is known and
+    /// nothing else happens before it. `fastest`: the largest speed that the errors are compared with, in m/s.
+    pub(super) fn limit_of_bounces(
+        &self,
+        body: &BodyState,
+        i: usize,
+        impulse: [f64; 2],
+        mut material: Material,
+        fastest: f64,
+    ) -> Option<Settled> {
+        let posture = self.record.base.posture.as_ref()?;
+        let (size, clock, law) = (posture.size(), self.log.clock, self.options.impact);
         if law == Impact::Newton {
             material.friction = 0.0;
         }
         let grip = Grip::of(impulse, material.friction);
-        let still = state.slip(i).abs() <= STILL * speed;
-        // Each attempt costs about as much as the bounces between two of them.
-        if !(hits >= FIRST_ATTEMPT && hits.is_power_of_two())
-            || material.restitution == 0.0
+        let speed = body.center.v.norm() + size * body.spin.omega.abs();
+        let still = body.slip(i).abs() <= STILL * speed;
+        if material.restitution == 0.0
             || grip == Grip::Sticks && !still
-            || state.points[i].u <= 0.0
-            || state.frozen.is_some_and(|square| square > 0.0)
+            || body.points[i].u <= 0.0
+            || body.frozen.is_some_and(|square| square > 0.0)
         {
             return None;
         }
         // Errors of the place are relative to the smallest gap, which they change.
-        let others = (0..state.points.len()).filter(|&j| j != i).map(|j| state.points[j].h);
+        let others = (0..body.points.len()).filter(|&j| j != i).map(|j| body.points[j].h);
         let gap = others.fold(size, f64::min);
         let [time, way, speed] =
             [clock.hi, gap, fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
         let unit = Change::from([time, way, way / size, speed, speed / size]);
-        let bouncing = Bouncing { body: state, i, law, material, grip };
+        let bouncing = Bouncing { body, i, law, material, grip };
         let sum = bouncing.sum(&unit)?;
         let limit = sum.at(0.0).0;
         let duration = limit[0];
@@ -383,23 +398,65 @@ impl Driver<'_, AnyContacts> {
         let end = bouncing.moved(&limit, 0.0);
         if let Grip::Slides(way) = grip {
             let turns = |body: &BodyState| body.slip(i) * way < -STILL * fastest;
-            if turns(state) || turns(&end) {
+            if turns(body) || turns(&end) {
                 return None;
             }
         }
-        if !bouncing.is_alone(&sum, &self.body.posture)
-            || self.edges.is_inside(&self.body.posture, &end)
-        {
+        if !bouncing.is_alone(&sum, posture) || self.edges.is_inside(posture, &end) {
             return None;
         }
-        self.log.enter(&PerContact::from_elem(Mode::Separate, end.points.len()));
+        Some(Settled { body: end, duration, error: sum.error })
+    }
+}
+
+impl Driver<'_, AnyContacts> {
+    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If all its further bounces are known, moves to their
+    /// limit, where it rests; an outcome: the run ends there.
+    pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
+        let state = &self.body.state;
+        let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
+        self.body.bounces.follow(i, speed);
+        let Bounces { hits, fastest, .. } = self.body.bounces;
+        // Each attempt costs about as much as the bounces between two of them.
+        if !(hits >= FIRST_ATTEMPT && hits.is_power_of_two()) {
+            return None;
+        }
+        let end = self.limit_of_bounces(state, i, impulse, self.material(i), fastest)?;
+        self.log.enter(&PerContact::from_elem(Mode::Separate, end.body.points.len()));
         if self.log.record {
             let (start, fastest) = (Box::new(self.body.state.clone()), self.body.fastest);
             self.write(Motion::Cycles { start, fastest });
         }
-        self.log.clock = clock.after(duration);
-        self.body.state = end;
+        self.log.clock = self.log.clock.after(end.duration);
+        self.body.state = end.body;
         self.body.bounces = Bounces::default();
-        Some(self.settle(&[i], false, sum.error, 0.0))
+        Some(self.settle(&[i], false, end.error, 0.0))
+    }
+}
+
+impl Driver<'_, Pair> {
+    /// As [`Driver::bounced`], after an impact at contact `i` in the full model.
+    pub(super) fn settles(&self, state: &FullState, i: usize) -> Option<Box<Settled>> {
+        let now = Snapshot::of_full(state, self.log.clock);
+        let body = self.record.base.body_state(&now, None)?;
+        let posture = self.record.base.posture.as_ref()?;
+        let speed = body.center.v.norm() + posture.size() * body.spin.omega.abs();
+        let restitution = state.body.contacts[i].restitution;
+        let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
+        self.limit_of_bounces(&body, i, [0.0, 1.0], material, speed).map(Box::new)
+    }
+
+    /// Moves to this limit.
+    pub(super) fn settle_at(&mut self, i: usize, end: &Settled) -> Option<Outcome> {
+        self.log.enter(&[Mode::Separate; 2][..self.body.count]);
+        let now = self.full();
+        let fastest = Pair::largest_speed(self);
+        let start = self.record.base.body_state(&now, None).filter(|_| self.log.record);
+        if let Some(start) = start {
+            self.write(Motion::Cycles { start: Box::new(start), fastest });
+        }
+        self.log.clock = self.log.clock.after(end.duration);
+        self.leave(&end.body, None);
+        self.come_to_rest([i == 0, i == 1], Method::Bounce, false, end.error)
     }
 }

@@ -12,6 +12,7 @@ use crate::impact::newton;
 use crate::impact::newton::{Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::modes::Mode;
+use crate::motion::bounces::Settled;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
@@ -45,6 +46,8 @@ pub(crate) struct Pair {
     pub(super) frame: Frame,
     /// For each held contact of a model without a body: speed and time of the last landing of the other in this frame.
     pub(super) landings: [Option<(f64, Clock)>; 2],
+    /// The limit of the bounces in progress.
+    pub(super) settled: Option<Box<Settled>>,
 }
 
 impl Pair {
@@ -224,7 +227,8 @@ impl<'a> Driver<'a, Pair> {
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
         let (state, local) = (first.state(&base, &first.start), first.frozen.is_some());
-        let body = Pair { count: base.count, state, frame: first, landings: [None; 2] };
+        let body =
+            Pair { count: base.count, state, frame: first, landings: [None; 2], settled: None };
         Self::with(body, base, local, options, warnings, cancel)
     }
 

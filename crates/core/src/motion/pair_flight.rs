@@ -30,6 +30,28 @@ impl Resume {
     }
 }
 
+/// Collisions of one contact in succession.
+#[derive(Default)]
+struct Row {
+    contact: usize,
+    /// Number of the last of them.
+    last: usize,
+    count: usize,
+}
+
+impl Row {
+    /// Bounces before the first attempt to sum them in the full geometry, which costs as much as several hundred of them.
+    const LONG: usize = 64;
+
+    /// Adds the collision with this number. Whether to try to sum now.
+    fn is_long(&mut self, contact: usize, number: usize) -> bool {
+        let goes_on = contact == self.contact && number == self.last + 1;
+        (self.contact, self.last) = (contact, number);
+        self.count = if goes_on { self.count + 1 } else { 1 };
+        self.count >= Self::LONG && self.count.is_power_of_two()
+    }
+}
+
 impl Driver<'_, Pair> {
     /// The first collision of a flight (local model only); an error: the flight ends before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
@@ -56,11 +78,20 @@ impl Driver<'_, Pair> {
         mut then: Resume,
         enter: &mut impl FnMut(&Self, &Flight) -> bool,
     ) -> Option<LoopExit> {
+        let mut row = Row::default();
         let halt = loop {
             match then {
                 Resume::Plain => {}
                 Resume::Any => {
-                    let halt = self.next_collision(flight);
+                    let mut halt = self.next_collision(flight);
+                    if let Flight::Full(state, collisions) = flight
+                        && halt.is_none()
+                        && let Some(contact) = collisions.active()
+                        && row.is_long(contact, self.log.hits)
+                    {
+                        self.body.settled = self.settles(state, contact);
+                        halt = self.body.settled.as_ref().map(|_| LoopExit::Settled { contact });
+                    }
                     if let Flight::Full(state, _) = flight
                         && self.watch.is_on()
                     {
@@ -168,6 +199,10 @@ impl Driver<'_, Pair> {
                 let closed = [contact == 0, contact == 1];
                 self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
                 self.come_to_rest(closed, Method::Bounce, true, 0.0)
+            }
+            LoopExit::Settled { contact } => {
+                let end = self.body.settled.take()?;
+                self.settle_at(contact, &end)
             }
             LoopExit::Clatter(tail) => self.settle(
                 tail.duration,

@@ -487,6 +487,11 @@ impl FullCollisions {
         Self { constants: FullConstants::new(body, log.end), active: None, left }
     }
 
+    /// The contact that was hit last and has taken off.
+    pub(crate) fn active(&self) -> Option<usize> {
+        self.active
+    }
+
     fn count(&mut self) {
         self.left.granted -= 1;
         self.left.fresh -= 1;
