@@ -52,27 +52,31 @@ impl BodyState {
         })
     }
 
-    /// The only consistent word of up to two contacts, and its q̈, by closed forms without allocation. `None`: the problem has to
-    /// be solved.
+    /// The only consistent word in which up to two closed contacts continue, and its q̈, by closed forms without allocation. Contacts in the
+    /// air have no part in it. `None`: the problem has to be solved.
     fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
-        let n = self.points.len();
-        if n > 2 {
-            return None;
-        }
         let rho = self.rho2.sqrt();
         let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         let mut rows = [Row::ABSENT; 2];
+        let (mut closed, mut n) = ([0; 2], 0);
         for (i, p) in self.points.iter().enumerate() {
-            rows[i] = Row::new(
+            if ways[i].is_none() {
+                continue;
+            }
+            *closed.get_mut(n)? = i;
+            rows[n] = Row::new(
                 p.tangent,
                 p.arm() / rho,
                 [-p.b * omega_squared, -p.c * omega_squared],
                 p.friction,
                 ways[i],
             );
+            n += 1;
         }
-        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.fall, rho)?;
-        Some((letters[..n].into(), acceleration))
+        let (letters, acceleration) = only_mode_of(&mut rows[..n.max(1)], self.fall, rho)?;
+        let mut word = PerContact::from_elem(Mode::Separate, self.points.len());
+        closed[..n].iter().zip(letters).for_each(|(&i, letter)| word[i] = letter);
+        Some((word, acceleration))
     }
 
     /// After point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
