@@ -153,9 +153,9 @@ impl Step {
         tangential: bool,
         from: usize,
     ) -> Option<(usize, f64)> {
-        let (p, track) = (&state.points[i], &self.tracks[i]);
+        let (p, [b, c]) = (&state.points[i], self.arm(i));
         let (axis, lever, side) =
-            if tangential { (p.tangent, &track.c, -1.0) } else { (p.normal, &track.b, 1.0) };
+            if tangential { (p.tangent, c, -1.0) } else { (p.normal, b, 1.0) };
         let mut size = 0.0_f64;
         (FIRST..self.order).find_map(|k| {
             let pushed = [axis.x * self.v[0][k], axis.y * self.v[1][k]];
