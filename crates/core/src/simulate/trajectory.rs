@@ -6,7 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::body::local_model::LocalModel;
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -40,7 +40,7 @@ struct Piece {
 }
 
 /// A body with contacts on the ground, and the mode of each of its points.
-type Held = (BodyState, PerContact<Mode>);
+type Held = (BodyState, ContactLetters<Mode>);
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
 #[derive(Debug, Clone, Default)]

@@ -7,7 +7,7 @@
 //! start is not zero after it. Words that release contacts, or let them slide, are then tried, those with the fewest changes first.
 //! A word is accepted if it keeps its rows, its forces lie in their cones, and the released contacts move as their letters say.
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::math::roots::ORDER;
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
@@ -27,16 +27,16 @@ const TRIES: usize = 4096;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Onward {
-    pub(crate) word: PerContact<Mode>,
+    pub(crate) word: ContactLetters<Mode>,
     /// The contacts whose letters were changed by the next order of the motion.
-    pub(crate) changed: PerContact<bool>,
+    pub(crate) changed: ContactLetters<bool>,
     /// q̈ of the word before these changes.
     pub(crate) acceleration: [f64; 3],
 }
 
 impl Onward {
     /// A word without changes.
-    pub(crate) fn same(word: PerContact<Mode>, acceleration: [f64; 3]) -> Self {
+    pub(crate) fn same(word: ContactLetters<Mode>, acceleration: [f64; 3]) -> Self {
         let changed = word.iter().map(|_| false).collect();
         Self { word, changed, acceleration }
     }
@@ -123,7 +123,7 @@ impl BodyState {
         }
         if deep == 0 {
             *tries -= 1;
-            let continues = |step: Step| step.continues(self, from, ways);
+            let continues = |step: Box<Step>| step.continues(self, from, ways);
             if Step::new(self, &from.word, ORDER).is_some_and(continues) {
                 found.push(from.clone());
             }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 use smallvec::SmallVec;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::collisions::log::Spin;
 use crate::flight::parabola_touchdown;
 use crate::math::roots::{ORDER, first_root};
@@ -136,20 +136,20 @@ impl BodyState {
 impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
     /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
-    pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
+    pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
             // If these forces cannot keep their own rows at zero, those of dependent rows may.
             rows.iter().find_map(|row| {
-                let others = state.independent_but(Some(row.unknown), modes);
+                let others = state.independent_but(row.unknown, modes);
                 let same = others.len() == rows.len();
                 same.then(|| Self::on(&others, state, modes, order)).flatten()
             })
         })
     }
 
-    fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
+    fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
         while !step.is_finite() && unit >= SHORTEST_UNIT {
@@ -161,12 +161,12 @@ impl Step {
 
     /// The same step in a longer unit of time, for late events: coefficients of a slow rotation that matter by then may have
     /// underflowed. `None` if it is not needed.
-    pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
+    pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Box<Self>> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST_UNIT;
         let rows = || state.independent(modes);
         let step =
             late.then(|| Self::in_units(&rows(), state, modes, self.order, LATE * self.unit));
-        step.flatten().filter(Self::is_finite)
+        step.flatten().filter(|step| step.is_finite())
     }
 
     /// Whether its last coefficients are finite: near a jam they grow like powers of the inverse of the time to it.
@@ -182,7 +182,7 @@ impl Step {
         modes: &[Mode],
         order: usize,
         unit: f64,
-    ) -> Option<Self> {
+    ) -> Option<Box<Self>> {
         let pull = state.fall * unit * unit;
         let mut tracks: Vec<Track> = (0..state.points.len())
             .map(|i| {
@@ -383,7 +383,19 @@ impl Step {
         if side < 0.0 {
             determinant = determinant.map(|c| -c);
         }
-        Some(Self { theta, omega, rotation, r, v, tracks, determinant, side, unit, reach, order })
+        Some(Box::new(Self {
+            theta,
+            omega,
+            rotation,
+            r,
+            v,
+            tracks,
+            determinant,
+            side,
+            unit,
+            reach,
+            order,
+        }))
     }
 
     /// b and c of a contact.
@@ -641,8 +653,8 @@ impl Step {
         }
         let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
         if state.has_rows() {
-            let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
-            after.project(&modes);
+            let modes: ContactLetters<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+            let projected = after.project(&modes);
             // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
             // shortest way.
             let angle = change(&self.theta);
@@ -655,7 +667,8 @@ impl Step {
                     (true, true) => -p.c * angle,
                 }
             };
-            let rows = after.independent(&modes);
+            let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
+            let rows = if in_vertex { after.independent(&modes) } else { projected };
             let mut back = Vector3::<f64>::zeros();
             for _ in 0..AGREES {
                 for row in &rows {
@@ -726,7 +739,7 @@ mod tests {
             u: 0.0,
             rounding: Rounding::default(),
         };
-        let mut points = PerContact::from([point(0, -0.5), point(1, 0.5)]);
+        let mut points = crate::body::contact::PerContact::from([point(0, -0.5), point(1, 0.5)]);
         points[0].h = points[0].c - points[1].c;
         BodyState {
             points,
