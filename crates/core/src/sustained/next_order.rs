@@ -65,8 +65,11 @@ impl Search {
 impl BodyState {
     /// Whether rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
+        if self.frozen.is_some() || !self.has_rows_of_two(word) {
+            return false;
+        }
         let rank = self.independent(word).len();
-        self.frozen.is_none() && rank < 3 && self.rows(word).len() > rank
+        rank < 3 && self.rows(word).len() > rank
     }
 
     /// Whether the next order of the motion may change a word: its rows depend on each other, or a contact is fixed without

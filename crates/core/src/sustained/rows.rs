@@ -208,13 +208,21 @@ impl BodyState {
 
     /// Whether these contacts, closed, leave the body one degree of freedom.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
+        if closed.iter().filter(|&&closed| closed).count() < 2 {
+            return false;
+        }
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
         self.independent(&closed.iter().map(mode).collect::<ContactLetters<_>>()).len() == 2
     }
 
+    /// Whether more than one contact is closed: the rows of one contact are independent of each other and leave the body a motion.
+    pub(super) fn has_rows_of_two(&self, modes: &[Mode]) -> bool {
+        modes.iter().filter(|&&mode| mode != Mode::Separate).count() > 1
+    }
+
     /// Whether the rows that stay zero leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
-        self.independent(modes).len() == 3
+        self.has_rows_of_two(modes) && self.independent(modes).len() == 3
     }
 
     /// Removes the part of the velocity that violates the rows, as a plastic impact on them would. The projection is orthogonal

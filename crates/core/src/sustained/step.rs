@@ -1,6 +1,6 @@
 //! The motion in a contact-mode word as Taylor series, and its first event.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Const, LU, Matrix3, Vector2, Vector3};
 use smallvec::SmallVec;
 
 use crate::body::contact::ContactLetters;
@@ -96,6 +96,47 @@ pub(crate) enum StepEnd {
     Strike(usize, isize),
     /// This contact comes to an end of the piece of terrain under it: the left (0) or the right (1) one.
     Leave(usize, usize),
+}
+
+/// A regular friction matrix, factorised.
+enum Factors {
+    None,
+    /// Its only entry.
+    One(f64),
+    /// Whether its rows are exchanged, the factor of the first row in the second one, and the first row and the last pivot.
+    Two(bool, f64, [f64; 3]),
+    Three(LU<f64, Const<3>, Const<3>>),
+}
+
+impl Factors {
+    /// Of the first n rows and columns.
+    fn of(m: Matrix3<f64>, n: usize) -> Self {
+        match n {
+            0 => Self::None,
+            1 => Self::One(m[(0, 0)]),
+            2 => {
+                let exchanged = m[(1, 0)].abs() > m[(0, 0)].abs();
+                let (one, two) = if exchanged { (1, 0) } else { (0, 1) };
+                let factor = m[(two, 0)] / m[(one, 0)];
+                let pivot = m[(two, 1)] - factor * m[(one, 1)];
+                Self::Two(exchanged, factor, [m[(one, 0)], m[(one, 1)], pivot])
+            }
+            _ => Self::Three(m.lu()),
+        }
+    }
+
+    fn solve(&self, right: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::None => Some(Vector3::zeros()),
+            Self::One(entry) => Some(Vector3::new(right.x / entry, 0.0, 0.0)),
+            Self::Two(exchanged, factor, [first, beside, pivot]) => {
+                let (one, two) = if *exchanged { (right.y, right.x) } else { (right.x, right.y) };
+                let y = (two - factor * one) / pivot;
+                Some(Vector3::new((one - beside * y) / first, y, 0.0))
+            }
+            Self::Three(lu) => lu.solve(right),
+        }
+    }
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -262,7 +303,7 @@ impl Step {
         if !(matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
             return None;
         }
-        let first = matrix.lu();
+        let first = Factors::of(matrix, n);
         let mut torque = [[0.0; 2]; ORDER]; // Σ arm f, of the forces f and their arms at the start
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
