@@ -38,7 +38,9 @@ use crate::motion::record::Motion;
 use crate::options::Impact;
 use crate::outcome::Outcome;
 use crate::sustained::BodyState;
-use crate::tolerance::{BOUNCE_SUM, BOUNCE_TERMS_SHRINK, REMAINDER_FACTOR, STILL};
+use crate::tolerance::{
+    BOUNCE_SUM, BOUNCE_TERMS_SHRINK, REMAINDER_FACTOR, STILL,
+};
 
 /// Most terms that are removed.
 const ORDERS: usize = 6;
@@ -188,10 +190,7 @@ impl Driver<'_, AnyContacts> {
             return None;
         }
         let duration = change[0];
-        if !(duration > 0.0
-            && clock.hi + duration <= self.log.end
-            && self.is_clear(i, ratio, duration))
-        {
+        if !(duration > 0.0 && clock.hi + duration <= self.log.end && self.is_clear(i, ratio, duration)) {
             return None;
         }
         let mut end = self.body.state.displaced(&change);
@@ -202,7 +201,8 @@ impl Driver<'_, AnyContacts> {
         // A contact with friction that slides has to slide in the same direction at the limit.
         let (slip, after) = (self.body.state.slip(i), end.slip(i));
         let rubs = !self.options.is_frictionless() && end.points[i].friction > 0.0;
-        let turns_back = rubs && slip * after < 0.0 && after.abs() > STILL * self.body.fastest;
+        let turns_back =
+            rubs && slip * after < 0.0 && after.abs() > STILL * self.body.fastest;
         if turns_back || self.edges.is_inside(&self.body.posture, &end) {
             return None;
         }
@@ -237,8 +237,7 @@ impl Driver<'_, AnyContacts> {
     fn is_clear(&self, i: usize, ratio: f64, duration: f64) -> bool {
         let (state, bounces) = (&self.body.state, &self.body.bounces);
         let left = REMAINDER_FACTOR * ratio / (1.0 - ratio);
-        let speed =
-            state.center.v.norm() + bounces.kick.xy().norm() * left + state.gravity * duration;
+        let speed = state.center.v.norm() + bounces.kick.xy().norm() * left + state.gravity * duration;
         let spin = state.spin.omega.abs() + bounces.kick.z.abs() * left;
         let clear = |j: usize, arm: f64| {
             let (p, way) = (&state.points[j], duration * (speed + arm * spin));

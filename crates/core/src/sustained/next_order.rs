@@ -20,6 +20,9 @@ use crate::tolerance::{FORCE_OUTSIDE_CONE, RATE_COEFFICIENT};
 const FIRST: usize = 1;
 const NEXT: usize = 2;
 
+/// Number of coefficients that exclude most words.
+const FEW: usize = 5;
+
 /// Most contacts that are released: three rows hold a body.
 const DEEPEST: usize = 3;
 
@@ -126,8 +129,11 @@ impl BodyState {
         }
         if deep == 0 {
             *tries -= 1;
-            let continues = |step: Box<Step>| step.continues(self, from, ways);
-            if Step::new(self, &from.word, ORDER).is_some_and(continues) {
+            let continues = |order: usize| {
+                let step = Step::new(self, &from.word, order);
+                step.is_some_and(|step| step.continues(self, from, ways, order == ORDER))
+            };
+            if continues(FEW) && continues(ORDER) {
                 found.push(from.clone());
             }
             return;
@@ -179,8 +185,9 @@ impl Step {
     }
 
     /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
-    /// say (off the terrain, or along it in that direction), and the forces lie in their cones.
-    fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
+    /// say (off the terrain, or along it in that direction), and the forces lie in their cones. `all`: the step has all coefficients;
+    /// otherwise it may also continue where further coefficients decide.
+    fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>], all: bool) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
                 (_, None) | (Mode::Fixed, _) => return true,
@@ -188,7 +195,7 @@ impl Step {
                 (mode, Some(0)) => (false, mode.direction()),
                 _ => return true,
             };
-            self.departs(state, i, !off, FIRST).is_some_and(|(_, rate)| rate * way > 0.0)
+            self.departs(state, i, !off, FIRST).map_or(!all, |(_, rate)| rate * way > 0.0)
         };
         let unchanged = !to.changed.contains(&true);
         !self.parts(state, &to.word)
