@@ -22,6 +22,9 @@ use crate::error::{Error, angle, finite, friction, in_range, restitution};
 /// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
 
+/// A letter or a flag for each contact, without allocation for up to sixteen contacts.
+pub(crate) type ContactLetters<T> = smallvec::SmallVec<[T; 16]>;
+
 /// A number or a word for each contact, without allocation for up to eight contacts.
 pub(crate) type ContactValues<T> = smallvec::SmallVec<[T; 8]>;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::options::Options;
@@ -84,7 +84,7 @@ pub(crate) struct Log<'a> {
     /// Changes of the contact modes so far.
     changes: usize,
     /// The current contact-mode word; empty before the first piece.
-    pub(crate) word: PerContact<Mode>,
+    pub(crate) word: ContactLetters<Mode>,
     /// Number of events at the last step, and number of steps since the last new event.
     seen: usize,
     steps: usize,
@@ -109,7 +109,7 @@ impl<'a> Log<'a> {
             hits: 0,
             struck: [false; 2],
             changes: 0,
-            word: PerContact::new(),
+            word: ContactLetters::new(),
             seen: 0,
             steps: 0,
             unasked: 0,

@@ -5,9 +5,27 @@ use crate::math::roots::ORDER;
 pub(crate) type Series = [f64; ORDER];
 pub(crate) const ZERO: Series = [0.0; ORDER];
 
+/// Two series.
+pub(crate) type Pair = [[f64; 2]; ORDER];
+
 /// Coefficient k of the product of two series.
 pub(crate) fn product(a: &Series, b: &Series, k: usize) -> f64 {
     (0..=k).map(|j| a[j] * b[k - j]).sum()
+}
+
+/// The last coefficient of the products of each of two series with a third one, all with the same number of coefficients.
+#[inline]
+pub(crate) fn products(pair: &[[f64; 2]], other: &[f64]) -> [f64; 2] {
+    let terms = pair.iter().zip(other.iter().rev());
+    terms.fold([0.0; 2], |sum, (a, b)| [sum[0] + a[0] * b, sum[1] + a[1] * b])
+}
+
+/// The last coefficient of the sum of the products of two series and two others, all with the same number of coefficients.
+#[inline]
+pub(crate) fn dot_product(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
+    let terms = one.iter().zip(other.iter().rev());
+    let [x, y] = terms.fold([0.0; 2], |sum, (a, b)| [sum[0] + a[0] * b[0], sum[1] + a[1] * b[1]]);
+    x + y
 }
 
 pub(crate) fn times(a: &Series, b: &Series, order: usize) -> Series {
@@ -60,22 +78,18 @@ pub(crate) fn constant(value: f64) -> Series {
 /// Time up to which the last two terms of each series stay below `share` of the size of the quantity. The size is taken from the first
 /// three terms, so that it does not vanish if the quantity passes through zero. In general these three terms count in full, in a unit of
 /// time in which the body turns by about a radian. If forces soon grow without bound, each of the three terms counts only with its value at
-/// the time in question.
-pub(crate) fn radius<'s>(
-    all: impl Iterator<Item = &'s Series> + Clone,
-    share: f64,
-    order: usize,
-) -> f64 {
+/// the time in question. `all`: the first three and the last two coefficients of each series.
+pub(crate) fn radius(all: &[[f64; 5]], share: f64, order: usize) -> f64 {
     let mut time = 1.0_f64;
     // The size enters by a root so high that each round gains a digit.
     for _ in 0..3 {
         let t = time.min(1.0);
         let (mut last, mut before) = (0.0_f64, 0.0_f64);
-        for series in all.clone() {
+        for series in all {
             let size = series[0].abs().max(t * series[1].abs()).max(t * t * series[2].abs());
             if size > 0.0 {
-                last = last.max(series[order - 1].abs() / size);
-                before = before.max(series[order - 2].abs() / size);
+                last = last.max(series[4].abs() / size);
+                before = before.max(series[3].abs() / size);
             }
         }
         let reach = |term: f64, power: usize| {

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::body::contact::{ContactValues, PerContact};
+use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
@@ -226,7 +226,7 @@ impl<'a> Driver<'a, AnyContacts> {
         base: &Base,
         options: &Options,
         dt: f64,
-    ) -> Option<(BodyState, PerContact<Mode>)> {
+    ) -> Option<(BodyState, ContactLetters<Mode>)> {
         let options = options.of_resimulated_tail(dt);
         let mut run =
             Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
@@ -242,7 +242,7 @@ impl<'a> Driver<'a, AnyContacts> {
 
     pub(super) fn write_flight(&mut self) {
         if self.log.record {
-            let word = PerContact::from_elem(Mode::Separate, self.body.state.points.len());
+            let word = ContactLetters::from_elem(Mode::Separate, self.body.state.points.len());
             self.write(Motion::Modes(Box::new(self.body.state.clone()), word));
         }
     }

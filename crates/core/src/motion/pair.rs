@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::body::contact::{ContactValues, PerContact};
+use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::collisions::full::FullState;
 use crate::collisions::local::are_one;
 use crate::collisions::log::Collision;
@@ -254,7 +254,7 @@ impl<'a> Driver<'a, Pair> {
         raw: &Snapshot,
         tail: Tail,
         dt: f64,
-    ) -> Option<(Snapshot, PerContact<Mode>)> {
+    ) -> Option<(Snapshot, ContactLetters<Mode>)> {
         let frozen = frame.frozen.as_ref()?;
         let mut near = *raw;
         let mut skip = |t: f64, gaps: Gaps, own: Impulses| {
@@ -270,7 +270,7 @@ impl<'a> Driver<'a, Pair> {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
                 let full = frame.to_full(base, &frame.smooth(base, &near, [false; 2], rest));
-                return Some((full, PerContact::from_elem(Mode::Separate, base.count)));
+                return Some((full, ContactLetters::from_elem(Mode::Separate, base.count)));
             }
             Tail::Cycle { ratio, duration } => {
                 let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();

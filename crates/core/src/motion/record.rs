@@ -1,6 +1,6 @@
 //! The record of a run: the pieces of its motion, its collisions and its Zeno points.
 
-use crate::body::contact::PerContact;
+use crate::body::contact::{ContactLetters, PerContact};
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};
 use crate::math::clock::Clock;
@@ -20,7 +20,7 @@ pub(crate) enum Motion {
     /// A summed tail of two contacts; its frame is frozen.
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
-    Modes(Box<BodyState>, PerContact<Mode>),
+    Modes(Box<BodyState>, ContactLetters<Mode>),
     /// The sum of infinitely many cycles of two contacts on the ground. `fastest`: bound of the speeds of the run until then.
     Cycles { start: Box<BodyState>, fastest: f64 },
 }

@@ -255,7 +255,7 @@ struct Held<'a> {
     modes: &'a [Mode],
     kind: Kind,
     /// The states at which the series begin.
-    series: Vec<(BodyState, Step)>,
+    series: Vec<(BodyState, Box<Step>)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

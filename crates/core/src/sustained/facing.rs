@@ -6,7 +6,7 @@
 use nalgebra::Vector2;
 
 use crate::body::posture::Posture;
-use crate::body::terrain::Piece;
+use crate::body::terrain::{Piece, Place};
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::math::roots::first_root;
 use crate::math::series::shifted;
@@ -24,11 +24,17 @@ fn facing<'p>(
     state: &BodyState,
     i: usize,
 ) -> impl Iterator<Item = (isize, &'p Piece)> + use<'p> {
-    let place = state.points[i].place;
-    let ground = posture.ground(place.contact).filter(|ground| ground.has_walls);
+    let Place { contact, piece, .. } = state.points[i].place;
+    let ground = posture.ground(contact).filter(|ground| ground.has_walls);
     let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
-    let far = move |(k, _): &(isize, &Piece)| (k - place.piece).abs() > 1;
+    let far = move |(k, _): &(isize, &Piece)| (k - piece).abs() > 1;
     pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
+}
+
+/// Whether the terrain of point `i` has walls: it faces no other pieces without.
+#[inline]
+fn has_walls(posture: &Posture, state: &BodyState, i: usize) -> bool {
+    posture.ground(state.points[i].place.contact).is_some_and(|ground| ground.has_walls)
 }
 
 /// Whether a point on the line of a piece lies between its ends, up to the tolerance of touching.
@@ -69,7 +75,21 @@ impl BodyState {
     }
 
     /// When a contact in flight hits a piece that does not adjoin its own, before `limit` (s), and the number of this piece.
+    #[inline]
     pub(crate) fn strike(&self, i: usize, posture: &Posture, limit: f64) -> Option<(f64, isize)> {
+        if !has_walls(posture, self, i) {
+            return None;
+        }
+        self.strike_between_walls(i, posture, limit)
+    }
+
+    #[inline(never)]
+    fn strike_between_walls(
+        &self,
+        i: usize,
+        posture: &Posture,
+        limit: f64,
+    ) -> Option<(f64, isize)> {
         let hit = |(k, piece): (isize, &Piece)| Some((self.hit(i, posture, piece, limit)?, k));
         facing(posture, self, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
     }
@@ -189,7 +209,8 @@ impl Step {
         posture: &Posture,
         limit: f64,
     ) -> Option<(f64, isize)> {
-        if self.tracks[i].mode != Mode::Separate || self.tracks[i].pinned {
+        let track = &self.tracks[i];
+        if track.mode != Mode::Separate || track.pinned || !has_walls(posture, state, i) {
             return None;
         }
         let (at, error) = (state.position(i, posture), state.position_error(i, posture));

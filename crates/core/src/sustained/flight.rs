@@ -85,7 +85,16 @@ impl BodyState {
 
     /// When a point in flight comes to an end of the terrain under it, and to which end. If this is later than `limit` (s), there may be no
     /// answer.
+    #[inline]
     pub(crate) fn crossing(&self, i: usize, limit: f64) -> Option<(f64, usize)> {
+        if self.points[i].place.sides == [f64::INFINITY; 2] {
+            return None;
+        }
+        self.crossing_of_ends(i, limit)
+    }
+
+    #[inline(never)]
+    fn crossing_of_ends(&self, i: usize, limit: f64) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
         for side in 0..2 {
             if self.points[i].place.sides[side] == f64::INFINITY {
@@ -150,11 +159,17 @@ impl BodyState {
 
     /// When a point in flight rises out of the terrain that it came under from the side, if before `limit`, in s: its arc from
     /// below.
+    #[inline]
     pub(crate) fn surfacing(&self, i: usize, limit: f64) -> Option<f64> {
-        let ContactState { depth, u, .. } = self.points[i];
-        if depth == 0.0 {
+        if self.points[i].depth == 0.0 {
             return None;
         }
+        self.surfacing_from_below(i, limit)
+    }
+
+    #[inline(never)]
+    fn surfacing_from_below(&self, i: usize, limit: f64) -> Option<f64> {
+        let ContactState { depth, u, .. } = self.points[i];
         let GapArc { g, b, c, omega, .. } = self.arc(i);
         // It rises by less than (u + |ωb|) t − g t²/2 + 2|d|, which is negative from `last` on. Without gravity it rises within
         // one turn or by its mean rate.

@@ -1,6 +1,6 @@
 //! The contact forces of a smooth motion.
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::body::posture::Posture;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -34,7 +34,7 @@ impl BodyState {
             Mode::Fixed if self.points[i].friction == 0.0 => Mode::Right,
             mode => mode,
         };
-        let ways: PerContact<_> =
+        let ways: ContactLetters<_> =
             pushed.iter().map(|&(_, i)| Some(mode(i).direction() as i8)).collect();
         let problem = body.problem(posture.fields().mass, &ways)?;
         let letters = pushed.iter().enumerate();

@@ -26,7 +26,7 @@ mod step;
 
 use nalgebra::Vector2;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::body::terrain::Place;
@@ -161,7 +161,7 @@ impl BodyState {
         &self,
         posture: &Posture,
     ) -> (T, T) {
-        let points: PerContact<(f64, f64)> =
+        let points: ContactValues<(f64, f64)> =
             self.points.iter().map(|p| self.gap_and_rate(p, posture)).collect();
         posture
             .per_contact(|k| points[k])
@@ -194,7 +194,7 @@ impl BodyState {
     /// One letter per contact. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
     /// piece it is on, F if it is on both.
     pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> String {
-        let mut modes: PerContact<Mode> = word.into();
+        let mut modes: ContactLetters<Mode> = word.into();
         for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
             let first = &mut modes[posture.point_of(p.place.contact)];
             if *first == Mode::Separate {

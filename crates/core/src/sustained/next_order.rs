@@ -7,7 +7,7 @@
 //! start is not zero after it. Words that release contacts, or let them slide, are then tried, those with the fewest changes first.
 //! A word is accepted if it keeps its rows, its forces lie in their cones, and the released contacts move as their letters say.
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::math::roots::ORDER;
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
@@ -20,6 +20,9 @@ use crate::tolerance::{FORCE_OUTSIDE_CONE, RATE_COEFFICIENT};
 const FIRST: usize = 1;
 const NEXT: usize = 2;
 
+/// Number of coefficients that exclude most words.
+const FEW: usize = 5;
+
 /// Most contacts that are released: three rows hold a body.
 const DEEPEST: usize = 3;
 
@@ -27,16 +30,16 @@ const TRIES: usize = 4096;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Onward {
-    pub(crate) word: PerContact<Mode>,
+    pub(crate) word: ContactLetters<Mode>,
     /// The contacts whose letters were changed by the next order of the motion.
-    pub(crate) changed: PerContact<bool>,
+    pub(crate) changed: ContactLetters<bool>,
     /// q̈ of the word before these changes.
     pub(crate) acceleration: [f64; 3],
 }
 
 impl Onward {
     /// A word without changes.
-    pub(crate) fn same(word: PerContact<Mode>, acceleration: [f64; 3]) -> Self {
+    pub(crate) fn same(word: ContactLetters<Mode>, acceleration: [f64; 3]) -> Self {
         let changed = word.iter().map(|_| false).collect();
         Self { word, changed, acceleration }
     }
@@ -65,8 +68,11 @@ impl Search {
 impl BodyState {
     /// Whether rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
+        if self.frozen.is_some() || !self.has_rows_of_two(word) {
+            return false;
+        }
         let rank = self.independent(word).len();
-        self.frozen.is_none() && rank < 3 && self.rows(word).len() > rank
+        rank < 3 && self.rows(word).len() > rank
     }
 
     /// Whether the next order of the motion may change a word: its rows depend on each other, or a contact is fixed without
@@ -123,8 +129,11 @@ impl BodyState {
         }
         if deep == 0 {
             *tries -= 1;
-            let continues = |step: Step| step.continues(self, from, ways);
-            if Step::new(self, &from.word, ORDER).is_some_and(continues) {
+            let continues = |order: usize| {
+                let step = Step::new(self, &from.word, order);
+                step.is_some_and(|step| step.continues(self, from, ways, order == ORDER))
+            };
+            if continues(FEW) && continues(ORDER) {
                 found.push(from.clone());
             }
             return;
@@ -153,9 +162,9 @@ impl Step {
         tangential: bool,
         from: usize,
     ) -> Option<(usize, f64)> {
-        let (p, track) = (&state.points[i], &self.tracks[i]);
+        let (p, [b, c]) = (&state.points[i], self.arm(i));
         let (axis, lever, side) =
-            if tangential { (p.tangent, &track.c, -1.0) } else { (p.normal, &track.b, 1.0) };
+            if tangential { (p.tangent, c, -1.0) } else { (p.normal, b, 1.0) };
         let mut size = 0.0_f64;
         (FIRST..self.order).find_map(|k| {
             let pushed = [axis.x * self.v[0][k], axis.y * self.v[1][k]];
@@ -176,8 +185,9 @@ impl Step {
     }
 
     /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
-    /// say (off the terrain, or along it in that direction), and the forces lie in their cones.
-    fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>]) -> bool {
+    /// say (off the terrain, or along it in that direction), and the forces lie in their cones. `all`: the step has all coefficients;
+    /// otherwise it may also continue where further coefficients decide.
+    fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>], all: bool) -> bool {
         let moves = |i: usize| {
             let (off, way) = match (to.word[i], ways[i]) {
                 (_, None) | (Mode::Fixed, _) => return true,
@@ -185,7 +195,7 @@ impl Step {
                 (mode, Some(0)) => (false, mode.direction()),
                 _ => return true,
             };
-            self.departs(state, i, !off, FIRST).is_some_and(|(_, rate)| rate * way > 0.0)
+            self.departs(state, i, !off, FIRST).map_or(!all, |(_, rate)| rate * way > 0.0)
         };
         let unchanged = !to.changed.contains(&true);
         !self.parts(state, &to.word)

@@ -4,7 +4,7 @@
 //! ends a mode. Where a force has reached its limit (a contact lifts off or breaks loose), the new mode of that contact is given: at
 //! that instant the accelerations of both words agree, and a free choice could not distinguish them.
 
-use crate::body::contact::PerContact;
+use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
 use crate::collisions::log::Log;
 use crate::error::{Error, LARGEST};
@@ -52,27 +52,31 @@ impl BodyState {
         })
     }
 
-    /// The only consistent word of up to two contacts, and its q̈, by closed forms without allocation. `None`: the problem has to
-    /// be solved.
-    fn only_mode(&self, ways: &[Option<i8>]) -> Option<(PerContact<Mode>, [f64; 3])> {
-        let n = self.points.len();
-        if n > 2 {
-            return None;
-        }
+    /// The only consistent word in which up to two closed contacts continue, and its q̈, by closed forms without allocation. Contacts in the
+    /// air have no part in it. `None`: the problem has to be solved.
+    fn only_mode(&self, ways: &[Option<i8>]) -> Option<(ContactLetters<Mode>, [f64; 3])> {
         let rho = self.rho2.sqrt();
         let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         let mut rows = [Row::ABSENT; 2];
+        let (mut closed, mut n) = ([0; 2], 0);
         for (i, p) in self.points.iter().enumerate() {
-            rows[i] = Row::new(
+            if ways[i].is_none() {
+                continue;
+            }
+            *closed.get_mut(n)? = i;
+            rows[n] = Row::new(
                 p.tangent,
                 p.arm() / rho,
                 [-p.b * omega_squared, -p.c * omega_squared],
                 p.friction,
                 ways[i],
             );
+            n += 1;
         }
-        let (letters, acceleration) = only_mode_of(&mut rows[..n], self.fall, rho)?;
-        Some((letters[..n].into(), acceleration))
+        let (letters, acceleration) = only_mode_of(&mut rows[..n.max(1)], self.fall, rho)?;
+        let mut word = ContactLetters::from_elem(Mode::Separate, self.points.len());
+        closed[..n].iter().zip(letters).for_each(|(&i, letter)| word[i] = letter);
+        Some((word, acceleration))
     }
 
     /// After point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
@@ -118,7 +122,7 @@ pub(crate) fn only_mode_of(
 pub(crate) struct ContactPhase<'a> {
     pub(crate) body: BodyState,
     /// Signs of sliding; `None` for separate contacts.
-    ways: PerContact<Option<i8>>,
+    ways: ContactLetters<Option<i8>>,
     posture: Posture,
     mass: f64,
     /// Largest arm or ρ, in m.
@@ -132,7 +136,7 @@ pub(crate) struct ContactPhase<'a> {
     /// Whether the geometry is frozen for the last moments of an accumulation only.
     pub(crate) brief: bool,
     options: &'a Options,
-    pub(crate) word: PerContact<Mode>,
+    pub(crate) word: ContactLetters<Mode>,
     /// The problem without a consistent word, or with several.
     pub(crate) undecided: Option<ContactProblem>,
     /// q̈ of an endless slide.
@@ -181,7 +185,7 @@ impl<'a> ContactPhase<'a> {
     ) -> Self {
         Self {
             body,
-            ways: PerContact::new(),
+            ways: ContactLetters::new(),
             // A clone of a posture is cheap: it shares its data.
             posture: posture.clone(),
             mass: posture.fields().mass,
@@ -191,7 +195,7 @@ impl<'a> ContactPhase<'a> {
             turned: [0.0; 2],
             brief,
             options,
-            word: PerContact::new(),
+            word: ContactLetters::new(),
             undecided: None,
             acceleration: None,
             warnings: Vec::new(),
@@ -210,7 +214,7 @@ impl<'a> ContactPhase<'a> {
             }
         }
         self.body.close(rests);
-        let slips: PerContact<f64> = (0..rests.len()).map(|i| self.body.slip(i)).collect();
+        let slips: ContactValues<f64> = (0..rests.len()).map(|i| self.body.slip(i)).collect();
         // A contact without friction sticks in a vertex only.
         let sticks = |i: usize| self.body.points[i].friction > 0.0 || self.body.twin(i).is_some();
         let tolerance = |i: usize| if sticks(i) { self.sliding_tolerance } else { 0.0 };
@@ -258,7 +262,8 @@ impl<'a> ContactPhase<'a> {
             self.word = word;
             let starts =
                 |(way, mode): (&Option<i8>, &Mode)| *way == Some(0) && mode.direction() != 0.0;
-            let starting: PerContact<bool> = self.ways.iter().zip(&self.word).map(starts).collect();
+            let starting: ContactLetters<bool> =
+                self.ways.iter().zip(&self.word).map(starts).collect();
             for (way, mode) in self.ways.iter_mut().zip(&self.word) {
                 *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
             }
@@ -452,7 +457,7 @@ impl<'a> ContactPhase<'a> {
             }
             let (fresh, last) = (std::mem::take(&mut fresh), last.take());
             // Sets coefficients at the start of the stretch that are known exactly.
-            let begins = |mut step: Step| {
+            let begins = |mut step: Box<Step>| {
                 if fresh {
                     (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
                     let changed = (0..changed.len()).filter(|&i| changed[i]);

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::{ContactLetters, ContactValues};
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{
@@ -38,7 +38,7 @@ type Known = (f64, f64);
 /// one above the other) keeps its value too: the difference of the two values is of second order in the rotation, and is more accurate as
 /// stored than as computed from other rows.
 fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
-    let mut order: PerContact<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
+    let mut order: ContactValues<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
     order.sort_by(|&i, &j| {
         let [(one, known), (other, less)] = [values[i], values[j]];
         known.total_cmp(&less).then(one.abs().total_cmp(&other.abs()))
@@ -58,7 +58,7 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
         basis.iter().map(|(d, bound)| d.dot(row).abs() * bound).sum()
     };
     let mut stay: SmallVec<[(usize, Vector3<f64>); 3]> = SmallVec::new();
-    let mut follow: PerContact<(usize, Vector3<f64>)> = PerContact::new();
+    let mut follow: ContactValues<(usize, Vector3<f64>)> = ContactValues::new();
     for i in order {
         let Some(row) = rows[i] else { continue };
         let left = left_over(&row, &basis);
@@ -87,8 +87,11 @@ fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
     }
 }
 
-/// Independent rows, the longest first, each with the part that is orthogonal to those before it; `apart`: the least length of this part.
-fn independent_by(apart: f64, mut rows: SmallVec<[Row; 4]>) -> SmallVec<[Row; 3]> {
+/// Independent ones of these rows, the longest first, each with the part that is orthogonal to those before it; `apart`: the least length
+/// of this part.
+#[inline(always)]
+fn independent(apart: f64, mut rows: SmallVec<[Row; 4]>) -> SmallVec<[Row; 3]> {
+    let rows = &mut rows[..];
     let mut chosen: SmallVec<[Row; 3]> = SmallVec::new();
     while chosen.len() < 3 {
         // The last of the longest. A row that is chosen becomes a zero vector.
@@ -105,7 +108,7 @@ fn independent_by(apart: f64, mut rows: SmallVec<[Row; 4]>) -> SmallVec<[Row; 3]
         let direction = rows[at].direction / longest.sqrt();
         chosen.push(Row { direction, ..rows[at] });
         rows[at].direction = Vector3::zeros();
-        for other in &mut rows {
+        for other in &mut *rows {
             other.direction -= direction * direction.dot(&other.direction);
         }
     }
@@ -114,23 +117,23 @@ fn independent_by(apart: f64, mut rows: SmallVec<[Row; 4]>) -> SmallVec<[Row; 3]
 
 impl BodyState {
     /// The rows that stay zero: normal ones of closed contacts, tangential ones of fixed contacts.
+    #[inline(always)]
     pub(super) fn rows(&self, modes: &[Mode]) -> SmallVec<[Row; 4]> {
         let rho = self.rho2.sqrt();
         let mut rows: SmallVec<[Row; 4]> = SmallVec::new();
         for (contact, (p, &mode)) in self.points.iter().zip(modes).enumerate() {
-            let mut push = |tangential, axis: Vector2<f64>, lever: f64| {
-                let whole = Vector3::new(axis.x, axis.y, lever / rho);
-                let unknown = Unknown { contact, tangential };
-                rows.push(Row { unknown, whole, direction: whole });
-            };
-            if self.partner(contact, modes).is_some_and(|first| first < contact) {
+            if mode == Mode::Separate
+                || self.partner(contact, modes).is_some_and(|first| first < contact)
+            {
                 continue;
             }
-            if mode != Mode::Separate {
-                push(false, p.normal, p.b);
-            }
+            let row = |tangential, axis: Vector2<f64>, lever: f64| {
+                let whole = Vector3::new(axis.x, axis.y, lever / rho);
+                Row { unknown: Unknown { contact, tangential }, whole, direction: whole }
+            };
+            rows.push(row(false, p.normal, p.b));
             if self.sticks(contact, modes) {
-                push(true, p.tangent, -p.c);
+                rows.push(row(true, p.tangent, -p.c));
             }
         }
         rows
@@ -138,18 +141,14 @@ impl BodyState {
 
     /// Independent rows that determine the motion, the longest first, each with the part that is orthogonal to those before it.
     pub(super) fn independent(&self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
-        independent_by(DEPENDENT_ROW, self.rows(modes))
+        independent(DEPENDENT_ROW, self.rows(modes))
     }
 
     /// The same without one of the rows.
-    pub(super) fn independent_but(
-        &self,
-        without: Option<Unknown>,
-        modes: &[Mode],
-    ) -> SmallVec<[Row; 3]> {
+    pub(super) fn independent_but(&self, without: Unknown, modes: &[Mode]) -> SmallVec<[Row; 3]> {
         let mut rows = self.rows(modes);
-        rows.retain(|row| Some(row.unknown) != without);
-        independent_by(DEPENDENT_ROW, rows)
+        rows.retain(|row| row.unknown != without);
+        independent(DEPENDENT_ROW, rows)
     }
 
     /// The two contacts of independent rows farthest apart on (nearly) parallel ground. The body does not move off this ground, and
@@ -188,7 +187,7 @@ impl BodyState {
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
         // A sliding contact has only its normal row.
         let closed = |on: bool| if on { Mode::Right } else { Mode::Separate };
-        let mut modes: PerContact<Mode> = others.iter().map(|&on| closed(on)).collect();
+        let mut modes: ContactLetters<Mode> = others.iter().map(|&on| closed(on)).collect();
         let rank = self.independent(&modes).len();
         modes[i] = Mode::Right;
         rank > 0 && self.independent(&modes).len() == rank
@@ -200,7 +199,7 @@ impl BodyState {
         let rho = self.rho2.sqrt();
         let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
         let mode = |on: &bool| if *on { Mode::Right } else { Mode::Separate };
-        let modes: PerContact<_> = contacts.iter().map(mode).collect();
+        let modes: ContactLetters<_> = contacts.iter().map(mode).collect();
         let along = |row: &Row| row.direction * row.direction.dot(&v);
         let mut seen: Vector3<f64> = self.independent(&modes).iter().map(along).sum();
         if seen.norm_squared() >= 0.5 * v.norm_squared() {
@@ -211,23 +210,32 @@ impl BodyState {
 
     /// Whether these contacts, closed, leave the body one degree of freedom.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
+        if closed.iter().filter(|&&closed| closed).count() < 2 {
+            return false;
+        }
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-        self.independent(&closed.iter().map(mode).collect::<PerContact<_>>()).len() == 2
+        self.independent(&closed.iter().map(mode).collect::<ContactLetters<_>>()).len() == 2
+    }
+
+    /// Whether more than one contact is closed: the rows of one contact are independent of each other and leave the body a motion.
+    pub(super) fn has_rows_of_two(&self, modes: &[Mode]) -> bool {
+        modes.iter().filter(|&&mode| mode != Mode::Separate).count() > 1
     }
 
     /// Whether the rows that stay zero leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
-        self.independent(modes).len() == 3
+        self.has_rows_of_two(modes) && self.independent(modes).len() == 3
     }
 
     /// Removes the part of the velocity that violates the rows, as a plastic impact on them would. The projection is orthogonal
-    /// in the metric of the mass, so that it cannot add energy.
-    pub(super) fn project(&mut self, modes: &[Mode]) {
-        self.project_on(modes, DEPENDENT_ROW);
+    /// in the metric of the mass, so that it cannot add energy. Returns independent ones of the rows.
+    pub(super) fn project(&mut self, modes: &[Mode]) -> SmallVec<[Row; 3]> {
+        self.project_on(modes, DEPENDENT_ROW)
     }
 
     /// The same on rows with at least this part orthogonal to the others.
-    fn project_on(&mut self, modes: &[Mode], apart: f64) {
+    #[inline(always)]
+    fn project_on(&mut self, modes: &[Mode], apart: f64) -> SmallVec<[Row; 3]> {
         let rho = self.rho2.sqrt();
         let v = self.center.v;
         let mut velocity = Vector3::new(v.x, v.y, rho * self.spin.omega);
@@ -235,8 +243,8 @@ impl BodyState {
         let closed = |i: usize| modes[i] != Mode::Separate;
         let in_vertex = |i: usize| closed(i) && self.twin(i).is_some_and(closed);
         let held = |i: usize| if in_vertex(i) { Mode::Fixed } else { modes[i] };
-        let held: PerContact<Mode> = (0..modes.len()).map(held).collect();
-        let rows = independent_by(apart, self.rows(&held));
+        let held: ContactLetters<_> = (0..modes.len()).map(held).collect();
+        let rows = independent(apart, self.rows(&held));
         for _ in 0..AGREES {
             let before = velocity.amax();
             for row in &rows {
@@ -251,6 +259,7 @@ impl BodyState {
         if let Some(pair) = self.parallel(&rows) {
             self.spin.omega = self.turned_by(pair, self.center.v);
         }
+        rows
     }
 
     /// Returns from a frozen geometry: the velocity is made consistent with the closed contacts, and the rates of the others
@@ -258,7 +267,7 @@ impl BodyState {
     pub(crate) fn unfreeze(&mut self) {
         let closed =
             |p: &ContactState| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
-        let modes: PerContact<Mode> = self.points.iter().map(closed).collect();
+        let modes: ContactLetters<Mode> = self.points.iter().map(closed).collect();
         self.project(&modes);
         let (v, omega) = (self.center.v, self.spin.omega);
         for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
@@ -270,7 +279,7 @@ impl BodyState {
     pub(crate) fn close(&mut self, closed: &[bool]) {
         if self.has_rows() {
             let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-            self.project_on(&closed.iter().map(mode).collect::<PerContact<_>>(), STOPPED_ROW);
+            self.project_on(&closed.iter().map(mode).collect::<ContactLetters<_>>(), STOPPED_ROW);
         }
     }
 
@@ -281,10 +290,10 @@ impl BodyState {
     pub(crate) fn arrest(&mut self, stopped: &[bool]) -> Vector3<f64> {
         let rho = self.rho2.sqrt();
         let mode = |stops: &bool| if *stops { Mode::Right } else { Mode::Separate };
-        let modes: PerContact<Mode> = stopped.iter().map(mode).collect();
+        let modes: ContactLetters<Mode> = stopped.iter().map(mode).collect();
         // Each direction is orthogonal to the rows before it.
         let mut change = Vector3::<f64>::zeros();
-        for row in &independent_by(STOPPED_ROW, self.rows(&modes)) {
+        for row in &independent(STOPPED_ROW, self.rows(&modes)) {
             let rate = self.points[row.unknown.contact].u + row.whole.dot(&change);
             change -= row.direction * (rate / row.whole.dot(&row.direction));
         }
@@ -325,11 +334,11 @@ impl BodyState {
             let row = Vector3::new(p.normal.x, p.normal.y, p.b / rho);
             (p.h < f64::INFINITY).then_some(row)
         };
-        let rows: PerContact<Option<Vector3<f64>>> = self.points.iter().map(row).collect();
-        let mut rates: PerContact<Known> =
+        let rows: ContactValues<Option<Vector3<f64>>> = self.points.iter().map(row).collect();
+        let mut rates: ContactValues<Known> =
             self.points.iter().map(|p| (p.u, p.rounding.rate)).collect();
         consistent(&rows, &mut rates);
-        let mut gaps: PerContact<Known> =
+        let mut gaps: ContactValues<Known> =
             self.points.iter().map(|p| (p.h, p.rounding.gap)).collect();
         consistent(&rows, &mut gaps);
         let place = size + self.center.r.norm();
@@ -353,11 +362,11 @@ impl BodyState {
             p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
-        self.project_on(&modes.iter().map(sliding).collect::<PerContact<_>>(), STOPPED_ROW);
+        self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);
         let sticks = |(p, mode): (&ContactState, &Mode)| {
             if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
         };
-        let sticking: PerContact<Mode> = self.points.iter().zip(modes).map(sticks).collect();
+        let sticking: ContactLetters<Mode> = self.points.iter().zip(modes).map(sticks).collect();
         if !sticking.contains(&Mode::Fixed) {
             return;
         }

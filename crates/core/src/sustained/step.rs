@@ -1,13 +1,15 @@
 //! The motion in a contact-mode word as Taylor series, and its first event.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Const, LU, Matrix3, Vector2, Vector3};
 use smallvec::SmallVec;
 
-use crate::body::contact::PerContact;
+use crate::body::contact::ContactLetters;
 use crate::collisions::log::Spin;
 use crate::flight::parabola_touchdown;
 use crate::math::roots::{ORDER, first_root};
-use crate::math::series::{Series, ZERO, constant, determinant, product, radius};
+use crate::math::series::{
+    Pair, Series, ZERO, constant, determinant, dot_product, product, products, radius,
+};
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
@@ -23,11 +25,12 @@ pub(super) struct Track {
     /// Separate, but at the position of the other point of its contact, which is fixed.
     pub(super) pinned: bool,
     pub(super) friction: f64,
-    pub(super) b: Series,
-    pub(super) c: Series,
+    /// b and c at the start.
+    arm: [f64; 2],
+    /// Gap and rate, of separate contacts.
     pub(super) h: Series,
     pub(super) u: Series,
-    /// v_t
+    /// v_t of contacts that may slide.
     pub(super) slip: Series,
     /// λ, τ
     pub(super) normal: Series,
@@ -39,6 +42,8 @@ pub(super) struct Track {
 pub(crate) struct Step {
     theta: Series,
     pub(super) omega: Series,
+    /// cos Δθ and sin Δθ of the rotation since the start, which turns all arms: b = b₀ cos Δθ − c₀ sin Δθ, c = c₀ cos Δθ + b₀ sin Δθ.
+    rotation: Pair,
     /// Displacement and velocity of the centre of mass, (x, y).
     r: [Series; 2],
     pub(super) v: [Series; 2],
@@ -93,6 +98,51 @@ pub(crate) enum StepEnd {
     Leave(usize, usize),
 }
 
+/// A regular friction matrix, factorised.
+enum Factors {
+    None,
+    /// Its only entry.
+    One(f64),
+    /// Whether its rows are exchanged, the factor of the first row in the second one, and the first row and the last pivot.
+    Two(bool, f64, [f64; 3]),
+    Three(LU<f64, Const<3>, Const<3>>),
+}
+
+impl Factors {
+    /// Of the first n rows and columns.
+    fn of(m: Matrix3<f64>, n: usize) -> Self {
+        match n {
+            0 => Self::None,
+            1 => Self::One(m[(0, 0)]),
+            2 => {
+                let exchanged = m[(1, 0)].abs() > m[(0, 0)].abs();
+                let (one, two) = if exchanged { (1, 0) } else { (0, 1) };
+                let factor = m[(two, 0)] / m[(one, 0)];
+                let pivot = m[(two, 1)] - factor * m[(one, 1)];
+                Self::Two(exchanged, factor, [m[(one, 0)], m[(one, 1)], pivot])
+            }
+            _ => Self::Three(m.lu()),
+        }
+    }
+
+    fn solve(&self, right: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::None => Some(Vector3::zeros()),
+            Self::One(entry) => Some(Vector3::new(right.x / entry, 0.0, 0.0)),
+            Self::Two(exchanged, factor, [first, beside, pivot]) => {
+                let (one, two) = if *exchanged { (right.y, right.x) } else { (right.x, right.y) };
+                let y = (two - factor * one) / pivot;
+                Some(Vector3::new((one - beside * y) / first, y, 0.0))
+            }
+            Self::Three(lu) => lu.solve(right),
+        }
+    }
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
 impl BodyState {
     /// The largest power of two below the time in which the body turns by about a radian, in s: 1/ω, or √(size/g) if shorter; its
     /// square stays in range.
@@ -127,20 +177,20 @@ impl BodyState {
 impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
     /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
-    pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
+    pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
         let order = if state.frozen.is_some() { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
             // If these forces cannot keep their own rows at zero, those of dependent rows may.
             rows.iter().find_map(|row| {
-                let others = state.independent_but(Some(row.unknown), modes);
+                let others = state.independent_but(row.unknown, modes);
                 let same = others.len() == rows.len();
                 same.then(|| Self::on(&others, state, modes, order)).flatten()
             })
         })
     }
 
-    fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Self> {
+    fn on(rows: &[Row], state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
         let mut unit = state.unit_of_time();
         let mut step = Self::in_units(rows, state, modes, order, unit)?;
         while !step.is_finite() && unit >= SHORTEST_UNIT {
@@ -152,12 +202,12 @@ impl Step {
 
     /// The same step in a longer unit of time, for late events: coefficients of a slow rotation that matter by then may have
     /// underflowed. `None` if it is not needed.
-    pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Self> {
+    pub(crate) fn longer(&self, state: &BodyState, modes: &[Mode], t: f64) -> Option<Box<Self>> {
         let late = t >= LATE * self.unit && self.reach == LATE && self.unit <= LONGEST_UNIT;
         let rows = || state.independent(modes);
         let step =
             late.then(|| Self::in_units(&rows(), state, modes, self.order, LATE * self.unit));
-        step.flatten().filter(Self::is_finite)
+        step.flatten().filter(|step| step.is_finite())
     }
 
     /// Whether its last coefficients are finite: near a jam they grow like powers of the inverse of the time to it.
@@ -173,7 +223,7 @@ impl Step {
         modes: &[Mode],
         order: usize,
         unit: f64,
-    ) -> Option<Self> {
+    ) -> Option<Box<Self>> {
         let pull = state.fall * unit * unit;
         let mut tracks: Vec<Track> = (0..state.points.len())
             .map(|i| {
@@ -185,8 +235,7 @@ impl Step {
                     pinned: modes[i] == Mode::Separate
                         && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
                     friction: p.friction,
-                    b: constant(p.b),
-                    c: constant(p.c),
+                    arm: [p.b, p.c],
                     h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
                     u: constant(p.u * unit),
                     slip: constant(state.slip(i) * unit),
@@ -197,13 +246,20 @@ impl Step {
             .collect();
         let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
+        let turns = state.frozen.is_none() && !level;
+        // Forces are constant where nothing turns.
+        let order = if turns { order } else { order.min(FROZEN) };
         let spin = if level { 0.0 } else { state.spin.omega };
         let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
         let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
-        let mut square = ZERO; // ω², as far as it curves the paths of the contact points
+        // e = (cos Δθ, sin Δθ), e ω, and e ω² as far as it curves the paths of the contact points.
+        let (mut rotation, mut spun) = ([[0.0; 2]; ORDER], [[0.0; 2]; ORDER]);
+        rotation[0] = [1.0, 0.0];
+        let mut spin_rate = ZERO; // ω̇
 
-        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero.
+        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero. A lever b is (b₀, −c₀)·e, and
+        // c is (c₀, b₀)·e.
         let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
@@ -213,145 +269,180 @@ impl Step {
             let p = &state.points[u.contact];
             if u.tangential { 0.0 } else { -modes[u.contact].direction() * p.friction }
         };
-        let along = |u: Unknown| row(u) + state.points[u.contact].tangent * slope(u);
         let n = unknowns.len();
-        let (mut lever, mut arm, mut force) = ([ZERO; 3], [ZERO; 3], [ZERO; 3]);
-        let mut matrix = [[ZERO; 3]; 3];
-        let mut first = None;
-        for k in 0..order {
-            square[k] = match state.frozen {
-                None => product(&omega, &omega, k),
-                Some(square) if k == 0 => square * unit * unit,
-                Some(_) => 0.0,
+        let (mut along, mut lever, mut arm, mut centripetal) =
+            ([Vector2::zeros(); 3], [[0.0; 2]; 3], [[0.0; 2]; 3], [[0.0; 2]; 3]);
+        for (l, &u) in unknowns.iter().enumerate() {
+            let (p, slope) = (&state.points[u.contact], slope(u));
+            (along[l], lever[l], centripetal[l]) = if u.tangential {
+                (p.tangent, [-p.c, -p.b], [p.b, -p.c])
+            } else {
+                (p.normal + p.tangent * slope, [p.b, -p.c], [p.c, p.b])
             };
-            for (l, &u) in unknowns.iter().enumerate() {
-                let track = &tracks[u.contact];
-                lever[l][k] = if u.tangential { -track.c[k] } else { track.b[k] };
-                arm[l][k] = lever[l][k] - slope(u) * track.c[k];
-            }
+            arm[l] = [lever[l][0] - slope * p.c, lever[l][1] - slope * p.b];
+        }
+        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+            (true, true) => lever[i][0] * arm[j][0] / state.rho2 + row(unknowns[i]).dot(&along[j]),
+            _ => f64::from(u8::from(i == j)),
+        });
+        // Lengths of the columns before cancellation: a single contact that jams has no other scale.
+        let size: f64 = (0..n)
+            .map(|l| {
+                let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
+                let side = state.points[u.contact].tangent * bent;
+                let reach = lever[l][0].abs() + bent * state.points[u.contact].c.abs();
+                let square = |m: usize| {
+                    let axis = row(unknowns[m]);
+                    let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
+                    let turn = lever[m][0].abs() * reach / state.rho2;
+                    (push + turn) * (push + turn)
+                };
+                (0..n).map(square).sum::<f64>().sqrt()
+            })
+            .product();
+        if !(matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
+            return None;
+        }
+        let first = Factors::of(matrix, n);
+        let mut torque = [[0.0; 2]; ORDER]; // Σ arm f, of the forces f and their arms at the start
+        for k in 0..order {
+            let next = 1.0 / (k + 1) as f64;
+            let curved = match state.frozen {
+                None if turns => {
+                    spun[k] = products(&rotation[..=k], &omega[..=k]);
+                    products(&spun[..=k], &omega[..=k])
+                }
+                Some(square) if k == 0 => [square * unit * unit, 0.0],
+                _ => [0.0; 2],
+            };
+            // The terms of e ω̇ and of Σ arm f without the coefficients k of ω̇ and of the forces, which are still unknown.
+            let turned = products(&rotation[1..=k], &spin_rate[..k]);
+            let twisted = dot_product(&rotation[1..=k], &torque[..k]) / state.rho2;
             let mut right = Vector3::zeros();
             for m in 0..n {
-                let track = &tracks[unknowns[m].contact];
-                let centripetal = if unknowns[m].tangential { &track.b } else { &track.c };
-                right[m] = product(centripetal, &square, k);
+                right[m] =
+                    dot(centripetal[m], curved) - dot(lever[m], turned) - lever[m][0] * twisted;
                 if k == 0 {
                     right[m] -= row(unknowns[m]).dot(&pull);
                 }
-                for l in 0..n {
-                    matrix[m][l][k] = product(&lever[m], &arm[l], k) / state.rho2;
-                    if k == 0 {
-                        matrix[m][l][0] += row(unknowns[m]).dot(&along(unknowns[l]));
-                    }
-                    right[m] -= (0..k).map(|j| force[l][j] * matrix[m][l][k - j]).sum::<f64>();
-                }
             }
-            if k == 0 {
-                let m = Matrix3::from_fn(|i, j| match (i < n, j < n) {
-                    (true, true) => matrix[i][j][0],
-                    _ => f64::from(u8::from(i == j)),
-                });
-                // Lengths of the columns before cancellation: a single contact that jams has no other scale.
-                let size: f64 = (0..n)
-                    .map(|l| {
-                        let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
-                        let side = state.points[u.contact].tangent * bent;
-                        let reach = lever[l][0].abs() + bent * tracks[u.contact].c[0].abs();
-                        let square = |m: usize| {
-                            let axis = row(unknowns[m]);
-                            let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
-                            let turn = lever[m][0].abs() * reach / state.rho2;
-                            (push + turn) * (push + turn)
-                        };
-                        (0..n).map(square).sum::<f64>().sqrt()
-                    })
-                    .product();
-                if !(m.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
-                    return None;
-                }
-                first = Some(m.lu());
-            }
-            let solved = first.as_ref()?.solve(&right)?;
+            let solved = first.solve(&right)?;
+            let mut push = if k == 0 { pull } else { Vector2::zeros() };
             for (l, &u) in unknowns.iter().enumerate() {
-                force[l][k] = solved[l];
+                let force = solved[l];
+                push += along[l] * force;
+                torque[k] = [torque[k][0] + arm[l][0] * force, torque[k][1] + arm[l][1] * force];
                 let track = &mut tracks[u.contact];
                 if u.tangential {
-                    track.tangential[k] = solved[l];
+                    track.tangential[k] = force;
                 } else {
-                    track.normal[k] = solved[l];
-                    track.tangential[k] += slope(u) * solved[l];
+                    track.normal[k] = force;
+                    track.tangential[k] += slope(u) * force;
                 }
             }
             if k + 1 == order {
                 break;
             }
-            let next = 1.0 / (k + 1) as f64;
-            let mut turn: f64 = (0..n).map(|l| product(&arm[l], &force[l], k)).sum();
-            turn /= state.rho2;
-            let mut push = if k == 0 { pull } else { Vector2::zeros() };
-            for (l, &u) in unknowns.iter().enumerate() {
-                push += along(u) * force[l][k];
-            }
+            let mut turn = torque[k][0] / state.rho2 + twisted;
             if let Some([i, j]) = parallel {
                 // (b_i − b_j) ω̇ = (c_i − c_j) ω² − (n_i − n_j)·v̇, and n_i·v̇ = c_i ω² − b_i ω̇
-                let (one, two) = (&tracks[i], &tracks[j]);
-                let normal = state.points[i].normal;
-                let centripetal_term = |centripetal: Series| {
-                    if level { 0.0 } else { product(&centripetal, &square, k) }
-                };
-                let spun = |lever: &Series| -> f64 {
-                    (1..=k).map(|l| lever[l] * omega[k - l + 1] * (k - l + 1) as f64).sum()
-                };
-                let apart: Series = std::array::from_fn(|k| one.b[k] - two.b[k]);
-                let centripetal = std::array::from_fn(|k| one.c[k] - two.c[k]);
-                turn = (centripetal_term(centripetal)
-                    - (normal - state.points[j].normal).dot(&push)
-                    - spun(&apart))
-                    / apart[0];
-                let off = centripetal_term(one.c) - one.b[0] * turn - spun(&one.b);
-                push += normal * (off - normal.dot(&push));
+                let (one, two) = (&state.points[i], &state.points[j]);
+                let (b, c) = (one.b - two.b, one.c - two.c);
+                let curved = if level { [0.0; 2] } else { curved };
+                turn = (dot([c, b], curved)
+                    - (one.normal - two.normal).dot(&push)
+                    - dot([b, -c], turned))
+                    / b;
+                let off = dot([one.c, one.b], curved) - one.b * turn - dot([one.b, -one.c], turned);
+                push += one.normal * (off - one.normal.dot(&push));
             }
+            spin_rate[k] = turn;
             theta[k + 1] = omega[k] * next;
             omega[k + 1] = turn * next;
             for axis in 0..2 {
                 r[axis][k + 1] = v[axis][k] * next;
                 v[axis][k + 1] = push[axis] * next;
             }
+            rotation[k + 1] = [-spun[k][1] * next, spun[k][0] * next];
+            // b ω̇ − c ω² = (b₀, −c₀)·a and c ω̇ + b ω² = (c₀, b₀)·a, with a the second derivative of (sin Δθ, −cos Δθ).
+            let a = [turned[0] + turn - curved[1], turned[1] + curved[0]];
             for (track, p) in tracks.iter_mut().zip(&state.points) {
-                if state.frozen.is_none() {
-                    track.b[k + 1] = -product(&track.c, &omega, k) * next;
-                    track.c[k + 1] = product(&track.b, &omega, k) * next;
-                }
                 // u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
-                let change =
-                    |row: &Vector2<f64>, lever: &Series, side: f64, centripetal: &Series| {
-                        let turned: f64 =
-                            (0..=k).map(|j| lever[k - j] * omega[j + 1] * (j + 1) as f64).sum();
-                        (row.dot(&push) + side * turned - product(centripetal, &square, k)) * next
-                    };
-                if track.mode == Mode::Separate && !track.pinned {
-                    track.h[k + 1] = track.u[k] * next;
-                    track.u[k + 1] = change(&p.normal, &track.b, 1.0, &track.c);
-                }
-                if !track.stuck {
-                    track.slip[k + 1] = change(&p.tangent, &track.c, -1.0, &track.b);
+                if track.mode == Mode::Separate {
+                    if !track.pinned {
+                        track.h[k + 1] = track.u[k] * next;
+                        track.u[k + 1] = (p.normal.dot(&push) + dot([p.b, -p.c], a)) * next;
+                    }
+                } else if !track.stuck {
+                    track.slip[k + 1] = (p.tangent.dot(&push) - dot([p.c, p.b], a)) * next;
                 }
             }
         }
         let reach = {
-            let all = tracks.iter().flat_map(|t| [&t.b, &t.c, &t.normal, &t.tangential]);
-            let mut all = all.chain([&omega]);
-            let reach = radius(all.clone(), f64::EPSILON * 0.1, order);
-            let turns = all.any(|series| series[1..].iter().any(|c| *c != 0.0));
-            if turns && state.frozen.is_none() { reach.min(LATE) } else { reach }
+            let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
+            let arms =
+                |lever: [f64; 2]| [0, 1, 2, order - 2, order - 1].map(|k| dot(lever, rotation[k]));
+            let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
+            all.push(ends(&omega));
+            for Track { mode, arm: [b, c], normal, tangential, .. } in &tracks {
+                all.extend([arms([*b, -c]), arms([*c, *b])]);
+                if *mode != Mode::Separate {
+                    all.extend([ends(normal), ends(tangential)]);
+                }
+            }
+            let reach = radius(&all, f64::EPSILON * 0.1, order);
+            let varies = |series: &Series| series[1..order].iter().any(|c| *c != 0.0);
+            let has_arm = tracks.iter().any(|track| track.arm != [0.0; 2]);
+            let is_turned = has_arm && rotation[1..order].iter().any(|e| *e != [0.0; 2]);
+            let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
+            if state.frozen.is_none() && (is_turned || varies(&omega) || tracks.iter().any(forces))
+            {
+                reach.min(LATE)
+            } else {
+                reach
+            }
         };
         // Without sliding friction it is the determinant of the Gram matrix of independent rows, which stays positive.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
-        let mut determinant = if jams { determinant(&matrix, n, order) } else { constant(1.0) };
+        let mut determinant = if jams {
+            let series = |lever: [f64; 2]| rotation.map(|e| dot(lever, e));
+            let (levers, arms) = (lever.map(series), arm.map(series));
+            let mut whole = [[ZERO; 3]; 3];
+            for (i, row) in whole[..n].iter_mut().enumerate() {
+                for (j, entry) in row[..n].iter_mut().enumerate() {
+                    for k in 0..order {
+                        entry[k] = product(&levers[i], &arms[j], k) / state.rho2;
+                    }
+                    entry[0] = matrix[(i, j)];
+                }
+            }
+            determinant(&whole, n, order)
+        } else {
+            constant(1.0)
+        };
         let side = if jams { determinant[0].signum() } else { 0.0 };
         if side < 0.0 {
             determinant = determinant.map(|c| -c);
         }
-        Some(Self { theta, omega, r, v, tracks, determinant, side, unit, reach, order })
+        Some(Box::new(Self {
+            theta,
+            omega,
+            rotation,
+            r,
+            v,
+            tracks,
+            determinant,
+            side,
+            unit,
+            reach,
+            order,
+        }))
+    }
+
+    /// b and c of a contact.
+    pub(super) fn arm(&self, i: usize) -> [Series; 2] {
+        let [b, c] = self.tracks[i].arm;
+        [[b, -c], [c, b]].map(|lever| self.rotation.map(|e| dot(lever, e)))
     }
 
     /// Contact `i` has just lifted off: its gap, rate and acceleration are zero, up to rounding error.
@@ -387,11 +478,12 @@ impl Step {
         match track.mode {
             Mode::Fixed if track.stuck => {}
             Mode::Separate => {
+                let [b, c] = self.arm(i);
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
                     let turned = if state.frozen.is_some() {
                         across.perp(&p.arm()) * -self.theta[k]
                     } else {
-                        t * track.b[k] + n * track.c[k]
+                        t * b[k] + n * c[k]
                     };
                     *way = across.x * self.r[0][k] + across.y * self.r[1][k] + turned;
                 }
@@ -573,8 +665,15 @@ impl Step {
         let mut after = state.clone();
         after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
         after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
+        // e − (1, 0), without its first term either.
+        let turned = self.rotation[1..order]
+            .iter()
+            .rev()
+            .fold([0.0; 2], |sum, e| [sum[0] * t + e[0], sum[1] * t + e[1]])
+            .map(|sum| sum * t);
         for (p, track) in after.points.iter_mut().zip(&self.tracks) {
-            (p.b, p.c) = (value(&track.b), value(&track.c));
+            let [b, c] = track.arm;
+            (p.b, p.c) = (b + dot([b, -c], turned), c + dot([c, b], turned));
             if track.pinned {
                 (p.h, p.u) = (0.0, 0.0);
             } else if p.depth > 0.0 {
@@ -595,21 +694,22 @@ impl Step {
         }
         let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
         if state.has_rows() {
-            let modes: PerContact<Mode> = self.tracks.iter().map(|track| track.mode).collect();
-            after.project(&modes);
+            let modes: ContactLetters<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+            let projected = after.project(&modes);
             // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
             // shortest way.
-            let turned = change(&self.theta);
+            let angle = change(&self.theta);
             let lever = |contact: usize, tangential: bool| {
-                let (p, track) = (&after.points[contact], &self.tracks[contact]);
+                let (p, [b, c]) = (&after.points[contact], self.tracks[contact].arm);
                 match (tangential, state.frozen.is_some()) {
-                    (false, false) => change(&track.c),
-                    (true, false) => change(&track.b),
-                    (false, true) => p.b * turned,
-                    (true, true) => -p.c * turned,
+                    (false, false) => dot([c, b], turned),
+                    (true, false) => dot([b, -c], turned),
+                    (false, true) => p.b * angle,
+                    (true, true) => -p.c * angle,
                 }
             };
-            let rows = after.independent(&modes);
+            let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
+            let rows = if in_vertex { after.independent(&modes) } else { projected };
             let mut back = Vector3::<f64>::zeros();
             for _ in 0..AGREES {
                 for row in &rows {
@@ -680,7 +780,7 @@ mod tests {
             u: 0.0,
             rounding: Rounding::default(),
         };
-        let mut points = PerContact::from([point(0, -0.5), point(1, 0.5)]);
+        let mut points = crate::body::contact::PerContact::from([point(0, -0.5), point(1, 0.5)]);
         points[0].h = points[0].c - points[1].c;
         BodyState {
             points,
