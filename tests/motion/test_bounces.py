@@ -89,5 +89,46 @@ def test_sums_equal_the_bounces_one_by_one(law):
             for name, value in error.items():
                 worst[name] = max(worst[name], float(value))
                 assert value <= TOLERANCE, (name, value, seed, point, posture, q, qdot)
-    print(law, found, worst)
     assert found > SCENES / 2
+
+
+def nested(rng):
+    """A body on two feet of parallel ground without friction whose accumulations of one contact accumulate, and its start."""
+    slope = rng.uniform(-0.4, 0.4) if rng.random() < 0.5 else 0.0
+    t = np.array([math.cos(slope), math.sin(slope)])
+    place = rng.uniform(-0.2, 0.2)
+    # Near ρ² = −b_1 b_2/3 most of the velocity goes over from one contact to the other in an impact.
+    rho = math.sqrt((0.5 - place) * (0.5 + place) / 3) * rng.uniform(0.97, 1.03)
+    center = t * place + np.array([-t[1], t[0]]) * rng.uniform(0.05, 0.6)
+    feet = [sf.Contact(tuple(side * 0.5 * t), slope=slope) for side in (-1, 1)]
+    posture = sf.Posture(1.0, rho, tuple(center), feet, rng.uniform(0.85, 0.98), 9.81)
+    q = np.array([0.0, 0.0, rng.uniform(-0.05, 0.05)])
+    q[1] = lift(posture, q) + rng.uniform(0.001, 0.05)
+    return posture, q, np.array([rng.normal(), 0, 0])
+
+
+def test_accumulations_of_accumulations_equal_their_cycles_one_by_one():
+    """The same for cycles, each with accumulations in it, that do not repeat themselves because the body turns."""
+    found, turned = 0, 0.0
+    for seed in range(SCENES):
+        posture, q, qdot = nested(np.random.default_rng([4650, seed]))
+        run = sf.simulate(posture, q, qdot, model="full", event_limit=200_000)
+        last = run.zeno_points[-1] if run.zeno_points else None
+        if last is None or last.method != "nested":
+            continue
+        stop = last.elapsed - BEFORE * np.spacing(last.elapsed)
+        options = {"model": "full", "event_limit": 2_000_000, "time_limit": stop}
+        one = sf.simulate(posture, q, qdot, **options)
+        if len(one.impacts) < last.first_summed + 100:
+            continue
+        found += 1
+        summed = one.impacts["elapsed"][last.first_summed :]
+        turned = max(turned, float(np.abs(one.at(summed)[0][:, 2]).max()))
+        for end in one.zeno_points[len(run.zeno_points) - 1 :]:
+            assert end.elapsed <= last.elapsed + end.time_error
+        drift = max(1.0, float(np.abs(last.q).max()))
+        assert np.abs(one.q - last.q).max() <= TOLERANCE * drift, seed
+        fastest = max(math.sqrt(2 * 9.81 * q[1]), np.abs(last.qdot).max())
+        assert np.abs(one.qdot - last.qdot).max() <= TOLERANCE * fastest, seed
+    assert found > SCENES / 5
+    assert turned > 1e-3

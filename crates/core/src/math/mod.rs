@@ -4,6 +4,7 @@ pub(crate) mod ball;
 #[cfg(test)]
 pub(crate) mod cases;
 pub(crate) mod clock;
+pub(crate) mod collocation;
 pub(crate) mod interval;
 pub(crate) mod lanes;
 pub(crate) mod orientation;

@@ -27,8 +27,6 @@
 //! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Where an impact neither stops it nor slides throughout, its bounces are followed one by one: with tangential restitution, with
 //! Chatterjee and Ruina's law, and where the slide turns back in each impact.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
 use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::body::contact::PerContact;
@@ -36,6 +34,7 @@ use crate::body::posture::Posture;
 use crate::collisions::full::FullState;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
+use crate::math::collocation::{DEGREE, doubt, places, steps};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
@@ -48,9 +47,6 @@ use crate::outcome::{Method, Outcome};
 use crate::sustained::BodyState;
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
-/// Degree of the polynomials.
-const DEGREE: usize = 8;
-
 /// Number of impacts of the contact before the first attempt to sum its bounces.
 const FIRST_ATTEMPT: usize = 2;
 
@@ -62,7 +58,6 @@ const INTERVALS: usize = 32;
 
 /// t, way along the ground, θ, speed along the ground, ω; relative to the present state.
 type Change = SVector<f64, 5>;
-type Square = SMatrix<f64, DEGREE, DEGREE>;
 type Changes = SMatrix<f64, DEGREE, 5>;
 
 /// What friction does in an impact.
@@ -219,10 +214,7 @@ impl Bouncing<'_> {
     /// All further bounces; `None` if this polynomial is less accurate than `unit`, beside the rounding error of the changes.
     fn sum(&self, unit: &Change) -> Option<Sum> {
         let u = self.body.points[self.i].u;
-        let places: [f64; DEGREE] = std::array::from_fn(|j| {
-            let sin = libm::sin(FRAC_PI_2 * (j + 1) as f64 / DEGREE as f64);
-            sin * sin
-        });
+        let places = places();
         let (mut ratio, mut matrices) = (f64::NAN, None);
         let (mut changes, mut speeds) = ([Change::zeros(); DEGREE], places.map(|s| s * u));
         let mut last = Change::zeros();
@@ -238,12 +230,8 @@ impl Bouncing<'_> {
                 excess[j] = more;
             }
             let (one, other) = matrices.get_or_insert_with(|| {
-                let log = libm::log(ratio);
-                let loss = |m: usize| libm::expm1(m as f64 * log); // r^m − 1
-                let power = |j: usize, m: usize| libm::pow(places[j], m as f64);
-                let one = Square::from_fn(|j, m| power(j, m + 1) * loss(m + 1));
-                let other = Square::from_fn(|j, m| power(j, m + 2) * loss(m + 1) * ratio);
-                (one.lu(), other.lu())
+                let step = |shift| steps(&places, &[ratio; DEGREE], shift);
+                (step(0).lu(), (step(1) * ratio).lu())
             });
             let (terms, high) = (one.solve(&gains)?, other.solve(&excess)?);
             let mut speed = SVector::<f64, { DEGREE + 1 }>::zeros();
@@ -260,18 +248,9 @@ impl Bouncing<'_> {
                 return None;
             }
             if k > 0 && within(limit - last) {
-                // The coefficients of Chebyshev's polynomials of the degrees M and M − 1.
-                let [mut top, mut below] = [limit * 0.5; 2];
-                for (j, change) in changes.iter().enumerate() {
-                    let sign = if j % 2 == 0 { -1.0 } else { 1.0 };
-                    let weight = if j + 1 == DEGREE { 0.5 } else { 1.0 };
-                    top += change * (sign * weight);
-                    below += change
-                        * (weight
-                            * libm::cos(PI * ((j + 1) * (DEGREE - 1)) as f64 / DEGREE as f64));
-                }
-                let degree = DEGREE as f64;
-                let doubt = top.abs() / degree + below.abs() * (2.0 * NEXT_TERM / degree);
+                let doubt = Change::from_fn(|k, _| {
+                    doubt(limit[k], changes.iter().map(|change| change[k]), NEXT_TERM)
+                });
                 sum.error = doubt[0] + allowed[0];
                 return within(doubt).then_some(sum);
             }

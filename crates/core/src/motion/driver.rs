@@ -20,7 +20,7 @@ use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
-use crate::motion::nested::{Limit, NestedSequence};
+use crate::motion::nested::{Lap, Limit, NestedSequence};
 use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
@@ -50,6 +50,8 @@ pub(crate) struct Driver<'a, C> {
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
     pub(super) edges: EdgeWatch,
+    /// The landing at which this run ends.
+    pub(super) lap: Option<Lap>,
 }
 
 pub(crate) enum DriverStep {
@@ -157,6 +159,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             options: *options,
             body,
             local,
+            lap: None,
         }
     }
 
@@ -379,13 +382,18 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         if body.points.len() != 2 {
             return DriverStep::Piece;
         }
+        if let Some(lap) = self.lap.as_mut().filter(|lap| lap.contact == b) {
+            lap.speed = Some(-body.points[b].u);
+            return DriverStep::End(Outcome::TimeLimit);
+        }
         if let Some(step) = C::stop_slowly(self, b, &body) {
             return step;
         }
         let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
         let (clock, left) = (self.log.clock, self.log.left());
         let fastest = C::largest_speed(self);
-        let Some(limit) = self.nested.land(b, &body, clock, size, fastest, left) else {
+        let near = self.nested.land(b, &body, clock, size, fastest, left);
+        let Some(limit) = near.or_else(|| self.limit_of_laps(b, &body)) else {
             return DriverStep::Piece;
         };
         let posture = self.record.base.posture.as_ref();

@@ -7,11 +7,15 @@ use crate::body::contact::PerContact;
 use crate::body::terrain::Place;
 use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
+use crate::math::collocation::{DEGREE, Values, doubt, places, steps};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
+use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::frame::{Base, Snapshot};
 use crate::sustained::{BodyState, ContactState};
-use crate::tolerance::{CYCLE_RATIO_ROUNDINGS, REACHED, REMAINDER_FACTOR, STILL};
+use crate::tolerance::{
+    BOUNCE_CHANGE, CYCLE_RATIO_ROUNDINGS, NEXT_TERM, REACHED, REMAINDER_FACTOR, STILL,
+};
 
 /// The cycles of two contacts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -22,6 +26,8 @@ pub(crate) struct NestedSequence {
     slides: [(f64, Clock); 2],
     /// The largest sliding speed that counted as zero, in m/s.
     dropped: f64,
+    /// For each contact: its landings since the sequence began.
+    landings: [usize; 2],
 }
 
 /// A cycle, at its end.
@@ -45,6 +51,8 @@ pub(crate) struct Limit {
     pub(crate) duration: f64,
     /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
     pub(crate) repeats: bool,
+    /// Whether the body turns so much on the way that the cycles cannot be followed in the geometry of its start.
+    pub(crate) turns: bool,
     /// Estimate of the error of that time, in s.
     pub(crate) error: f64,
 }
@@ -70,7 +78,7 @@ impl NestedSequence {
     }
 
     pub(crate) fn forget(&mut self) {
-        self.last = [None; 2];
+        (self.last, self.landings) = ([None; 2], [0; 2]);
     }
 
     /// Contact `b` lands while the other is held. Cycles from one such landing to the next that shrink in one ratio r, with all
@@ -100,6 +108,7 @@ impl NestedSequence {
             change: Vector3::zeros(),
             duration: f64::NAN,
         };
+        self.landings[b] += 1;
         let last = self.last[b].replace(start)?;
         let before = &last.at;
         let ratio = now.gaps.u[b] / before.gaps.u[b];
@@ -181,7 +190,96 @@ impl NestedSequence {
         let missing = self.missing(body.gravity);
         let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
         let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
-        Some(Limit { end, duration: t, repeats, error })
+        Some(Limit { end, duration: t, repeats, turns: false, error })
+    }
+
+    /// Whether to look for the limit of cycles that do not repeat themselves yet, after a landing of contact `b`.
+    fn is_long(&self, b: usize) -> bool {
+        let ratio = self.last[b].map_or(0.0, |last| last.ratio);
+        let count = self.landings[b];
+        count >= FIRST_ATTEMPT && count.is_power_of_two() && ratio > SLOW && ratio < 1.0
+    }
+}
+
+/// Landings of a contact before the first attempt to sum cycles that do not repeat themselves.
+const FIRST_ATTEMPT: usize = 4;
+
+/// Ratio of the landing speeds of successive cycles above which there are so many that the attempt is worth its cost: that of about
+/// [`DEGREE`] cycles.
+const SLOW: f64 = 0.5;
+
+/// The next landing of a contact while the other one is held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lap {
+    pub(super) contact: usize,
+    /// Its speed, in m/s.
+    pub(super) speed: Option<f64>,
+}
+
+impl<C: Coordinates> Driver<'_, C> {
+    /// The limit of all cycles from this landing of contact `b` on, in the full geometry. On parallel ground without friction a body that
+    /// touches it with both contacts, one of them held, is in one position, and the landing speed alone determines the cycle that follows: its
+    /// duration τ(u) and the next landing speed R(u), both analytic. The time left is the sum
+    ///
+    /// ```text
+    /// T(u) = τ(u) + T(R(u)),   T(0) = 0
+    /// ```
+    ///
+    /// which determines a polynomial Σ t_m s^m, u = s u(1), at the places s_j, by one cycle from each of these landing speeds. Along the
+    /// ground the body moves as if it fell freely.
+    pub(super) fn limit_of_laps(&self, b: usize, body: &BodyState) -> Option<Limit> {
+        let (one, two) = (&body.points[b], &body.points[1 - b]);
+        let free = |p: &ContactState| p.friction == 0.0 && p.place.sides == [f64::INFINITY; 2];
+        let parallel = one.normal == two.normal && one.b != two.b;
+        if !(self.nested.is_long(b) && body.frozen.is_none() && free(one) && free(two) && parallel)
+        {
+            return None;
+        }
+        let (first, places) = (-one.u, places());
+        let (mut ratios, mut times) = ([0.0; DEGREE], Values::zeros());
+        for (j, s) in places.iter().enumerate() {
+            let (speed, time) = self.lap(b, body, s * first)?;
+            (ratios[j], times[j]) = (speed / (s * first), time);
+        }
+        if !ratios.iter().all(|ratio| *ratio > 0.0 && *ratio < 1.0) {
+            return None;
+        }
+        let terms = steps(&places, &ratios, 0).lu().solve(&-times)?;
+        let sum = |s: f64| terms.iter().rev().fold(0.0, |sum, term| (sum + term) * s);
+        let (t, now, least) =
+            (sum(1.0), self.log.clock.hi, ratios.iter().fold(1.0, |a, r| f64::min(a, 1.0 - r)));
+        let doubt = doubt(0.0, places.iter().map(|s| sum(*s)), NEXT_TERM);
+        let rounding = BOUNCE_CHANGE * f64::EPSILON * (now + t / least);
+        if !(t > 0.0 && now + t <= self.log.end && doubt <= rounding) {
+            return None;
+        }
+        let along = one.tangent * one.tangent.dot(&body.center.v);
+        let fall = one.tangent * one.tangent.dot(&body.fall);
+        let mut end = body.clone();
+        end.center.r += along * t + fall * (0.5 * t * t);
+        (end.center.v, end.spin.omega) = (along + fall * t, 0.0);
+        end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+        Some(Limit { end, duration: t, repeats: true, turns: true, error: doubt + rounding })
+    }
+
+    /// Speed (m/s) and time (s) of the next landing of contact `b` after one with this speed.
+    fn lap(&self, b: usize, body: &BodyState, speed: f64) -> Option<(f64, f64)> {
+        let posture = self.record.base.posture.as_ref()?;
+        let mut start = body.clone();
+        let (one, two) = (start.points[b], start.points[1 - b]);
+        let along = one.tangent * one.tangent.dot(&start.center.v);
+        start.spin.omega = -speed / (one.b - two.b);
+        start.center.v = along - one.normal * (two.b * start.spin.omega);
+        (start.points[b].h, start.points[b].u) = (0.0, -speed);
+        (start.points[1 - b].h, start.points[1 - b].u) = (0.0, 0.0);
+        let options = self.options.of_resimulated_tail(f64::INFINITY);
+        let base = self.record.base.clone();
+        let mut run = Driver::of_any(posture, start, base, &options, Vec::new(), &|| false);
+        run.resting[1 - b] = true;
+        run.body.fastest = speed;
+        run.lap = Some(Lap { contact: b, speed: None });
+        run.motion();
+        Some((run.lap?.speed?, run.log.clock.hi))
     }
 }
 

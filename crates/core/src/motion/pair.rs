@@ -200,8 +200,12 @@ impl Coordinates for Pair {
         driver.stop_slowly(b, body).map(DriverStep::from)
     }
 
-    fn sum_cycles(driver: &mut Driver<'_, Self>, _: BodyState, limit: Limit) -> Option<Outcome> {
-        driver.sum_cycles(&limit)
+    fn sum_cycles(
+        driver: &mut Driver<'_, Self>,
+        before: BodyState,
+        limit: Limit,
+    ) -> Option<Outcome> {
+        driver.sum_cycles(before, &limit)
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {

@@ -167,11 +167,19 @@ impl Driver<'_, Pair> {
     }
 
     /// Moves to the limit of infinitely many cycles.
-    pub(super) fn sum_cycles(&mut self, limit: &Limit) -> Option<Outcome> {
-        if let PairState::Full(state) = self.body.state {
-            self.freeze(&state); // for states within the tail
+    pub(super) fn sum_cycles(&mut self, before: BodyState, limit: &Limit) -> Option<Outcome> {
+        if limit.turns {
+            self.log.enter(&[Mode::Separate; 2]);
+            if self.log.record {
+                let fastest = Pair::largest_speed(self);
+                self.write(Motion::Cycles { start: Box::new(before), fastest });
+            }
+        } else {
+            if let PairState::Full(state) = self.body.state {
+                self.freeze(&state); // for states within the tail
+            }
+            self.note([false; 2], |at| Motion::Tail(at, Tail::Collisions));
         }
-        self.note([false; 2], |at| Motion::Tail(at, Tail::Collisions));
         self.log.clock = self.log.clock.after(limit.duration);
         self.leave(&limit.end, self.local.then_some(self.body.frame.spin));
         if let PairState::Full(state) = &mut self.body.state {
