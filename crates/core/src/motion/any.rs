@@ -1,6 +1,6 @@
-//! Any number of contacts, every impact law, every terrain. Bounces and clattering have no closed sums here: an accumulation ends when the
-//! speeds of its contacts are below the rounding error of the largest speed so far. Successive impacts at one instant are summed, and so
-//! are repeating cycles of two contacts on the ground.
+//! Any number of contacts, every impact law, every terrain. The bounces of one contact are summed (`bounces`), and so are successive impacts at
+//! one instant and cycles of two contacts on the ground (`nested`). Other accumulations end when the speeds of their contacts are below the
+//! rounding error of the largest speed so far.
 
 use std::collections::BTreeSet;
 
