@@ -1,45 +1,67 @@
 //! Polynomials through values at Chebyshev's points of [0, 1], for functions of the scale s of an accumulation.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
-/// Degree of the polynomials.
-pub(crate) const DEGREE: usize = 8;
-
-/// One value for each place but s = 0.
-pub(crate) type Values = SVector<f64, DEGREE>;
-pub(crate) type Square = SMatrix<f64, DEGREE, DEGREE>;
-
-/// The places s_j = sin²(πj/2M), j = 1, …, M; the last one is 1.
-pub(crate) fn places() -> [f64; DEGREE] {
+/// The places s_j = sin²(πj/2M), j = 1, …, M, for polynomials of degree M; the last one is 1.
+pub(crate) fn places<const M: usize>() -> [f64; M] {
     std::array::from_fn(|j| {
-        let sin = libm::sin(FRAC_PI_2 * (j + 1) as f64 / DEGREE as f64);
+        let sin = libm::sin(FRAC_PI_2 * (j + 1) as f64 / M as f64);
         sin * sin
     })
 }
 
-/// The matrix s_j^{m+shift} (r_j^{m+loss} − 1), m = 1, …, M: what one step from s_j to r_j s_j changes a power of s by.
-pub(crate) fn steps(places: &[f64; DEGREE], ratios: &[f64; DEGREE], shift: usize) -> Square {
-    let logs = ratios.map(libm::log);
-    Square::from_fn(|j, m| {
-        let power = (m + 1) as f64;
-        libm::pow(places[j], power + shift as f64) * libm::expm1(power * logs[j])
+/// The matrix s_j^m (r_j^m − 1), m = 1, …, M: what one step from s_j to r_j s_j changes a power of s by.
+pub(crate) fn steps<const M: usize>(places: &[f64; M], ratios: &[f64; M]) -> SMatrix<f64, M, M> {
+    let mut found = powers(places);
+    for (j, ratio) in ratios.iter().enumerate() {
+        for (m, change) in changes::<M>(*ratio).iter().enumerate() {
+            found[(j, m)] *= change;
+        }
+    }
+    found
+}
+
+/// The matrix s_j^m, m = 1, …, M.
+pub(crate) fn powers<const M: usize>(places: &[f64; M]) -> SMatrix<f64, M, M> {
+    let mut found = SMatrix::zeros();
+    for (j, s) in places.iter().enumerate() {
+        let mut power = 1.0;
+        for m in 0..M {
+            power *= s;
+            found[(j, m)] = power;
+        }
+    }
+    found
+}
+
+/// r^m − 1, m = 1, …, M, by r^m − 1 = r (r^{m−1} − 1) + (r − 1), without cancellation.
+pub(crate) fn changes<const M: usize>(ratio: f64) -> [f64; M] {
+    let mut change = 0.0;
+    std::array::from_fn(|_| {
+        change = ratio * change + (ratio - 1.0);
+        change
     })
 }
 
-/// Estimate of the error of the polynomial with these values and this one at 0: its last coefficients in Chebyshev's polynomials. `next`: the
-/// weight of the coefficient before the last one, as either may vanish by chance.
-pub(crate) fn doubt(zero: f64, values: impl Iterator<Item = f64>, next: f64) -> f64 {
-    let degree = DEGREE as f64;
+/// Estimate of the error of the polynomial with these values at these places and `zero` at 0: its last coefficients in Chebyshev's polynomials
+/// T_m(1 − 2s). `next`: the weight of the coefficient before the last one, as either may vanish by chance.
+pub(crate) fn doubt<const M: usize>(
+    zero: f64,
+    places: &[f64; M],
+    values: [f64; M],
+    next: f64,
+) -> f64 {
     let [mut top, mut below] = [0.5 * zero; 2];
-    for (j, value) in values.enumerate() {
-        let weight = if j + 1 == DEGREE { 0.5 } else { 1.0 };
+    for (j, (s, value)) in places.iter().zip(values).enumerate() {
+        let weight = if j + 1 == M { 0.5 } else { 1.0 };
         let sign = if j % 2 == 0 { -1.0 } else { 1.0 };
+        // T_M = ±1 at the places, and T_{M−1} = ±T_1.
         top += sign * weight * value;
-        below += weight * value * libm::cos(PI * ((j + 1) * (DEGREE - 1)) as f64 / degree);
+        below += sign * weight * value * (1.0 - 2.0 * s);
     }
-    top.abs() / degree + below.abs() * 2.0 * next / degree
+    (top.abs() + 2.0 * next * below.abs()) / M as f64
 }
 
 #[cfg(test)]
@@ -48,12 +70,13 @@ mod tests {
 
     #[test]
     fn the_last_coefficients_vanish_for_polynomials_of_lower_degree_only() {
-        let power = |m: i32| doubt(0.0, places().into_iter().map(|s| s.powi(m)), 1.0);
-        for m in 1..DEGREE as i32 - 1 {
+        let power = |m: i32| doubt(0.0, &places::<8>(), places::<8>().map(|s| s.powi(m)), 0.0);
+        for m in 1..8 {
             assert!(power(m) < 1e-15, "{m}");
         }
-        // The coefficient of T_M(1 − 2s) in s^M is 2^(1−2M).
-        assert!((power(DEGREE as i32) / 2.0_f64.powi(1 - 2 * DEGREE as i32) - 1.0).abs() < 20.0);
-        assert!(power(DEGREE as i32) > 1e-6);
+        // T_8(1 − 2s) = 2¹⁵ s⁸ + …
+        assert!((power(8) * 2.0_f64.powi(15) - 1.0).abs() < 1e-12, "{}", power(8));
+        let before = doubt(0.0, &places::<8>(), places::<8>().map(|s| s.powi(7)), 1.0);
+        assert!((before * 2.0_f64.powi(13) - 1.0).abs() < 1e-12, "{before}");
     }
 }

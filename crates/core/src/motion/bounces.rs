@@ -27,14 +27,16 @@
 //! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Where an impact neither stops it nor slides throughout, its bounces are followed one by one: with tangential restitution, with
 //! Chatterjee and Ruina's law, and where the slide turns back in each impact.
 
-use nalgebra::{SMatrix, SVector, Vector2};
+use std::sync::LazyLock;
+
+use nalgebra::{Const, LU, SMatrix, SVector, Vector2};
 
 use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
 use crate::collisions::full::FullState;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
-use crate::math::collocation::{DEGREE, doubt, places, steps};
+use crate::math::collocation::{changes as changes_of_powers, doubt, places, powers};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
@@ -44,11 +46,27 @@ use crate::motion::pair::Pair;
 use crate::motion::record::Motion;
 use crate::options::Impact;
 use crate::outcome::{Method, Outcome};
-use crate::sustained::BodyState;
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of the contact before the first attempt to sum its bounces.
 const FIRST_ATTEMPT: usize = 2;
+
+/// Degree of the polynomials.
+const DEGREE: usize = 6;
+
+/// The places s_j, and the equations s_j^m x_m = y_j.
+static COLLOCATION: LazyLock<Collocation> = LazyLock::new(|| {
+    let places = places();
+    (places, powers(&places).lu())
+});
+type Collocation = ([f64; DEGREE], LU<f64, Const<DEGREE>, Const<DEGREE>>);
+
+/// Rotation until the limit, in rad, up to which the iteration converges fast. The error of the polynomials is about a power of it.
+const MOST_TURN: f64 = 0.02;
+
+/// Gap at the limit, in constant geometry, below which another contact certainly lands before it. Unit: the terms of this gap.
+const LANDS_BEFORE: f64 = 0.1;
 
 /// Most iterations.
 const ITERATIONS: usize = 20;
@@ -58,7 +76,6 @@ const INTERVALS: usize = 32;
 
 /// t, way along the ground, θ, speed along the ground, ω; relative to the present state.
 type Change = SVector<f64, 5>;
-type Changes = SMatrix<f64, DEGREE, 5>;
 
 /// What friction does in an impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,10 +97,11 @@ impl Grip {
 
 /// All further bounces of a contact, as a function of s.
 struct Sum {
-    /// The coefficients c_m, m = 1, 2, …
-    terms: Changes,
-    /// The coefficients a_m of the speed u, m = 1, 2, …
-    speeds: SVector<f64, { DEGREE + 1 }>,
+    /// The coefficients c_m, m = 1, …, M.
+    terms: SMatrix<f64, DEGREE, 5>,
+    /// The speed u, and the coefficients a_m, m = 2, …, M + 1.
+    speed: f64,
+    high: SVector<f64, DEGREE>,
     /// Estimate of the error of the time, in s.
     error: f64,
 }
@@ -91,13 +109,13 @@ struct Sum {
 impl Sum {
     /// The change up to s, and the speed u there.
     fn at(&self, s: f64) -> (Change, f64) {
-        let (mut power, mut change, mut speed) = (1.0, Change::zeros(), 0.0);
-        for m in 0..=DEGREE {
+        let (mut power, mut change, mut speed) = (1.0, Change::zeros(), self.speed * s);
+        for m in 0..DEGREE {
             power *= s;
-            speed += self.speeds[m] * power;
-            if m < DEGREE {
-                change += self.terms.row(m).transpose() * (power - 1.0);
+            for k in 0..5 {
+                change[k] += self.terms[(m, k)] * (power - 1.0);
             }
+            speed += self.high[m] * (power * s - s);
         }
         (change, speed)
     }
@@ -212,32 +230,35 @@ impl Bouncing<'_> {
     }
 
     /// All further bounces; `None` if this polynomial is less accurate than `unit`, beside the rounding error of the changes.
-    fn sum(&self, unit: &Change) -> Option<Sum> {
+    fn sum(&self, unit: &Change) -> Result<Sum, Retry> {
         let u = self.body.points[self.i].u;
-        let places = places();
-        let (mut ratio, mut matrices) = (f64::NAN, None);
+        let (places, powers) = &*COLLOCATION;
+        let mut ratio = f64::NAN;
         let (mut changes, mut speeds) = ([Change::zeros(); DEGREE], places.map(|s| s * u));
         let mut last = Change::zeros();
         for k in 0..ITERATIONS {
-            let now = self.ratio(&last)?;
-            if now != ratio {
-                (ratio, matrices) = (now, None);
+            let now = self.ratio(&last).ok_or(Retry::Later)?;
+            if !((now - ratio).abs() <= f64::EPSILON * now) {
+                ratio = now;
             }
-            let (mut gains, mut excess) = (Changes::zeros(), SVector::<f64, DEGREE>::zeros());
+            let (mut gains, mut excess) =
+                (SMatrix::<f64, DEGREE, 5>::zeros(), SVector::<f64, DEGREE>::zeros());
             for j in 0..DEGREE {
-                let (gain, more) = self.bounce(&changes[j], speeds[j], ratio)?;
+                let (gain, more) =
+                    self.bounce(&changes[j], speeds[j], ratio).ok_or(Retry::Later)?;
                 gains.set_row(j, &gain.transpose());
-                excess[j] = more;
+                excess[j] = more / (places[j] * ratio);
             }
-            let (one, other) = matrices.get_or_insert_with(|| {
-                let step = |shift| steps(&places, &[ratio; DEGREE], shift);
-                (step(0).lu(), (step(1) * ratio).lu())
-            });
-            let (terms, high) = (one.solve(&gains)?, other.solve(&excess)?);
-            let mut speed = SVector::<f64, { DEGREE + 1 }>::zeros();
-            speed[0] = u - high.sum();
-            speed.fixed_rows_mut::<DEGREE>(1).copy_from(&high);
-            let mut sum = Sum { terms, speeds: speed, error: 0.0 };
+            // Both equations are s_j^m x_m = y_j, the second one after a division by s_j r.
+            let solved = powers.solve(&gains).zip(powers.solve(&excess));
+            let (mut terms, mut high) = solved.ok_or(Retry::Later)?;
+            for (m, change) in changes_of_powers::<DEGREE>(ratio).iter().enumerate() {
+                for k in 0..5 {
+                    terms[(m, k)] /= change;
+                }
+                high[m] /= change;
+            }
+            let mut sum = Sum { terms, speed: u, high, error: 0.0 };
             let (limit, _) = sum.at(0.0);
             let allowed = unit + limit.abs() * (BOUNCE_CHANGE * f64::EPSILON);
             let within = |change: Change| (0..5).all(|k| change[k].abs() <= allowed[k]);
@@ -245,22 +266,52 @@ impl Bouncing<'_> {
                 (changes[j], speeds[j]) = sum.at(places[j]);
             }
             if speeds.iter().any(|speed| !(*speed > 0.0)) {
-                return None;
+                return Err(Retry::Later);
             }
             if k > 0 && within(limit - last) {
                 let doubt = Change::from_fn(|k, _| {
-                    doubt(limit[k], changes.iter().map(|change| change[k]), NEXT_TERM)
+                    doubt(limit[k], places, changes.map(|change| change[k]), NEXT_TERM)
                 });
                 sum.error = doubt[0] + allowed[0];
-                return within(doubt).then_some(sum);
+                let most = doubt.component_div(&allowed).amax();
+                return if most <= 1.0 { Ok(sum) } else { Err(Retry::Smaller(most)) };
             }
             last = limit;
         }
-        None
+        Err(Retry::Later)
     }
 }
 
 impl Bouncing<'_> {
+    /// Time until the limit in constant geometry, in s.
+    fn duration(&self) -> Option<f64> {
+        let g = self.body.arc(self.i).effective_gravity();
+        let duration = 2.0 * self.body.points[self.i].u / (g * (1.0 - self.material.restitution));
+        (g > 0.0).then_some(duration)
+    }
+
+    /// Whether in constant geometry no other contact would land before the limit, or none may come near: a quick look before the work. If the
+    /// contact slides, the impulses P (−σμ, 1) stop its fall: Σ P w_nn' = g T + u, and they act, on average, at eT/(1 + e).
+    fn may_be_alone(&self, duration: f64) -> bool {
+        let (body, p, rho2) = (self.body, &self.body.points[self.i], self.body.rho2);
+        let (g, e) = (body.arc(self.i).effective_gravity(), self.material.restitution);
+        let friction = match self.grip {
+            Grip::Slides(way) => -way * self.material.friction,
+            Grip::Sticks => p.b * p.c / (rho2 + p.c * p.c),
+        };
+        let force = p.normal + p.tangent * friction;
+        let turn = (p.b - p.c * friction) / rho2;
+        let own = p.normal.dot(&force) + p.b * turn;
+        (0..body.points.len()).filter(|&j| j != self.i).all(|j| {
+            let q = &body.points[j];
+            let ratio = (q.normal.dot(&force) + q.b * turn) / own;
+            // The impulses of later impacts, e (g T) in all, act as an upward acceleration e g of the point.
+            let pull = body.arc(j).effective_gravity() - e * ratio * g;
+            let end = q.h + duration * (q.u - 0.5 * pull * duration);
+            end > -LANDS_BEFORE * (q.h + duration * (q.u.abs() + pull.abs() * duration))
+        })
+    }
+
     /// Whether no other contact lands, no end of the ground is passed and no other piece of it is met before the limit.
     fn is_alone(&self, sum: &Sum, posture: &Posture) -> bool {
         let (body, p) = (self.body, &self.body.points[self.i]);
@@ -286,22 +337,39 @@ impl Bouncing<'_> {
         if !within_ground || !(0..body.points.len()).any(near) {
             return within_ground;
         }
-        let (mut time, mut flight) = (0.0, 0.0);
-        let mut from = body.clone();
-        (1..=INTERVALS).all(|k| {
-            let (change, u) = at(k);
-            let to = self.moved(&change, u);
-            // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.
-            flight = f64::max(flight, 2.0 * p.u / from.arc(self.i).effective_gravity());
-            let stays = (0..body.points.len()).filter(|&j| near(j)).all(|j| {
-                let (a, b) = (&from.points[j], &to.points[j]);
-                let pull = body.pull(j).abs() + a.arm().norm() * omega * omega;
-                let speed = REMAINDER_FACTOR.sqrt() * (a.u.abs().max(b.u.abs()) + pull * flight);
-                a.h + b.h > speed * (change[0] - time)
-            });
-            time = change[0];
-            from = to;
-            stays
+        // The gap and the rate of point j after an impact in which this is the change of state so far.
+        let (bounced, frozen) = (&body.points[self.i], body.frozen.is_some());
+        let gap = |j: usize, change: &Change, u: f64, turn: &Turn| {
+            let q = &body.points[j];
+            let omega = body.spin.omega + change[4];
+            let [(b_i, c_i), (b, _)] =
+                [bounced, q].map(|p| if frozen { (p.b, p.c) } else { p.turned(turn) });
+            let lift = |p: &ContactState| {
+                if frozen { p.b * change[2] } else { p.b * turn.sin - p.c * turn.one_minus_cos }
+            };
+            let way = bounced.tangent * change[1] - bounced.normal * lift(bounced);
+            let along = match self.grip {
+                Grip::Sticks => c_i * omega,
+                Grip::Slides(_) => bounced.tangent.dot(&body.center.v) + change[3],
+            };
+            let v = bounced.tangent * along + bounced.normal * (u - b_i * omega);
+            (q.h + q.normal.dot(&way) + lift(q), q.normal.dot(&v) + b * omega)
+        };
+        let weakest = body.pull(self.i) - bounced.arm().norm() * omega * omega;
+        // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.
+        let flight = if weakest > 0.0 { 2.0 * p.u / weakest } else { f64::INFINITY };
+        (0..body.points.len()).filter(|&j| near(j)).all(|j| {
+            let q = &body.points[j];
+            let pull = (body.pull(j).abs() + q.arm().norm() * omega * omega) * flight;
+            let (mut time, mut before) = (0.0, (q.h, q.u));
+            (1..=INTERVALS).all(|k| {
+                let (change, u) = at(k);
+                let after = gap(j, &change, u, &Turn::by(change[2]));
+                let speed = REMAINDER_FACTOR.sqrt() * (before.1.abs().max(after.1.abs()) + pull);
+                let stays = before.0 + after.0 > speed * (change[0] - time);
+                (time, before) = (change[0], after);
+                stays
+            })
         })
     }
 }
@@ -311,15 +379,26 @@ impl Bouncing<'_> {
 pub(super) struct Bounces {
     point: usize,
     hits: usize,
+    /// Number of impacts at which to try next.
+    next: usize,
     /// The largest speed of the body after these impacts, in m/s.
     fastest: f64,
+}
+
+/// When to try again to sum.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Retry {
+    /// Once the error of the polynomial, which is this many times too large, has become small enough.
+    Smaller(f64),
+    /// Something else stands against it now.
+    Later,
 }
 
 impl Bounces {
     /// `speed`: of the body after the impact, in m/s.
     fn follow(&mut self, point: usize, speed: f64) {
-        if point != self.point {
-            *self = Self { point, ..Self::default() };
+        if self.hits == 0 || point != self.point {
+            *self = Self { point, next: FIRST_ATTEMPT, ..Self::default() };
         }
         self.hits += 1;
         self.fastest = self.fastest.max(speed);
@@ -337,7 +416,7 @@ pub(super) struct Settled {
 
 impl<C> Driver<'_, C> {
     /// All bounces of point `i` that follow an impact with this impulse (tangential, normal) per unit mass, if their limit is known and
-    /// nothing else happens before it. `fastest`: the largest speed that the errors are compared with, in m/s.
+    /// nothing else happens before it.
     pub(super) fn limit_of_bounces(
         &self,
         body: &BodyState,
@@ -345,8 +424,8 @@ impl<C> Driver<'_, C> {
         impulse: [f64; 2],
         mut material: Material,
         fastest: f64,
-    ) -> Option<Settled> {
-        let posture = self.record.base.posture.as_ref()?;
+    ) -> Result<Settled, Retry> {
+        let Some(posture) = &self.record.base.posture else { return Err(Retry::Later) };
         let (size, clock, law) = (posture.size(), self.log.clock, self.options.impact);
         if law == Impact::Newton {
             material.friction = 0.0;
@@ -359,7 +438,7 @@ impl<C> Driver<'_, C> {
             || body.points[i].u <= 0.0
             || body.frozen.is_some_and(|square| square > 0.0)
         {
-            return None;
+            return Err(Retry::Later);
         }
         // Errors of the place are relative to the smallest gap, which they change.
         let others = (0..body.points.len()).filter(|&j| j != i).map(|j| body.points[j].h);
@@ -368,23 +447,31 @@ impl<C> Driver<'_, C> {
             [clock.hi, gap, fastest].map(|unit| BOUNCE_SUM * f64::EPSILON * unit);
         let unit = Change::from([time, way, way / size, speed, speed / size]);
         let bouncing = Bouncing { body, i, law, material, grip };
+        let duration = bouncing.duration().ok_or(Retry::Later)?;
+        if !(bouncing.may_be_alone(duration) && clock.hi + duration <= self.log.end) {
+            return Err(Retry::Later);
+        }
+        let turn = if body.frozen.is_some() { 0.0 } else { body.spin.omega.abs() * duration };
+        if turn > MOST_TURN {
+            return Err(Retry::Smaller(turn / MOST_TURN));
+        }
         let sum = bouncing.sum(&unit)?;
         let limit = sum.at(0.0).0;
         let duration = limit[0];
         if !(duration > 0.0 && clock.hi + duration <= self.log.end) {
-            return None;
+            return Err(Retry::Later);
         }
         let end = bouncing.moved(&limit, 0.0);
         if let Grip::Slides(way) = grip {
             let turns = |body: &BodyState| body.slip(i) * way < -STILL * fastest;
             if turns(body) || turns(&end) {
-                return None;
+                return Err(Retry::Later);
             }
         }
         if !bouncing.is_alone(&sum, posture) || self.edges.is_inside(posture, &end) {
-            return None;
+            return Err(Retry::Later);
         }
-        Some(Settled { body: end, duration, error: sum.error })
+        Ok(Settled { body: end, duration, error: sum.error })
     }
 }
 
@@ -395,12 +482,26 @@ impl Driver<'_, AnyContacts> {
         let state = &self.body.state;
         let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
         self.body.bounces.follow(i, speed);
-        let Bounces { hits, fastest, .. } = self.body.bounces;
-        // Each attempt costs about as much as the bounces between two of them.
-        if !(hits >= FIRST_ATTEMPT && hits.is_power_of_two()) {
+        let Bounces { hits, next, fastest, .. } = self.body.bounces;
+        if hits < next {
             return None;
         }
-        let end = self.limit_of_bounces(state, i, impulse, self.material(i), fastest)?;
+        let material = self.material(i);
+        let end = match self.limit_of_bounces(state, i, impulse, material, fastest) {
+            Ok(end) => end,
+            Err(retry) => {
+                let wait = match retry {
+                    // Each bounce divides the error by e to the degree or less.
+                    Retry::Smaller(error) => {
+                        let loss = -libm::log(material.restitution) * DEGREE as f64;
+                        1 + (libm::log(error) / loss) as usize
+                    }
+                    Retry::Later => hits,
+                };
+                self.body.bounces.next = hits.saturating_add(wait);
+                return None;
+            }
+        };
         self.log.enter(&PerContact::from_elem(Mode::Separate, end.body.points.len()));
         if self.log.record {
             let (start, fastest) = (Box::new(self.body.state.clone()), self.body.fastest);
@@ -419,10 +520,10 @@ impl Driver<'_, Pair> {
         let now = Snapshot::of_full(state, self.log.clock);
         let body = self.record.base.body_state(&now, None)?;
         let posture = self.record.base.posture.as_ref()?;
-        let speed = body.center.v.norm() + posture.size() * body.spin.omega.abs();
+        let fastest = body.center.v.norm() + posture.size() * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
         let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
-        self.limit_of_bounces(&body, i, [0.0, 1.0], material, speed).map(Box::new)
+        self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest).ok().map(Box::new)
     }
 
     /// Moves to this limit.

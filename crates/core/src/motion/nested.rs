@@ -1,13 +1,13 @@
 //! Sums of infinitely many cycles. A cycle goes from one landing of a contact to its next landing, while the other contact is
 //! held. The cycles repeat on a smaller and smaller scale.
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 use crate::body::contact::PerContact;
 use crate::body::terrain::Place;
 use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
-use crate::math::collocation::{DEGREE, Values, doubt, places, steps};
+use crate::math::collocation::{doubt, places, steps};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver};
@@ -201,6 +201,9 @@ impl NestedSequence {
     }
 }
 
+/// Degree of the polynomial.
+const DEGREE: usize = 8;
+
 /// Landings of a contact before the first attempt to sum cycles that do not repeat themselves.
 const FIRST_ATTEMPT: usize = 4;
 
@@ -236,7 +239,7 @@ impl<C: Coordinates> Driver<'_, C> {
             return None;
         }
         let (first, places) = (-one.u, places());
-        let (mut ratios, mut times) = ([0.0; DEGREE], Values::zeros());
+        let (mut ratios, mut times) = ([0.0; DEGREE], SVector::<f64, DEGREE>::zeros());
         for (j, s) in places.iter().enumerate() {
             let (speed, time) = self.lap(b, body, s * first)?;
             (ratios[j], times[j]) = (speed / (s * first), time);
@@ -244,11 +247,11 @@ impl<C: Coordinates> Driver<'_, C> {
         if !ratios.iter().all(|ratio| *ratio > 0.0 && *ratio < 1.0) {
             return None;
         }
-        let terms = steps(&places, &ratios, 0).lu().solve(&-times)?;
+        let terms = steps::<DEGREE>(&places, &ratios).lu().solve(&-times)?;
         let sum = |s: f64| terms.iter().rev().fold(0.0, |sum, term| (sum + term) * s);
         let (t, now, least) =
             (sum(1.0), self.log.clock.hi, ratios.iter().fold(1.0, |a, r| f64::min(a, 1.0 - r)));
-        let doubt = doubt(0.0, places.iter().map(|s| sum(*s)), NEXT_TERM);
+        let doubt = doubt(0.0, &places, places.map(sum), NEXT_TERM);
         let rounding = BOUNCE_CHANGE * f64::EPSILON * (now + t / least);
         if !(t > 0.0 && now + t <= self.log.end && doubt <= rounding) {
             return None;
