@@ -213,6 +213,8 @@ def accumulates(run: Run, point: ZenoPoint) -> bool:
     before = elapsed[(elapsed > since) & (elapsed < point.elapsed)]
     if not len(before):
         return False
+    if not (elapsed == point.elapsed).any():
+        return True  # summed after the last impact
     return bool(point.elapsed - before[-1] < FOLLOWED * (point.elapsed - since))
 
 

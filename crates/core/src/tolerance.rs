@@ -284,7 +284,7 @@ pub(crate) const OVER_VERTEX: f64 = 16.0;
 
 /// Depth below the ground that a contact may reach without landing, as long as it comes up again. Unit: ε times the size of the body. The
 /// smaller one of this depth and [`GRAZE_OF_WAY`] is the limit. Range: 1 to 16.
-pub(crate) const GRAZE_OF_SIZE: f64 = 2.0;
+pub(crate) const GRAZE_OF_SIZE: f64 = 4.0;
 
 /// As [`GRAZE_OF_SIZE`], but with the unit: ε times the distance that the contact has covered in this word. Range: 4 to 64.
 pub(crate) const GRAZE_OF_WAY: f64 = 16.0;

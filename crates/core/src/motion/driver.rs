@@ -337,7 +337,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         self.record.warnings.append(&mut phase.warnings);
         self.record.undecided = phase.undecided.take().map(Box::new);
         self.record.acceleration = phase.acceleration.take();
-        let body = phase.body;
+        let mut body = phase.body;
+        if let PhaseEnd::Leave(i, side) = end {
+            body.stop_before_end(i, side);
+        }
         match end {
             PhaseEnd::Landing(i) => {
                 C::leave_contact(self, body.clone());

@@ -350,6 +350,22 @@ impl BodyState {
         }
     }
 
+    /// Stops the slide of a point that leaves its piece at an end. A slide away from this end is so slow that it counts as zero; on the other
+    /// piece it would lift the point off and bring it back here, for ever.
+    pub(crate) fn stop_before_end(&mut self, i: usize, side: usize) {
+        let inward = if side == 0 { self.slip(i) } else { -self.slip(i) };
+        if !(inward > 0.0 && self.points[i].friction > 0.0) {
+            return;
+        }
+        let (v, omega) = (self.center.v, self.spin.omega);
+        let mode = |j: usize| if j == i { Mode::Fixed } else { Mode::Separate };
+        self.project(&(0..self.points.len()).map(mode).collect::<ContactLetters<_>>());
+        let (change, turn) = (self.center.v - v, self.spin.omega - omega);
+        for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
+            p.u += p.normal.dot(&change) + p.b * turn;
+        }
+    }
+
     /// Corrects the velocity of a body whose contacts begin to be held in these modes. Its rates along the normals of closed
     /// contacts are rounding error, which the separately stored rates of the others do not have. A sliding speed that counts as
     /// zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
