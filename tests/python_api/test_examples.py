@@ -23,6 +23,16 @@ def test_every_scene_is_judged_here():
         assert f'run_of("{name}"' in here, name
 
 
+def at_ends(posture, q):
+    """Which contacts are above an end of a piece of the terrain, (times, contacts)."""
+    points = np.array([contact.point for contact in posture.contacts])
+    arms = points - posture.center_of_mass
+    cos, sin = np.cos(q[:, 2:]), np.sin(q[:, 2:])
+    x = posture.center_of_mass[0] + q[:, :1] + cos * arms[:, 0] - sin * arms[:, 1]
+    ends = np.array([x for x, _ in posture.terrain or []])
+    return (np.abs(x[:, :, None] - ends) < 1e-14).any(axis=2)
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_no_scene_gains_energy_or_enters_the_terrain(name):
     run = run_of(name)
@@ -31,8 +41,11 @@ def test_no_scene_gains_energy_or_enters_the_terrain(name):
     assert gaps.min() >= 0.0
     # The gaps of the run must agree with those of the body; they would not after a missed impact. After 1400 rad θ is rounded
     # to 2e-13 rad, which gives 2e-11 m/s at 100 rad/s, and 1e-10 m after some seconds.
-    np.testing.assert_allclose(run.posture.gaps(q), gaps, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(run.posture.gap_rates(q, qdot), rates, rtol=0, atol=1e-8)
+    # At an end of a piece of ground a rounding error decides which piece is meant.
+    there = ~at_ends(run.posture, q)
+    own_gaps, own_rates = run.posture.gaps(q), run.posture.gap_rates(q, qdot)
+    np.testing.assert_allclose(own_gaps[there], gaps[there], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(own_rates[there], rates[there], rtol=0, atol=1e-8)
     energy = run.energy(t)
     # Rounding error of the largest term of the energy at the start.
     scale = abs(energy).max()
