@@ -33,6 +33,9 @@ use crate::tolerance::SLOWEST_KNOWN;
 const FACES_DOWN: &str = "no contact is hit, because the ground of all contacts faces down; the ground lies on the right-hand side of a \
                           terrain: list its vertices from left to right; slopes are in rad";
 
+/// Number of times that a contact may leave its piece of ground at one instant before it goes to and fro between two pieces.
+const TO_AND_FRO: usize = 16;
+
 pub(crate) struct Driver<'a, C> {
     pub(crate) record: Box<Record>,
     pub(super) options: Options,
@@ -50,6 +53,8 @@ pub(crate) struct Driver<'a, C> {
     pub(super) nested: NestedSequence,
     pub(super) watch: GroundWatch,
     pub(super) edges: EdgeWatch,
+    /// The last instant at which a sliding contact left its piece of ground, and how often it has at this instant.
+    crossings: (Clock, usize),
     /// The landing at which this run ends.
     pub(super) lap: Option<Lap>,
 }
@@ -159,6 +164,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             options: *options,
             body,
             local,
+            crossings: Default::default(),
             lap: None,
         }
     }
@@ -339,7 +345,11 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         self.record.acceleration = phase.acceleration.take();
         let mut body = phase.body;
         if let PhaseEnd::Leave(i, side) = end {
-            body.stop_before_end(i, side);
+            let now = self.log.clock;
+            self.crossings = (now, if self.crossings.0 == now { self.crossings.1 + 1 } else { 1 });
+            if self.crossings.1 > TO_AND_FRO {
+                body.stop_before_end(i, side, tolerance);
+            }
         }
         match end {
             PhaseEnd::Landing(i) => {

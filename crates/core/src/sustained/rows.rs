@@ -350,15 +350,19 @@ impl BodyState {
         }
     }
 
-    /// Stops the slide of a point that leaves its piece at an end. A slide away from this end is so slow that it counts as zero; on the other
-    /// piece it would lift the point off and bring it back here, for ever.
-    pub(crate) fn stop_before_end(&mut self, i: usize, side: usize) {
+    /// Stops the slide of a point that leaves its piece at an end, if it slides away from this end, so slowly that it counts as zero (`limit`,
+    /// in m/s). On the other piece it would lift the point off and bring it back here, for ever.
+    pub(crate) fn stop_before_end(&mut self, i: usize, side: usize, limit: f64) {
         let inward = if side == 0 { self.slip(i) } else { -self.slip(i) };
-        if !(inward > 0.0 && self.points[i].friction > 0.0) {
+        if !(inward > 0.0 && inward <= limit && self.points[i].friction > 0.0) {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);
-        let mode = |j: usize| if j == i { Mode::Fixed } else { Mode::Separate };
+        let mode = |j: usize| match &self.points[j] {
+            _ if j == i => Mode::Fixed,
+            p if p.h == 0.0 && p.u == 0.0 => Mode::Right,
+            _ => Mode::Separate,
+        };
         self.project(&(0..self.points.len()).map(mode).collect::<ContactLetters<_>>());
         let (change, turn) = (self.center.v - v, self.spin.omega - omega);
         for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
