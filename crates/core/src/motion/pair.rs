@@ -16,7 +16,7 @@ use crate::motion::bounces::Settled;
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
-use crate::motion::pair_flight::Resume;
+use crate::motion::pair_flight::{Resume, Row};
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
@@ -48,6 +48,7 @@ pub(crate) struct Pair {
     pub(super) landings: [Option<(f64, Clock)>; 2],
     /// The limit of the bounces in progress.
     pub(super) settled: Option<Box<Settled>>,
+    pub(super) row: Row,
 }
 
 impl Pair {
@@ -231,8 +232,14 @@ impl<'a> Driver<'a, Pair> {
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
         let (state, local) = (first.state(&base, &first.start), first.frozen.is_some());
-        let body =
-            Pair { count: base.count, state, frame: first, landings: [None; 2], settled: None };
+        let body = Pair {
+            count: base.count,
+            state,
+            frame: first,
+            landings: [None; 2],
+            settled: None,
+            row: Row::default(),
+        };
         Self::with(body, base, local, options, warnings, cancel)
     }
 

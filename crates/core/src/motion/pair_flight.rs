@@ -31,8 +31,8 @@ impl Resume {
 }
 
 /// Collisions of one contact in succession.
-#[derive(Default)]
-struct Row {
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Row {
     contact: usize,
     /// Number of the last of them.
     last: usize,
@@ -78,7 +78,6 @@ impl Driver<'_, Pair> {
         mut then: Resume,
         enter: &mut impl FnMut(&Self, &Flight) -> bool,
     ) -> Option<LoopExit> {
-        let mut row = Row::default();
         let halt = loop {
             match then {
                 Resume::Plain => {}
@@ -87,7 +86,7 @@ impl Driver<'_, Pair> {
                     if let Flight::Full(state, collisions) = flight
                         && halt.is_none()
                         && let Some(contact) = collisions.active()
-                        && row.is_long(contact, self.log.hits)
+                        && self.body.row.is_long(contact, self.log.hits)
                     {
                         self.body.settled = self.settles(state, contact);
                         halt = self.body.settled.as_ref().map(|_| LoopExit::Settled { contact });
