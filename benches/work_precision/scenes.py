@@ -422,23 +422,25 @@ def thrown(title, law, body, start, time, treads=FLOOR, **more):
 
 
 def box_on_the_floor():
-    w, h = 0.3, 0.5
     return thrown(
         "thrown box, Poisson's law",
         poisson,
-        {
-            "gyration_radius": float(mp.sqrt((mpf(w) ** 2 + mpf(h) ** 2) / 12)),
-            "arms": rectangle(w, h),
-            "restitution": 0.5,
-            "friction": 0.3,
-        },
+        box(0.3, 0.5),
         {"q": [0, 0.7, 0.4], "v": [1.5, 0.5, -3]},
         1.0,
     )
 
 
-def rectangle(w, h):
-    return [[-w / 2, -h / 2], [w / 2, -h / 2], [w / 2, h / 2], [-w / 2, h / 2]]
+def box(w, h):
+    """A uniform rectangle, ρ² = (w² + h²)/12, with contacts at its corners."""
+    return {
+        "gyration_radius": float(mp.sqrt((mpf(w) ** 2 + mpf(h) ** 2) / 12)),
+        "arms": [
+            [x * w / 2, y * h / 2] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        ],
+        "restitution": 0.5,
+        "friction": 0.3,
+    }
 
 
 def octagon():
@@ -473,16 +475,10 @@ def stairs():
     terrain = [[-5, 0]]
     for (_, x, high), (_, _, low) in itertools.pairwise(treads):
         terrain += [[x, high], [x, low]]
-    w, h = 0.2, 0.2
     return thrown(
         "box on stairs",
         moreau,
-        {
-            "gyration_radius": float(mp.sqrt((mpf(w) ** 2 + mpf(h) ** 2) / 12)),
-            "arms": rectangle(w, h),
-            "restitution": 0.5,
-            "friction": 0.3,
-        },
+        box(0.2, 0.2),
         {"q": [0, 0.34, 0.1], "v": [1.7, 0, 2]},
         1.1,
         treads,

@@ -11,7 +11,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import LAWS, draw_contacts, draw_order, lift, size
+from bodies import LAWS, draw_order, draw_rough, lift, size
 
 SCENES = int(os.environ.get("STANDFAST_BOUNCES", "40"))
 #: Time from the end of the second run to the sum, in units in the last place.
@@ -26,17 +26,7 @@ def draw(rng, law):
     """A body of about a metre on one to six contacts, and its start up to a metre above the ground."""
     level = rng.random() < 0.5
     rise, steep = (0, 0) if level else (0.3, 0.5)
-    contacts = draw_contacts(
-        rng,
-        (rng.uniform(-1, 1) for _ in range(rng.integers(1, 7))),
-        rise,
-        steep,
-        friction=lambda: rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
-        restitution=lambda: rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
-        tangential_restitution=lambda: (
-            rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0
-        ),
-    )
+    contacts = draw_rough(rng, rng.integers(1, 7), rise, steep)
     posture = sf.Posture(
         mass=1.0,
         gyration_radius=math.exp(rng.uniform(math.log(0.1), math.log(1.5))),

@@ -11,7 +11,7 @@ import os
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import draw_contacts, draw_order, lift
+from bodies import draw_order, draw_rough, lift
 from walls import flush_box, random_scene
 
 #: Number of random runs for each law.
@@ -32,17 +32,7 @@ def draw(rng, law):
     g = 9.81
     level = rng.random() < 0.3
     rise, steep = (0, 0) if level else (0.3, 0.7)
-    contacts = draw_contacts(
-        rng,
-        (rng.uniform(-1, 1) for _ in range(rng.integers(1, LAWS[law] + 1))),
-        rise,
-        steep,
-        friction=lambda: rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
-        restitution=lambda: rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
-        tangential_restitution=lambda: (
-            rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0
-        ),
-    )
+    contacts = draw_rough(rng, rng.integers(1, LAWS[law] + 1), rise, steep)
     posture = sf.Posture(
         mass=math.exp(rng.uniform(-2, 2)),
         gyration_radius=math.exp(rng.uniform(math.log(0.05), math.log(1.5))),

@@ -119,6 +119,21 @@ def draw_contacts(rng, places, rise, steep, size=1.0, **fields):
     ]
 
 
+def draw_rough(rng, count, rise, steep):
+    """Contacts of any friction, and some of their own restitution, at random along two metres."""
+    return draw_contacts(
+        rng,
+        (rng.uniform(-1, 1) for _ in range(count)),
+        rise,
+        steep,
+        friction=lambda: rng.uniform(0, 1.5) if rng.random() < 0.8 else 0.0,
+        restitution=lambda: rng.uniform(0, 0.95) if rng.random() < 0.3 else None,
+        tangential_restitution=lambda: (
+            rng.uniform(0, 0.9) if rng.random() < 0.3 else 0.0
+        ),
+    )
+
+
 def lift(posture, q, model="full"):
     """How far the body at ``q`` has to be moved up until no contact is below its ground line, and one is on it."""
     # The gaps of the local model are N·q.
