@@ -248,7 +248,7 @@ fn too_deep(t: f64) -> Error {
     }
 }
 
-/// A piece of motion in one contact mode, with the Taylor series that [`BodyState::moved`] follows one after the other.
+/// A piece of motion in one contact mode, with the Taylor series that follow each other in it.
 #[derive(Debug, Clone)]
 struct Held<'a> {
     start: &'a BodyState,
@@ -267,6 +267,9 @@ enum Kind {
     Still,
     Moving,
 }
+
+/// Largest number of Taylor series in a piece; the last one is followed to the end. A piece is one step of the motion and needs one or two.
+const SERIES: usize = 1000;
 
 /// Number of series of a piece that are kept. Nearly all pieces have one or two, for a step of the motion needs no more; beyond this
 /// number they are computed anew for each time.
@@ -289,39 +292,55 @@ impl<'a> Held<'a> {
         held
     }
 
-    /// Adds the series that begins with this state; false if there is none.
+    /// The series that begins with this state.
+    fn next(&self, from: &BodyState) -> Option<Box<Step>> {
+        if from.is_fixed(self.modes) { None } else { Step::new(from, self.modes, ORDER) }
+    }
+
+    /// Keeps the series that begins with this state; false if there is none.
     fn push(&mut self, from: BodyState) -> bool {
-        let fixed = from.is_fixed(self.modes);
-        let step = if fixed { None } else { Step::new(&from, self.modes, ORDER) };
+        let step = self.next(&from);
         let found = step.is_some();
         self.series.extend(step.map(|step| (from, step)));
         found
     }
 
-    /// The bits of [`BodyState::moved`].
+    /// The body `dt` after the start. Each series is followed up to its reach, the last one to the end.
     fn at(&mut self, dt: f64) -> BodyState {
         match self.kind {
             Kind::Flight => return self.start.flown(dt),
-            Kind::Fixed => return self.start.clone(),
-            Kind::Still | Kind::Moving => {}
+            Kind::Fixed | Kind::Still => return self.start.clone(),
+            Kind::Moving => {}
         }
-        let mut left = dt;
-        for k in 0..KEPT {
-            let (from, step) = &self.series[k];
+        let (mut left, mut k, mut own) = (dt, 0, None);
+        for _ in 0..SERIES {
+            let (from, kept) = own.as_ref().unwrap_or_else(|| &self.series[k]);
+            let mut late: Option<Box<Step>> = None;
+            loop {
+                let step = late.as_ref().unwrap_or(kept);
+                let Some(longer) = step.longer(from, self.modes, left.min(step.reach())) else {
+                    break;
+                };
+                late = Some(longer);
+            }
+            let step = late.as_ref().unwrap_or(kept);
             let reach = step.reach();
-            if step.longer(from, self.modes, left.min(reach)).is_some() {
-                break;
-            }
-            if self.kind == Kind::Still {
-                return self.start.clone();
-            }
-            let known = k + 1 < self.series.len();
-            if left <= reach || !(known || self.push(step.at(from, reach))) {
-                let (from, step) = &self.series[k];
+            if left <= reach {
                 return step.at(from, left);
+            }
+            let after = step.at(from, reach);
+            let keeps = late.is_none() && own.is_none() && k + 1 < KEPT;
+            let known = keeps && (k + 1 < self.series.len() || self.push(after.clone()));
+            if known {
+                k += 1;
+            } else if let Some(next) = self.next(&after) {
+                own = Some((after, next));
+            } else {
+                break;
             }
             left -= reach;
         }
-        self.start.moved(self.modes, dt)
+        let (from, step) = own.as_ref().unwrap_or_else(|| &self.series[k]);
+        step.at(from, left)
     }
 }

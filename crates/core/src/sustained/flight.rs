@@ -4,11 +4,9 @@ use nalgebra::Vector2;
 
 use crate::body::contact::ContactValues;
 use crate::flight::{GapArc, parabola_touchdown};
-use crate::math::roots::ORDER;
 use crate::math::turn::Turn;
-use crate::modes::Mode;
-use crate::sustained::{BodyState, ContactState, Rounding, Step};
-use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, PULL_ROUNDINGS, STILL};
+use crate::sustained::{BodyState, ContactState, Rounding};
+use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, PULL_ROUNDINGS};
 
 /// Time to the next zero of an arc.
 pub(super) fn next(arc: &GapArc) -> Option<f64> {
@@ -217,45 +215,4 @@ impl BodyState {
         after.center.fall(self.fall, dt);
         after
     }
-
-    /// The state at time `dt` of a span in this word.
-    pub(crate) fn moved(&self, word: &[Mode], dt: f64) -> Self {
-        if word.iter().all(|&mode| mode == Mode::Separate) {
-            return self.flown(dt);
-        }
-        let step = |from: &Self, left: f64| {
-            if from.is_fixed(word) {
-                return None;
-            }
-            let mut step = Step::new(from, word, ORDER)?;
-            while let Some(longer) = step.longer(from, word, left.min(step.reach())) {
-                step = longer;
-            }
-            Some(step)
-        };
-        let Some(mut next) = step(self, dt) else { return self.clone() };
-        // A body at rest stays at rest where its acceleration is rounding error.
-        let still = self.center.v == Vector2::zeros() && self.spin.omega == 0.0;
-        let [ax, ay, turn] = next.acceleration();
-        let most = ax.abs().max(ay.abs()).max(self.rho2.sqrt() * turn.abs());
-        if still && most <= STILL * self.gravity {
-            return self.clone();
-        }
-        // Each series is followed up to its reach, the last one to the end.
-        let (mut from, mut left) = (self.clone(), dt);
-        for _ in 0..SERIES {
-            if left <= next.reach() {
-                break;
-            }
-            let after = next.at(&from, next.reach());
-            let Some(another) = step(&after, left - next.reach()) else { break };
-            left -= next.reach();
-            (from, next) = (after, another);
-        }
-        next.at(&from, left)
-    }
 }
-
-/// Largest number of Taylor series in a span of the record; the last one is followed to the end. A span is one step of the motion and needs
-/// one or two series.
-const SERIES: usize = 1000;
