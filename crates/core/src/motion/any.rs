@@ -254,11 +254,7 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Moves to the limit of infinitely many cycles.
     fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
-        self.log.enter(&[Mode::Separate; 2]);
-        if self.log.record {
-            let (start, fastest) = (Box::new(before.clone()), self.body.fastest);
-            self.write(Motion::Cycles { start, fastest });
-        }
+        self.begin_sum(before);
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);

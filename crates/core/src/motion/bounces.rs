@@ -24,26 +24,25 @@
 //! If the contact slides in one direction through all impacts, their impulses are (−σμ, 1) P, and every law returns e: r = e. The ratio of the
 //! sliding speed v_k to the landing speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that
 //! slides now goes on to slide. One that sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one
-//! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. Where an impact neither stops it nor slides throughout, its bounces are followed one by one: with tangential restitution, with
-//! Chatterjee and Ruina's law, and where the slide turns back in each impact.
+//! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. The bounces are followed
+//! one by one where an impact neither stops the slide nor keeps it: with tangential restitution, with Chatterjee and Ruina's law, and where
+//! the slide turns back in each impact.
 
 use std::sync::LazyLock;
 
 use nalgebra::{Const, LU, SMatrix, SVector, Vector2};
 
-use crate::body::contact::PerContact;
 use crate::body::posture::Posture;
 use crate::collisions::full::FullState;
+use crate::collisions::local::LoopExit;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
 use crate::math::collocation::{changes as changes_of_powers, doubt, places, powers};
 use crate::math::turn::Turn;
-use crate::modes::Mode;
 use crate::motion::any::AnyContacts;
-use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::driver::Driver;
 use crate::motion::frame::Snapshot;
 use crate::motion::pair::Pair;
-use crate::motion::record::Motion;
 use crate::options::Impact;
 use crate::outcome::{Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
@@ -51,6 +50,9 @@ use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, S
 
 /// Number of impacts of the contact before the first attempt to sum its bounces.
 const FIRST_ATTEMPT: usize = 2;
+
+/// The same under Newton's law with two contacts, where an attempt costs as much as several hundred bounces.
+const MANY_BOUNCES: usize = 64;
 
 /// Degree of the polynomials.
 const DEGREE: usize = 6;
@@ -62,10 +64,11 @@ static COLLOCATION: LazyLock<Collocation> = LazyLock::new(|| {
 });
 type Collocation = ([f64; DEGREE], LU<f64, Const<DEGREE>, Const<DEGREE>>);
 
-/// Rotation until the limit, in rad, up to which the iteration converges fast. The error of the polynomials is about a power of it.
+/// Rotation until the limit, in rad, up to which a sum is tried: the iteration converges fast. It has no effect on the result.
 const MOST_TURN: f64 = 0.02;
 
-/// Gap at the limit, in constant geometry, below which another contact certainly lands before it. Unit: the terms of this gap.
+/// Negative gap at the limit, in constant geometry, beyond which a sum is not tried, because another contact lands before. Unit: the terms of
+/// this gap. It has no effect on the result.
 const LANDS_BEFORE: f64 = 0.1;
 
 /// Most iterations.
@@ -131,41 +134,56 @@ struct Bouncing<'a> {
 }
 
 impl Bouncing<'_> {
-    /// The body after this change of state, with the contact on the ground and the speed `u` at which it takes off.
-    fn moved(&self, change: &Change, u: f64) -> BodyState {
-        let mut after = self.body.clone();
-        let [_, way, angle, speed, spin] = (*change).into();
-        let (p, frozen) = (self.body.points[self.i], self.body.frozen.is_some());
-        let turn = Turn::by(angle);
-        let (b, c) = if frozen { (p.b, p.c) } else { p.turned(&turn) };
-        let rise = if frozen { -p.b * angle } else { p.c * turn.one_minus_cos - p.b * turn.sin };
-        let way = p.tangent * way + p.normal * rise;
-        after.center.r += way;
-        after.spin.theta += angle;
-        after.spin.omega += spin;
-        let omega = after.spin.omega;
+    /// Way and velocity of the centre of mass for this change of state, which turns the body by `turn`, with the contact on the ground and the
+    /// speed `u` at which it takes off.
+    fn center(&self, change: &Change, u: f64, turn: &Turn) -> [Vector2<f64>; 2] {
+        let (p, frozen) = (&self.body.points[self.i], self.body.frozen.is_some());
+        let (b, c) = if frozen { (p.b, p.c) } else { p.turned(turn) };
+        let omega = self.body.spin.omega + change[4];
         let along = match self.grip {
             Grip::Sticks => c * omega,
-            Grip::Slides(_) => p.tangent.dot(&after.center.v) + speed,
+            Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + change[3],
         };
-        after.center.v = p.tangent * along + p.normal * (u - b * omega);
-        for q in &mut after.points {
-            let arm = q.arm();
+        [
+            p.tangent * change[1] - p.normal * self.lift(p, change, turn),
+            p.tangent * along + p.normal * (u - b * omega),
+        ]
+    }
+
+    /// Change of the gap of a point by this rotation.
+    fn lift(&self, p: &ContactState, change: &Change, turn: &Turn) -> f64 {
+        match self.body.frozen {
+            Some(_) => p.b * change[2],
+            None => p.b * turn.sin - p.c * turn.one_minus_cos,
+        }
+    }
+
+    /// The body after this change of state.
+    fn moved(&self, change: &Change, u: f64) -> BodyState {
+        let (mut after, frozen) = (self.body.clone(), self.body.frozen.is_some());
+        let turn = Turn::by(change[2]);
+        let [way, v] = self.center(change, u, &turn);
+        (after.center.r, after.center.v) = (after.center.r + way, v);
+        after.spin.theta += change[2];
+        after.spin.omega += change[4];
+        for p in &mut after.points {
+            let arm = p.arm();
             let side = Vector2::new(-arm.y, arm.x);
-            let turned =
-                if frozen { side * angle } else { side * turn.sin - arm * turn.one_minus_cos };
-            let moved = way + turned;
-            q.h += q.normal.dot(&moved);
-            for (k, side) in q.place.sides.iter_mut().enumerate() {
-                let axis = q.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
+            let turned = match frozen {
+                true => side * change[2],
+                false => side * turn.sin - arm * turn.one_minus_cos,
+            };
+            p.h += p.normal.dot(&way) + self.lift(p, change, &turn);
+            for (k, side) in p.place.sides.iter_mut().enumerate() {
+                let axis = p.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
                 if *side < f64::INFINITY {
-                    *side = (*side + axis.dot(&moved)).max(0.0);
+                    *side = (*side + axis.dot(&(way + turned))).max(0.0);
                 }
             }
             if !frozen {
-                (q.b, q.c) = q.turned(&turn);
+                (p.b, p.c) = p.turned(&turn);
             }
-            q.u = q.normal.dot(&after.center.v) + q.b * omega;
+            p.u = p.normal.dot(&v) + p.b * after.spin.omega;
         }
         (after.points[self.i].h, after.points[self.i].u) = (0.0, u);
         after
@@ -229,18 +247,14 @@ impl Bouncing<'_> {
         (0.0 < ratio && ratio < 1.0).then_some(ratio)
     }
 
-    /// All further bounces; `None` if this polynomial is less accurate than `unit`, beside the rounding error of the changes.
+    /// All further bounces, if the polynomial is accurate to `unit` beside the rounding error of the changes.
     fn sum(&self, unit: &Change) -> Result<Sum, Retry> {
         let u = self.body.points[self.i].u;
         let (places, powers) = &*COLLOCATION;
-        let mut ratio = f64::NAN;
         let (mut changes, mut speeds) = ([Change::zeros(); DEGREE], places.map(|s| s * u));
         let mut last = Change::zeros();
         for k in 0..ITERATIONS {
-            let now = self.ratio(&last).ok_or(Retry::Later)?;
-            if !((now - ratio).abs() <= f64::EPSILON * now) {
-                ratio = now;
-            }
+            let ratio = self.ratio(&last).ok_or(Retry::Later)?;
             let (mut gains, mut excess) =
                 (SMatrix::<f64, DEGREE, 5>::zeros(), SVector::<f64, DEGREE>::zeros());
             for j in 0..DEGREE {
@@ -337,25 +351,15 @@ impl Bouncing<'_> {
         if !within_ground || !(0..body.points.len()).any(near) {
             return within_ground;
         }
-        // The gap and the rate of point j after an impact in which this is the change of state so far.
-        let (bounced, frozen) = (&body.points[self.i], body.frozen.is_some());
-        let gap = |j: usize, change: &Change, u: f64, turn: &Turn| {
-            let q = &body.points[j];
+        // The gap and the rate of point j after an impact.
+        let gap = |j: usize, change: &Change, u: f64| {
+            let (q, turn) = (&body.points[j], Turn::by(change[2]));
+            let [way, v] = self.center(change, u, &turn);
+            let b = if body.frozen.is_some() { q.b } else { q.turned(&turn).0 };
             let omega = body.spin.omega + change[4];
-            let [(b_i, c_i), (b, _)] =
-                [bounced, q].map(|p| if frozen { (p.b, p.c) } else { p.turned(turn) });
-            let lift = |p: &ContactState| {
-                if frozen { p.b * change[2] } else { p.b * turn.sin - p.c * turn.one_minus_cos }
-            };
-            let way = bounced.tangent * change[1] - bounced.normal * lift(bounced);
-            let along = match self.grip {
-                Grip::Sticks => c_i * omega,
-                Grip::Slides(_) => bounced.tangent.dot(&body.center.v) + change[3],
-            };
-            let v = bounced.tangent * along + bounced.normal * (u - b_i * omega);
-            (q.h + q.normal.dot(&way) + lift(q), q.normal.dot(&v) + b * omega)
+            (q.h + q.normal.dot(&way) + self.lift(q, change, &turn), q.normal.dot(&v) + b * omega)
         };
-        let weakest = body.pull(self.i) - bounced.arm().norm() * omega * omega;
+        let weakest = body.pull(self.i) - p.arm().norm() * omega * omega;
         // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.
         let flight = if weakest > 0.0 { 2.0 * p.u / weakest } else { f64::INFINITY };
         (0..body.points.len()).filter(|&j| near(j)).all(|j| {
@@ -364,7 +368,7 @@ impl Bouncing<'_> {
             let (mut time, mut before) = (0.0, (q.h, q.u));
             (1..=INTERVALS).all(|k| {
                 let (change, u) = at(k);
-                let after = gap(j, &change, u, &Turn::by(change[2]));
+                let after = gap(j, &change, u);
                 let speed = REMAINDER_FACTOR.sqrt() * (before.1.abs().max(after.1.abs()) + pull);
                 let stays = before.0 + after.0 > speed * (change[0] - time);
                 (time, before) = (change[0], after);
@@ -378,10 +382,12 @@ impl Bouncing<'_> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Bounces {
     point: usize,
+    /// Number of the last of them among all impacts of the run.
+    last: usize,
     hits: usize,
-    /// Number of impacts at which to try next.
+    /// Number of them at which to try to sum.
     next: usize,
-    /// The largest speed of the body after these impacts, in m/s.
+    /// The largest speed of the body after them, in m/s.
     fastest: f64,
 }
 
@@ -395,13 +401,26 @@ pub(super) enum Retry {
 }
 
 impl Bounces {
-    /// `speed`: of the body after the impact, in m/s.
-    fn follow(&mut self, point: usize, speed: f64) {
-        if self.hits == 0 || point != self.point {
-            *self = Self { point, next: FIRST_ATTEMPT, ..Self::default() };
+    /// Adds the impact with this number. Whether to try to sum now; for the first time after `first` impacts in succession.
+    pub(super) fn follow(&mut self, point: usize, number: usize, first: usize) -> bool {
+        if !(self.hits > 0 && point == self.point && number == self.last + 1) {
+            *self = Self { point, next: first, ..Self::default() };
         }
+        self.last = number;
         self.hits += 1;
-        self.fastest = self.fastest.max(speed);
+        self.hits >= self.next
+    }
+
+    /// Waits for another attempt. Each bounce divides the error by e to the degree of the polynomial, or less.
+    pub(super) fn wait(&mut self, retry: Retry, restitution: f64) {
+        let wait = match retry {
+            Retry::Smaller(error) => {
+                let loss = -libm::log(restitution) * DEGREE as f64;
+                ((libm::log(error) / loss) as usize).saturating_add(1)
+            }
+            Retry::Later => self.hits,
+        };
+        self.next = self.hits.saturating_add(wait);
     }
 }
 
@@ -433,7 +452,9 @@ impl<C> Driver<'_, C> {
         let grip = Grip::of(impulse, material.friction);
         let speed = body.center.v.norm() + size * body.spin.omega.abs();
         let still = body.slip(i).abs() <= STILL * speed;
-        if material.restitution == 0.0
+        // Where corners of the ground may enter the body, each flight looks for them.
+        if self.edges.is_needed()
+            || material.restitution == 0.0
             || grip == Grip::Sticks && !still
             || body.points[i].u <= 0.0
             || body.frozen.is_some_and(|square| square > 0.0)
@@ -468,7 +489,7 @@ impl<C> Driver<'_, C> {
                 return Err(Retry::Later);
             }
         }
-        if !bouncing.is_alone(&sum, posture) || self.edges.is_inside(posture, &end) {
+        if !bouncing.is_alone(&sum, posture) {
             return Err(Retry::Later);
         }
         Ok(Settled { body: end, duration, error: sum.error })
@@ -481,59 +502,57 @@ impl Driver<'_, AnyContacts> {
     pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
         let state = &self.body.state;
         let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
-        self.body.bounces.follow(i, speed);
-        let Bounces { hits, next, fastest, .. } = self.body.bounces;
-        if hits < next {
+        let bounces = &mut self.body.bounces;
+        let due = bounces.follow(i, self.log.hits, FIRST_ATTEMPT);
+        bounces.fastest = bounces.fastest.max(speed);
+        if !due {
             return None;
         }
+        let fastest = bounces.fastest;
         let material = self.material(i);
-        let end = match self.limit_of_bounces(state, i, impulse, material, fastest) {
-            Ok(end) => end,
-            Err(retry) => {
-                let wait = match retry {
-                    // Each bounce divides the error by e to the degree or less.
-                    Retry::Smaller(error) => {
-                        let loss = -libm::log(material.restitution) * DEGREE as f64;
-                        1 + (libm::log(error) / loss) as usize
-                    }
-                    Retry::Later => hits,
-                };
-                self.body.bounces.next = hits.saturating_add(wait);
-                return None;
+        match self.limit_of_bounces(&self.body.state, i, impulse, material, fastest) {
+            Ok(end) => {
+                self.begin_sum(&self.body.state.clone());
+                self.log.clock = self.log.clock.after(end.duration);
+                (self.body.state, self.body.bounces) = (end.body, Bounces::default());
+                Some(self.settle(&[i], false, end.error, 0.0))
             }
-        };
-        self.log.enter(&PerContact::from_elem(Mode::Separate, end.body.points.len()));
-        if self.log.record {
-            let (start, fastest) = (Box::new(self.body.state.clone()), self.body.fastest);
-            self.write(Motion::Cycles { start, fastest });
+            Err(retry) => {
+                self.body.bounces.wait(retry, material.restitution);
+                None
+            }
         }
-        self.log.clock = self.log.clock.after(end.duration);
-        self.body.state = end.body;
-        self.body.bounces = Bounces::default();
-        Some(self.settle(&[i], false, end.error, 0.0))
     }
 }
 
 impl Driver<'_, Pair> {
     /// As [`Driver::bounced`], after an impact at contact `i` in the full model.
-    pub(super) fn settles(&self, state: &FullState, i: usize) -> Option<Box<Settled>> {
+    pub(super) fn settles(&mut self, state: &FullState, i: usize) -> Option<LoopExit> {
+        if !self.body.bounces.follow(i, self.log.hits, MANY_BOUNCES) {
+            return None;
+        }
         let now = Snapshot::of_full(state, self.log.clock);
         let body = self.record.base.body_state(&now, None)?;
-        let posture = self.record.base.posture.as_ref()?;
-        let fastest = body.center.v.norm() + posture.size() * body.spin.omega.abs();
+        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
+        let fastest = body.center.v.norm() + size * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
         let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
-        self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest).ok().map(Box::new)
+        match self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest) {
+            Ok(end) => {
+                (self.body.settled, self.body.bounces) = (Some(Box::new(end)), Bounces::default());
+                Some(LoopExit::Settled { contact: i })
+            }
+            Err(retry) => {
+                self.body.bounces.wait(retry, restitution);
+                None
+            }
+        }
     }
 
     /// Moves to this limit.
     pub(super) fn settle_at(&mut self, i: usize, end: &Settled) -> Option<Outcome> {
-        self.log.enter(&[Mode::Separate; 2][..self.body.count]);
-        let now = self.full();
-        let fastest = Pair::largest_speed(self);
-        let start = self.record.base.body_state(&now, None).filter(|_| self.log.record);
-        if let Some(start) = start {
-            self.write(Motion::Cycles { start: Box::new(start), fastest });
+        if let Some(start) = self.record.base.body_state(&self.full(), None) {
+            self.begin_sum(&start);
         }
         self.log.clock = self.log.clock.after(end.duration);
         self.leave(&end.body, None);

@@ -164,7 +164,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             options: *options,
             body,
             local,
-            crossings: Default::default(),
+            crossings: (Clock::default(), 0),
             lap: None,
         }
     }
@@ -414,6 +414,15 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             return DriverStep::Piece; // it has entered in one of the cycles
         }
         C::sum_cycles(self, body, limit).into()
+    }
+
+    /// Begins the record of a sum of impacts that starts in this state.
+    pub(super) fn begin_sum(&mut self, start: &BodyState) {
+        self.log.enter(&ContactValues::from_elem(Mode::Separate, start.points.len()));
+        if self.log.record {
+            let (start, fastest) = (Box::new(start.clone()), C::largest_speed(self));
+            self.write(Motion::Cycles { start, fastest });
+        }
     }
 
     /// Begins a span of the record.

@@ -252,6 +252,7 @@ impl<C: Coordinates> Driver<'_, C> {
         let (t, now, least) =
             (sum(1.0), self.log.clock.hi, ratios.iter().fold(1.0, |a, r| f64::min(a, 1.0 - r)));
         let doubt = doubt(0.0, &places, places.map(sum), NEXT_TERM);
+        // A rounding error of R changes what a cycle takes off by 1/(1 − r) times as much.
         let rounding = BOUNCE_CHANGE * f64::EPSILON * (now + t / least);
         if !(t > 0.0 && now + t <= self.log.end && doubt <= rounding) {
             return None;

@@ -12,11 +12,11 @@ use crate::impact::newton;
 use crate::impact::newton::{Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::modes::Mode;
-use crate::motion::bounces::Settled;
+use crate::motion::bounces::{Bounces, Settled};
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
-use crate::motion::pair_flight::{Resume, Row};
+use crate::motion::pair_flight::Resume;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
@@ -48,7 +48,7 @@ pub(crate) struct Pair {
     pub(super) landings: [Option<(f64, Clock)>; 2],
     /// The limit of the bounces in progress.
     pub(super) settled: Option<Box<Settled>>,
-    pub(super) row: Row,
+    pub(super) bounces: Bounces,
 }
 
 impl Pair {
@@ -206,7 +206,7 @@ impl Coordinates for Pair {
         before: BodyState,
         limit: Limit,
     ) -> Option<Outcome> {
-        driver.sum_cycles(before, &limit)
+        driver.sum_cycles(&before, &limit)
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
@@ -238,7 +238,7 @@ impl<'a> Driver<'a, Pair> {
             frame: first,
             landings: [None; 2],
             settled: None,
-            row: Row::default(),
+            bounces: Bounces::default(),
         };
         Self::with(body, base, local, options, warnings, cancel)
     }

@@ -167,13 +167,9 @@ impl Driver<'_, Pair> {
     }
 
     /// Moves to the limit of infinitely many cycles.
-    pub(super) fn sum_cycles(&mut self, before: BodyState, limit: &Limit) -> Option<Outcome> {
+    pub(super) fn sum_cycles(&mut self, before: &BodyState, limit: &Limit) -> Option<Outcome> {
         if limit.turns {
-            self.log.enter(&[Mode::Separate; 2]);
-            if self.log.record {
-                let fastest = Pair::largest_speed(self);
-                self.write(Motion::Cycles { start: Box::new(before), fastest });
-            }
+            self.begin_sum(before);
         } else {
             if let PairState::Full(state) = self.body.state {
                 self.freeze(&state); // for states within the tail

@@ -30,28 +30,6 @@ impl Resume {
     }
 }
 
-/// Collisions of one contact in succession.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Row {
-    contact: usize,
-    /// Number of the last of them.
-    last: usize,
-    count: usize,
-}
-
-impl Row {
-    /// Bounces before the first attempt to sum them in the full geometry, which costs as much as several hundred of them.
-    const LONG: usize = 64;
-
-    /// Adds the collision with this number. Whether to try to sum now.
-    fn is_long(&mut self, contact: usize, number: usize) -> bool {
-        let goes_on = contact == self.contact && number == self.last + 1;
-        (self.contact, self.last) = (contact, number);
-        self.count = if goes_on { self.count + 1 } else { 1 };
-        self.count >= Self::LONG && self.count.is_power_of_two()
-    }
-}
-
 impl Driver<'_, Pair> {
     /// The first collision of a flight (local model only); an error: the flight ends before.
     pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
@@ -86,10 +64,8 @@ impl Driver<'_, Pair> {
                     if let Flight::Full(state, collisions) = flight
                         && halt.is_none()
                         && let Some(contact) = collisions.active()
-                        && self.body.row.is_long(contact, self.log.hits)
                     {
-                        self.body.settled = self.settles(state, contact);
-                        halt = self.body.settled.as_ref().map(|_| LoopExit::Settled { contact });
+                        halt = self.settles(state, contact);
                     }
                     if let Flight::Full(state, _) = flight
                         && self.watch.is_on()

@@ -21,7 +21,8 @@ pub(crate) enum Motion {
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
     Modes(Box<BodyState>, ContactLetters<Mode>),
-    /// The sum of infinitely many impacts: bounces of one contact, or cycles of two contacts on the ground. `fastest`: bound of the speeds of the run until then.
+    /// The sum of infinitely many impacts: bounces of one contact, or cycles of two contacts on the ground. `fastest`: bound of the speeds
+    /// of the run until then.
     Cycles { start: Box<BodyState>, fastest: f64 },
 }
 

@@ -91,6 +91,11 @@ impl EdgeWatch {
         Self { corners, ends: options.edges == Edges::End }
     }
 
+    /// Whether there are corners to watch.
+    pub(crate) fn is_needed(&self) -> bool {
+        !self.corners.is_empty()
+    }
+
     /// When the run ends because a corner enters the body, if within `dt` of the start of this motion (s). `free`: the acceleration of the
     /// centre of mass, if it is constant; the motion may then be endless. `time`: converts a time since the start to a time on the clock.
     pub(crate) fn end(
