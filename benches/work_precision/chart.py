@@ -364,7 +364,7 @@ def table(scenes, found, folder):
         *(f"| {tool} | {law} |" for tool, (_, _, law, _) in TOOLS.items()),
         "",
         "Moreau's law is Newton's restitution with Coulomb's friction on the velocity after the impact. \"Contact by contact\": several contacts are",
-        "solved in turn, some times a step. rapier applies Moreau's law without rebound, and then the rebound without friction. Without friction",
+        "solved in turn, a few times in each step. rapier applies Moreau's law without rebound, and then the rebound without friction. Without friction",
         "these are Newton's law. Each tool is compared with the exact answer by its own law; MuJoCo, whose law has no exact answer, with that by",
         "Moreau's. The law of the thrown box is Poisson's; standfast runs it with Moreau's law, too, and is compared with the tools of that law.",
         "",
