@@ -79,7 +79,7 @@ def test_only_a_contact_that_is_hit_counts(model, feet, record, hit):
 
 
 def test_many_runs_know_it():
-    """Lanes also record which of the contacts have been hit."""
+    """A run of many also knows which of the contacts have been hit."""
     rng = np.random.default_rng(26)
     for rough in (0, 1):
         contacts = [

@@ -274,7 +274,7 @@ def test_what_a_run_says_of_its_ground_is_so(shape):
 
 @pytest.mark.parametrize("model", ["full", "local", "auto"])
 def test_many_runs_know_what_one_says(model):
-    """The same warnings in lanes and in single runs; some runs have them, some not."""
+    """The same warnings in one call and in single runs; some runs have them, some not."""
     rng = np.random.default_rng(25)
     ramps = [
         sf.Contact((-0.5, 0.1), slope=-0.2, friction=0.0),

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::math::real::Ring;
 use crate::math::roots::bracketed;
-use crate::math::turn::{Angle, Turn, phase};
+use crate::math::turn::{Turn, phase};
 use crate::tolerance::{
     BRACKET_MARGIN, GAP_DIFFERENCE_ROUNDING, LAST_NEWTON_STEP, LOWEST_GAP_ROUNDING, MANY_TURNS,
     PHASE_LOST, PLACE_LOST, STAYS_OPEN,
@@ -88,7 +88,7 @@ pub(crate) fn longest(size: f64, gravity: f64) -> f64 {
     if gravity > 0.0 { (2.0 * PLACE_LOST * size / gravity).sqrt() } else { f64::INFINITY }
 }
 
-#[expect(private_bounds, reason = "doubles are public; lanes and balls are of this crate alone")]
+#[expect(private_bounds, reason = "doubles are public; balls are of this crate alone")]
 impl<T: Ring> GapArc<T> {
     /// h(dt). `turn`: sine and cosine of the rotation ω dt.
     #[inline(always)]
@@ -104,53 +104,46 @@ impl<T: Ring> GapArc<T> {
     }
 }
 
-#[expect(private_bounds, reason = "doubles are public; lanes are of this crate alone")]
-impl<T: Angle> GapArc<T> {
-    /// The touchdown of a concave arc by Chebyshev's method, t − f/f′ − f″f²/(2f′³), and whether the method has converged. The first guess
-    /// is the touchdown of a parabola with the effective gravity g + cω² of the start. The two differ only because the body turns during
-    /// the flight.
+impl GapArc {
+    /// The touchdown of a concave arc by Chebyshev's method, t − f/f′ − f″f²/(2f′³); `None` if the method has not converged. The first
+    /// guess is the touchdown of a parabola with the effective gravity g + cω² of the start. The two differ only because the body turns
+    /// during the flight.
     #[inline(always)]
-    pub(crate) fn concave_touchdown(&self) -> (Touchdown<T>, T::Mask) {
+    pub(crate) fn concave_touchdown(&self) -> Option<Touchdown> {
         let (omega, w2) = (self.omega, self.omega * self.omega);
-        let zero = omega.like(0.0);
         // As `parabola_touchdown`, with one division.
         let gravity = self.g + self.c * w2;
         let square = self.u * self.u + gravity * 2.0 * self.h;
-        let (root, falls) = (square.sqrt(), self.u.below(zero));
-        let top = T::choose(falls, self.h * 2.0, self.u + root);
-        let bottom = T::choose(falls, root - self.u, gravity);
+        let (root, falls) = (square.sqrt(), self.u < 0.0);
+        let top = if falls { self.h * 2.0 } else { self.u + root };
+        let bottom = if falls { root - self.u } else { gravity };
         let mut dt = top / bottom;
-        let mut open = zero.at_most(square) & (falls | zero.below(gravity));
-        let mut found = !(open | !open);
-        let mut end =
-            Touchdown { dt, turn: Turn { sin: zero, one_minus_cos: zero, x_minus_sin: zero } };
+        if !(0.0 <= square && (falls || 0.0 < gravity)) {
+            return None;
+        }
         for _ in 0..STEPS {
-            let (turn, known) = (omega * dt).turn();
-            let slope = omega.like(1.0) / self.rate_turned(dt, &turn);
+            let turn = Turn::by(omega * dt);
+            let slope = 1.0 / self.rate_turned(dt, &turn);
             let acceleration =
-                -self.g - w2 * (self.c * (-turn.one_minus_cos + 1.0) + self.b * turn.sin);
+                -self.g - w2 * (self.c * (1.0 - turn.one_minus_cos) + self.b * turn.sin);
             let newton = -self.gap_turned(dt, &turn) * slope;
-            let step = newton * (-(acceleration * 0.5 * slope * newton) + 1.0);
-            let next = dt + step;
+            let step = newton * (1.0 - acceleration * 0.5 * slope * newton);
+            if !((omega * dt).abs() <= Turn::LARGEST) {
+                return None;
+            }
             // Newton's step decides, because the other factor may vanish far from a root.
-            open = open & known;
-            let short = open & newton.abs().at_most(dt * LAST_NEWTON_STEP);
-            end = Touchdown {
-                dt: T::choose(short, next, end.dt),
-                turn: Turn::choose(short, turn.and(omega * step), end.turn),
-            };
-            found = found | short;
-            open = open & !short & zero.below(next) & next.below(zero.like(f64::INFINITY));
-            if !T::any(open) {
-                break;
+            let next = dt + step;
+            if newton.abs() <= dt * LAST_NEWTON_STEP {
+                return Some(Touchdown { dt: next, turn: turn.and(omega * step) });
+            }
+            if !(0.0 < next && next < f64::INFINITY) {
+                return None;
             }
             dt = next;
         }
-        (end, found)
+        None
     }
-}
 
-impl GapArc {
     /// g + c ω²: acceleration into the terrain now, in m/s².
     pub(crate) fn effective_gravity(&self) -> f64 {
         self.g + self.c * self.omega * self.omega
@@ -207,9 +200,9 @@ impl GapArc {
     #[inline(always)]
     pub(crate) fn find_touchdown(&self) -> Option<Touchdown> {
         if self.is_concave() {
-            let (touchdown, found) = self.concave_touchdown();
-            if found {
-                return Some(touchdown);
+            let touchdown = self.concave_touchdown();
+            if touchdown.is_some() {
+                return touchdown;
             }
         }
         if self.h == f64::INFINITY {
@@ -495,7 +488,7 @@ mod tests {
     fn slow_spin_agrees_with_the_bracketed_root() {
         let arc = GapArc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
-        let (fast, safe) = (arc.concave_touchdown().0.dt, arc.any_touchdown(false).unwrap().dt);
+        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown(false).unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
         assert!(arc.gap(fast).abs() < 1e-16);
     }

@@ -382,16 +382,16 @@ mod tests {
     fn threads_chunks_and_trials_leave_no_trace() {
         let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap();
         let options = RobustnessOptions { trials: 700, seed: 3, ..RobustnessOptions::default() };
-        let with = |threads, lanes| {
-            let resources = Resources { threads, lanes };
+        let with = |threads| {
+            let resources = Resources { threads };
             let seen = std::cell::Cell::new(0);
             let done = |count| seen.set(seen.get() + count);
             let found = robustness_until(&rod, &[0.1, 3.0], &options, resources, &|| false, &done);
             assert_eq!(seen.get(), 1400);
             found.unwrap().unwrap()
         };
-        let one = with(1, 1);
-        assert_eq!(one, with(2, 8));
+        let one = with(1);
+        assert_eq!(one, with(2));
         assert_eq!(one.levels[0].share, 1.0);
         let fewer = RobustnessOptions { trials: 50, ..options };
         let fewer = robustness(&rod, &[3.0], &fewer).unwrap();
@@ -402,7 +402,7 @@ mod tests {
     fn it_can_be_stopped() {
         let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap();
         let options = RobustnessOptions { trials: 100_000, ..RobustnessOptions::default() };
-        let resources = Resources { threads: 2, lanes: 8 };
+        let resources = Resources { threads: 2 };
         let found = robustness_until(&rod, &[0.1], &options, resources, &|| true, &|_| {});
         assert_eq!(found.unwrap(), None);
     }

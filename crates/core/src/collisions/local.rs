@@ -13,14 +13,10 @@
 //! multiplied out. After τ is known, it needs one multiplication and one addition, so that a collision costs little more than its square
 //! root and its division.
 
-use fearless_simd::Simd;
-
 use crate::collisions::log::{Collision, Log};
 use crate::flight::parabola_touchdown;
 use crate::impact::newton;
 use crate::math::clock::{Clock, unnormalised_after};
-use crate::math::lanes::{Columns, Lanes};
-use crate::math::real::Real;
 use crate::tolerance::{
     LANDING_ORDER_CLOSE, NEARLY_REACHED, REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL,
 };
@@ -90,59 +86,56 @@ pub(crate) fn fly_for(g: [f64; 2], gaps: &Gaps, dt: f64) -> Gaps {
 
 /// Constants of one contact.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Side<T> {
-    g: T,
-    e: T,
-    kappa: T,
+pub(crate) struct Side {
+    g: f64,
+    e: f64,
+    kappa: f64,
     /// 2(1+e)ψ g of the other contact.
-    lift: T,
+    lift: f64,
 }
 
 /// The state of the loop. Contact a was hit last.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LocalLoopState<T> {
-    u_a: T,
-    u_b: T,
-    h_b: T,
+pub(crate) struct LocalLoopState {
+    u_a: f64,
+    u_b: f64,
+    h_b: f64,
     /// s² of the next landing of b.
-    square: T,
+    square: f64,
     /// The clock hi + lo. `lo` may exceed half an ulp of `hi`.
-    hi: T,
-    lo: T,
+    hi: f64,
+    lo: f64,
     /// Sum of the own-rate jumps (1+e)|w| of contact 1, and the same sum with each jump weighted by the time since the loop began. The sums
     /// of contact 2 follow from its gap.
-    jump: T,
-    moment: T,
+    jump: f64,
+    moment: f64,
 }
 
 /// Constants of the loop.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LocalConstants<T> {
-    sides: [Side<T>; 2],
+pub(crate) struct LocalConstants {
+    sides: [Side; 2],
     /// Elapsed time at which the loop began, in s.
-    from: T,
+    from: f64,
     /// The time limit, or the largest double if there is none. So one comparison detects both a flight beyond the limit and a flight
     /// without end.
-    end: T,
+    end: f64,
 }
 
 /// A candidate for a plain collision.
-struct LocalPlainCollision<T: Real> {
-    after: LocalLoopState<T>,
+struct LocalPlainCollision {
+    after: LocalLoopState,
     /// Whether the collision is plain: b lands before a does, and within the time limit.
-    plain: T::Mask,
+    plain: bool,
     /// Landing speed of b, and the rate of a at that instant.
-    s: T,
-    w: T,
+    s: f64,
+    w: f64,
 }
 
-impl<T: Real> LocalLoopState<T> {
+impl LocalLoopState {
     /// The next collision. `A`: the contact hit last; the other one lands.
     #[inline(always)]
-    fn plain_collision<const A: usize>(
-        &self,
-        constants: &LocalConstants<T>,
-    ) -> LocalPlainCollision<T> {
+    fn plain_collision<const A: usize>(&self, constants: &LocalConstants) -> LocalPlainCollision {
         let (of_a, of_b) = (&constants.sides[A], &constants.sides[1 - A]);
         let (u_a, u_b, h_b) = (self.u_a, self.u_b, self.h_b);
         // 2K g_aτ is divided on its own, ahead of τ, so that the next square root waits for one addition only. It adds to a square:
@@ -154,11 +147,10 @@ impl<T: Real> LocalLoopState<T> {
         let w = u_a - of_a.g * tau;
         let climb = u_a + w;
         let (hi, lo) = unnormalised_after(self.hi, self.lo, tau);
-        let zero = u_b.like(0.0);
-        let plain = u_b.below(zero)
-            & zero.at_most(gain)
-            & (u_a * LANDING_ORDER_CLOSE).below(climb)
-            & hi.at_most(constants.end);
+        let plain = (u_b < 0.0)
+            & (0.0 <= gain)
+            & (u_a * LANDING_ORDER_CLOSE < climb)
+            & (hi <= constants.end);
 
         let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
         let d = u_a - of_b.kappa * s;
@@ -183,10 +175,10 @@ impl<T: Real> LocalLoopState<T> {
 /// The loop over collisions in progress.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocalCollisions {
-    constants: LocalConstants<f64>,
+    constants: LocalConstants,
     /// The contact hit last.
     a: usize,
-    r: LocalLoopState<f64>,
+    r: LocalLoopState,
     /// Number of collisions left until the limits are checked again and a tail is tested for; and the number that was left right after the
     /// last check.
     left: usize,
@@ -319,11 +311,6 @@ impl LocalCollisions {
         self.collide(m, log)
     }
 
-    /// Whether plain collisions may be next, the first of them at contact 2: contact 1 was hit last.
-    pub(crate) fn is_at_first(&self) -> bool {
-        self.a == 0
-    }
-
     /// Simulates plain collisions alternately at contact 2 and contact 1 after an impact at contact 1, until another event or a check is
     /// due.
     ///
@@ -452,120 +439,11 @@ impl LocalCollisions {
     }
 }
 
-/// Least number of remaining collisions for which a vector lane is used. To move a run into a lane and back costs about as much as a few
-/// collisions.
-const WORTH: usize = 16;
-
-impl<T: Real> LocalLoopState<T> {
-    /// The numbers of the state as stored in a pool, together with the number of collisions left.
-    fn numbers(self, left: T) -> [T; 9] {
-        let Self { u_a, u_b, h_b, square, hi, lo, jump, moment } = self;
-        [u_a, u_b, h_b, square, hi, lo, jump, moment, left]
-    }
-
-    fn of([u_a, u_b, h_b, square, hi, lo, jump, moment, left]: [T; 9]) -> (Self, T) {
-        (Self { u_a, u_b, h_b, square, hi, lo, jump, moment }, left)
-    }
-}
-
-impl<T: Real> LocalConstants<T> {
-    fn numbers(self) -> [T; 10] {
-        let side = |Side { g, e, kappa, lift }: Side<T>| [g, e, kappa, lift];
-        let [one, two] = self.sides.map(side);
-        let [[a, b, c, d], [e, f, g, h]] = [one, two];
-        [a, b, c, d, e, f, g, h, self.from, self.end]
-    }
-
-    fn of([a, b, c, d, e, f, g, h, from, end]: [T; 10]) -> Self {
-        let side = |[g, e, kappa, lift]: [T; 4]| Side { g, e, kappa, lift };
-        Self { sides: [side([a, b, c, d]), side([e, f, g, h])], from, end }
-    }
-}
-
-/// Runs in vector lanes. Each run is between two plain collisions, or has stopped.
-#[derive(Debug, Default)]
-pub(crate) struct Pool {
-    constants: Columns<10>,
-    /// The states, each with the number of collisions left: those stopped before a collision at contact 2, those stopped before one at
-    /// contact 1, and the active ones.
-    stages: [Columns<9>; 3],
-    /// One bit for each run that has stopped, by the place where it stopped.
-    stopped: [u64; 2],
-    /// One bit for each active run. The last impact of an active run was at contact 1.
-    on: u64,
-}
-
-/// Runs in the lanes of vector registers.
-struct Vector<S: Simd> {
-    constants: LocalConstants<Lanes<S>>,
-    r: LocalLoopState<Lanes<S>>,
-    left: Lanes<S>,
-    /// One bit for each active lane. The numbers in the other lanes are meaningless.
-    on: u64,
-}
-
-impl<S: Simd> Vector<S> {
-    /// Simulates a collision after an impact at `A`. Lanes whose next collision is not plain stop before it.
-    #[inline(always)]
-    fn plain_collision<const A: usize>(&mut self, pool: &mut Pool) {
-        let next = self.r.plain_collision::<A>(&self.constants);
-        let plain = Lanes::<S>::bits(next.plain & self.left.like(0.0).below(self.left));
-        let stop = self.on & !plain;
-        if stop != 0 {
-            pool.stages[A].store(&self.r.numbers(self.left));
-            pool.stopped[A] |= stop;
-            self.on &= plain;
-        }
-        self.r = next.after;
-        self.left = self.left + -1.0;
-    }
-}
-
-impl Pool {
-    /// Adds a run, provided that plain collisions may be next and enough collisions are left.
-    pub(crate) fn put(&mut self, run: usize, clatter: &LocalCollisions) -> bool {
-        let suits = clatter.a == 0 && clatter.left >= WORTH;
-        if suits {
-            self.constants.put(run, clatter.constants.numbers());
-            self.stages[2].put(run, clatter.r.numbers(clatter.left as f64));
-            self.on |= 1 << run;
-        }
-        suits
-    }
-
-    pub(crate) fn take(&mut self, run: usize, clatter: &mut LocalCollisions) {
-        let a = usize::from(self.stopped[1] >> run & 1 == 1);
-        self.stopped[a] &= !(1 << run);
-        let (r, left) = LocalLoopState::of(self.stages[a].get(run));
-        (clatter.r, clatter.left, clatter.a) = (r, left as usize, a);
-    }
-
-    /// One bit for each active run.
-    pub(crate) fn on(&self) -> u64 {
-        self.on
-    }
-
-    /// Simulates plain collisions until one of the runs stops.
-    #[inline(always)]
-    pub(crate) fn alternate<S: Simd>(&mut self, simd: S) {
-        let all = self.on;
-        let constants = LocalConstants::of(self.constants.load(simd));
-        let (r, left) = LocalLoopState::of(self.stages[2].load(simd));
-        let mut vector = Vector { constants, r, left, on: all };
-        while vector.on == all {
-            vector.plain_collision::<0>(self);
-            vector.plain_collision::<1>(self);
-        }
-        self.on = vector.on;
-        self.stages[2].store(&vector.r.numbers(vector.left));
-    }
-}
-
 /// Simulates the next collision if it is plain, and otherwise changes nothing. Returns whether it is plain.
 #[inline(always)]
 fn single_plain_collision<const A: usize>(
-    r: &mut LocalLoopState<f64>,
-    constants: &LocalConstants<f64>,
+    r: &mut LocalLoopState,
+    constants: &LocalConstants,
     slot: Option<&mut Collision>,
 ) -> bool {
     let next = r.plain_collision::<A>(constants);

@@ -3,7 +3,7 @@
 //! Let w = u_i⁻ < 0 be the gap rate of the contact that is hit. Then u_i⁺ = −e_i w and u_j⁺ = u_j⁻ + (1+e_i)ψ_i w [Or & Rimon 2008, (4),
 //! (6)]. The energy lost is (1−e²)w²/(2D_ii).
 
-use crate::math::real::{Real, Ring};
+use crate::math::real::Ring;
 use crate::tolerance::UNLOADED;
 use crate::zeno::FrozenModel;
 
@@ -24,7 +24,7 @@ pub(crate) fn rates_after<T: Ring>(e: T, kappa: T, s: T, other: T) -> [T; 2] {
 
 /// Own-rate jump (1+e)s of an impact with the speed s, and this jump divided by `own` = b² + ρ²: the impulse per unit mass divided by ρ².
 #[inline(always)]
-pub(crate) fn own_jump<T: Real>(e: T, s: T, own: T) -> (T, T) {
+pub(crate) fn own_jump(e: f64, s: f64, own: f64) -> (f64, f64) {
     let jump = (e + 1.0) * s;
     (jump, jump / own)
 }

@@ -3,8 +3,6 @@
 //! Near an accumulation of impacts the flights are far shorter than the rounding error of the time at which
 //! they begin. The elapsed time is therefore kept as an unevaluated sum of two doubles.
 
-use crate::math::real::Real;
-
 /// Elapsed time `hi + lo`, |lo| ≤ ½ ulp(hi), in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Clock {
@@ -14,7 +12,7 @@ pub(crate) struct Clock {
 
 /// The sum hi + lo + dt, with |lo| as large as the rounding errors of all steps since it was last renormalised (Knuth's two-sum).
 #[inline(always)]
-pub(crate) fn unnormalised_after<T: Real>(hi: T, lo: T, dt: T) -> (T, T) {
+pub(crate) fn unnormalised_after(hi: f64, lo: f64, dt: f64) -> (f64, f64) {
     let sum = hi + dt;
     let part = sum - hi;
     let error = (hi - (sum - part)) + (dt - part);
@@ -23,7 +21,7 @@ pub(crate) fn unnormalised_after<T: Real>(hi: T, lo: T, dt: T) -> (T, T) {
 
 /// The same sum with |lo| ≤ ½ ulp(hi).
 #[inline(always)]
-pub(crate) fn renormalised<T: Real>((hi, lo): (T, T)) -> (T, T) {
+pub(crate) fn renormalised((hi, lo): (f64, f64)) -> (f64, f64) {
     let sum = hi + lo;
     (sum, lo - (sum - hi))
 }

@@ -1,4 +1,4 @@
-//! Arithmetic without mechanics: roots, rotations, power series, intervals, lanes of several doubles, and random numbers.
+//! Arithmetic without mechanics: roots, rotations, power series, intervals, and random numbers.
 
 pub(crate) mod ball;
 #[cfg(test)]
@@ -6,7 +6,6 @@ pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod collocation;
 pub(crate) mod interval;
-pub(crate) mod lanes;
 pub(crate) mod orientation;
 pub(crate) mod random;
 pub(crate) mod real;

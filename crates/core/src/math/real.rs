@@ -1,8 +1,8 @@
-//! The arithmetic in which formulas are written once: for doubles, lanes of several doubles, balls and intervals.
+//! The arithmetic in which formulas are written once: for doubles, balls and intervals.
 
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
-/// Sums, differences and products, of doubles, of doubles in lanes, of balls or of intervals.
+/// Sums, differences and products, of doubles, of balls or of intervals.
 pub(crate) trait Ring:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
@@ -44,67 +44,5 @@ impl Ring for f64 {
     #[inline(always)]
     fn half(self) -> Self {
         0.5 * self
-    }
-}
-
-/// A double, or a double in each lane.
-pub(crate) trait Real:
-    Ring + Div<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
-{
-    /// A truth value, or one in each lane.
-    type Mask: Copy
-        + BitAnd<Output = Self::Mask>
-        + BitOr<Output = Self::Mask>
-        + Not<Output = Self::Mask>;
-
-    fn sqrt(self) -> Self;
-    fn abs(self) -> Self;
-    /// `value` in each lane.
-    fn like(self, value: f64) -> Self;
-    /// self < other
-    fn below(self, other: Self) -> Self::Mask;
-    /// self ≤ other
-    fn at_most(self, other: Self) -> Self::Mask;
-    /// In each lane `yes` if the mask is true, and else `no`.
-    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    fn any(mask: Self::Mask) -> bool;
-}
-
-impl Real for f64 {
-    type Mask = bool;
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
-    fn like(self, value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn below(self, other: Self) -> bool {
-        self < other
-    }
-
-    #[inline(always)]
-    fn at_most(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn choose(mask: bool, yes: Self, no: Self) -> Self {
-        if mask { yes } else { no }
-    }
-
-    #[inline(always)]
-    fn any(mask: bool) -> bool {
-        mask
     }
 }

@@ -2,10 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use fearless_simd::Simd;
-
-use crate::math::lanes::Lanes;
-use crate::math::real::{Real, Ring};
+use crate::math::real::Ring;
 
 /// The three functions of an angle that a rotating arm needs, at one angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -78,13 +75,13 @@ impl<T: Ring> Turn<T> {
     }
 }
 
-impl<T: Real> Turn<T> {
+impl Turn {
     /// Largest |x| for [`Turn::small`], in rad.
     pub(crate) const SMALL: f64 = FRAC_PI_4;
 
     /// The three functions at |x| ≤ π/4.
     #[inline(always)]
-    pub(crate) fn small(x: T) -> Self {
+    pub(crate) fn small(x: f64) -> Self {
         let y = x * x;
         let x_minus_sin = x * y * polynomial(&X_MINUS_SIN, y);
         Self {
@@ -96,7 +93,7 @@ impl<T: Real> Turn<T> {
 
     /// The three functions at `x + dx` for |dx| ≪ |x|, with the first two Taylor terms.
     #[inline(always)]
-    pub(crate) fn and(self, dx: T) -> Self {
+    pub(crate) fn and(self, dx: f64) -> Self {
         let cos = -self.one_minus_cos + 1.0;
         let half = dx * 0.5;
         Self {
@@ -105,40 +102,10 @@ impl<T: Real> Turn<T> {
             x_minus_sin: self.x_minus_sin + dx * (self.one_minus_cos + half * self.sin),
         }
     }
-
-    /// The first where the mask says so, else the second.
-    #[inline(always)]
-    pub(crate) fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
-        Self {
-            sin: T::choose(mask, yes.sin, no.sin),
-            one_minus_cos: T::choose(mask, yes.one_minus_cos, no.one_minus_cos),
-            x_minus_sin: T::choose(mask, yes.x_minus_sin, no.x_minus_sin),
-        }
-    }
-}
-
-/// An angle, in rad.
-pub(crate) trait Angle: Real {
-    /// The functions of a rotation by this angle, and whether the angle is small enough for them to be known.
-    fn turn(self) -> (Turn<Self>, Self::Mask);
-}
-
-impl Angle for f64 {
-    #[inline(always)]
-    fn turn(self) -> (Turn, bool) {
-        (Turn::by(self), self.abs() <= Turn::<f64>::LARGEST)
-    }
-}
-
-impl<S: Simd> Angle for Lanes<S> {
-    #[inline(always)]
-    fn turn(self) -> (Turn<Self>, Self::Mask) {
-        (Turn::small(self), self.abs().at_most(self.like(Turn::<Self>::SMALL)))
-    }
 }
 
 #[inline(always)]
-fn polynomial<T: Real>(coefficients: &[f64; 7], y: T) -> T {
+fn polynomial(coefficients: &[f64; 7], y: f64) -> f64 {
     let [k0, k1, k2, k3, k4, k5, k6] = *coefficients;
     // Two halves in y², so that the additions overlap.
     let z = y * y;

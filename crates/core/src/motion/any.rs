@@ -46,6 +46,12 @@ pub(crate) struct AnyContacts {
 }
 
 impl Coordinates for AnyContacts {
+    fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        (0..driver.body.contacts).for_each(|i| driver.choose_by_facing(i));
+        driver.write_flight();
+        driver.enters(0.0)
+    }
+
     fn count(&self) -> usize {
         self.state.points.len()
     }
@@ -192,20 +198,6 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(&mut self) -> Option<()> {
-        match self.begin() {
-            Some(outcome) => self.close(outcome),
-            None => self.run_on(),
-        }
-    }
-
-    /// Writes the first span, also if the run ends at once. Returns an outcome if the run ends here.
-    pub(super) fn begin(&mut self) -> Option<Outcome> {
-        (0..self.body.contacts).for_each(|i| self.choose_by_facing(i));
-        self.write_flight();
-        self.enters(0.0)
-    }
-
     /// Flies on to the first corner of the ground that enters the body within `t` (s), if the run ends there.
     fn enters(&mut self, t: f64) -> Option<Outcome> {
         let Self { body, log, edges, record, options, .. } = self;

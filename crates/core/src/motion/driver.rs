@@ -75,6 +75,9 @@ impl From<Option<Outcome>> for DriverStep {
 
 /// The coordinates of a body, and what the loop needs of them.
 pub(crate) trait Coordinates: Sized {
+    /// Writes the first span, also if the run ends at once. Returns an outcome if the run ends here.
+    fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome>;
+
     /// Number of points: one per contact, and a second one while it is in a vertex.
     fn count(&self) -> usize;
 
@@ -169,6 +172,20 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
     }
 
+    /// Runs from the start to the outcome; `None` if cancelled.
+    pub(crate) fn run(&mut self) -> Option<()> {
+        match C::begin(self) {
+            Some(outcome) => self.close(outcome),
+            None => self.run_on(),
+        }
+    }
+
+    /// The end of an unrecorded run; `None` if cancelled.
+    pub(crate) fn end(&mut self) -> Option<End> {
+        let outcome = C::begin(self).unwrap_or_else(|| self.motion());
+        self.finish(outcome)
+    }
+
     /// Runs to the outcome; `None` if cancelled.
     pub(super) fn run_on(&mut self) -> Option<()> {
         let outcome = self.motion();
@@ -191,7 +208,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     /// The end of an unrecorded run; `None` if it was cancelled.
-    pub(crate) fn finish(&mut self, outcome: Outcome) -> Option<End> {
+    fn finish(&mut self, outcome: Outcome) -> Option<End> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
         let zeno = self.record.zeno.first().map(|zeno| {

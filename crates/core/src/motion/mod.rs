@@ -18,8 +18,5 @@ mod vertices;
 mod without_body;
 
 pub(crate) use any::AnyContacts;
-#[cfg(test)]
-pub(crate) use driver::Coordinates;
-pub(crate) use driver::{Driver, DriverStep};
+pub(crate) use driver::Driver;
 pub(crate) use pair::Pair;
-pub(crate) use pair_flight::{Flight, Resume};

@@ -16,7 +16,6 @@ use crate::motion::bounces::{Bounces, Settled};
 use crate::motion::driver::{Coordinates, Driver, DriverStep};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
-use crate::motion::pair_flight::Resume;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Method, Outcome};
@@ -82,6 +81,14 @@ impl Frame {
 }
 
 impl Coordinates for Pair {
+    fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        if driver.log.record {
+            driver.record.frames.push(driver.body.frame.clone());
+        }
+        driver.begin_span(Motion::Flight); // impacts of the first instant need a span
+        None
+    }
+
     fn count(&self) -> usize {
         self.count
     }
@@ -129,7 +136,7 @@ impl Coordinates for Pair {
 
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
         let exit = match driver.begin_flight() {
-            Ok(mut flight) => driver.fly(&mut flight, Resume::Any, &mut |_, _| false)?,
+            Ok(mut flight) => driver.collide(&mut flight),
             Err(exit) => exit,
         };
         driver.land(exit)
@@ -241,19 +248,6 @@ impl<'a> Driver<'a, Pair> {
             bounces: Bounces::default(),
         };
         Self::with(body, base, local, options, warnings, cancel)
-    }
-
-    /// Runs to the outcome; `None` if cancelled.
-    pub(crate) fn run(&mut self) -> Option<()> {
-        self.begin();
-        self.run_on()
-    }
-
-    pub(super) fn begin(&mut self) {
-        if self.log.record {
-            self.record.frames.push(self.body.frame.clone());
-        }
-        self.begin_span(Motion::Flight); // impacts of the first instant need a span
     }
 
     /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model, and the modes of the

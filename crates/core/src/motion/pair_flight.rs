@@ -11,28 +11,14 @@ use crate::motion::record::{Motion, Tail};
 use crate::outcome::{Method, Outcome};
 
 /// Collisions in progress. The flight owns the state of the run while it lasts and returns it at its end.
-pub(crate) enum Flight {
+pub(super) enum Flight {
     Local(FrozenState, local::LocalCollisions),
     Full(FullState, full::FullCollisions),
 }
 
-pub(crate) enum Resume {
-    Any,
-    /// Plain collisions, as long as the next one is plain.
-    Plain,
-    LoopExit(LoopExit),
-}
-
-impl Resume {
-    /// From the return value of the loops over plain collisions.
-    pub(crate) fn after(stop: Option<Option<LoopExit>>) -> Self {
-        stop.map_or(Self::Plain, |halt| halt.map_or(Self::Any, Self::LoopExit))
-    }
-}
-
 impl Driver<'_, Pair> {
     /// The first collision of a flight (local model only); an error: the flight ends before.
-    pub(crate) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
+    pub(super) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
         self.note([false; 2], Motion::Flight);
         let state = match &mut self.body.state {
             PairState::Full(state) => {
@@ -48,44 +34,27 @@ impl Driver<'_, Pair> {
         Ok(flight)
     }
 
-    /// Flight and collisions until the loop ends, or until a lane takes the body: `None`.
+    /// Flight and collisions until the loop ends.
     #[inline(never)] // keeps the registers free for the collisions
-    pub(crate) fn fly(
-        &mut self,
-        flight: &mut Flight,
-        mut then: Resume,
-        enter: &mut impl FnMut(&Self, &Flight) -> bool,
-    ) -> Option<LoopExit> {
-        let halt = loop {
-            match then {
-                Resume::Plain => {}
-                Resume::Any => {
-                    let mut halt = self.next_collision(flight);
-                    if let Flight::Full(state, collisions) = flight
-                        && halt.is_none()
-                        && let Some(contact) = collisions.active()
-                    {
-                        halt = self.settles(state, contact);
-                    }
-                    if let Flight::Full(state, _) = flight
-                        && self.watch.is_on()
-                    {
-                        self.watch_flight(state);
-                    }
-                    if let Some(halt) = halt {
-                        break halt;
-                    }
-                }
-                Resume::LoopExit(halt) => break halt,
+    pub(super) fn collide(&mut self, flight: &mut Flight) -> LoopExit {
+        let exit = loop {
+            let mut exit = self.next_collision(flight);
+            if let Flight::Full(state, collisions) = flight
+                && exit.is_none()
+                && let Some(contact) = collisions.active()
+            {
+                exit = self.settles(state, contact);
             }
-            let stop = match self.come_to_first(flight) {
-                None if enter(self, flight) => return None,
-                None => self.alternate(flight),
-                stop => stop,
-            };
-            then = Resume::after(stop);
+            if let Flight::Full(state, _) = flight
+                && self.watch.is_on()
+            {
+                self.watch_flight(state);
+            }
+            if let Some(exit) = exit.or_else(|| self.alternate(flight)) {
+                break exit;
+            }
         };
-        Some(self.end_flight(flight, halt))
+        self.end_flight(flight, exit)
     }
 
     fn next_collision(&mut self, flight: &mut Flight) -> Option<LoopExit> {
@@ -95,32 +64,13 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// A plain collision at contact 1, if contact 2 was hit last. `None`: collisions in turn are next. Otherwise the result of
-    /// `FullCollisions::end_after`.
-    fn come_to_first(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
+    /// Plain collisions in turn, until another event is next or the loop ends.
+    fn alternate(&mut self, flight: &mut Flight) -> Option<LoopExit> {
         match flight {
-            Flight::Full(state, collisions) => {
-                let hits = self.log.hits;
-                let stop = collisions.come_to_first(state, &mut self.log);
-                self.log.struck[0] |= self.log.hits > hits;
-                stop
-            }
-            Flight::Local(_, collisions) => (!collisions.is_at_first()).then_some(None),
-        }
-    }
-
-    /// Plain collisions in turn. `None`: their number has reached its limit. Otherwise as `come_to_first`.
-    fn alternate(&mut self, flight: &mut Flight) -> Option<Option<LoopExit>> {
-        match flight {
-            Flight::Full(state, collisions) => {
-                let hits = self.log.hits;
-                let stop = collisions.alternate(MANY, state, &mut self.log);
-                self.log.struck[1] |= self.log.hits > hits; // plain collisions begin at contact 2
-                stop
-            }
+            Flight::Full(state, collisions) => collisions.alternate(state, &mut self.log),
             Flight::Local(_, collisions) => {
                 collisions.alternate(&mut self.log);
-                Some(None)
+                None
             }
         }
     }
@@ -141,31 +91,8 @@ impl Driver<'_, Pair> {
         }
     }
 
-    /// As [`full::FullCollisions::enter`].
-    pub(crate) fn enter(
-        &self,
-        (state, collisions): (&FullState, &full::FullCollisions),
-        pool: &mut full::Pool,
-        run: usize,
-    ) -> bool {
-        collisions.enter(state, &self.log, pool, run)
-    }
-
-    /// As [`full::FullCollisions::leave`].
-    pub(crate) fn leave_lane(
-        &mut self,
-        (state, collisions): (&mut FullState, &mut full::FullCollisions),
-        pool: &mut full::Pool,
-        run: usize,
-    ) -> Option<Option<LoopExit>> {
-        let hits = self.log.hits;
-        let stop = collisions.leave(&pool.take(run), state, &mut self.log);
-        self.log.struck[1] |= self.log.hits > hits; // plain collisions begin at contact 2
-        stop
-    }
-
     /// Processes the exit of a flight.
-    pub(crate) fn land(&mut self, halt: LoopExit) -> Option<Outcome> {
+    pub(super) fn land(&mut self, halt: LoopExit) -> Option<Outcome> {
         self.align_bodies();
         match halt {
             LoopExit::Bounce { contact, duration } => {
@@ -243,6 +170,3 @@ impl Driver<'_, Pair> {
         format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
     }
 }
-
-/// Pairs of plain collisions between two checks for a lane.
-const MANY: usize = 8;

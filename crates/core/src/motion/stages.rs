@@ -32,7 +32,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
 impl<'a> Driver<'a, Pair> {
     /// The first stage, and the state at its end or its outcome; `None` if cancelled.
     pub(crate) fn first_stage(&mut self, end: f64) -> Option<Result<Moment, Outcome>> {
-        self.begin();
+        let _ = Pair::begin(self);
         let outcome = self.stage(end)?;
         Some(if outcome == Outcome::TimeLimit { Ok(Pair::moment(self)) } else { Err(outcome) })
     }
@@ -50,7 +50,7 @@ impl<'a> Driver<'a, AnyContacts> {
     /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
     pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
         if self.fresh
-            && let Some(outcome) = self.begin()
+            && let Some(outcome) = AnyContacts::begin(self)
         {
             self.record.warnings.extend(missed_kicks(changes));
             return self.close(outcome);

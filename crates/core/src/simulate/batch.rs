@@ -1,25 +1,18 @@
 //! Many runs at once.
 //!
-//! Runs are independent: each has the same result as a single run, to the bit. Threads take blocks of runs. Within a block,
-//! collisions of several runs are computed together in the lanes of vector registers ([`crate::math::lanes`]); a run leaves its
-//! lane for any other event.
+//! Runs are independent: each has the same result as a single run, to the bit. Threads take blocks of runs.
 
 use std::num::NonZero;
 use std::ops::Range;
 use std::thread::available_parallelism;
 
-use fearless_simd::{Level, dispatch};
-
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::{full, local};
 use crate::error::Error;
 use crate::excitation::Excitation;
-use crate::math::lanes;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::{Driver, DriverStep, Flight, Pair, Resume};
 use crate::options::{Model, Options};
-use crate::outcome::{ContactSet, End, FirstZeno, Outcome};
+use crate::outcome::{ContactSet, End, FirstZeno};
 use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::trajectory::Trajectory;
 use crate::simulate::{Start, simulate_excited_until, solvable};
@@ -32,14 +25,12 @@ const LEAST: usize = 16;
 pub struct Resources {
     /// Threads, at least 1.
     pub threads: usize,
-    /// Most runs in a register: 1, 2, 4 or 8. Lanes that the machine does not have are not used.
-    pub lanes: usize,
 }
 
 impl Default for Resources {
     /// All resources of the machine.
     fn default() -> Self {
-        Self { threads: available_parallelism().map_or(1, NonZero::get), lanes: 8 }
+        Self { threads: available_parallelism().map_or(1, NonZero::get) }
     }
 }
 
@@ -130,12 +121,15 @@ pub(crate) fn ends_until(
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Vec<End>>, FailedAt> {
     let options = Options { record: false, certify: false, ..*options };
-    let level = level(resources.lanes);
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
         // Each block has its own copy: a shared posture would be reference-counted by all threads.
         let own = (postures.len() == 1).then(|| postures[0].detached());
-        let posture = |run: usize| own.as_ref().unwrap_or_else(|| &postures[run]);
-        Block { posture: &posture, states, options: &options, excitation, level, stop }.run(runs)
+        let end = |run: usize| {
+            let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
+            end_until(posture, &states[run], &options, excitation, stop)
+                .map_err(|error| (run, error))
+        };
+        runs.map(end).collect::<Result<Option<Vec<End>>, FailedAt>>()
     };
     let blocks = in_blocks(states.len(), LEAST, resources.threads, cancel, &work)?;
     Ok(blocks.map(|blocks| {
@@ -145,210 +139,22 @@ pub(crate) fn ends_until(
     }))
 }
 
-/// The instruction set for registers of at most `lanes` lanes; `None`: runs are computed one by one.
-fn level(lanes: usize) -> Option<Level> {
-    let level = Level::new();
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let level = match lanes {
-        8.. => level,
-        4..8 => level.as_avx2().map_or(level, Level::Avx2),
-        _ => level.as_sse2().map_or(level, Level::Sse2),
-    };
-    (lanes > 1).then_some(level)
-}
-
-/// A block of runs, computed one by one or in lanes.
-struct Block<'a> {
-    posture: &'a dyn Fn(usize) -> &'a Posture,
-    states: &'a [State],
-    options: &'a Options,
-    excitation: &'a Excitation,
-    level: Option<Level>,
-    stop: &'a dyn Fn() -> bool,
-}
-
-struct Run<'a> {
-    number: usize,
-    driver: Driver<'a, Pair>,
-    flight: Option<Flight>,
-}
-
-/// The stage at which a run returns control.
-enum Stage {
-    /// Plain collisions are next, in its lane.
-    Lane,
-    Over(Outcome),
-}
-
-/// The lanes of one of the models. Runs are numbered from 0.
-trait Lanes: Default {
-    /// Adds a run if plain collisions are next and it may be added.
-    fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool;
-
-    /// Simulates plain collisions of all active runs until one of them stops.
-    fn alternate(&mut self, level: Level);
-
-    fn on(&self) -> u64;
-
-    fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume;
-}
-
-impl Lanes for local::Pool {
-    fn put(&mut self, run: usize, _: &Driver<'_, Pair>, flight: &Flight) -> bool {
-        matches!(flight, Flight::Local(_, collisions) if self.put(run, collisions))
+/// The end of one run; `None` if it was cancelled.
+fn end_until(
+    posture: &Posture,
+    state: &State,
+    options: &Options,
+    excitation: &Excitation,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<End>, Error> {
+    if options.model == Model::Auto || !excitation.is_none() {
+        let run = simulate_excited_until(posture, state, options, excitation, cancel)?;
+        return Ok(run.map(|run| end_of(&run)));
     }
-
-    fn alternate(&mut self, level: Level) {
-        dispatch!(level, simd => self.alternate(simd));
-    }
-
-    fn on(&self) -> u64 {
-        self.on()
-    }
-
-    fn take(&mut self, run: usize, _: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume {
-        if let Flight::Local(_, collisions) = flight {
-            self.take(run, collisions);
-        }
-        Resume::Any
-    }
-}
-
-impl Lanes for full::Pool {
-    fn put(&mut self, run: usize, driver: &Driver<'_, Pair>, flight: &Flight) -> bool {
-        matches!(flight, Flight::Full(state, collisions) if driver.enter((state, collisions), self, run))
-    }
-
-    fn alternate(&mut self, level: Level) {
-        dispatch!(level, simd => self.alternate(simd));
-    }
-
-    fn on(&self) -> u64 {
-        self.on()
-    }
-
-    fn take(&mut self, run: usize, driver: &mut Driver<'_, Pair>, flight: &mut Flight) -> Resume {
-        match flight {
-            Flight::Full(state, collisions) => {
-                Resume::after(driver.leave_lane((state, collisions), self, run))
-            }
-            Flight::Local(..) => Resume::Any,
-        }
-    }
-}
-
-impl<'a> Block<'a> {
-    fn run(&self, runs: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
-        match self.options.model {
-            _ if !self.excitation.is_none() => runs.map(|run| self.alone(run)).collect(),
-            Model::Local => self.in_lanes::<local::Pool>(runs),
-            Model::Full => self.in_lanes::<full::Pool>(runs),
-            Model::Auto => runs.map(|run| self.alone(run)).collect(),
-        }
-    }
-
-    /// Computes a run outside the lanes; `None` if it was cancelled.
-    fn alone(&self, number: usize) -> Result<Option<End>, FailedAt> {
-        let (posture, state) = ((self.posture)(number), &self.states[number]);
-        simulate_excited_until(posture, state, self.options, self.excitation, self.stop)
-            .map(|run| run.map(|run| end_of(&run)))
-            .map_err(|error| (number, error))
-    }
-
-    /// The ends of these runs, computed in lanes where possible; `None` if they were cancelled.
-    fn in_lanes<L: Lanes>(&self, mut numbers: Range<usize>) -> Result<Option<Vec<End>>, FailedAt> {
-        let first = numbers.start;
-        let mut ends: Vec<Option<End>> = vec![None; numbers.len()];
-        let width = self.level.map_or(1, lanes_of);
-        let mut pool = L::default();
-        let mut runs: Vec<Option<Run>> = (0..width).map(|_| None).collect();
-        loop {
-            let on = pool.on();
-            for (k, slot) in runs.iter_mut().enumerate().filter(|(k, _)| on >> k & 1 == 0) {
-                let mut then = Resume::Any;
-                if let Some(Run { driver, flight: Some(flight), .. }) = slot {
-                    then = pool.take(k, driver, flight);
-                }
-                // Starts runs until one enters the lane.
-                loop {
-                    let Some(run) = slot else {
-                        let Some(number) = numbers.next() else { break };
-                        self.begin(number, slot).map_err(|error| (number, error))?;
-                        if slot.is_none() {
-                            let Some(end) = self.alone(number)? else { return Ok(None) };
-                            ends[number - first] = Some(end);
-                        }
-                        continue;
-                    };
-                    let lanes = self.level.map(|_| (&mut pool, k));
-                    match run.go_on(std::mem::replace(&mut then, Resume::Any), lanes) {
-                        Stage::Lane => break,
-                        Stage::Over(outcome) => {
-                            let Some(end) = run.driver.finish(outcome) else { return Ok(None) };
-                            ends[run.number - first] = Some(end);
-                            *slot = None;
-                        }
-                    }
-                }
-            }
-            match self.level {
-                Some(level) if pool.on() != 0 => pool.alternate(level),
-                _ => break,
-            }
-        }
-        Ok(ends.into_iter().collect())
-    }
-
-    /// Creates a run at its start; leaves `place` empty if its model or options have no lanes.
-    fn begin(&self, number: usize, place: &mut Option<Run<'a>>) -> Result<(), Error> {
-        let (posture, state, options) =
-            ((self.posture)(number), &self.states[number].unsigned_zero(), self.options);
-        if Start::is_pair(posture, options) {
-            solvable(posture, options)?;
-            state.validate()?;
-            let start = Start::new(posture, state, options.model)?;
-            let driver = start.driver(posture, state, options, self.stop);
-            *place = Some(Run { number, driver, flight: None });
-        }
-        Ok(())
-    }
-}
-
-impl Run<'_> {
-    /// Simulates a run until it enters its lane or ends.
-    fn go_on<L: Lanes>(&mut self, mut then: Resume, mut lanes: Option<(&mut L, usize)>) -> Stage {
-        loop {
-            if let Some(flight) = &mut self.flight {
-                let mut enter = |driver: &Driver<'_, Pair>, flight: &Flight| match &mut lanes {
-                    Some((pool, k)) => pool.put(*k, driver, flight),
-                    None => false,
-                };
-                match self.driver.fly(flight, then, &mut enter) {
-                    None => return Stage::Lane,
-                    Some(halt) => then = Resume::LoopExit(halt),
-                }
-                self.flight = None;
-            }
-            if let Resume::LoopExit(halt) = then
-                && let Some(outcome) = self.driver.land(halt)
-            {
-                return Stage::Over(outcome);
-            }
-            then = Resume::Any;
-            match self.driver.piece() {
-                DriverStep::Piece => {}
-                DriverStep::End(outcome) => return Stage::Over(outcome),
-                DriverStep::Flight => match self.driver.begin_flight() {
-                    Ok(flight) => self.flight = Some(flight),
-                    Err(halt) => then = Resume::LoopExit(halt),
-                },
-            }
-        }
-    }
-}
-
-fn lanes_of(level: Level) -> usize {
-    dispatch!(level, simd => lanes::count(simd))
+    solvable(posture, options)?;
+    state.validate()?;
+    let state = &state.unsigned_zero();
+    Ok(Start::new(posture, state, options.model)?.end(posture, state, options, cancel))
 }
 
 fn end_of(run: &Trajectory) -> End {

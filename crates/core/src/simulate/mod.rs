@@ -28,7 +28,7 @@ use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::record::Record;
 use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Model, Options};
-use crate::outcome::ContactSet;
+use crate::outcome::{ContactSet, End};
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::sustained::{BodyState, ContactState, Rounding};
@@ -255,6 +255,21 @@ impl Start {
         Some(Run { model, record: driver.record })
     }
 
+    /// The end of an unrecorded run; `None` if cancelled.
+    fn end(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Option<End> {
+        if Self::is_pair(posture, options) {
+            self.driver(posture, state, options, cancel).end()
+        } else {
+            self.any_driver(posture, state, options, cancel).end()
+        }
+    }
+
     /// The driver of a motion with any number of contacts, every law and every terrain.
     fn any_driver<'c>(
         self,
@@ -453,7 +468,6 @@ mod tests {
     use crate::body::GroundKind;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
-    use crate::motion::{Coordinates, DriverStep};
     use crate::options::{MOST_RECORDED, Stop};
     use crate::outcome::Outcome;
     use crate::tolerance::{SHADOW_SAFETY, UNFOLLOWED_PART};
@@ -562,21 +576,12 @@ mod tests {
     }
 
     #[test]
-    fn a_run_piece_by_piece_ends_in_the_bits_of_a_recorded_one() {
+    fn an_unrecorded_run_ends_in_the_bits_of_a_recorded_one() {
         for model in [Model::Local, Model::Full] {
             let mut whole = fall(model, true);
             whole.run().expect("an end");
             let whole = whole.record;
-            let mut pieces = fall(model, false);
-            let mut outcome = None;
-            while outcome.is_none() {
-                outcome = match pieces.piece() {
-                    DriverStep::Piece => None,
-                    DriverStep::Flight => Pair::fly(&mut pieces),
-                    DriverStep::End(outcome) => Some(outcome),
-                };
-            }
-            let end = pieces.finish(outcome.expect("rest")).expect("an end");
+            let end = fall(model, false).end().expect("an end");
             assert_eq!((end.outcome, end.state), (Outcome::Rest, whole.end.state));
             assert_eq!((end.elapsed, end.collisions), (whole.end.clock.hi, whole.hits));
         }

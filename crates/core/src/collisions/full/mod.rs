@@ -16,8 +16,7 @@ use crate::impact::newton;
 use crate::math::turn::Turn;
 use crate::tolerance::{CONTACTS_APART, FROZEN_CHANGE_MARGIN, TAIL, TAIL_TOO_LONG};
 use crate::zeno::{FrozenModel, Gaps, solve_coupled};
-pub(crate) use plain::Pool;
-use plain::{FullConstants, FullLoopState, Stopped, UntilCheck};
+use plain::{FullConstants, FullLoopState, UntilCheck};
 
 /// Constants of a body on two contacts.
 #[derive(Debug, Clone, Copy)]
@@ -256,7 +255,7 @@ impl FullState {
         &self,
         a: usize,
         tau: f64,
-        constants: &FullConstants<f64>,
+        constants: &FullConstants,
         log: &Log,
     ) -> Option<LoopExit> {
         let fast = FullLoopState::of(self, log.clock);
@@ -409,44 +408,13 @@ impl FullState {
 /// The loop over collisions in progress.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FullCollisions {
-    constants: FullConstants<f64>,
+    constants: FullConstants,
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
     left: UntilCheck,
 }
 
-/// Least number of remaining collisions for which a vector lane is used.
-const WORTH: usize = 4;
-/// A lane is used only after this number times (1 − e) collisions, because most motions that can be summed have been summed by then. The
-/// factor 1 − e is the loss of an impact: the smaller this loss, the more collisions a motion has, and the sooner a lane is worth its cost.
-const YOUNG: f64 = 16.0;
-
 impl FullCollisions {
-    /// Puts the body into a lane if plain collisions may be next and enough of them are expected.
-    pub(crate) fn enter(&self, state: &FullState, log: &Log, pool: &mut Pool, run: usize) -> bool {
-        let lasts = log.hits as f64 >= YOUNG * state.body.least_loss;
-        let suits = self.active == Some(0) && self.left.granted >= WORTH && lasts;
-        if suits {
-            pool.put(run, FullLoopState::of(state, log.clock), self.constants, self.left);
-        }
-        suits
-    }
-
-    /// Restores the state from a lane and tests for an end. Result: as of [`Self::end_after`].
-    pub(crate) fn leave(
-        &mut self,
-        stopped: &Stopped,
-        state: &mut FullState,
-        log: &mut Log,
-    ) -> Option<Option<LoopExit>> {
-        log.clock = stopped.fast.put(state);
-        log.hits += self.left.granted - stopped.left.granted;
-        self.left = stopped.left;
-        self.active = Some(stopped.a);
-        let Some(dt) = stopped.may_end else { return Some(None) };
-        self.end_after(stopped.a, dt, state, log)
-    }
-
     /// Tests for an end after a collision at `a`. `None`: plain collisions may be next. `Some(None)`: another event is next.
     fn end_after(
         &mut self,
@@ -458,28 +426,6 @@ impl FullCollisions {
         self.active = (state.gaps.u[a] > 0.0).then_some(a);
         let halt = state.accumulates(a, dt, &self.constants, log);
         (halt.is_some() || self.active.is_none()).then_some(halt)
-    }
-
-    /// A plain collision at contact 1 if contact 2 was hit last. Alternate plain collisions start after an impact at contact 1. Result: as
-    /// of [`Self::end_after`].
-    pub(crate) fn come_to_first(
-        &mut self,
-        state: &mut FullState,
-        log: &mut Log,
-    ) -> Option<Option<LoopExit>> {
-        match self.active {
-            None => Some(None),
-            Some(0) => None,
-            Some(_) => {
-                let mut fast = FullLoopState::of(state, log.clock);
-                let stop = self.plain_collision::<1>(&mut fast, state, log);
-                if stop.is_none() {
-                    log.clock = fast.put(state);
-                    self.active = Some(0);
-                }
-                stop
-            }
-        }
     }
 
     pub(crate) fn begin(body: &PairBody, log: &mut Log) -> Self {
@@ -549,55 +495,51 @@ impl FullCollisions {
         state.accumulates(contact, landing.dt, &self.constants, log)
     }
 
-    /// Simulates up to `most` pairs of plain collisions, alternately at the two contacts. Result: as of [`Self::end_after`].
-    ///
+    /// Simulates plain collisions alternately at the two contacts, until another event is next (`None`) or the loop ends.
+    pub(crate) fn alternate(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
+        let (first, hits) = (self.active?, log.hits);
+        let exit = self.in_turn(first, state, log);
+        // Later collisions are at this contact, or at `first`, which has been hit before.
+        log.struck[1 - first] |= log.hits > hits;
+        exit
+    }
+
     /// The code of both contacts is written out, without indices.
-    pub(crate) fn alternate(
-        &mut self,
-        most: usize,
-        state: &mut FullState,
-        log: &mut Log,
-    ) -> Option<Option<LoopExit>> {
-        if let Some(stop) = self.come_to_first(state, log) {
-            return Some(stop);
-        }
+    fn in_turn(&mut self, first: usize, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         let mut fast = FullLoopState::of(state, log.clock);
-        for _ in 0..most {
+        if first == 1
+            && let Some(stop) = self.plain_collision::<1>(&mut fast, state, log)
+        {
+            return stop;
+        }
+        loop {
             if let Some(stop) = self.plain_collision::<0>(&mut fast, state, log) {
-                return Some(stop);
+                return stop;
             }
             if let Some(stop) = self.plain_collision::<1>(&mut fast, state, log) {
-                return Some(stop);
+                return stop;
             }
         }
-        log.clock = fast.put(state);
-        self.active = Some(0);
-        None
     }
 
     /// The next collision, if it is plain. `A`: the contact hit last. Result: as of [`Self::end_after`].
     #[inline(always)]
     fn plain_collision<const A: usize>(
         &mut self,
-        fast: &mut FullLoopState<f64>,
+        fast: &mut FullLoopState,
         state: &mut FullState,
         log: &mut Log,
     ) -> Option<Option<LoopExit>> {
-        let mut small = true;
-        if self.left.fresh == 0 {
-            let (arms, known) = fast.arms(&self.constants);
-            if known {
-                fast.take_arms(arms);
-                self.left.fresh = REFRESH;
-            }
-            small = known;
+        if self.left.fresh == 0 && fast.refresh(&self.constants) {
+            self.left.fresh = REFRESH;
         }
-        let next = fast.plain_collision::<A>(&self.constants);
-        if !small || self.left.granted == 0 || !next.plain {
+        let go_on = self.left.fresh > 0 && self.left.granted > 0;
+        let next = if go_on { fast.plain_collision::<A>(&self.constants) } else { None };
+        let Some(next) = next else {
             log.clock = fast.put(state);
             self.active = Some(A);
             return Some(None);
-        }
+        };
         *fast = next.after;
         self.count();
         log.hits += 1;
