@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::body::posture::Posture;
 use crate::error::{Error, finite, in_range, positive};
 use crate::math::clock::Clock;
 
@@ -209,7 +210,7 @@ impl Options {
     }
 
     /// Whether impacts act along the normal only, so that two contacts need no more than their gaps and rates.
-    pub(crate) fn is_frictionless(&self) -> bool {
+    pub(crate) fn is_frictionless(&self, _: &Posture) -> bool {
         self.impact == Impact::Newton && self.jams == Jams::None
     }
 

@@ -72,7 +72,7 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
 /// and no limit `neighbourhood`.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
-        && options.is_frictionless()
+        && options.is_frictionless(posture)
         && options.neighbourhood == f64::INFINITY
         && posture.ground(0).is_none()
         && posture.geometry().iter().all(|k| k.normal.y > 0.0)

@@ -10,12 +10,10 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::excitation::Excitation;
-use crate::math::unsigned_zero::UnsignedZero;
-use crate::options::{Model, Options};
-use crate::outcome::{ContactSet, End, FirstZeno};
+use crate::options::Options;
+use crate::outcome::End;
 use crate::simulate::parallel::{FailedAt, in_blocks};
-use crate::simulate::trajectory::Trajectory;
-use crate::simulate::{Start, simulate_excited_until, solvable};
+use crate::simulate::simulation::Simulation;
 
 /// Least number of runs that justifies the start of a thread.
 const LEAST: usize = 16;
@@ -126,8 +124,8 @@ pub(crate) fn ends_until(
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let end = |run: usize| {
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
-            end_until(posture, &states[run], &options, excitation, stop)
-                .map_err(|error| (run, error))
+            let one = Simulation::new(posture, &states[run], &options, excitation, stop);
+            one.and_then(|one| one.end()).map_err(|error| (run, error))
         };
         runs.map(end).collect::<Result<Option<Vec<End>>, FailedAt>>()
     };
@@ -137,44 +135,4 @@ pub(crate) fn ends_until(
         blocks.into_iter().for_each(|block| ends.extend(block));
         ends
     }))
-}
-
-/// The end of one run; `None` if it was cancelled.
-fn end_until(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    excitation: &Excitation,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<End>, Error> {
-    if options.model == Model::Auto || !excitation.is_none() {
-        let run = simulate_excited_until(posture, state, options, excitation, cancel)?;
-        return Ok(run.map(|run| end_of(&run)));
-    }
-    solvable(posture, options)?;
-    state.validate()?;
-    let state = &state.unsigned_zero();
-    Ok(Start::new(posture, state, options.model)?.end(posture, state, options, cancel))
-}
-
-fn end_of(run: &Trajectory) -> End {
-    let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
-        count: zeno.contacts.len(),
-        contact: match zeno.contacts.as_slice() {
-            [only] => Some(*only),
-            _ => None,
-        },
-        time: zeno.time,
-        elapsed: zeno.elapsed,
-    });
-    End {
-        outcome: run.outcome(),
-        time: run.time(),
-        elapsed: run.elapsed(),
-        state: *run.state(),
-        touching: ContactSet::of_gaps(&run.gaps()),
-        zeno,
-        collisions: run.collisions(),
-        warned: !run.warnings().is_empty(),
-    }
 }

@@ -1,0 +1,242 @@
+//! One run of a body: its checks, the choice of the model, and the call of the event loop.
+
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::error::Error;
+use crate::excitation::{Change, Excitation, lasting, missed_kicks};
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::motion::Driver;
+use crate::motion::record::Record;
+use crate::options::{Model, Options};
+use crate::outcome::{ContactSet, End, FirstZeno};
+use crate::simulate::limits::{is_pair, solvable};
+use crate::simulate::start::Start;
+use crate::simulate::trajectory::Trajectory;
+use crate::{auto, enclosure};
+
+/// What a run is computed from.
+pub(crate) struct Simulation<'a> {
+    posture: &'a Posture,
+    start: State,
+    options: &'a Options,
+    excitation: &'a Excitation,
+    /// Called from time to time; once it returns true, the result is `None`.
+    cancel: &'a dyn Fn() -> bool,
+}
+
+/// The result of the attempt with the local model.
+enum Tried {
+    /// Its error is below the tolerance; `None`: cancelled.
+    Run(Option<Box<Record>>, &'static str),
+    /// It cannot be used, with the reason.
+    No(&'static str),
+}
+
+const SET: &str = "set by the option";
+const EXACT: &str = "exact here: the body does not turn";
+const MEASURED: &str =
+    "its error, measured along the run against the full equations, is below the tolerance";
+const TURNS: &str =
+    "the body turns too far for the tolerance already in the first flight and impact";
+const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
+const START: &str = "different contacts touch at the start in the local and in the full model";
+const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
+const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
+const EXCITED: &str =
+    "the body is kicked or the ground moves: the error of the local model is not known";
+
+impl<'a> Simulation<'a> {
+    /// Checks the question. `options` have been checked.
+    pub(crate) fn new(
+        posture: &'a Posture,
+        start: &State,
+        options: &'a Options,
+        excitation: &'a Excitation,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Result<Self, Error> {
+        solvable(posture, options)?;
+        start.validate()?;
+        if !excitation.is_none() {
+            excitation.validate(options.time, posture.fields().gravity)?;
+            if options.certify {
+                return Err(Error::Unusable {
+                    field: "certify".into(),
+                    value: "true".into(),
+                    allowed: "false, because the run has kicks or a ground_motion".into(),
+                });
+            }
+        }
+        Ok(Self { posture, start: start.unsigned_zero(), options, excitation, cancel })
+    }
+
+    /// The whole motion.
+    pub(crate) fn run(&self) -> Result<Option<Trajectory>, Error> {
+        let Self { posture, options, excitation, .. } = *self;
+        let start = |model| Start::new(posture, &self.start, model);
+        let (start, reason) = match options.model {
+            Model::Auto if excitation.is_none() => {
+                let full = start(Model::Full)?;
+                match self.try_local(&full) {
+                    Tried::Run(record, reason) => {
+                        return Ok(record.and_then(|record| {
+                            self.enclosed(Trajectory::new(record, Model::Local, reason, *options))
+                        }));
+                    }
+                    Tried::No(reason) => (full, reason),
+                }
+            }
+            Model::Auto => (start(Model::Full)?, EXCITED),
+            model => (start(model)?, SET),
+        };
+        let model = start.model;
+        if excitation.is_none() {
+            let Some(record) = self.record(start, options) else { return Ok(None) };
+            return Ok(self.enclosed(Trajectory::new(record, model, reason, *options)));
+        }
+        let changes = excitation.changes(options.time, posture.fields().gravity);
+        let Some(mut record) = self.excited(start, &changes) else { return Ok(None) };
+        record.warnings.extend(lasting(excitation.ground_motion.as_ref()));
+        let run = Trajectory::new(record, model, reason, *options);
+        Ok(Some(run.excited_by(excitation.clone())))
+    }
+
+    /// The end of the motion alone. Nothing is recorded.
+    pub(crate) fn end(&self) -> Result<Option<End>, Error> {
+        let Self { posture, options, cancel, .. } = *self;
+        if options.model == Model::Auto || !self.excitation.is_none() {
+            return Ok(self.run()?.map(|run| end_of(&run)));
+        }
+        let start = Start::new(posture, &self.start, options.model)?;
+        Ok(if is_pair(posture, options) {
+            start.driver(posture, &self.start, options, cancel).end()
+        } else {
+            start.any_driver(posture, &self.start, options, cancel).end()
+        })
+    }
+
+    /// The record of a run without kicks, with these options; `None` if cancelled.
+    fn record(&self, start: Start, options: &Options) -> Option<Box<Record>> {
+        let Self { posture, cancel, .. } = *self;
+        if is_pair(posture, options) {
+            let mut driver = start.driver(posture, &self.start, options, cancel);
+            driver.run()?;
+            return Some(driver.record);
+        }
+        let mut driver = start.any_driver(posture, &self.start, options, cancel);
+        driver.run()?;
+        Some(driver.record)
+    }
+
+    /// The record of a run with these changes; `None` if cancelled.
+    fn excited(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
+        let Self { posture, options, cancel, .. } = *self;
+        let local = start.model == Model::Local;
+        // The first stage is computed as the run without kicks.
+        let first = changes.first().filter(|change| change.elapsed > 0.0);
+        let Some(first) = first.filter(|_| is_pair(posture, options)) else {
+            let mut driver = start.any_driver(posture, &self.start, options, cancel);
+            driver.run_stages(changes, options)?;
+            return Some(driver.record);
+        };
+        let mut pair = start.driver(posture, &self.start, options, cancel);
+        if first.elapsed >= options.end() {
+            pair.record.warnings.extend(missed_kicks(changes));
+            pair.run()?;
+            return Some(pair.record);
+        }
+        let end = match pair.first_stage(first.elapsed)? {
+            Ok(end) => end,
+            Err(outcome) => {
+                pair.record.warnings.extend(missed_kicks(changes));
+                pair.close(outcome)?;
+                return Some(pair.record);
+            }
+        };
+        let base = pair.record.base.clone();
+        let body = Start::body_state(posture, &end.state, &end.gaps, &end.rates, local);
+        let driver = Driver::of_any(posture, body, base, options, Vec::new(), cancel);
+        let mut driver = driver.after_pair(pair);
+        driver.run_stages(changes, options)?;
+        Some(driver.record)
+    }
+
+    /// The run with proved bounds of its times, if the options ask for them; `None`: cancelled.
+    fn enclosed(&self, run: Trajectory) -> Option<Trajectory> {
+        let Self { posture, options, cancel, .. } = *self;
+        if !options.certify {
+            return Some(run);
+        }
+        let enclosure = match run.model() {
+            Model::Local => enclosure::enclose_local(posture, &self.start, options, cancel),
+            _ => enclosure::enclose_full(posture, &self.start, options, cancel),
+        };
+        enclosure.map(|enclosure| run.with(enclosure))
+    }
+
+    /// Tries the local model. `full`: the start in the full model.
+    fn try_local(&self, full: &Start) -> Tried {
+        let Self { posture, options, .. } = *self;
+        let state = &self.start;
+        let exact = auto::is_exact(posture, state);
+        if !exact {
+            if !auto::has_shadow(posture, options) {
+                return Tried::No(UNKNOWN);
+            }
+            if !auto::has_end(posture, options) {
+                return Tried::No(ENDLESS);
+            }
+            if auto::is_hopeless(posture, state, &full.heights, options) {
+                return Tried::No(TURNS);
+            }
+        }
+        let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
+        let start = match Start::new(posture, state, Model::Local) {
+            Ok(start)
+                if (0..start.heights.len()).all(|i| touches(&start, i) == touches(full, i)) =>
+            {
+                start
+            }
+            _ => return Tried::No(START),
+        };
+        if exact {
+            return Tried::Run(self.record(start, options), EXACT);
+        }
+        let event_limit = options.event_limit.min(auto::MOST_EVENTS);
+        let recorded = Options { record: true, event_limit, ..*options };
+        let Some(mut record) = self.record(start, &recorded) else {
+            return Tried::Run(None, MEASURED);
+        };
+        match auto::error(posture, state, &record, options) {
+            Ok(error) if error <= options.tolerance => {
+                if !options.record {
+                    record.forget();
+                }
+                Tried::Run(Some(record), MEASURED)
+            }
+            Ok(_) => Tried::No(MISSES),
+            Err(lost) => Tried::No(lost),
+        }
+    }
+}
+
+fn end_of(run: &Trajectory) -> End {
+    let zeno = run.zeno_points().first().map(|zeno| FirstZeno {
+        count: zeno.contacts.len(),
+        contact: match zeno.contacts.as_slice() {
+            [only] => Some(*only),
+            _ => None,
+        },
+        time: zeno.time,
+        elapsed: zeno.elapsed,
+    });
+    End {
+        outcome: run.outcome(),
+        time: run.time(),
+        elapsed: run.elapsed(),
+        state: *run.state(),
+        touching: ContactSet::of_gaps(&run.gaps()),
+        zeno,
+        collisions: run.collisions(),
+        warned: !run.warnings().is_empty(),
+    }
+}

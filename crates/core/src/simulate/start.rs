@@ -1,0 +1,189 @@
+//! The start of a run: gaps and rates of the contacts, and the driver of the event loop.
+
+use nalgebra::Vector2;
+
+use crate::body::contact::PerContact;
+use crate::body::geometry::ContactGeometry;
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::full::{FullState, PairBody};
+use crate::collisions::log::{Center, Spin};
+use crate::error::{Error, in_range};
+use crate::math::turn::Turn;
+use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::{AnyContacts, Driver, Pair};
+use crate::options::{Model, Options};
+use crate::outcome::ContactSet;
+use crate::simulate::limits::{clatters, returns, touch};
+use crate::sustained::{BodyState, ContactState, Rounding};
+use crate::tolerance::{PHASE_LOST, TOUCH};
+use crate::zeno::Gaps;
+
+/// Largest angular velocity ω, in rad/s, and largest product of ω and the size of the body, in m/s. The forces on dependent contacts
+/// contain ω⁴, which must not overflow.
+const FASTEST_SPIN: f64 = 1e70;
+
+/// Gaps and rates at the start, in one of the models.
+pub(crate) struct Start {
+    pub(super) model: Model,
+    pub(super) heights: PerContact<f64>,
+    rates: PerContact<f64>,
+    warnings: Vec<String>,
+}
+
+impl Start {
+    pub(crate) fn new(posture: &Posture, state: &State, model: Model) -> Result<Self, Error> {
+        let local = model == Model::Local;
+        let known = local || state.q.z.abs() <= PHASE_LOST;
+        in_range(
+            "q.theta",
+            state.q.z,
+            known,
+            "in [-1e12, 1e12] rad unless model = \"local\": beyond, at most four digits of a rotation are left",
+        )?;
+        let v = state.qdot;
+        in_range(
+            "qdot.theta",
+            v.z,
+            v.z.abs().max(posture.size() * v.z.abs()) <= FASTEST_SPIN,
+            "at most 1e70 rad/s in size, and 1e70 m/s times the size of the body",
+        )?;
+        let speed = v.x.abs() + v.y.abs() + posture.size() * v.z.abs();
+        returns("speed of qdot", speed, posture.fields().gravity)?;
+        let turn = Turn::by(if local { 0.0 } else { state.q.z });
+        let (mut heights, rates): (PerContact<f64>, PerContact<f64>) = (0..posture
+            .geometry()
+            .len())
+            .map(|i| {
+                let under = posture.under_moving(i, state, local);
+                let k = &under.geometry;
+                let (mut gap, mut rate) = if local {
+                    (k.local_gap(&state.q), k.local_rate(&state.qdot))
+                } else {
+                    (k.gap(&state.q, &turn), k.gap_rate(&state.qdot, &turn))
+                };
+                // Within the rounding error of the state, the contact touches and neither leaves nor lands.
+                let [place, speed] = k.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                if gap.abs() <= place && rate.abs() <= speed {
+                    (gap, rate) = (0.0, 0.0);
+                }
+                let gap = posture.signed_gap(i, &state.q, local, gap);
+                (if under.exists { gap } else { f64::INFINITY }, rate)
+            })
+            .unzip();
+        let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        if heights.len() > 1 {
+            let gravity = posture.geometry().iter().map(|k| k.gravity);
+            let starts = heights.iter().zip(&rates).zip(gravity);
+            clatters(starts.map(|((h, u), g)| (*h, *u, g)))?;
+        }
+        Ok(Self { model, heights, rates, warnings })
+    }
+
+    /// The contacts that touch the ground.
+    pub(crate) fn touching(&self) -> ContactSet {
+        ContactSet::of_gaps(&self.heights)
+    }
+
+    /// The driver of a motion with any number of contacts, every law and every terrain.
+    pub(super) fn any_driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c, AnyContacts> {
+        let Self { model, heights, rates, warnings } = self;
+        let body =
+            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
+        let start = Self::body_state(posture, state, &heights, &rates, model == Model::Local);
+        Driver::of_any(posture, start, base, options, warnings, cancel)
+    }
+
+    /// The state of the body, with these gaps (m) and rates (m/s) of its contacts.
+    pub(super) fn body_state(
+        posture: &Posture,
+        state: &State,
+        heights: &[f64],
+        rates: &[f64],
+        local: bool,
+    ) -> BodyState {
+        let theta = if local { 0.0 } else { state.q.z };
+        let turn = Turn::by(theta);
+        let points = posture.distinct().map(|i| {
+            let under = posture.under_moving(i, state, local);
+            let ContactGeometry { tangent, normal, .. } = under.geometry;
+            let (b, c) = under.geometry.turned(&turn);
+            let friction = posture.contacts()[i].friction;
+            let (mut place, h, u) = (under.place, heights[i], rates[i]);
+            if (h, u) == (0.0, 0.0) {
+                let [known, _] =
+                    under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
+                place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
+            }
+            let (place_terms, spin) = (b.abs() + c.abs() + posture.size(), b * state.qdot.z);
+            let rounding = Rounding::new(
+                state.q.xy().norm() + place_terms,
+                state.qdot.xy().norm() + spin.abs(),
+            );
+            ContactState {
+                normal,
+                tangent,
+                friction,
+                b,
+                c,
+                held: None,
+                place,
+                h,
+                depth: 0.0,
+                u,
+                rounding,
+            }
+        });
+        let mut start = BodyState {
+            points: points.collect(),
+            center: Center { r: state.q.xy(), v: state.qdot.xy() },
+            spin: Spin { theta: state.q.z, omega: state.qdot.z },
+            rho2: posture.gyration_squared(),
+            fall: Vector2::new(0.0, -posture.fields().gravity),
+            gravity: posture.fields().gravity,
+            frozen: local.then_some(0.0),
+        };
+        for i in 0..start.points.len() {
+            if start.points[i].h > 0.0 {
+                start.put_between_lines(i, posture);
+            }
+        }
+        start
+    }
+
+    /// The driver of a motion of which [`is_pair`](super::limits::is_pair) is true.
+    pub(super) fn driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c, Pair> {
+        let Self { model, heights, rates, warnings, .. } = self;
+        let body =
+            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let base = Base::of_body(posture, body, state);
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
+            (gaps.h[i], gaps.u[i]) = (h, u);
+        }
+        let (center, spin) = (base.center(), base.spin());
+        let start = Snapshot { gaps, center, spin, ..Snapshot::default() };
+        let first = match model {
+            Model::Local => {
+                let nominal = FullState::new(body, gaps, Center::default(), Spin::default());
+                Frame::frozen(start, &nominal)
+            }
+            _ => Frame::full(start),
+        };
+        Driver::new(first, base, options, warnings, cancel)
+    }
+}
