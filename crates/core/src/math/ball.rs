@@ -217,13 +217,10 @@ impl Mul for Ball {
 
 #[cfg(test)]
 mod tests {
-    use num_rational::BigRational;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::math::cases::{any_double, exact, fixed, fraction};
-
-    type Q = BigRational;
+    use crate::math::cases::{Fraction as Q, any_double, exact, fixed, fraction};
 
     /// A ball and five numbers in it, among them the ends and the centre.
     fn any_ball() -> impl Strategy<Value = (Ball, [Q; 5])> {

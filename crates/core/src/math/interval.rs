@@ -199,13 +199,10 @@ impl Div for Interval {
 #[cfg(test)]
 mod tests {
     use num_bigint::BigInt;
-    use num_rational::BigRational;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::math::cases::{any_double, exact, fixed, fraction};
-
-    type Q = BigRational;
+    use crate::math::cases::{Fraction as Q, any_double, exact, fixed, fraction};
 
     /// An interval, a point in most cases, with unbounded ends in some, and three of its numbers.
     fn any_interval() -> impl Strategy<Value = (Interval, [Q; 3])> {
