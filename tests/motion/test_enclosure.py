@@ -483,7 +483,8 @@ def test_a_body_at_rest_is_a_zeno_point_in_the_full_model_too():
 def test_only_where_it_can():
     three = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 1), contacts=[sf.Contact(point=(x, 0)) for x in (-1, 0, 1)], restitution=0.5)  # fmt: skip
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
-    for body, options in ((three, {}), (rod, {"impact": "poisson", "simultaneous": "first-contact-first"})):  # fmt: skip
+    rough = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)  # fmt: skip
+    for body, options in ((three, {}), (rough, {"impact": "poisson", "simultaneous": "first-contact-first"})):  # fmt: skip
         with pytest.raises(ValueError, match=r"^certify = true"):
             sf.simulate(body, (0, 1, 0), (0, 0, 0), certify=True, **options)
     with pytest.raises(ValueError, match=r"^certify = True"):

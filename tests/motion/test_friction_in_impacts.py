@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 import standfast as sf
-from bodies import FRICTION_LAWS, LAWS, order_for
+from bodies import FRICTION_LAWS, LAWS, draw_contacts, lift, order_for
 
 NO_FRICTION = "friction acts between impacts only"
+#: Impacts up to which two computations of a motion agree to nine digits.
+MANY = 20
 
 
 def said(run):
@@ -165,3 +167,60 @@ impact = "poisson"
     assert "simultaneous" not in path.read_text()
     newton = sf.load(path).simulate(impact="newton")
     assert newton.to_dict()["options"]["simultaneous"] == "newton"
+
+
+@pytest.mark.parametrize("law", FRICTION_LAWS)
+def test_without_friction_every_law_is_newtons(law):
+    """Impacts of one or two contacts without friction have the loops and sums of Newton's law. With friction of 1e-300 the same impacts
+    are computed one by one with the law itself, up to the first Zeno point; they must come to the same place."""
+    rng = np.random.default_rng(461)
+    compared = 0
+    for _ in range(40):
+        level = rng.random() < 0.5
+        rise, steep = (0, 0) if level else (0.2, 0.4)
+        places = [-0.5, 0.4][: rng.integers(1, 3)]
+        state = rng.bit_generator.state
+        runs = []
+        for friction in (0.0, 1e-300):
+            rng.bit_generator.state = state
+            contacts = draw_contacts(
+                rng, places, rise, steep, friction=lambda f=friction: f
+            )
+            body = sf.Posture(
+                1.0,
+                rng.uniform(0.2, 0.6),
+                (rng.uniform(-0.2, 0.2), rng.uniform(0.1, 0.6)),
+                contacts,
+                rng.uniform(0.0, 0.7),
+            )
+            q = np.array([0.0, 0.0, rng.uniform(-0.1, 0.1)])
+            q[1] = lift(body, q) + rng.uniform(0.01, 0.5)
+            qdot = rng.normal(size=3)
+            model = rng.choice(["local", "full"])
+            if model == "local":
+                q[1] += max(0.0, lift(body, q, "local"))
+            runs.append(
+                sf.simulate(
+                    body,
+                    q,
+                    qdot,
+                    impact=law,
+                    simultaneous=order_for(law),
+                    model=model,
+                    stop="zeno",
+                    time_limit=2.0,
+                )
+            )
+        newton, own = runs
+        # Each impact multiplies the rounding errors before it; after many impacts they decide.
+        first = min(len(newton.impacts), len(own.impacts), MANY)
+        for name in ("elapsed", "index", "rates_after"):
+            new, old = (run.impacts[name][:first] for run in runs)
+            np.testing.assert_allclose(new, old, rtol=1e-9, atol=1e-9)
+        if len(newton.impacts) >= MANY:
+            continue
+        assert newton.outcome == own.outcome
+        assert newton.elapsed == pytest.approx(own.elapsed, rel=1e-11)
+        np.testing.assert_allclose(newton.q, own.q, atol=1e-10)
+        compared += newton.outcome == "zeno"
+    assert compared > 20

@@ -488,7 +488,8 @@ mod tests {
     fn slow_spin_agrees_with_the_bracketed_root() {
         let arc = GapArc { h: 0.01, u: 0.3, g: 9.81, b: 0.5, c: -0.2, omega: 2.0 };
         assert!(arc.is_concave());
-        let (fast, safe) = (arc.concave_touchdown().unwrap().dt, arc.any_touchdown(false).unwrap().dt);
+        let (fast, safe) =
+            (arc.concave_touchdown().unwrap().dt, arc.any_touchdown(false).unwrap().dt);
         assert!((fast - safe).abs() < 4e-16 * fast, "{fast} {safe}");
         assert!(arc.gap(fast).abs() < 1e-16);
     }

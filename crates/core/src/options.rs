@@ -209,9 +209,11 @@ impl Options {
         })
     }
 
-    /// Whether impacts act along the normal only, so that two contacts need no more than their gaps and rates.
-    pub(crate) fn is_frictionless(&self, _: &Posture) -> bool {
+    /// Whether impacts act along the normal only, so that two contacts need no more than their gaps and rates. Without friction every law
+    /// is Newton's, and no contact jams.
+    pub(crate) fn is_frictionless(&self, posture: &Posture) -> bool {
         self.impact == Impact::Newton && self.jams == Jams::None
+            || posture.contacts().iter().all(|contact| contact.friction == 0.0)
     }
 
     /// The options with which a summed tail of this run is followed event by event, until `dt` after the start of the tail.

@@ -88,7 +88,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "false, except with one contact or two at different points, impact = \"newton\" and terrain without ends"
+            allowed: "false, except with one contact or two at different points, impact = \"newton\" or no friction, and terrain without ends"
                 .into(),
         });
     }
