@@ -372,8 +372,8 @@ pub(crate) const LANDING_SPEED_CHANGE: f64 = 0.25;
 /// Error allowed for motions whose error is bounded instead of followed. Unit: tolerance of the run. Range: 1/256 to 1/4.
 pub(crate) const UNFOLLOWED_PART: f64 = 1.0 / 32.0;
 
-/// Rotation up to which the full equations are followed along a local run. Unit: rad. The polynomials for sine and cosine have relative
-/// errors below 1e-9 there. Range: up to 0.1.
+/// Rotation up to which the full equations are followed along a local run. Unit: rad. Beyond, the terms of third order that are neglected
+/// are no longer small. Range: up to 0.1.
 pub(crate) const SHADOW_TURN: f64 = 0.1;
 
 /// Value of ω²|d|/g up to which the gaps in a flight count as concave functions of time. Range: below 1.

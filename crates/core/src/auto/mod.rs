@@ -14,7 +14,6 @@
 //! order (the change of G within δt) are neglected. Two small parts are estimated: sliding and rolling, by Boole's rule; and the last part
 //! of a sum, by bounds of the effect of the changing geometry. [`SHADOW_SAFETY`] covers both. If the order of events is uncertain, there is
 //! no shadow, and the full model is solved.
-//! solved.
 
 use nalgebra::Vector3;
 
@@ -28,6 +27,7 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::time_to_rest;
 use crate::math::clock::Clock;
+use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::record::{InFrame, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
@@ -37,7 +37,7 @@ use crate::zeno::{FrozenModel, Gaps};
 use crate::tolerance::{
     CONCAVE_ARC, FIRST_DEFECT, LANDING_SPEED_CHANGE, SHADOW_SAFETY, SHADOW_TURN, UNFOLLOWED_PART,
 };
-use arm::{Angle, Arm};
+use arm::Arm;
 use slide::Until;
 
 /// Number of collisions between two checks of whether the remaining time is negligible.
@@ -117,7 +117,7 @@ fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
     // After the impact the body rotates for about the time in which gravity reverses a velocity of this size.
     let later = theta.abs().max((omega * speed / k.gravity).abs());
     let change = later * (k.c * k.b).abs() / own + 0.5 * later * later;
-    let early = if t > 0.0 { Arm::of(k, Angle::of(theta)).sag.abs() / (speed * t) } else { 0.0 };
+    let early = if t > 0.0 { Arm::of(k, &Turn::by(theta)).sag.abs() / (speed * t) } else { 0.0 };
     let pull = k.c.abs() * omega * omega / k.gravity;
     if t < f64::INFINITY { early.max(change).max(pull) } else { f64::INFINITY }
 }
@@ -135,7 +135,6 @@ const TIPS: NoShadow =
 
 /// State of the local run at an event, and the difference of its shadow at the same event.
 struct Shadow<'a> {
-    posture: &'a Posture,
     contacts: &'a [ContactGeometry],
     rho2: f64,
     fall: Vector3<f64>,
@@ -219,7 +218,6 @@ impl<'a> Shadow<'a> {
         let contacts = posture.geometry();
         let reach = |k: &ContactGeometry| libm::hypot(k.b, k.c) / k.gravity;
         let mut shadow = Self {
-            posture,
             contacts,
             rho2: posture.gyration_squared(),
             fall: Vector3::new(0.0, -posture.fields().gravity, 0.0),
@@ -264,9 +262,9 @@ impl<'a> Shadow<'a> {
 
     /// Updates the arms of the shadow to its rotation.
     fn turn(&mut self) {
-        let angle = Angle::of(self.q.z + self.dq.z);
+        let turn = Turn::by(self.q.z + self.dq.z);
         for (arm, k) in self.arms.iter_mut().zip(self.contacts) {
-            *arm = Arm::of(k, angle);
+            *arm = Arm::of(k, &turn);
         }
     }
 

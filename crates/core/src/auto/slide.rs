@@ -1,9 +1,9 @@
 //! Phases of the local run with contacts held on the terrain, followed in the full geometry.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 
-use crate::auto::arm::{Angle, Arm};
 use crate::auto::{MODES, NoShadow, Shadow, TURNS};
+use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::sustained::phase::only_mode_of;
 use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
@@ -45,7 +45,8 @@ impl Shadow<'_> {
         let (theta, omega) = (self.q.z + self.dq.z, self.qdot.z + self.dqdot.z);
         let Some(start) = self.acceleration(word, 0.0, 0.0)? else {
             self.dqdot = -self.qdot; // at rest
-            return (until == Until::End && self.rests_in(word)).then_some(()).ok_or(MODES);
+            let rests = until == Until::End && self.acceleration(word, theta, 0.0).is_ok();
+            return rests.then_some(()).ok_or(MODES);
         };
         let mut end = Vector3::zeros();
         let (mut path, mut change) = (Vector3::zeros(), Vector3::zeros());
@@ -95,20 +96,6 @@ impl Shadow<'_> {
         }
     }
 
-    /// Whether a body at rest, with the rotation of the shadow, has this word as its only contact-mode word.
-    fn rests_in(&self, word: &[Mode; 2]) -> bool {
-        let n = self.count();
-        let rho = self.rho2.sqrt();
-        let mut rows = [Row::ABSENT; 2];
-        for (i, k) in self.contacts.iter().enumerate() {
-            let arm = k.tangent * self.arms[i].b + k.normal * self.arms[i].c;
-            let way = (word[i] != Mode::Separate).then_some(0);
-            rows[i] = Row::new(k.tangent, arm / rho, [0.0; 2], k.friction, way);
-        }
-        only_mode_of(&mut rows[..n], Vector2::new(0.0, self.fall.y), rho)
-            .is_some_and(|(letters, _)| letters[..n] == word[..n])
-    }
-
     /// Whether a closed contact slides in the same direction in both motions, or sticks in both.
     pub(super) fn slides_alike(&self, i: usize) -> bool {
         let tolerance = STILL.sqrt() * (self.speed - self.fall.y * self.clock.hi);
@@ -116,62 +103,38 @@ impl Shadow<'_> {
         local.abs() <= tolerance && full.abs() <= tolerance || local * full > 0.0
     }
 
-    /// q̈ in a contact-mode word at a rotation; `None` where the word has no degree of freedom left.
-    pub(super) fn acceleration(
+    /// q̈ at this rotation and angular velocity, where the word is the only consistent one; `None` where it holds the body fast.
+    fn acceleration(
         &self,
         word: &[Mode; 2],
         theta: f64,
         omega: f64,
     ) -> Result<Option<Vector3<f64>>, NoShadow> {
-        let angle = Angle::of(theta);
-        // Constraint rows, the directions of their forces in q̈, and minus the row accelerations without these forces.
-        let mut rows: [(Vector3<f64>, Vector3<f64>, f64); 2] = Default::default();
-        let mut edge = [f64::NAN; 2];
-        let mut n = 0;
-        for i in 0..self.count() {
-            let (k, friction) = (&self.contacts[i], self.posture.contacts()[i].friction);
-            if word[i] == Mode::Separate {
-                continue;
-            }
-            let Arm { b, c, .. } = Arm::of(k, angle);
-            let fixed = word[i] == Mode::Fixed && friction > 0.0;
-            if n + 1 + usize::from(fixed) > 2 {
-                return Ok(None);
-            }
-            let slope = if fixed { 0.0 } else { -word[i].direction() * friction };
-            let mut add = |row: Vector3<f64>, along: Vector2<f64>, lever: f64, centripetal: f64| {
-                let push = Vector3::new(along.x, along.y, lever / self.rho2);
-                rows[n] = (row, push, centripetal * omega * omega - row.dot(&self.fall));
-                n += 1;
+        let (turn, rho, square) = (Turn::by(theta), self.rho2.sqrt(), omega * omega);
+        let mut rows = [Row::ABSENT; 2];
+        let mut held = 0;
+        for (i, k) in self.contacts.iter().enumerate() {
+            let (b, c) = k.turned(&turn);
+            let arm = (k.tangent * b + k.normal * c) / rho;
+            let closed = word[i] != Mode::Separate;
+            let way = closed.then(|| word[i].direction() as i8);
+            rows[i] = Row::new(k.tangent, arm, [-b * square, -c * square], k.friction, way);
+            held += match word[i] {
+                Mode::Fixed if k.friction > 0.0 => 2,
+                _ => usize::from(closed),
             };
-            let (normal, tangent) = (k.normal, k.tangent);
-            let row = Vector3::new(normal.x, normal.y, b);
-            add(row, normal + tangent * slope, b - slope * c, c);
-            if fixed {
-                add(Vector3::new(tangent.x, tangent.y, -c), tangent, -c, b);
-                edge[1] = friction;
-            }
         }
-        let entry = |i: usize, j: usize| rows[i].0.dot(&rows[j].1);
-        let force = match n {
-            1 => [rows[0].2 / entry(0, 0), 0.0],
-            _ => {
-                let determinant = entry(0, 0) * entry(1, 1) - entry(0, 1) * entry(1, 0);
-                let cross = |i: usize, j: usize| rows[i].2 * entry(j, j) - rows[j].2 * entry(i, j);
-                [cross(0, 1) / determinant, cross(1, 0) / determinant]
-            }
+        let rows = &mut rows[..self.count()];
+        let (letters, [x, y, turn]) = only_mode_of(rows, self.fall.xy(), rho).ok_or(MODES)?;
+        // Without friction the direction of sliding has no effect.
+        let alike = |i: usize| match word[i] {
+            Mode::Separate => letters[i] == Mode::Separate,
+            _ if self.contacts[i].friction == 0.0 => letters[i] != Mode::Separate,
+            mode => letters[i] == mode,
         };
-        // A normal force must be positive. A tangential force must be within the friction cone.
-        let holds = force[0] > 0.0
-            && (n < 2
-                || if edge[1] >= 0.0 {
-                    force[1].abs() < edge[1] * force[0]
-                } else {
-                    force[1] > 0.0
-                });
-        if !holds {
+        if !(0..self.count()).all(alike) {
             return Err(MODES);
         }
-        Ok(Some((0..n).fold(self.fall, |sum, l| sum + rows[l].1 * force[l])))
+        Ok((held <= 2).then(|| Vector3::new(x, y, turn)))
     }
 }
