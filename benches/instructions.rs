@@ -147,6 +147,12 @@ fn report(name: &str, ratios: &[f64]) {
     println!("{name:<34} {:>6} {:>8.3} {most:>8.3}", ratios.len(), median(ratios.to_vec()));
 }
 
+/// Instructions of all these scenes with `auto`, relative to `full`.
+fn shared(scenes: &[&[(Vec<&str>, f64)]]) -> f64 {
+    let total = |model: usize| scenes.iter().map(|scene| scene[model].1).sum::<f64>();
+    total(0) / total(1)
+}
+
 fn count(scenes: usize) -> std::io::Result<()> {
     let folder =
         std::env::temp_dir().join(format!("standfast-instructions-{}", std::process::id()));
@@ -198,6 +204,20 @@ fn count(scenes: usize) -> std::io::Result<()> {
     report("  where full takes over 50 000", &long);
     report("  local without the check", &alone);
     report("auto chose full", &full);
+    println!("\ntolerance from  scenes   local  all: auto/full  where local: auto/full");
+    for decade in -12..-2 {
+        let within = |scene: &&[(Vec<&str>, f64)]| {
+            let tolerance: f64 = scene[0].0[6].parse().unwrap_or(f64::NAN);
+            tolerance.log10().floor() == f64::from(decade)
+        };
+        let scenes: Vec<_> = rows.chunks(MODELS.len()).filter(within).collect();
+        let local: Vec<_> =
+            scenes.iter().copied().filter(|scene| scene[0].0[2] == "Local").collect();
+        let (all, part) = (shared(&scenes), shared(&local));
+        println!("1e{decade:<12} {:>8} {:>7} {all:>15.3} {part:>23.3}", scenes.len(), local.len());
+    }
+    let scenes: Vec<_> = rows.chunks(MODELS.len()).collect();
+    println!("all together   {:>8} {:>23.4}", scenes.len(), shared(&scenes));
     Ok(())
 }
 
