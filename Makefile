@@ -68,13 +68,15 @@ long: wheel
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(LONG) tests/motion/test_symmetry.py tests/motion/test_order.py
 	STANDFAST_KICKED_RUNS=3000 STANDFAST_ENERGY_RUNS=1500 STANDFAST_FORCES_RUNS=2000 STANDFAST_RELATIONS_RUNS=5000 $(LONG) \
 		tests/motion/test_excitation.py tests/motion/test_energy.py tests/motion/test_forces.py tests/motion/test_relations.py
-	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 $(LONG) tests/motion/test_ties.py tests/motion/test_kicks_at_events.py
+	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 $(LONG) \
+		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py
 	STANDFAST_FUZZ_SCENES=3000 STANDFAST_TERRAIN_SCENES=10000 STANDFAST_ENDLESS=40000 $(LONG) \
 		tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py tests/motion/test_endless.py
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(LONG) tests/stability/test_stability.py
 	STANDFAST_CONVEX_BODIES=2000 STANDFAST_VERTICES=1000 STANDFAST_VERTICES_STEPPED=50 $(LONG) \
 		tests/terrain/test_convex_vertices.py tests/terrain/test_vertices.py
-	STANDFAST_AUTO_SCENES=5000 STANDFAST_FRICTION_SCENES=500 $(LONG) tests/motion/test_auto.py tests/motion/test_friction.py
+	STANDFAST_AUTO_SCENES=5000 STANDFAST_FRICTION_SCENES=500 STANDFAST_JAM_BOXES=5000 $(LONG) \
+		tests/motion/test_auto.py tests/motion/test_friction.py tests/motion/test_jam.py
 	STANDFAST_MODES_CASES=2000 STANDFAST_OWN_GROUND=3400 $(LONG) tests/modes/test_modes_brute.py tests/terrain/test_own_ground.py
 	STANDFAST_WALL_SCENES=20000 STANDFAST_THROWS=5000 STANDFAST_EDGE_RUNS=3000 STANDFAST_STAIRS=3000 $(LONG) \
 		tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py

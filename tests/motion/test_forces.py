@@ -18,7 +18,7 @@ from scipy.optimize import nnls
 from walls import nearest_piece, random_scene
 
 #: Number of random runs.
-RUNS = int(os.environ.get("STANDFAST_FORCES_RUNS", "150"))
+RUNS = int(os.environ.get("STANDFAST_FORCES_RUNS", "80"))
 #: Largest error of the equation of motion and largest excess over a friction cone, relative to the weight.
 BALANCE = 1e-9
 #: Numbers of Chebyshev points of an interval. A derivative from few has less rounding error, which counts in a short interval.

@@ -583,7 +583,7 @@ def flaws(posture, run):
 
 
 #: Number of random scenes; `make long` has more.
-SCENES = int(os.environ.get("STANDFAST_FRICTION_SCENES", "250"))
+SCENES = int(os.environ.get("STANDFAST_FRICTION_SCENES", "120"))
 #: A body that tumbles down its slope in flights of hours: its gaps have errors of 1e-8 of the height of its fall. And two
 #: that swing about one foot for hours, sticking and slipping: the gap of the other foot drifts by 1e-12 m per swing.
 FLAWED = {85, 164, 199}

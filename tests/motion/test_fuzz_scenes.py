@@ -11,7 +11,7 @@ from bodies import LAWS, draw_contacts, draw_order, lift
 from walls import flush_box, random_scene
 
 #: Number of random scenes.
-SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "250"))
+SCENES = int(os.environ.get("STANDFAST_FUZZ_SCENES", "120"))
 #: Time limit, in units of √(size/g).
 TIME = 20
 #: Part of the scenes whose impacts have no end in time: they grow from the rounding error of an unstable state of rest.
@@ -162,7 +162,7 @@ def test_every_scene_ends():
     outcomes, events = Counter(), Counter()
     others = {"endless": [], "slow": [], "stuck": []}
     with ProcessPoolExecutor() as workers:
-        answers = workers.map(outcome, range(SCENES), chunksize=50)
+        answers = workers.map(outcome, range(SCENES), chunksize=20)
         for seed, (contacts, ending, limit, rest) in enumerate(answers):
             outcomes[contacts, ending] += 1
             if rest is None:

@@ -16,7 +16,7 @@ from modes_oracle import Problem
 from walls import flush_box
 
 #: Number of boxes between a wall and a floor.
-BOXES = int(os.environ.get("STANDFAST_JAM_BOXES", "1500"))
+BOXES = int(os.environ.get("STANDFAST_JAM_BOXES", "800"))
 HALF = Decimal(1) / 2
 
 

@@ -1,7 +1,7 @@
 """Zeno times of random motions for which [Or & Rimon 2008, eq. 10] holds, compared with arbitrary precision.
 
 Errors are judged by the conditioning c: the largest change of the Zeno time, in s, when one input changes by one ulp.
-STANDFAST_ORACLE_CASES sets the number of local cases (400); a tenth as many are full. The seed does not depend on it: a
+STANDFAST_ORACLE_CASES sets the number of local cases (250); a tenth as many are full. The seed does not depend on it: a
 larger campaign contains the smaller one.
 """
 
@@ -28,7 +28,7 @@ from oracle_inputs import (
 )
 
 DATA = Path(__file__).parents[1] / "data"
-CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "400"))
+CASES = int(os.environ.get("STANDFAST_ORACLE_CASES", "250"))
 #: Number of runs whose velocities are compared.
 SLOPES = max(1, CASES // 50)
 WORKERS = 2

@@ -1,7 +1,7 @@
 """Contacts that are hit at one instant: the energy, which contacts are hit, and in which order.
 
-STANDFAST_TIES sets the number of random multiple impacts for each law (2000), STANDFAST_FLUSH_HITS the number of bodies that come flush
-to a piece of ground (200).
+STANDFAST_TIES sets the number of random multiple impacts for each law (1000), STANDFAST_FLUSH_HITS the number of bodies that come flush
+to a piece of ground (100).
 """
 
 import itertools
@@ -14,8 +14,8 @@ import pytest
 import standfast as sf
 from bodies import LAWS, jacobian
 
-TIES = int(os.environ.get("STANDFAST_TIES", "2000"))
-HITS = int(os.environ.get("STANDFAST_FLUSH_HITS", "200"))
+TIES = int(os.environ.get("STANDFAST_TIES", "1000"))
+HITS = int(os.environ.get("STANDFAST_FLUSH_HITS", "100"))
 ORDERS = ["first-contact-first", "last-contact-first"]
 #: Kicks of each body.
 KICKS = 20

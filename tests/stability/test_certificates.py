@@ -1,6 +1,6 @@
 """Certificates of verdicts: all hold, and none holds for a claim that is false.
 
-STANDFAST_CERTIFICATES sets the number of random postures (120)."""
+STANDFAST_CERTIFICATES sets the number of random postures (60)."""
 
 import collections
 import copy
@@ -29,7 +29,7 @@ from standfast.certificate.scene import body_of
 from standfast.certificate_maker import scene
 from standfast.cli import main
 
-POSTURES = int(os.environ.get("STANDFAST_CERTIFICATES", "120"))
+POSTURES = int(os.environ.get("STANDFAST_CERTIFICATES", "60"))
 ROOT = Path(__file__).parents[2]
 CHECKER = ROOT / "python" / "standfast" / "certificate"
 

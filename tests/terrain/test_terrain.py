@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 
 G = 10.0
 #: Number of random scenes on polylines.
-SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "1000"))
+SCENES = int(os.environ.get("STANDFAST_TERRAIN_SCENES", "500"))
 #: Height of vertices on a floor that is straight but for this, in m.
 BEND = 1e-13
 #: Part of them whose accumulations take more than 1e5 events.
