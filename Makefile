@@ -170,13 +170,13 @@ audit:
 wheel: $(BIN)/maturin
 	rm -f $(WHEELS)/standfast-*.whl
 	$(BIN)/maturin build $(PROFILE) --out $(WHEELS)
-	$(PIP) install "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
-	$(PIP) install --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
+	$(PIP) install --no-compile "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
+	$(PIP) install --no-compile --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
 
 $(BIN)/maturin:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("standfast needs Python 3.11 or newer; say make PYTHON=/path/to/python3")'
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install "maturin>=1.16,<2"
+	$(PIP) install --no-compile "maturin>=1.16,<2"
 
 clean:
 	cargo clean

@@ -8,7 +8,7 @@ pub(crate) const FULL_COLLISIONS: usize = 500;
 pub(crate) const LOCAL: u64 = 60 * LOCAL_COLLISIONS as u64;
 /// The same, recorded: 108.
 pub(crate) const LOCAL_RECORDED: u64 = 108 * LOCAL_COLLISIONS as u64;
-/// A collision of the full model where its arcs are concave: 533.
-pub(crate) const FULL: u64 = 533 * FULL_COLLISIONS as u64;
+/// A collision of the full model where its arcs are concave: 473.
+pub(crate) const FULL: u64 = 473 * FULL_COLLISIONS as u64;
 /// All contact modes of two contacts at rest: 2085.
 pub(crate) const PAIR_MODES: u64 = 2085;
