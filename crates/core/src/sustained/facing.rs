@@ -124,7 +124,7 @@ impl BodyState {
     }
 
     fn hit(&self, i: usize, posture: &Posture, piece: &Piece, limit: f64) -> Option<f64> {
-        let (mut state, mut t, mut crossed) = (self.clone(), 0.0, None);
+        let (mut t, mut crossed) = (0.0, None);
         let at_once = self.arc_over(i, posture, piece);
         if at_once.h.abs() <= self.position_error(i, posture)
             && is_between(piece, &self.position(i, posture), posture.size())
@@ -133,7 +133,10 @@ impl BodyState {
                 return Some(0.0);
             }
             crossed = Some(false); // it leaves the piece to its front
+        } else if at_once.h > 0.0 && at_once.stays_open(limit) {
+            return None;
         }
+        let mut state = self.clone();
         for _ in 0..CROSSINGS {
             let arc = state.arc_over(i, posture, piece);
             let behind = crossed.unwrap_or(arc.h < 0.0);
@@ -143,6 +146,9 @@ impl BodyState {
             // On the line that it has just crossed, the point moves away from it.
             let arc =
                 if crossed.is_some() { GapArc { h: 0.0, u: arc.u.max(0.0), ..arc } } else { arc };
+            if arc.stays_open(limit - t) {
+                return None;
+            }
             let dt = next(&arc)?;
             t += dt;
             if !(t < limit) {
