@@ -32,7 +32,7 @@ use crate::zeno::Gaps;
 ///
 /// # Errors
 ///
-/// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`] of
+/// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
 /// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     simulate_until(posture, state, options, &|| false)
