@@ -3,11 +3,12 @@
 use standfast::options::Impact;
 use standfast::{Contact, Model, Options, Posture, PostureFields, State, Trajectory, simulate};
 
-/// A run on level ground without friction, impact by impact: Poisson's law is then that of Newton. The feet are in one line
-/// with the centre of mass.
+/// A run on level ground, impact by impact by Poisson's law, with so little friction that it is Newton's. The feet are in one line with
+/// the centre of mass.
 fn run(feet: &[f64], [e, rho]: [f64; 2], height: f64, qdot: [f64; 3]) -> Trajectory {
     let rod = Posture::rod(1.0, rho, e, 0.0, 9.81).expect("a rod");
-    let contacts = feet.iter().map(|&x| Contact::at(x, 0.0)).collect();
+    let foot = |&x: &f64| Contact { friction: 1e-300, ..Contact::at(x, 0.0) };
+    let contacts = feet.iter().map(foot).collect();
     let posture = Posture::new(PostureFields { contacts, ..rod.fields().clone() });
     let options = Options { impact: Impact::Poisson, model: Model::Full, ..Options::default() };
     let start = State::new([0.0, height, 0.0], qdot);
