@@ -15,7 +15,7 @@ STILL = 1e-6
 #: A small version of the chart, within a minute: runs that last for milliseconds, timed once.
 QUICK = "--quick" in sys.argv
 #: No setting is tried of which one run would take longer, in seconds.
-PATIENCE = 0.03 if QUICK else 10.0
+PATIENCE = 0.03 if QUICK else 2.0
 #: The steps in s of those that have a fixed one.
 STEPS = [m * 10.0**-k for k in range(2, 9) for m in (1, 0.3)]
 #: The step for which most engines are made, one frame, in s.
