@@ -28,7 +28,7 @@ const FLOOR_FREQUENCY: f64 = 1e3;
 /// Speed below which there is none, in m/s.
 const STILL: f64 = 1e-6;
 /// No step is tried with which one run would take longer, in s.
-const PATIENCE: f64 = 12.0;
+const PATIENCE: f64 = 2.0;
 const STEPS: [(&str, f64); 12] = [
     ("1/60", 1.0 / 60.0),
     ("1e-2", 1e-2),
