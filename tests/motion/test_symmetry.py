@@ -24,7 +24,7 @@ from bodies import LAWS, lift, order_for, reach
 G = 9.81
 EPS = np.finfo(float).eps
 #: Number of random scenes for each symmetry.
-SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "100"))
+SCENES = int(os.environ.get("STANDFAST_SYMMETRY_SCENES", "150"))
 #: Number of runs with inputs that differ by a rounding.
 SIBLINGS = 12
 #: Parts of the duration and of the speeds of a run below which events are not distinguished. There is more than one, for
