@@ -20,6 +20,8 @@ BEFORE = 4
 MOST = 6
 #: Relative to the size of the body and to the largest speed.
 TOLERANCE = 1e-12
+#: Gap below which rounding errors of the place decide whether a contact lands before the limit. Unit: ε times distance and size. 61 were seen.
+TIE = 64
 
 
 def draw(rng, law):
@@ -51,7 +53,7 @@ def draw(rng, law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_sums_equal_the_bounces_one_by_one(law):
-    found, worst = 0, {"place": 0.0, "speed": 0.0}
+    found, ties, missed = 0, 0, []
     for seed in range(SCENES):
         posture, q, qdot, options = draw(np.random.default_rng([46, seed]), law)
         run = sf.simulate(posture, q, qdot, **options)
@@ -63,23 +65,31 @@ def test_sums_equal_the_bounces_one_by_one(law):
             one = sf.simulate(posture, q, qdot, **(options | {"time_limit": stop}))
             if len(one.impacts) < point.first_summed + 3:
                 continue  # too few bounces were left out
+            reach = size(posture)
+            hit = set(one.impacts["index"][point.first_summed :].tolist())
+            others = [i for i in hit if i + 1 not in point.contacts]
+            if others:  # one by one, another contact is hit before the limit
+                known = np.finfo(float).eps * (math.hypot(*point.q[:2]) + reach)
+                assert max(point.gaps[i] for i in others) <= TIE * known, seed
+                ties += 1
+                continue
             # Had the sum ended too early, the contact would still bounce, and the speeds would differ; had it ended too late, the
             # second run would have come to the end before.
             for end in one.zeno_points[k:]:
                 early = point.elapsed - end.elapsed
-                assert early <= end.time_error + 4 * np.spacing(point.elapsed)
+                if early > end.time_error + 4 * np.spacing(point.elapsed):
+                    missed.append((seed, k, "time", early - end.time_error))
             found += 1
-            reach = size(posture)
             scale = np.array([1, 1, reach])
             fastest = max(fastest, np.abs(point.qdot * scale).max())
             error = {
                 "place": np.abs((one.q - point.q) * scale).max() / reach,
                 "speed": np.abs((one.qdot - point.qdot) * scale).max() / fastest,
             }
-            for name, value in error.items():
-                worst[name] = max(worst[name], float(value))
-                assert value <= TOLERANCE, (name, value, seed, point, posture, q, qdot)
+            missed += [(seed, k, *e) for e in error.items() if e[1] > TOLERANCE]
+    assert not missed, (len(missed), found, ties, missed)
     assert found > SCENES / 2
+    assert ties <= 1 + found / 500
 
 
 def nested(rng):
