@@ -31,6 +31,10 @@ pub const TOUCH: f64 = 1e-12;
 /// a few ε. A larger value would remove real bends; a smaller value would keep vertices at which nothing changes. Range: 4 to 64.
 pub(crate) const STRAIGHT_VERTEX: f64 = 8.0;
 
+/// Two lines of ground are drawn as one where their directions (rad) and their distances (in sizes of the body) differ by less than this. It
+/// decides about pictures only: at this distance two lines cannot be told apart. Range: 1e-9 to 1e-4.
+pub(crate) const SAME_LINE: f64 = 1e-6;
+
 /// Height of a contact relative to the ground line of another contact that counts as zero. Unit: size of the body plus its displacement.
 /// Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
 pub(crate) const SAME_GROUND: f64 = 1e-3;

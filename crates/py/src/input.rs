@@ -461,6 +461,16 @@ pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
 }
 
+/// A time limit, in s; None: no limit.
+pub(crate) fn seconds(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    match optional("seconds", value)? {
+        Some(limit) if limit.is_nan() || limit <= 0.0 => {
+            Err(to_py(&unusable("seconds", value, "a time > 0, in s, or None")))
+        }
+        limit => Ok(limit),
+    }
+}
+
 /// Largest number of threads, above the number of cores of any machine.
 const MOST_THREADS: usize = 4096;
 
