@@ -399,6 +399,16 @@ pub(crate) const OUTSIDE_PROVED_BOUNDS: f64 = 1e-13;
 /// Rounding error of the time of a run, as part of the error of a Zeno time. Unit: ε times the time elapsed. Range: 1 to 16.
 pub(crate) const CLOCK_ROUNDINGS: f64 = 4.0;
 
+// --- Films ---
+
+/// Shortest time before a Zeno point that a film by Zeno time shows where there is no gravity or no body to say which gap can still be
+/// seen. Unit: the time from the Zeno point before, or from the start. A smaller value makes the film longer. Range: 1e-14 to 1e-6.
+pub(crate) const NEAREST_FRAME: f64 = 1e-12;
+
+/// Rounding error of the clock of a run, as the shortest time before a Zeno point that a film shows. Unit: ε times the time on the clock.
+/// The time left is a difference of two times on the clock. Range: 2 to 64.
+pub(crate) const NEAREST_FRAME_ROUNDINGS: f64 = 4.0;
+
 // --- Stability ---
 
 /// Margin of a condition below which rounding errors may decide the verdict. Unit: size of the body, or load. Range: 1e-13 to 1e-8.

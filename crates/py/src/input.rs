@@ -216,14 +216,14 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy, fps, speed;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, trials, seed;
-    word -> &'a str: ground, model, impact, stop, edges, jams, method, level;
+    word -> &'a str: ground, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }
