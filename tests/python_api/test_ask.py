@@ -77,6 +77,11 @@ def test_a_film_shows_the_run(scene):
     np.testing.assert_array_equal(drawn, forces)
     for impact in run.impacts["time"][:100]:
         assert impact in t
+    # Zeno time is the other clock of a film.
+    zeno = np.array(frames["zeno"])
+    assert (np.diff(zeno) >= 0).all()
+    whole = len(run.frame_times(fps=10.0, speed=1.0, clock="zeno")) - 1
+    assert whole - 1 < 10 * zeno[-1] <= whole
 
 
 def test_a_map_has_the_values_of_sweep():

@@ -189,6 +189,14 @@ pub struct ZenoPoint {
     pub first_summed: usize,
 }
 
+impl ZenoPoint {
+    /// Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound.
+    #[must_use]
+    pub fn is_infinite(&self) -> bool {
+        self.method != "rest" && !self.plastic
+    }
+}
+
 /// A period of time with one contact mode. An impact after which the mode is the same again does not end the phase: a body that bounces is
 /// in one phase S.
 #[derive(Debug, Clone, PartialEq, Serialize)]

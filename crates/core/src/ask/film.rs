@@ -8,11 +8,13 @@ use crate::excitation::Excitation;
 use crate::options::Model;
 use crate::outcome::{ContactNumber, Outcome, Phase};
 use crate::simulate::Trajectory;
+use crate::simulate::clocks::{FilmClock, FilmTime};
 
 /// Largest number of impacts that a film lists.
 const MOST_IMPACTS: usize = 5000;
 
-/// A run as a film. Its frames have the times of [`Trajectory::sample_times`], and those of the events.
+/// A run as a film. Its frames are at the times of [`Trajectory::sample_times`], at equal steps of Zeno time
+/// ([`Trajectory::film_time`]), and at the events.
 #[derive(Debug, Clone, Serialize)]
 pub struct Film {
     outcome: Outcome,
@@ -51,6 +53,8 @@ struct ZenoPoint {
 struct Frames {
     /// On the clock, in s.
     t: Vec<f64>,
+    /// The Zeno time of a film: see [`Trajectory::film_time`].
+    zeno: Vec<f64>,
     /// Configuration (m, m, rad).
     q: Vec<[f64; 3]>,
     /// Gap of each contact, in m; null where there is no ground under it.
@@ -80,18 +84,23 @@ impl Film {
         let impacts: Vec<Impact> = (run.impacts().iter().take(MOST_IMPACTS))
             .map(|impact| Impact { time: impact.time, contact: impact.contact })
             .collect();
-        let mut times = run.sample_times(count)?;
+        let half = count.div_ceil(2);
+        let mut times = run.sample_times(half)?;
+        let clock = run.film(FilmClock::Zeno);
+        let whole = clock.of(run.elapsed());
+        let step = |k: usize| run.on_clock(clock.shows(whole * k as f64 / half as f64));
+        times.extend((0..half).map(step));
         times.extend(impacts.iter().map(|impact| impact.time));
         times.extend(run.phases().iter().map(|phase| phase.start));
         times.retain(|t| *t <= run.time());
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let Some(frames) = Frames::of(run, times, cancel) else { return Ok(None) };
+        let Some(frames) = Frames::of(run, &clock, times, cancel) else { return Ok(None) };
         let zeno = |point: &crate::outcome::ZenoPoint| ZenoPoint {
             time: point.time,
             kind: point.kind.clone(),
             contacts: point.contacts.clone(),
-            infinite: point.method != "rest" && !point.plastic,
+            infinite: point.is_infinite(),
         };
         Ok(Some(Self {
             outcome: run.outcome(),
@@ -112,7 +121,12 @@ impl Film {
 
 impl Frames {
     /// The frames at these times. A time so deep in a sum of impacts that its state is not computed has none.
-    fn of(run: &Trajectory, times: Vec<f64>, cancel: &dyn Fn() -> bool) -> Option<Self> {
+    fn of(
+        run: &Trajectory,
+        clock: &FilmTime,
+        times: Vec<f64>,
+        cancel: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let mut frames = Self::default();
         let mut reader = run.reader();
         for (k, t) in times.into_iter().enumerate() {
@@ -121,6 +135,7 @@ impl Frames {
             }
             let (Ok(now), Ok(forces)) = (reader.at(t), reader.forces(t)) else { continue };
             frames.t.push(t);
+            frames.zeno.push(clock.of((t - run.options().time).min(run.elapsed())));
             frames.q.push(now.state.q.into());
             frames.gaps.push(now.gaps.iter().map(|gap| *gap as f32).collect());
             frames.forces.push(forces.iter().map(|force| force.map(|f| f as f32)).collect());

@@ -47,7 +47,7 @@ impl Approach {
 
 /// The map between the time of a film and the time since the start of the run: first the ways to Zeno points, then real time.
 #[derive(Debug, Clone)]
-struct Film {
+pub(crate) struct FilmTime {
     approaches: Vec<Approach>,
     /// Where real time begins: in the film, and in the run since its start.
     real: [f64; 2],
@@ -55,9 +55,9 @@ struct Film {
     end: f64,
 }
 
-impl Film {
+impl FilmTime {
     /// The time of the film at which the run shows `elapsed`.
-    fn of(&self, elapsed: f64) -> f64 {
+    pub(crate) fn of(&self, elapsed: f64) -> f64 {
         let next = self.approaches.partition_point(|way| way.to <= elapsed);
         match self.approaches.get(next) {
             Some(way) if elapsed >= way.from => {
@@ -71,7 +71,7 @@ impl Film {
     }
 
     /// The time since the start that the film shows at `film`. The inverse of [`of`](Self::of).
-    fn shows(&self, film: f64) -> f64 {
+    pub(crate) fn shows(&self, film: f64) -> f64 {
         let next = self.approaches.partition_point(|way| way.begins <= film);
         let way = next.checked_sub(1).map(|k| &self.approaches[k]);
         match way {
@@ -85,12 +85,12 @@ impl Film {
 }
 
 impl Trajectory {
-    fn film(&self, clock: FilmClock) -> Film {
-        let mut film = Film { approaches: Vec::new(), real: [0.0; 2], end: self.elapsed() };
+    pub(crate) fn film(&self, clock: FilmClock) -> FilmTime {
+        let mut film = FilmTime { approaches: Vec::new(), real: [0.0; 2], end: self.elapsed() };
         if clock == FilmClock::Real {
             return film;
         }
-        for point in self.zeno_points().iter().filter(|point| is_infinite(point)) {
+        for point in self.zeno_points().iter().filter(|point| point.is_infinite()) {
             let [begins, from] = film.real;
             let (to, nearest) = (point.elapsed, self.nearest(point, from));
             if to - from > nearest {
@@ -175,7 +175,7 @@ impl Trajectory {
         self.on_clock(self.film(clock).shows(film))
     }
 
-    fn on_clock(&self, elapsed: f64) -> f64 {
+    pub(crate) fn on_clock(&self, elapsed: f64) -> f64 {
         if elapsed >= self.elapsed() {
             return self.time();
         }
@@ -226,11 +226,6 @@ impl Trajectory {
 /// A number of frames, in digits as long as these can be read.
 fn counted(frames: f64) -> String {
     if frames < 1e15 { format!("{frames:.0}") } else { format!("{frames:.1e}") }
-}
-
-/// Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound.
-fn is_infinite(point: &ZenoPoint) -> bool {
-    point.method != "rest" && !point.plastic
 }
 
 #[cfg(test)]
@@ -364,7 +359,7 @@ mod tests {
         let options = Options { stop: Stop::Zeno, ..Options::default() };
         let run = simulate_local(&model, [5.0, 4.0], [0.0; 2], 0.0, 0.0, &options).unwrap();
         assert!(!run.zeno_points().is_empty());
-        let points = run.zeno_points().iter().filter(|point| is_infinite(point)).count();
+        let points = run.zeno_points().iter().filter(|point| point.is_infinite()).count();
         let whole = run.film_time(run.time(), FilmClock::Zeno);
         assert!((whole - 12.0 * points as f64).abs() < ROUNDING, "{whole}");
     }

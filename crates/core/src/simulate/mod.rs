@@ -1,7 +1,7 @@
 //! Runs of a body, and of a local model that is given by its parameters.
 
 pub(crate) mod batch;
-mod clocks;
+pub(crate) mod clocks;
 mod limits;
 pub(crate) mod parallel;
 mod reader;
