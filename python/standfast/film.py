@@ -62,20 +62,22 @@ _Floats = npt.NDArray[np.float64]
 #: Pixels of an inch of the film.
 DPI = 90
 #: Seconds of the film for which the ring of an impact and the arrow of a kick are shown.
-FLASH, KICKED = 0.25, 0.8
+FLASH, KICKED = 0.25, 0.5
 #: Size of the ring of an impact in points: at the impact, and at the end of its flash.
 RING = (9.0, 22.0)
 #: Length of the largest contact force: in sizes of the body, and at most this share of the shorter side of the picture. Radius of the
 #: friction cones, in the same lengths.
 FORCE, ROOM, CONE = 0.8, 0.42, 1.15
-#: Length of the arrow of the largest acceleration of the ground, in inches.
-SHAKE = 0.7
+#: Length of the arrow of the largest acceleration of the ground, and height of the strip below the ground for it, in inches.
+SHAKE, BELOW_GROUND = 0.45, 0.6
+#: Room for labels of numbers that change their width where the view follows the body, in inches.
+CHANGING = 0.25
 #: Distance of the letter of a contact mode from its contact, into the ground, and least distance of two letters, in inches.
 INTO, LETTER = 0.19, 0.12
 #: Letters of the contact modes that are written, in words.
 LETTERS = {"F": "fixed", "R": "slides right", "L": "slides left"}
 #: Room around a body that the view follows, in sizes of the body.
-AROUND = 2.5
+AROUND = 4.0
 #: Share of the lower of both neighbouring peaks of a gap below which a minimum of the gap is an impact. These minima are found closely;
 #: those of a contact that comes near to the ground without touching it are not far below both peaks.
 TOUCHED = 1e-3
@@ -272,6 +274,9 @@ class Film:
         self.view = View(run, None if self.follows else self.t)
         if self.follows:
             self._widen()
+        if run.ground_motion is not None:
+            self.view.low[1] -= BELOW_GROUND * self.view.scale
+            self.view.height += BELOW_GROUND
         side = float((self.view.high - self.view.low).min())
         self.reach = min(FORCE * self.size, ROOM * side)
         self.tangents = self._tangents()
@@ -329,8 +334,15 @@ class Film:
             borderaxespad=0.2,
             columnspacing=1.4,
         )
+        if self.follows:
+            self.body.yaxis.labelpad += 72.0 * CHANGING
         self.update(0)
         canvas.draw()
+        if self.follows:
+            x, _ = self.body.transAxes.inverted().transform(
+                self.body.yaxis.label.get_window_extent().get_points().mean(axis=0)
+            )
+            self.body.yaxis.set_label_coords(x, 0.5)
         self.figure.set_layout_engine("none")
         self._freeze(canvas)
 
@@ -476,7 +488,7 @@ class Film:
         self._draw_contacts()
         self._draw_excitation()
         self.title, self.left = (
-            self._moves(axes.set_title(" ", loc=loc, fontsize=11))
+            self._moves(axes.set_title(" ", loc=loc, fontsize=11, y=1.0))
             for loc in ("left", "right")
         )
 
@@ -686,13 +698,14 @@ class Film:
         assert motion is not None
         step = int(np.searchsorted(motion.times, t, side="right"))
         inch, view = self.view.scale, self.view
-        tail = view.low + inch * np.array([0.15 + SHAKE, 0.18])
-        if motion.tilt is not None:
-            tail = tail + np.array([0.0, SHAKE * inch])
-        self.shaken.set_visible(bool(self.steps[step].any()))
-        self.shaken.set_positions(tuple(tail), tuple(tail + self.steps[step]))
+        way = self.steps[step]
+        # In the middle of the strip, whatever its direction.
+        middle = view.low + inch * np.array([0.2 + SHAKE, 0.5 * BELOW_GROUND])
+        tail, head = middle - 0.5 * way, middle + 0.5 * way
+        self.shaken.set_visible(bool(way.any()))
+        self.shaken.set_positions(tuple(tail), tuple(head))
         self.shaking.set_text(self.words[step])
-        self.shaking.set_position(tuple(tail + inch * np.array([SHAKE + 0.15, -0.04])))
+        self.shaking.set_position(tuple(middle + inch * np.array([SHAKE, -0.04])))
 
     def _written(self, t: float) -> str:
         """A time with as many digits as tell the frames apart, as far as a double has them."""
