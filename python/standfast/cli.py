@@ -1,4 +1,4 @@
-"""The command line: `standfast run SCENE`, `modes`, `stability`, `check`, `robustness`, `map`, `schema`.
+"""The command line: `standfast run SCENE`, `animate`, `modes`, `stability`, `check`, `robustness`, `map`, `schema`.
 
 `EXIT_CODES` has the exit codes.
 """
@@ -50,6 +50,7 @@ STDOUT = Path("-")
 
 #: What a command needs, in words, by the name of the argument.
 NEEDED = {
+    "--out": "a file for the film, such as film.gif or film.mp4",
     "--scene": "a scene file, TOML or JSON, such as examples/stairs.toml",
     "--certificate": "a certificate, which standfast stability SCENE --certificate FILE writes",
     "--sizes": "--sizes SIZE,SIZE,... in m/s, such as --sizes 0.1,0.2,0.5",
@@ -146,6 +147,53 @@ def run(
     if plot is not None:
         result.plot(plot)
         _report(f"wrote {plot}", json)
+
+
+@app.command
+def animate(
+    scene: Annotated[Path, Parameter(converter=_path)],
+    out: Annotated[Path, Parameter(converter=_path)],
+    *,
+    fps: Annotated[float, Parameter(negative=())] = 30.0,
+    speed: Annotated[float, Parameter(negative=())] = 1.0,
+    clock: Annotated[str, Parameter(negative=())] = "real",
+) -> None:
+    """Simulate a scene and write a film of the run.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON.
+    out
+        File of the film: .gif or .mp4. Needs matplotlib, and .mp4 the program ffmpeg.
+    fps
+        Frames per second.
+    speed
+        Seconds of the run in one second of the film; with --clock zeno decades of the time left to the next Zeno point.
+    clock
+        "real", or "zeno": the impacts before a Zeno point are evenly spaced.
+    """
+    _writable(out, "out", scene)
+    try:
+        from standfast.film import FORMATS
+    except ImportError as error:
+        raise ValueError("animate needs matplotlib: pip install matplotlib") from error
+    if out.suffix.lower() not in FORMATS:
+        raise ValueError(f"out {out}: the name must end in {' or '.join(FORMATS)}")
+    loaded = sf.load(scene)
+    with _of(scene):
+        result = loaded.simulate(record=True)
+    try:
+        result.animate(out, fps, speed, cast(Any, clock))
+    except ValueError as error:
+        raise ValueError(f"{_of_film(str(error), scene)}: {error}") from error
+    _say(f"wrote {out}")
+
+
+def _of_film(problem: str, scene: Path) -> str:
+    """The option of a film that was refused, or the scene file if it is none of the options."""
+    name = problem.partition(" = ")[0]
+    return f"--{name}" if name in ("fps", "speed", "clock") else str(scene)
 
 
 @app.command

@@ -2,7 +2,7 @@
 
 import math
 import pathlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from io import BytesIO
 from itertools import pairwise
 from os import PathLike
@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotParams
@@ -19,7 +20,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
-from standfast._core import GroundMotion, Posture, Run, ZenoPoint, write_whole
+from standfast._core import GroundMotion, Kick, Posture, Run, ZenoPoint, write_whole
 from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
@@ -299,11 +300,11 @@ def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
     """The index of every contact and the style of its line."""
     for index in range(len(run.gaps)):
-        look = {"color": COLORS[index % 4], "linestyle": LINES[_style(index)]}
+        look = {"color": COLORS[index % 4], "linestyle": LINES[style(index)]}
         yield index, {"lw": 1.6, **look}
 
 
-def _style(index: int) -> int:
+def style(index: int) -> int:
     """Index of the line style or marker: the first 16 contacts differ in this or in their colour."""
     return (index + index // 4) % 4
 
@@ -339,7 +340,7 @@ def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
     entries: dict[str, Any] = {}
     for index, look in _contacts(run):
         if not run.elapsed:  # one point needs a marker
-            look |= {"marker": MARKERS[_style(index)], "clip_on": False}
+            look |= {"marker": MARKERS[style(index)], "clip_on": False}
         if index not in touched:
             look |= {"color": ALOOF, "linestyle": "-", "lw": 0.8, "zorder": 1.0}
         (line,) = axes.plot(t, gaps[:, index], **look)
@@ -504,7 +505,7 @@ def _mark(index: int) -> dict[str, Any]:
     """The style of the marker of an impact."""
     return {
         "linestyle": "none",
-        "marker": MARKERS[_style(index)],
+        "marker": MARKERS[style(index)],
         "color": COLORS[index % 4],
         "markerfacecolor": "white",
         "markersize": 7,
@@ -728,26 +729,31 @@ def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | 
 class View:
     """The body at some instants, the ground around it, and the box that shows both, to scale.
 
-    poses: the body at these instants; path (k, 2), m: of the centre of mass; kicks: the tail and the head of an arrow for each; low, high
+    poses: the body at these instants; path (k, 2), m: of the centre of mass at the times samples (k,), s; kicks: the tail and the head of an arrow for each; low, high
     (2,), m: the box; height: of the panel, in inches; scale: metres in an inch.
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, times: Iterable[float] | None = None) -> None:
+        """The instants of the picture, or these in increasing order."""
         self.run = run
         self.posture = _posture(run)
-        size = body_size(self.posture)
-        self.poses = [pose(run, time) for time in instants(run)]
-        times = np.linspace(self.poses[0].time, run.time, CURVE // 4)
-        times = np.unique([*times, *event_times(run)])
-        times = times[times >= self.poses[0].time]
-        self.path = run.at(times)[0][:, :2] + self.posture.center_of_mass
-        self.kicks = list(self._kicks(size))
+        self.poses = [
+            pose(run, time) for time in (instants(run) if times is None else times)
+        ]
+        begin = self.poses[0].time
+        samples = np.linspace(begin, run.time, CURVE // 4)
+        samples = np.unique([*samples, *event_times(run)])
+        self.samples = samples[samples >= begin]
+        self.path = run.at(self.samples)[0][:, :2] + self.posture.center_of_mass
+        shown_kicks = [time for time in kick_times(run) if time >= begin]
+        kicks = [kick for kick in run.kicks if kick.time in shown_kicks][:POSES]
+        self.kicks = list(kick_arrows(run, kicks))
         self.pieces = ground(self.posture)
-        shown = np.vstack([*self.path[None], *self.kicks])
+        shown = [self.path, *self.kicks, *self._beneath()]
         for _, contacts, _, outline in self.poses:
-            shown = np.vstack([shown, contacts, outline])
-        shown = np.vstack([shown, *self._beneath()])
-        low, high = shown.min(axis=0), shown.max(axis=0)
+            shown += [contacts, outline]
+        corners = np.vstack(shown)
+        low, high = corners.min(axis=0), corners.max(axis=0)
         margin = MARGIN * float((high - low).max())
         wide, tall = high - low + 2.0 * margin
         self.height = float(np.clip(PANEL * tall / wide, LOW, HIGH))
@@ -767,31 +773,37 @@ class View:
         longer = math.log10(max(abs(self.run.time), whole) / whole)
         return f"{time:.{3 + max(0, math.ceil(longer))}g} s"
 
-    def _kicks(self, size: float) -> Iterator[_Floats]:
-        """Arrows (2, 2) to the points of the body that kicks act on, as long as the largest radius of the body or shorter."""
-        times = [time for time in kick_times(self.run) if time >= self.poses[0].time]
-        kicks = [kick for kick in self.run.kicks if kick.time in times][:POSES]
-        largest = max((math.hypot(*kick.impulse) for kick in kicks), default=0.0)
-        for kick in kicks if largest > 0.0 else []:
-            x, y, theta = self.run.at(kick.time)[0]
-            arm = np.subtract(
-                kick.point or self.posture.center_of_mass, self.posture.center_of_mass
-            )
-            c, s = math.cos(theta), math.sin(theta)
-            head = arm @ [[c, s], [-s, c]] + self.posture.center_of_mass + (x, y)
-            yield np.array([head - size * np.array(kick.impulse) / largest, head])
-
     def _beneath(self) -> Iterator[_Floats]:
         """The points of the ground (1, 2) that are nearest to the contacts and the centre of mass, where these are not far from it."""
         reach = REACH * body_size(self.posture)
-        points, tangents, first, last = map(np.array, zip(*self.pieces, strict=True))
         for foot in np.vstack([[*p.contacts, p.center] for p in self.poses]):
-            along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
-            places = points + tangents * along[:, None]
-            away = np.hypot(*(foot - places).T)
-            nearest = int(away.argmin())
-            if away[nearest] <= reach:
-                yield places[nearest : nearest + 1]
+            place, _ = nearest(self.pieces, foot)
+            if math.hypot(*(foot - place)) <= reach:
+                yield place[None]
+
+
+def nearest(pieces: list[Piece], foot: _Floats) -> tuple[_Floats, _Floats]:
+    """The point (2,) of the ground that is nearest to a point, and the direction (2,) of the ground there."""
+    points, tangents, first, last = map(np.array, zip(*pieces, strict=True))
+    along = np.clip(((foot - points) * tangents).sum(axis=1), first, last)
+    places = points + tangents * along[:, None]
+    index = int(np.hypot(*(foot - places).T).argmin())
+    return places[index], tangents[index]
+
+
+def kick_arrows(run: Run, kicks: Sequence[Kick]) -> Iterator[_Floats]:
+    """Arrows (2, 2), from tail to head, to the points of the body that kicks act on. The longest is as long as the largest radius of
+    the body."""
+    posture = _posture(run)
+    nominal = np.array(posture.center_of_mass)
+    largest = max((math.hypot(*kick.impulse) for kick in kicks), default=0.0)
+    for kick in kicks if largest > 0.0 else []:
+        x, y, theta = run.at(kick.time)[0]
+        arm = np.subtract(kick.point or nominal, nominal)
+        c, s = math.cos(theta), math.sin(theta)
+        head = arm @ [[c, s], [-s, c]] + nominal + (x, y)
+        way = body_size(posture) * np.array(kick.impulse) / largest
+        yield np.array([head - way, head])
 
 
 def draw_body(axes: Axes, view: View) -> None:
@@ -837,8 +849,8 @@ def draw_body(axes: Axes, view: View) -> None:
     _bare(axes)
 
 
-def draw_ground(axes: Axes, view: View) -> None:
-    """The surface of the ground, and a strip under it."""
+def draw_ground(axes: Axes, view: View) -> list[Artist]:
+    """The surface of the ground, and a strip under it. Returns what is drawn."""
     depth = THICKNESS * float((view.high - view.low).min())
     shown = []
     for piece in view.pieces:
@@ -853,10 +865,13 @@ def draw_ground(axes: Axes, view: View) -> None:
         for then, under_then in shown
         if np.allclose(line[1], then[0], rtol=0.0, atol=1e-6 * depth)
     ]
-    for strip in strips:
+    drawn: list[Artist] = [
         axes.add_patch(Polygon(strip, color=GROUND, lw=0.5, zorder=0))
+        for strip in strips
+    ]
     for line, _ in shown:
-        axes.plot(*line.T, color=SURFACE, lw=1.0, zorder=0.5)
+        drawn += axes.plot(*line.T, color=SURFACE, lw=1.0, zorder=0.5)
+    return drawn
 
 
 def write_times(axes: Axes, view: View) -> None:
