@@ -77,8 +77,6 @@ MARGIN, THICKNESS = 0.08, 0.05
 PANEL, LOW, HIGH = WIDTH - 0.7, 2.0, 4.6
 #: Largest number of contacts that are all drawn in colour and whose numbers are written at the body.
 FEW = 4
-#: Two lines of ground are the same where their directions (rad) and their positions (in sizes of the body) differ by less than this.
-SAME_LINE = 1e-6
 #: Height that labels and title of that panel need, in inches.
 LABELS = 0.8
 #: Impacts that are not summed are simulated until their speeds are below rounding. They accumulate over a time, and not at one
@@ -644,14 +642,13 @@ def pose(run: Run, time: float) -> Pose:
     x, y, theta = run.at(time)[0]
     contacts = run.points_at(time)
     center = nominal + np.array([x, y])
-    if posture.outline is None and len(contacts) > 1:
-        return Pose(time, contacts, center, hull(contacts))
-    if posture.outline is None:
+    corners = posture.drawn_corners
+    if not corners:
         turns = np.linspace(0.0, 2.0 * math.pi, ARC)
         circle = posture.gyration_radius * np.array([np.cos(turns), np.sin(turns)])
         return Pose(time, contacts, center, center + circle.T)
     c, s = (1.0, theta) if run.model == "local" else (math.cos(theta), math.sin(theta))
-    outline = np.array([*posture.outline, posture.outline[0]]) - nominal
+    outline = np.array([*corners, corners[0]]) - nominal
     return Pose(time, contacts, center, center + outline @ [[c, s], [-s, c]])
 
 
@@ -705,78 +702,8 @@ Piece = tuple[_Floats, _Floats, float, float]
 
 def ground(posture: Posture) -> list[Piece]:
     """The ground of a posture as straight pieces: those of its polyline, or the line that all contacts share, or the contacts' own lines."""
-    if posture.terrain is not None:
-        vertices = np.array(posture.terrain)
-        ways = np.diff(vertices, axis=0)
-        lengths = np.hypot(*ways.T)
-        return [
-            (p, way / length, 0.0, float(length))
-            for p, way, length in zip(vertices[:-1], ways, lengths, strict=True)
-        ]
-    points = np.array([contact.point for contact in posture.contacts])
-    slopes = [contact.slope for contact in posture.contacts]
-    tangents = np.column_stack([np.cos(slopes), np.sin(slopes)])
-    if posture.ground == "shared":
-        lowest = min(range(len(points)), key=lambda i: _cross(tangents[i], points[i]))
-        return [(points[lowest], tangents[lowest], -math.inf, math.inf)]
-    return joined(own_lines(posture, points, tangents), body_size(posture))
-
-
-def own_lines(posture: Posture, points: _Floats, tangents: _Floats) -> list[Piece]:
-    """The line of each contact. It ends where it meets the line of another contact between both contacts. If they do not meet there,
-    each line ends halfway to the other contact. Lines that are the same do not end each other."""
-    size = body_size(posture)
-    pieces = []
-    for i, contact in enumerate(posture.contacts):
-        low, high = contact.segment
-        for j in range(len(points)):
-            to = points[j] - points[i]
-            turn = _cross(tangents[i], tangents[j])
-            if same_line((points[i], tangents[i]), (points[j], tangents[j]), size):
-                continue
-            along, back = float(to @ tangents[i]), -float(to @ tangents[j])
-            if abs(along) < SAME_LINE * size and abs(turn) < SAME_LINE:
-                continue  # one right above the other
-            end = along / 2.0
-            if turn != 0.0:
-                # Where the lines meet, from contact i and from contact j.
-                here = _cross(to, tangents[j]) / turn
-                there = _cross(to, tangents[i]) / turn
-                if here * along > 0.0 and there * back > 0.0:
-                    end = here
-            if end > 0.0:
-                high = min(high, end)
-            elif end < 0.0:
-                low = max(low, end)
-        pieces.append((points[i], tangents[i], float(low), float(high)))
-    return pieces
-
-
-def same_line(
-    one: tuple[_Floats, _Floats], other: tuple[_Floats, _Floats], size: float
-) -> bool:
-    """Whether two lines, each a point and a direction, are the same for a body of this size."""
-    side = _cross(one[1], other[0] - one[0])
-    return max(abs(side) / size, abs(_cross(one[1], other[1]))) < SAME_LINE
-
-
-def joined(pieces: list[Piece], size: float) -> list[Piece]:
-    """The pieces, with one piece for those that overlap on the same side of the same line."""
-    kept: list[Piece] = []
-    for point, tangent, low, high in pieces:
-        for other in [*kept]:
-            alike = same_line((point, tangent), other[:2], size)
-            along = float((other[0] - point) @ tangent)
-            begin, end = along + other[2], along + other[3]
-            if alike and tangent @ other[1] > 0.0 and begin <= high and low <= end:
-                low, high = min(low, begin), max(high, end)
-                kept = [piece for piece in kept if piece is not other]
-        kept.append((point, tangent, low, high))
-    return kept
-
-
-def _cross(a: _Floats, b: _Floats) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])
+    pieces = posture.drawn_ground
+    return [(np.array(p), np.array(t), low, high) for p, t, low, high in pieces]
 
 
 def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | None:
@@ -992,27 +919,6 @@ def write_times(axes: Axes, view: View) -> None:
         sides = sides[np.argsort(-sides[:, 1], kind="stable")]
         places = [*corners[:-3], *sides, *corners[-3:]]
         write(text, places, str(min(shade, 0.5)))
-
-
-def hull(points: _Floats) -> _Floats:
-    """Convex hull of points (n, 2), as a closed line (k + 1, 2), counterclockwise (Andrew's monotone chain).
-
-    >>> hull(np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.5], [1.0, 1.0]])).tolist()
-    [[0.0, 0.0], [2.0, 0.0], [1.0, 1.0], [0.0, 0.0]]
-    """
-    points = np.unique(points, axis=0)
-    chain: list[_Floats] = []
-    for way in (points, points[::-1]):
-        begin = len(chain)
-        for point in way:
-            while (
-                len(chain) >= begin + 2
-                and _cross(chain[-1] - chain[-2], point - chain[-1]) <= 0.0
-            ):
-                chain.pop()
-            chain.append(point)
-        chain.pop()
-    return np.vstack([*chain, chain[0]]) if chain else points
 
 
 def _bare(axes: Axes) -> None:

@@ -125,34 +125,6 @@ def modes_table(modes: sf.Modes) -> str:
     return "\n".join(lines)
 
 
-#: Text of the report for each argument of a verdict.
-ARGUMENTS = {
-    "not-equilibrium": "no forces at the contacts hold the body",
-    "theorem-3": "kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon",
-    "theorem-3-loose": "kinematic-strong and clattering converges: Theorem 3 of Or and Rimon",
-    "goyal": "kinematic-strong, and impacts alternate for ever without gravity (Goyal's bound)",
-    "corner-map": "every sequence of corners shrinks, or ends at rest",
-    "growing-cycle": "a cycle of corners repeats, larger every time",
-    "accelerating-mode": "a contact mode leads away from the posture and does not return",
-    "no-solution": "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion;"
-    ' with jams="impact" it goes on after an impact without collision',
-    "well": "every motion raises the centre of mass: the body stands in a well, and a motion always exists",
-    "descending-pair": "the body descends on no more than one pair of contacts, which decides: see below",
-    "neutral": "every motion raises the centre of mass but a slide on a level, which friction ends",
-}
-
-
-#: Text of the report for each reason why a verdict is undecided.
-UNDECIDED = {
-    "ambiguous": "several contact modes are consistent at rest; rigid-body mechanics does not say which one follows",
-    "degenerate": "the contacts depend on each other, or nearly so, or rounding decides a sign",
-    "jam": "a contact that slides jams, or may jam: no contact mode is consistent (Painlevé)",
-    "modes": "after a slide or a landing several contact modes are consistent, or rounding decides",
-    "energy": "frictionless motion need not come to rest on the contacts: neither its energy nor a drift bounds it",
-    "flight": "the impacts after a corner cannot be followed to their end with certainty",
-    "cells": "some directions of motion remain open; verdict.evidence lists them",
-    "pairs": "the body descends on several pairs of contacts, or on one that is undecided itself; see verdict.pairs",
-}
 #: What to try where no argument decides.
 TRY = "try stability(posture, trials=1000): random small kicks, which are evidence and no proof"
 
@@ -209,11 +181,9 @@ def verdict_table(verdict: sf.Verdict) -> str:
         where += f", friction margin {spare:.3g}"
     argument = "" if verdict.by is None else f", by {verdict.by}"
     lines = [f"  stability         {verdict.frictional_stability}{argument}"]
-    if verdict.by is not None:
-        lines.append(f"    {ARGUMENTS[verdict.by]}")
-    if verdict.reason is not None:
-        lines.append(f"    {UNDECIDED[verdict.reason]}")
-        lines += [f"    {TRY}"] * (verdict.trials is None)
+    lines.append(f"    {verdict.in_words}")
+    if verdict.reason is not None and verdict.trials is None:
+        lines.append(f"    {TRY}")
     if verdict.jams == "impact":
         lines.append(
             "  jams              end by plastic impacts without collision, under every law of impact"

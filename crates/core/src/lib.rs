@@ -36,6 +36,7 @@
 //! | [`stability`](mod@stability) | equilibrium region, clattering convergence, reduced map, verdict |
 //! | [`robustness`](mod@robustness) | the share of random kicks of a size that a posture withstands |
 //! | [`sweep`] | the same questions on grids of parameters |
+//! | [`ask`](mod@ask) | all of them as JSON, for pages and notebooks |
 //!
 //! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
 //! clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the motion until it ends), `motion` (the loop
@@ -70,7 +71,9 @@ pub mod stability;
 pub mod robustness;
 pub mod sweep;
 mod scene;
+pub mod ask;
 
+pub use ask::ask;
 pub use body::{Contact, Posture, PostureFields, State};
 pub use error::Error;
 #[doc(hidden)]

@@ -31,6 +31,10 @@ pub const TOUCH: f64 = 1e-12;
 /// a few ε. A larger value would remove real bends; a smaller value would keep vertices at which nothing changes. Range: 4 to 64.
 pub(crate) const STRAIGHT_VERTEX: f64 = 8.0;
 
+/// Two lines of ground are drawn as one where their directions (rad) and their distances (in sizes of the body) differ by less than this. It
+/// decides about pictures only: at this distance two lines cannot be told apart. Range: 1e-9 to 1e-4.
+pub(crate) const SAME_LINE: f64 = 1e-6;
+
 /// Height of a contact relative to the ground line of another contact that counts as zero. Unit: size of the body plus its displacement.
 /// Coordinates and slopes are often given with three digits only. Range: 1e-6 to 1e-2.
 pub(crate) const SAME_GROUND: f64 = 1e-3;
@@ -394,6 +398,16 @@ pub(crate) const OUTSIDE_PROVED_BOUNDS: f64 = 1e-13;
 
 /// Rounding error of the time of a run, as part of the error of a Zeno time. Unit: ε times the time elapsed. Range: 1 to 16.
 pub(crate) const CLOCK_ROUNDINGS: f64 = 4.0;
+
+// --- Films ---
+
+/// Shortest time before a Zeno point that a film by Zeno time shows where there is no gravity or no body to say which gap can still be
+/// seen. Unit: the time from the Zeno point before, or from the start. A smaller value makes the film longer. Range: 1e-14 to 1e-6.
+pub(crate) const NEAREST_FRAME: f64 = 1e-12;
+
+/// Rounding error of the clock of a run, as the shortest time before a Zeno point that a film shows. Unit: ε times the time on the clock.
+/// The time left is a difference of two times on the clock. Range: 2 to 64.
+pub(crate) const NEAREST_FRAME_ROUNDINGS: f64 = 4.0;
 
 // --- Stability ---
 

@@ -216,14 +216,14 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy, fps, speed;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, trials, seed;
-    word -> &'a str: ground, model, impact, stop, edges, jams, method, level;
+    word -> &'a str: ground, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }
@@ -459,6 +459,16 @@ pub(crate) fn sizes(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 /// Number of threads; None: all cores.
 pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
+}
+
+/// A time limit, in s; None: no limit.
+pub(crate) fn seconds(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    match optional("seconds", value)? {
+        Some(limit) if limit.is_nan() || limit <= 0.0 => {
+            Err(to_py(&unusable("seconds", value, "a time > 0, in s, or None")))
+        }
+        limit => Ok(limit),
+    }
 }
 
 /// Largest number of threads, above the number of cores of any machine.

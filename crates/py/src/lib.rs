@@ -21,11 +21,14 @@ mod scene;
 mod stability;
 mod robustness;
 mod sweep;
+mod ask;
 
 #[pymodule]
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::ask::ask;
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]

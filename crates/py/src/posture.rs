@@ -340,6 +340,25 @@ impl PyPosture {
         self.0.touching(contact, theta).map(|q| vector(py, &q)).map_err(|e| to_py(&e))
     }
 
+    /// The corners (k, 2) of the body in its nominal posture as pictures show them, in order, m: its outline; without one, the convex hull of the
+    /// contact points. A body on one contact without an outline has none.
+    #[getter]
+    fn drawn_corners(&self) -> Vec<(f64, f64)> {
+        self.0.drawn_corners().into_iter().map(Into::into).collect()
+    }
+
+    /// The ground as pictures show it: straight pieces (point, direction, low, high), with the air on the left of the direction, which is a unit
+    /// vector; low and high: where the piece begins and ends, m from the point along the direction. Lines of contacts end where they meet.
+    ///
+    /// >>> import standfast as sf
+    /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).drawn_ground
+    /// [((0.5, 0.0), (1.0, 0.0), -inf, inf)]
+    #[getter]
+    fn drawn_ground(&self) -> Vec<((f64, f64), (f64, f64), f64, f64)> {
+        let pieces = self.0.drawn_ground().into_iter();
+        pieces.map(|p| (p.point.into(), p.direction.into(), p.ends[0], p.ends[1])).collect()
+    }
+
     /// Couplings (ψ_1, ψ_2) of the gap rates at q = 0, dimensionless. Two contacts only.
     #[getter]
     fn psi(&self) -> PyResult<(f64, f64)> {

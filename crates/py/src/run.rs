@@ -6,15 +6,15 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use standfast::outcome::{ContactNumber, Phase, ZenoPoint};
-use standfast::simulate::Reader;
+use standfast::simulate::{FilmClock, Reader};
 use standfast::{Error, Trajectory};
 
-use crate::convert::{array, counted, first_words, local_model, question, vector, word};
+use crate::convert::{array, call, counted, first_words, local_model, question, vector, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
 use crate::excitation::{PyGroundMotion, PyKick};
 use crate::files::write_whole;
-use crate::input::{MOST_SAMPLES, doubles, whole};
+use crate::input::{self, MOST_SAMPLES, doubles, whole};
 use crate::interrupt::interruptible;
 use crate::modes::PyContactProblem;
 use crate::options;
@@ -588,6 +588,78 @@ impl PyRun {
         slf.py().import("standfast.plot")?.call_method1("plot", (slf, path, ax))
     }
 
+    /// Write a film of the run: the body on its ground, to scale, above the gaps over the time of the film.
+    ///
+    /// Letters at the closed contacts are their modes (F fixed, R or L sliding). Arrows in the friction cones are contact forces; the longest
+    /// is the largest force of the film. A ring is an impact, an orange arrow a kick, and an arrow in the ground its acceleration. Where the
+    /// body moves far, the picture follows it.
+    ///
+    /// path : file, .gif or .mp4. fps : frames per second, at most 1000 (a GIF has a whole number of hundredths of a second for each frame).
+    /// speed : how fast the film is, see `clock`. clock : "real": in one second of the film, `speed` seconds of the run. "zeno": in one second of
+    /// the film the time left to the next Zeno point decreases by `speed` decades, so that the impacts before it do not become too fast to be
+    /// seen, and the gaps have a logarithmic axis; after the last Zeno point, and in a run without any, as "real". See `frame_times`.
+    ///
+    /// Raises ValueError for another suffix, for a run of a LocalModel without a body, for a run without record (record=False), for more than
+    /// 20 000 frames, and for .mp4 without the program ffmpeg; OSError if the file cannot be written. Needs matplotlib (extra `plot`).
+    #[pyo3(signature = (path, fps=None, speed=None, clock=None), text_signature = "($self, path, fps=30, speed=1.0, clock='real')")]
+    fn animate<'py>(
+        slf: &Bound<'py, Self>,
+        path: PathBuf,
+        fps: Option<&Bound<'py, PyAny>>,
+        speed: Option<&Bound<'py, PyAny>>,
+        clock: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<()> {
+        let film = Film::read(fps, speed, clock)?;
+        let clock = word(&film.clock);
+        slf.py()
+            .import("standfast.film")?
+            .call_method1("animate", (slf, path, film.fps, film.speed, clock))?;
+        Ok(())
+    }
+
+    /// Times (k,) of the frames of a film with `fps` frames per second, s on the clock of the run. The first is the start, the last the end.
+    ///
+    /// clock : "real": `speed` seconds of the run in one second of the film. "zeno": towards the next Zeno point with infinitely many
+    /// impacts the time left decreases by `speed` decades in one second of the film: impacts whose flights become shorter by the factor e are
+    /// evenly spaced, by log10(1/e) at speed 1. This ends where a fall in the time left could not lift a contact above a gap that counts as
+    /// closed; the next frame shows the Zeno point itself. After the last one, and in a run without any: as "real". Raises ValueError for
+    /// values out of range, for more than 20 000 frames, and for a run without record (record=False).
+    ///
+    /// >>> import standfast as sf
+    /// >>> ball = sf.Posture(mass=1, gyration_radius=0.4, center_of_mass=(0, 0), contacts=[sf.Contact(point=(0, 0))],
+    /// ...                   restitution=0.5, gravity=10)
+    /// >>> run = sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0))      # impacts 2, 1, 1/2, ... s before a Zeno point at 3 s
+    /// >>> 3 - run.frame_times(fps=1, clock="zeno")[:4]             # time left
+    /// array([3.   , 0.3  , 0.03 , 0.003])
+    #[pyo3(signature = (fps=None, speed=None, clock=None), text_signature = "($self, fps=30, speed=1.0, clock='real')")]
+    fn frame_times<'py>(
+        &self,
+        py: Python<'py>,
+        fps: Option<&Bound<'py, PyAny>>,
+        speed: Option<&Bound<'py, PyAny>>,
+        clock: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let film = Film::read(fps, speed, clock)?;
+        let times = self.0.frame_times(film.fps, film.speed, film.clock);
+        Ok(times.map_err(|e| to_py(&e))?.into_pyarray(py))
+    }
+
+    /// Times (...) of a film, s, at which it shows the times t : (...) s on the clock of the run. `speed` and `clock` as in `frame_times`.
+    /// Times outside the run count as its start or its end.
+    #[pyo3(signature = (t, speed=None, clock=None), text_signature = "($self, t, speed=1.0, clock='real')")]
+    fn film_time<'py>(
+        &self,
+        py: Python<'py>,
+        t: &Bound<'py, PyAny>,
+        speed: Option<&Bound<'py, PyAny>>,
+        clock: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (t, film) = (doubles("t", t)?, Film::read(None, speed, clock)?);
+        let t = t.as_array();
+        let shown = t.iter().map(|&t| self.0.film_time(t, film.clock) / film.speed);
+        array(py, shown.collect(), t.shape())
+    }
+
     /// The run as plain dictionaries, lists and numbers.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (self.0.to_json(),))
@@ -683,6 +755,33 @@ impl PyRun {
             self.model(),
             events.join(", ")
         )
+    }
+}
+
+/// How a film shows a run.
+struct Film {
+    fps: f64,
+    speed: f64,
+    clock: FilmClock,
+}
+
+impl Film {
+    fn read(
+        fps: Option<&Bound<'_, PyAny>>,
+        speed: Option<&Bound<'_, PyAny>>,
+        clock: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut film = Self { fps: 30.0, speed: 1.0, clock: FilmClock::Real };
+        if let Some(fps) = fps {
+            film.fps = input::fps(fps)?;
+        }
+        if let Some(speed) = speed {
+            film.speed = input::speed(speed)?;
+        }
+        if let Some(clock) = clock {
+            film.clock = call("clock", input::clock(clock)?)?;
+        }
+        Ok(film)
     }
 }
 

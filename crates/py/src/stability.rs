@@ -161,6 +161,12 @@ impl PyVerdict {
         self.verdict.reason().map(standfast::stability::WhyUndecided::as_str)
     }
 
+    /// The argument that decides, or why the verdict is undecided, in words.
+    #[getter]
+    fn in_words(&self) -> &str {
+        self.verdict.in_words()
+    }
+
     /// The data of the argument. For "not-equilibrium" {"equilibrium_margin"}; for "theorem-3", "theorem-3-loose" and "goyal"
     /// {"kinematic_margin", "coupling_margin"}, with the bound of the argument on ψ. For "corner-map" {"limits", "potential", "ends"}:
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and

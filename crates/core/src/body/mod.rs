@@ -1,6 +1,7 @@
 //! The body, its contacts and the terrain under them.
 
 pub(crate) mod contact;
+mod drawn;
 pub(crate) mod geometry;
 pub(crate) mod ground;
 pub(crate) mod local_model;
@@ -13,6 +14,7 @@ pub(crate) mod terrain;
 
 pub use crate::tolerance::TOUCH;
 pub use contact::Contact;
+pub use drawn::GroundPiece;
 pub use local_model::LocalModel;
 pub use posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
 pub use shape::Lamina;

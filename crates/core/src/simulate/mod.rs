@@ -1,6 +1,7 @@
 //! Runs of a body, and of a local model that is given by its parameters.
 
 pub(crate) mod batch;
+mod clocks;
 mod limits;
 pub(crate) mod parallel;
 mod reader;
@@ -9,6 +10,7 @@ mod start;
 pub(crate) mod trajectory;
 
 pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
+pub use clocks::FilmClock;
 pub use reader::Reader;
 pub use trajectory::Trajectory;
 

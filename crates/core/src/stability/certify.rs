@@ -140,6 +140,35 @@ impl WhyUndecided {
             Self::Pairs => "pairs",
         }
     }
+
+    /// The same in words, as reports and pages have it.
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Ambiguous => {
+                "several contact modes are consistent at rest; rigid-body mechanics does not say which one follows"
+            }
+            Self::Degenerate => {
+                "the contacts depend on each other, or nearly so, or rounding decides a sign"
+            }
+            Self::Jam => {
+                "a contact that slides jams, or may jam: no contact mode is consistent (Painlevé)"
+            }
+            Self::Modes => {
+                "after a slide or a landing several contact modes are consistent, or rounding decides"
+            }
+            Self::Energy => {
+                "frictionless motion need not come to rest on the contacts: neither its energy nor a drift bounds it"
+            }
+            Self::Flight => {
+                "the impacts after a corner cannot be followed to their end with certainty"
+            }
+            Self::Cells => "some directions of motion remain open: the evidence lists them",
+            Self::Pairs => {
+                "the body descends on several pairs of contacts, or on one that is undecided itself"
+            }
+        }
+    }
 }
 
 /// The cells of the angles φ: the limits between them, and the tangents of these limits.

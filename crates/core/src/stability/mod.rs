@@ -148,6 +148,40 @@ impl Argument {
             Self::Neutral => "neutral",
         }
     }
+
+    /// The same in words, as reports and pages have it.
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::NotEquilibrium => "no forces at the contacts hold the body",
+            Self::Theorem3 => {
+                "kinematic-strong (strict reading) and clattering converges: Theorem 3 of Or and Rimon"
+            }
+            Self::Theorem3Loose => {
+                "kinematic-strong and clattering converges: Theorem 3 of Or and Rimon"
+            }
+            Self::Goyal => {
+                "kinematic-strong, and impacts alternate for ever without gravity (Goyal's bound)"
+            }
+            Self::CornerMap => "every sequence of corners shrinks, or ends at rest",
+            Self::GrowingCycle => "a cycle of corners repeats, larger every time",
+            Self::AcceleratingMode => {
+                "a contact mode leads away from the posture and does not return"
+            }
+            Self::NoSolution => {
+                "after some kicks, however small, no motion exists (Painlevé); nothing grows, but the definition asks for a motion; with jams=\"impact\" it goes on after an impact without collision"
+            }
+            Self::Well => {
+                "every motion raises the centre of mass: the body stands in a well, and a motion always exists"
+            }
+            Self::DescendingPair => {
+                "the body descends on no more than one pair of contacts, which decides"
+            }
+            Self::Neutral => {
+                "every motion raises the centre of mass but a slide on a level, which friction ends"
+            }
+        }
+    }
 }
 
 /// A corner: one contact on the terrain, the other one lands.
@@ -413,6 +447,13 @@ impl Verdict {
             }
             _ => Some(WhyUndecided::Degenerate),
         }
+    }
+
+    /// The argument that decides, or why the verdict is undecided, in words.
+    #[must_use]
+    pub fn in_words(&self) -> &'static str {
+        let reason = || self.reason().map_or("", WhyUndecided::in_words);
+        self.by.map_or_else(reason, Argument::in_words)
     }
 
     /// The evidence as JSON.

@@ -1,0 +1,256 @@
+//! One vocabulary for pages and notebooks: a question as JSON, its answer as JSON.
+//!
+//! | question | answer |
+//! | --- | --- |
+//! | `{"ask": "scene", "scene": …}` | the scene with all its fields, as JSON and as TOML |
+//! | `{"ask": "posture", "scene": …}` | what to draw of the posture, its equilibrium region, the modes at rest, the verdict in words |
+//! | `{"ask": "motion", "scene": …, "frames": 1000}` | the run as a [`Film`] |
+//! | `{"ask": "map", "scene": …, "over": [{"path": …, "values": […]}, …], "quantity": ["by", …]}` | the quantities over the grid, the last path fastest |
+//!
+//! `scene` is an object in the form of the scene files, or a text in TOML. Where there is no answer, the answer is `{"error": "…"}`, which
+//! names the field, its value and the allowed range. Infinities are the strings "inf" and "-inf", undefined numbers null.
+
+mod film;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::body::{GroundPiece, Posture, State};
+use crate::error::Error;
+use crate::modes::{ContactProblem, Method, contact_modes};
+use crate::options::Options;
+use crate::scene::Scene;
+use crate::serial::numbers::Extended;
+use crate::simulate::simulate_excited_until;
+use crate::stability::{equilibrium_region, friction_margin, stability_with, static_forces};
+use crate::sweep::{Axis, Column, Quantity, Sweep};
+
+pub use film::Film;
+
+/// Largest number of frames of a film: its answer then has about 20 MB for two contacts.
+pub const MOST_FRAMES: usize = 100_000;
+
+/// A question.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "ask", rename_all = "kebab-case", deny_unknown_fields)]
+enum Question {
+    Scene {
+        scene: Value,
+    },
+    Posture {
+        scene: Value,
+    },
+    Motion {
+        scene: Value,
+        #[serde(default = "frames")]
+        frames: usize,
+    },
+    Map {
+        scene: Value,
+        over: Vec<Over>,
+        quantity: Vec<String>,
+    },
+}
+
+fn frames() -> usize {
+    1000
+}
+
+/// An axis of a map.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Over {
+    path: String,
+    values: Vec<f64>,
+}
+
+/// The values of a quantity over a grid.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Values {
+    Flags { values: Vec<bool> },
+    Numbers { values: Vec<Option<f64>> },
+    Words { words: &'static [&'static str], codes: Vec<u8> },
+}
+
+/// What a picture shows of a posture at rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Drawing {
+    /// The corners of the body, in order, in m; none for a body on one contact without an outline.
+    pub corners: Vec<[f64; 2]>,
+    /// Whether the outline of the body is known; otherwise the corners are the convex hull of the contacts.
+    pub has_outline: bool,
+    /// Centre of mass, in m.
+    pub center_of_mass: [f64; 2],
+    /// Radius of gyration, in m.
+    pub gyration_radius: f64,
+    /// The longest arm or the radius of gyration, in m.
+    pub size: f64,
+    /// Mass times gravity, in N.
+    pub weight: f64,
+    /// Contact points, in m.
+    pub contacts: Vec<[f64; 2]>,
+    /// Coefficient of friction of each contact.
+    pub friction: Vec<f64>,
+    /// The pieces of the ground.
+    pub ground: Vec<GroundPiece>,
+}
+
+impl Drawing {
+    fn of(posture: &Posture) -> Self {
+        let fields = posture.fields();
+        Self {
+            corners: posture.drawn_corners(),
+            has_outline: !fields.outline.is_empty(),
+            center_of_mass: fields.center_of_mass,
+            gyration_radius: fields.gyration_radius,
+            size: posture.size(),
+            weight: fields.mass * fields.gravity,
+            contacts: fields.contacts.iter().map(|contact| contact.point).collect(),
+            friction: fields.contacts.iter().map(|contact| contact.friction).collect(),
+            ground: posture.drawn_ground(),
+        }
+    }
+}
+
+/// The answer to a question; see the [module](self).
+///
+/// ```
+/// let scene = r#"{"gravity": 9.81, "restitution": 0.1, "body": {"mass": 1, "gyration_radius": 0.2, "center_of_mass": [0, 0]},
+///     "contact": [{"point": [-0.5, 0], "friction": 0.5}, {"point": [0.5, 0], "friction": 0.5}]}"#;
+/// let answer = standfast::ask(&format!(r#"{{"ask": "posture", "scene": {scene}}}"#));
+/// let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+/// assert_eq!(answer["verdict"]["frictional_stability"], "stable");
+/// assert_eq!(answer["region"], serde_json::json!([-0.5, 0.5]));
+/// ```
+#[must_use]
+pub fn ask(question: &str) -> String {
+    ask_until(question, 1, &|| false)
+}
+
+/// As [`ask`], with `threads` for maps. `cancel` is called every few milliseconds; once it returns true, the answer is the error "stopped".
+#[must_use]
+pub fn ask_until(question: &str, threads: usize, cancel: &dyn Fn() -> bool) -> String {
+    match answer(question, threads, cancel) {
+        Ok(Some(answer)) => answer,
+        Ok(None) => json!({ "error": "stopped" }).to_string(),
+        Err(problem) => json!({ "error": problem }).to_string(),
+    }
+}
+
+/// The answer as JSON; `None` if it was cancelled.
+fn answer(
+    question: &str,
+    threads: usize,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<String>, String> {
+    let question: Question = serde_json::from_str(question).map_err(|e| e.to_string())?;
+    let text = |error: Error| error.to_string();
+    match question {
+        Question::Scene { scene } => {
+            let scene = read(scene)?;
+            Ok(Some(json!({ "scene": scene, "toml": scene.to_toml() }).to_string()))
+        }
+        Question::Posture { scene } => Ok(Some(about(&read(scene)?).to_string())),
+        Question::Motion { scene, frames } => {
+            if !(2..=MOST_FRAMES).contains(&frames) {
+                return Err(format!("frames = {frames} is outside 2 to {MOST_FRAMES}"));
+            }
+            let Scene { posture, start, options, excitation } = read(scene)?;
+            let options = Options { record: true, certify: false, ..options };
+            let run = simulate_excited_until(&posture, &start, &options, &excitation, cancel);
+            let Some(run) = run.map_err(text)? else { return Ok(None) };
+            let film = Film::of(&run, frames, cancel).map_err(text)?;
+            Ok(film.map(|film| written(&film)))
+        }
+        Question::Map { scene, over, quantity } => {
+            let Scene { posture, start, options, .. } = read(scene)?;
+            let axes: Result<Vec<_>, _> = over
+                .into_iter()
+                .map(|Over { path, values }| Axis::new(&path, values, &posture))
+                .collect();
+            let quantities: Result<Vec<_>, _> =
+                quantity.iter().map(|name| Quantity::parse(name)).collect();
+            let sweep = Sweep::new(&posture, axes.map_err(text)?, quantities.map_err(text)?)
+                .map_err(text)?
+                .with_jams(options.jams);
+            let sweep = if sweep.needs_start() {
+                let options = Options { certify: false, ..options };
+                sweep.from_start(start, options).map_err(text)?
+            } else {
+                sweep
+            };
+            let columns = sweep.run(0..sweep.size(), threads, cancel).map_err(text)?;
+            Ok(columns.map(|columns| {
+                let values: Vec<Values> = columns.into_iter().map(Values::from).collect();
+                let named: Vec<Value> = (quantity.iter().zip(&values))
+                    .map(|(name, values)| {
+                        let mut value = json!(values);
+                        value["name"] = json!(name);
+                        value
+                    })
+                    .collect();
+                json!({ "quantity": named }).to_string()
+            }))
+        }
+    }
+}
+
+impl From<Column> for Values {
+    fn from(column: Column) -> Self {
+        match column {
+            Column::Flags(values) => Self::Flags { values },
+            Column::Numbers(values) => Self::Numbers {
+                values: values
+                    .into_iter()
+                    .map(|value| value.is_finite().then_some(value))
+                    .collect(),
+            },
+            Column::Words { words, codes } => Self::Words { words, codes },
+        }
+    }
+}
+
+/// A scene as an object, or as a text in TOML.
+fn read(scene: Value) -> Result<Scene, String> {
+    match scene {
+        Value::String(text) => Scene::from_toml(&text).map_err(|e| e.to_string()),
+        object => Scene::deserialize(object).map_err(|e| format!("scene: {e}")),
+    }
+}
+
+fn written(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
+}
+
+/// A result, or the reason why there is none.
+fn or_error<T: Serialize>(result: Result<T, Error>) -> Value {
+    match result {
+        Ok(value) => json!(value),
+        Err(error) => json!({ "error": error.to_string() }),
+    }
+}
+
+/// All about the posture of a scene, at rest in its nominal configuration.
+fn about(scene: &Scene) -> Value {
+    let posture = &scene.posture;
+    let verdict = stability_with(posture, scene.options.jams).map(|verdict| {
+        let mut written = json!(verdict);
+        written["in_words"] = json!(verdict.in_words());
+        written["reason"] = json!(verdict.reason());
+        written
+    });
+    let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3]);
+    let modes = problem.and_then(|problem| contact_modes(&problem, Method::Auto)).map(|modes| {
+        let words: Vec<_> = modes.consistent().map(|mode| mode.word).collect();
+        json!({ "status": modes.status().name(), "consistent": words, "modes": modes.answers() })
+    });
+    json!({
+        "drawing": Drawing::of(posture),
+        "region": equilibrium_region(posture).map(|[low, high]| [Extended::from(low), Extended::from(high)]),
+        "friction_margin": friction_margin(posture),
+        "forces": static_forces(posture),
+        "modes": or_error(modes),
+        "verdict": or_error(verdict),
+    })
+}
