@@ -139,8 +139,6 @@ class _Server:
             for connection in self.connections:
                 connection.cancel()
             await asyncio.gather(*self.connections, return_exceptions=True)
-            # Aborted connections are closed in the next turn.
-            await asyncio.sleep(0)
 
     def _end_after(self, seconds: float) -> None:
         def end() -> None:

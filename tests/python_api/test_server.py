@@ -97,7 +97,9 @@ class Running:
         client.sendall(self.request("GET /alive?token={token}"))
         head = b""
         while b"\r\n\r\n:\n\n" not in head:
-            head += client.recv(4096)
+            part = client.recv(4096)
+            assert part, head
+            head += part
         assert head.startswith(b"HTTP/1.1 200 ")
         return client
 
@@ -629,6 +631,19 @@ def test_a_browser_that_cannot_be_opened_ends_the_server():
 
     with pytest.raises(OSError, match=r"no browser for http://127\.0\.0\.1:"):
         serve(PAGE, answer, opened=opened, limits=SHORT)
+
+
+def test_a_browser_that_is_left_later_is_no_failure(capfd):
+    left, threads = threading.Event(), []
+
+    def opened(url: str) -> None:
+        threads.append(threading.current_thread())
+        left.wait(5)
+
+    serve(PAGE, answer, opened=opened, limits=Limits(unopened=0.1))
+    left.set()
+    threads[0].join(5)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_port_in_use_is_named():
