@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -93,6 +93,10 @@ bits: wheel
 
 bench:
 	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes
+
+# The core as WebAssembly for pages: target/explorer/standfast.wasm; then tests/python_api/test_wasm.py compares it.
+explorer:
+	crates/wasm/build.sh
 
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:
