@@ -541,6 +541,7 @@ class Run:
         speed: float = 1.0,
         clock: Literal["real", "zeno"] = "real",
     ) -> None: ...
+    def film(self, frames: int = 2000) -> dict[str, Any]: ...
     def frame_times(
         self,
         fps: float = 30,

@@ -22,42 +22,6 @@ from standfast.units import described, quantities
 if TYPE_CHECKING:
     import xarray
 
-#: Colours of words, after Okabe and Ito: readable with every kind of colour vision. Unknown results are grey.
-COLORS = {
-    "stable": "#0072B2",
-    "unstable": "#D55E00",
-    "not-equilibrium": "#4D4D4D",
-    "theorem-3": "#004C78",
-    "theorem-3-loose": "#0072B2",
-    "goyal": "#56B4E9",
-    "corner-map": "#009E73",
-    "growing-cycle": "#D55E00",
-    "accelerating-mode": "#E69F00",
-    "no-solution": "#CC79A7",
-    "well": "#7E2CF0",
-    "neutral": "#B6FFB5",
-    "descending-pair": "#13042C",
-    "undecided": "#D9D9D9",
-    "rest": "#0072B2",
-    "zeno": "#56B4E9",
-    "escape": "#D55E00",
-    "sliding": "#E69F00",
-    "inconsistent": "#000000",
-    "ambiguous": "#CC79A7",
-    "jam": "#000000",
-    "modes": "#D55E00",
-    "energy": "#4D4D4D",
-    "flight": "#0072B2",
-    "cells": "#56B4E9",
-    "pairs": "#F0E442",
-    "degenerate": "#004C78",
-    "decided": "#D9D9D9",
-    "time-limit": "#D9D9D9",
-    "event-limit": "#4D4D4D",
-    "edge-contact": "#009E73",
-    "yes": "#0072B2",
-    "no": "#D9D9D9",
-}
 #: A map over both coordinates of the centre of mass is drawn to scale.
 PLACES = {"center_of_mass.x", "center_of_mass.y"}
 #: Width of a panel (one column of a paper), of its labels and of its scale of colours, in inches.

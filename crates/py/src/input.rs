@@ -461,6 +461,11 @@ pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
 }
 
+/// The number of frames of a film.
+pub(crate) fn frames(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    whole("frames", value, 2..=standfast::ask::MOST_FRAMES)
+}
+
 /// A time limit, in s; None: no limit.
 pub(crate) fn seconds(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     match optional("seconds", value)? {

@@ -617,6 +617,28 @@ impl PyRun {
         Ok(())
     }
 
+    /// What a player shows of the run, as a dict that JSON can hold: {"drawing", "frames", "phases", "impacts", "zeno_points", ...}. "frames"
+    /// has columns with an entry for each frame: t (s on the clock of the run), zeno (the other clock, see `film_time`), q, gaps (m) and
+    /// forces (N, (tangential, normal) of each contact).
+    ///
+    /// frames : their number, at least 2; some more are at the events. Raises ValueError for a run of a LocalModel without a body, and for a
+    /// run without record (record=False).
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    /// >>> film = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0)).film(frames=100)
+    /// >>> film["outcome"], film["frames"]["q"][0]
+    /// ('rest', [0.0, 0.011, 0.002])
+    #[pyo3(signature = (frames=2000))]
+    fn film<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = input::frames)] frames: usize,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let film = interruptible(py, |cancel| standfast::ask::Film::of(&self.0, frames, cancel))?;
+        py.import("json")?.call_method1("loads", (film.to_json(),))
+    }
+
     /// Times (k,) of the frames of a film with `fps` frames per second, s on the clock of the run. The first is the start, the last the end.
     ///
     /// clock : "real": `speed` seconds of the run in one second of the film. "zeno": towards the next Zeno point with infinitely many

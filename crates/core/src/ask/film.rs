@@ -119,6 +119,14 @@ impl Film {
     }
 }
 
+impl Film {
+    /// The film as JSON, without spaces; undefined numbers are null.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_else(|e| unreachable!("a film is JSON: {e}"))
+    }
+}
+
 impl Frames {
     /// The frames at these times. A time so deep in a sum of impacts that its state is not computed has none.
     fn of(

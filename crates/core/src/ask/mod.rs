@@ -161,7 +161,7 @@ fn answer(
             let run = simulate_excited_until(&posture, &start, &options, &excitation, cancel);
             let Some(run) = run.map_err(text)? else { return Ok(None) };
             let film = Film::of(&run, frames, cancel).map_err(text)?;
-            Ok(film.map(|film| written(&film)))
+            Ok(film.map(|film| film.to_json()))
         }
         Question::Map { scene, over, quantity } => {
             let Scene { posture, start, options, .. } = read(scene)?;
@@ -217,10 +217,6 @@ fn read(scene: Value) -> Result<Scene, String> {
         Value::String(text) => Scene::from_toml(&text).map_err(|e| e.to_string()),
         object => Scene::deserialize(object).map_err(|e| format!("scene: {e}")),
     }
-}
-
-fn written(value: &impl Serialize) -> String {
-    serde_json::to_string(value).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))
 }
 
 /// A result, or the reason why there is none.

@@ -1,0 +1,616 @@
+// The explorer: a scene to drag and kick, with its verdict, its modes, the map of stable places of the centre of mass, and its motion.
+import { Stage, INK, escaped, placed, nominal } from "./stage.js";
+import { Player, few } from "./player.js";
+import { PRESETS } from "./presets.js";
+
+// Frames of a film. Cells of the coarse map and of the fine one, along each side; the fine map is asked for by rows.
+const FRAMES = 1200, COARSE = 60, FINE = 240, ROWS = 24;
+// Quiet time before the fine map is computed, ms. Number of steps that can be undone.
+const IDLE = 350, MOST_STEPS = 200;
+// Speed of a kick along an arrow as long as the body, in units of √(g · size). Arrow shorter than this (px) is no kick.
+const KICK = 0.6, LEAST_KICK = 8;
+// Step of a key, as a share of the size of the body, or of the range of an angle.
+const STEP = 0.01;
+// Distance of the handle of a slope from its contact, in sizes of the body.
+const KNOB = 0.42;
+
+const LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
+const MARKS = { stable: "✓", unstable: "✗", undecided: "?" };
+const VIEWS = { stable: "Stable", unstable: "Unstable", undecided: "Undecided" };
+
+const SLIDERS = [
+  { name: "friction μ, all contacts", low: 0, high: 2, step: 0.01, get: (s) => s.contact[0].friction ?? 0, set: (s, v) => s.contact.forEach((c) => { c.friction = v; }) },
+  { name: "restitution e", low: 0, high: 0.95, step: 0.01, get: (s) => s.restitution, set: (s, v) => { s.restitution = v; s.contact.forEach((c) => delete c.restitution); } },
+  { name: "tangential restitution e_t", low: 0, high: 0.95, step: 0.01, get: (s) => s.contact[0].tangential_restitution ?? 0, set: (s, v) => s.contact.forEach((c) => { c.tangential_restitution = v; }) },
+  { name: "radius of gyration ρ / m", low: 0.02, high: 2, step: 0.01, scaled: true, get: (s) => s.body.gyration_radius, set: (s, v) => { s.body.gyration_radius = v; } },
+  { name: "mass m / kg", low: 0.1, high: 20, step: 0.1, get: (s) => s.body.mass, set: (s, v) => { s.body.mass = v; } },
+];
+
+const HTML = `
+<header class="sf-bar">
+  <strong>standfast</strong>
+  <label>scene <select class="sf-preset" aria-label="Scene"></select></label>
+  <button class="sf-open" title="Open a scene file">Open</button><input class="sf-file" type="file" accept=".toml,.json" hidden>
+  <button class="sf-save" title="Save the scene as a file">Save</button>
+  <button class="sf-png" title="Save the picture as PNG">PNG</button>
+  <button class="sf-svg" title="Save the picture as SVG">SVG</button>
+  <button class="sf-link" title="Copy a link that holds the scene">Link</button>
+  <button class="sf-undo" title="Undo (Ctrl+Z)" aria-label="Undo">↶</button>
+  <button class="sf-redo" title="Redo (Ctrl+Y)" aria-label="Redo">↷</button>
+  <button class="sf-theme" title="Light or dark" aria-label="Light or dark">◐</button>
+</header>
+<main class="sf-main">
+  <section class="sf-left">
+    <div class="sf-view"></div>
+    <p class="sf-hint">Drag the centre of mass ◕, the contacts and the knobs of their slopes. Drag from the body to kick it. Keys: Tab and arrows move, K kicks, space plays.</p>
+    <div class="sf-film"></div>
+  </section>
+  <section class="sf-right">
+    <div class="sf-verdict" role="status"></div>
+    <div class="sf-error" role="alert" hidden></div>
+    <div class="sf-legend"></div>
+    <div class="sf-modes"></div>
+    <div class="sf-sliders"></div>
+    <div class="sf-choices">
+      <label>law of impact <select class="sf-law">${LAWS.map((law) => `<option>${law}</option>`).join("")}</select></label>
+      <label>jams <select class="sf-jams"><option>none</option><option>impact</option></select></label>
+      <label><input type="checkbox" class="sf-showmap" checked> map of stable places</label>
+    </div>
+  </section>
+</main>`;
+
+const copied = (value) => JSON.parse(JSON.stringify(value));
+const plain = (value) => (typeof value === "number" ? few(value) : escaped(value));
+
+export class Explorer {
+  // root: the element that is filled. ask: question → promise of its answer. scene: to begin with. colors: of the words of a map.
+  constructor(root, { ask, scene, colors, link = true }) {
+    root.classList.add("sf-root", "sf-explorer");
+    root.innerHTML = HTML;
+    root.tabIndex = -1;
+    Object.assign(this, { root, ask, colors, link });
+    this.find = (name) => root.querySelector(`.sf-${name}`);
+    this.past = [];
+    this.future = [];
+    this.turn = 0; // of the questions about the scene
+    this.stage = new Stage(this.find("view"), "The body on its ground");
+    this.player = new Player(this.find("film"), this.stage);
+    this.player.onframe = () => { this.stage.layers.handles.innerHTML = ""; this.stage.drawMap(null); };
+    this.find("preset").innerHTML = ["", ...Object.keys(PRESETS)].map((name) => `<option value="${name}">${name || "—"}</option>`).join("");
+    this.build();
+    this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => this.setTheme(event.matches ? "dark" : "light"));
+    this.begin(scene);
+  }
+
+  async begin(scene) {
+    const held = this.link ? this.held() : null;
+    await this.open(held ?? scene ?? PRESETS[Object.keys(PRESETS)[0]]);
+    if (!held && !scene) this.find("preset").value = Object.keys(PRESETS)[0];
+    if (this.link) addEventListener("hashchange", () => { const again = this.held(); if (again && JSON.stringify(again) !== JSON.stringify(this.scene)) this.open(again); });
+  }
+
+  // ---- The scene and its history.
+
+  // Opens a scene, as an object or as a text in TOML. One that is wrong changes nothing but the message.
+  async open(scene, { fit = true } = {}) {
+    const answer = await this.question({ ask: "scene", scene });
+    if (answer.error) return this.complain(answer.error);
+    this.remember();
+    this.scene = answer.scene;
+    await this.changed({ fit, play: false });
+    return this.scene;
+  }
+
+  remember() {
+    if (!this.scene) return;
+    this.past.push(JSON.stringify(this.scene));
+    if (this.past.length > MOST_STEPS) this.past.shift();
+    this.future = [];
+  }
+
+  async undo(from = this.past, to = this.future) {
+    if (!from.length) return;
+    to.push(JSON.stringify(this.scene));
+    this.scene = JSON.parse(from.pop());
+    await this.changed({ fit: true });
+  }
+
+  async question(question) {
+    try {
+      return await this.ask(question);
+    } catch (error) {
+      return { error: String(error.message ?? error) };
+    }
+  }
+
+  complain(text) {
+    const box = this.find("error");
+    box.hidden = !text;
+    box.textContent = text ?? "";
+  }
+
+  // Asks again about the scene that has changed. While an answer is awaited, later changes replace each other.
+  async changed({ fit = false, play = false, settled = true } = {}) {
+    this.turn += 1;
+    this.wanted = { fit: fit || this.wanted?.fit, play: play || this.wanted?.play, settled };
+    if (this.asking) return this.asking;
+    this.asking = this.answer().finally(() => { this.asking = null; });
+    return this.asking;
+  }
+
+  async answer() {
+    while (this.wanted) {
+      const { fit, play, settled } = this.wanted;
+      this.wanted = null;
+      this.player.pause();
+      const scene = copied(this.scene);
+      const about = await this.question({ ask: "posture", scene });
+      if (this.wanted) { this.wanted.fit ||= fit; continue; }
+      this.complain(about.error);
+      if (about.error) continue;
+      this.about = about;
+      if (fit) this.fit();
+      this.arrange();
+      this.report();
+      if (this.find("showmap").checked) await this.drawMap(COARSE);
+      if (settled && !this.wanted) await this.settle(scene, play);
+    }
+  }
+
+  // What takes longer: the film, then the fine map.
+  async settle(scene, play) {
+    if (this.link) history.replaceState(null, "", `#scene=${encoded(this.scene)}`);
+    this.controls();
+    const film = await this.question({ ask: "motion", scene, frames: FRAMES });
+    if (this.wanted) return;
+    if (film.error) {
+      this.complain(film.error);
+    } else {
+      this.load(film, play);
+    }
+    const turn = this.turn;
+    clearTimeout(this.idle);
+    if (this.find("showmap").checked) this.idle = setTimeout(() => { if (turn === this.turn) this.drawMap(FINE); }, IDLE);
+  }
+
+  load(film, play) {
+    this.film = film;
+    const { stage, player } = this;
+    const view = stage.view;
+    player.load(film);
+    const fitted = stage.view;
+    if (play) {
+      this.watching = true;
+      this.find("view").dataset.watching = "yes";
+      player.play();
+    } else {
+      this.arrange();
+    }
+    // The picture shows the whole motion, and what it showed.
+    if (!player.follows) stage.view = { low: fitted.low.map((v, k) => Math.min(v, view.low[k])), high: fitted.high.map((v, k) => Math.max(v, view.high[k])) };
+    if (!play) this.arrange();
+  }
+
+  // ---- The picture of the posture.
+
+  fit() {
+    const { drawing } = this.about;
+    const { size, center_of_mass: [x, y] } = drawing;
+    const points = [...drawing.corners, ...drawing.contacts, [x, y]];
+    const low = Math.min(...points.map((p) => p[1]));
+    const high = Math.max(...points.map((p) => p[1]));
+    const left = Math.min(...points.map((p) => p[0]));
+    const right = Math.max(...points.map((p) => p[0]));
+    this.stage.shift = null;
+    this.stage.fit([[left - 0.3 * size, low - 0.35 * size], [right + 0.3 * size, high + 0.35 * size]]);
+  }
+
+  // Shows the posture at rest with its handles, and not the film.
+  arrange() {
+    this.watching = false;
+    this.find("view").dataset.watching = "no";
+    this.stage.shift = null;
+    const { about, stage } = this;
+    const q = [0, 0, 0];
+    const word = about.modes.consistent?.length === 1 ? about.modes.consistent[0] : null;
+    const mode = about.modes.modes?.find((m) => m.word === word);
+    // Forces at rest where they are one.
+    stage.draw({ drawing: about.drawing, q, frozen: false, letters: this.touching(word), forces: this.touching(mode?.forces), region: about.region, kick: this.drawnKick(), flash: null });
+    this.showMap();
+    this.handles();
+  }
+
+  // Of each contact, what a list has for those that touch.
+  touching(list) {
+    if (!list) return null;
+    if (list.length === this.about.drawing.contacts.length) return list;
+    const touch = this.about.verdict.contacts ?? [];
+    return this.about.drawing.contacts.map((_, k) => (touch.includes(k + 1) ? list[touch.indexOf(k + 1)] : null));
+  }
+
+  drawnKick() {
+    const kick = this.dragged ?? this.scene.kick?.[0];
+    if (!kick || !Math.hypot(...kick.impulse)) return null;
+    const to = kick.point ?? this.scene.body.center_of_mass;
+    const unit = this.kickUnit();
+    return { to, from: to.map((v, k) => v - kick.impulse[k] / unit), label: `kick ${few(Math.hypot(...kick.impulse))} N s` };
+  }
+
+  // Impulse of an arrow of one metre, N s.
+  kickUnit() {
+    const { drawing } = this.about;
+    const gravity = this.scene.gravity || 9.81;
+    return this.scene.body.mass * KICK * Math.sqrt(gravity * drawing.size) / drawing.size;
+  }
+
+  handles() {
+    const { stage, scene } = this;
+    const own = !scene.terrain && scene.ground !== "shared";
+    const knob = KNOB * this.about.drawing.size;
+    const list = [{ name: "centre of mass", at: scene.body.center_of_mass, move: (p) => { scene.body.center_of_mass = p; }, shape: "round" }];
+    scene.contact.forEach((contact, k) => {
+      list.push({ name: `contact ${k + 1}`, at: contact.point, shape: "square", move: (p) => this.moveContact(k, p) });
+      const slope = contact.slope ?? 0;
+      const place = [contact.point[0] + knob * Math.cos(slope), contact.point[1] + knob * Math.sin(slope)];
+      if (own) {
+        list.push({ name: `slope of contact ${k + 1}`, at: place, shape: "knob", angle: slope, from: contact.point,
+          move: ([x, y]) => { contact.slope = Math.atan2(y - contact.point[1], x - contact.point[0]); } });
+      }
+    });
+    (scene.terrain ?? []).forEach((vertex, k) => list.push({ name: `vertex ${k + 1} of the ground`, at: vertex, shape: "diamond", move: (p) => { scene.terrain[k] = p; } }));
+    const ink = INK[this.theme];
+    const looks = { round: "r=11", square: "r=11", knob: "r=6", diamond: "r=6" };
+    const active = document.activeElement?.dataset?.handle;
+    stage.layers.handles.innerHTML = list.map(({ name, at, shape, from }, k) => {
+      const [x, y] = stage.toScreen(at);
+      const line = from ? `<path d="M${stage.toScreen(from).join(" ")}L${x} ${y}" stroke="${ink.faint}" stroke-dasharray="3 3" pointer-events="none"/>` : "";
+      const solid = shape === "knob" || shape === "diamond";
+      return `${line}<circle data-handle="${k}" tabindex="0" role="button" aria-label="${name}: arrow keys move it" cx="${x}" cy="${y}" ${looks[shape]}`
+        + ` fill="${solid ? ink.paper : "transparent"}" stroke="${solid ? ink.faint : ink.faint}" stroke-opacity="${solid ? 1 : 0.55}" style="cursor:grab"><title>${name}</title></circle>`;
+    }).join("");
+    this.list = list;
+    if (active !== undefined) stage.svg.querySelector(`[data-handle="${active}"]`)?.focus();
+  }
+
+  // A contact at a corner of the outline takes the corner along.
+  moveContact(k, p) {
+    const contact = this.scene.contact[k];
+    const corner = this.scene.body.outline?.findIndex((c) => c[0] === contact.point[0] && c[1] === contact.point[1]) ?? -1;
+    if (corner >= 0) this.scene.body.outline[corner] = [...p];
+    contact.point = [...p];
+  }
+
+  // ---- Pointers and keys.
+
+  build() {
+    const { svg } = this.stage;
+    svg.addEventListener("pointerdown", (event) => this.press(event));
+    svg.addEventListener("pointermove", (event) => this.drag(event));
+    svg.addEventListener("pointerup", (event) => this.release(event));
+    svg.addEventListener("pointercancel", () => this.cancel());
+    svg.addEventListener("keydown", (event) => this.nudge(event));
+    this.root.addEventListener("keydown", (event) => this.key(event));
+    this.find("preset").onchange = (event) => { if (event.target.value) this.open(PRESETS[event.target.value]); };
+    this.find("open").onclick = () => this.find("file").click();
+    this.find("file").onchange = (event) => this.read(event.target.files[0]);
+    this.root.addEventListener("dragover", (event) => event.preventDefault());
+    this.root.addEventListener("drop", (event) => { event.preventDefault(); this.read(event.dataTransfer.files[0]); });
+    this.find("save").onclick = () => this.save();
+    this.find("svg").onclick = () => download("standfast.svg", new Blob([this.stage.picture()], { type: "image/svg+xml" }));
+    this.find("png").onclick = () => this.png();
+    this.find("link").onclick = () => this.copyLink();
+    this.find("undo").onclick = () => this.undo();
+    this.find("redo").onclick = () => this.undo(this.future, this.past);
+    this.find("theme").onclick = () => this.setTheme(this.theme === "dark" ? "light" : "dark");
+    this.find("showmap").onchange = () => this.changed();
+    this.find("law").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, impact: event.target.value }; if (event.target.value !== "newton") delete scene.run.simultaneous; });
+    this.find("jams").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, jams: event.target.value }; });
+    this.find("sliders").innerHTML = SLIDERS.map(({ name, low, high, step }, k) =>
+      `<label>${escaped(name)}<input type="range" data-slider="${k}" min="${low}" max="${high}" step="${step}" aria-label="${escaped(name)}"><output></output></label>`).join("");
+    this.find("sliders").addEventListener("pointerdown", () => this.remember());
+    this.find("sliders").addEventListener("keydown", (event) => { if (event.key.startsWith("Arrow")) this.remember(); });
+    this.find("sliders").addEventListener("input", (event) => this.slide(event.target, false));
+    this.find("sliders").addEventListener("change", (event) => this.slide(event.target, true));
+    if (!this.link) this.find("link").hidden = true;
+    new ResizeObserver(() => { this.stage.resize(); if (this.about && !this.watching) this.arrange(); }).observe(this.find("view"));
+    // A press on play, or on a time, shows the film.
+    this.find("film").addEventListener("pointerdown", () => this.watch(), true);
+    this.find("film").addEventListener("keydown", () => this.watch(), true);
+  }
+
+  watch() {
+    this.watching = true;
+    this.find("view").dataset.watching = "yes";
+  }
+
+  edit(change, options) {
+    this.remember();
+    change(this.scene);
+    return this.changed(options);
+  }
+
+  slide(input, settled) {
+    const slider = SLIDERS[input.dataset.slider];
+    slider.set(this.scene, Number(input.value));
+    input.nextElementSibling.textContent = few(Number(input.value));
+    this.changed({ settled });
+  }
+
+  press(event) {
+    const handle = event.target.dataset.handle;
+    this.stage.svg.setPointerCapture(event.pointerId);
+    if (handle !== undefined && !this.watching) {
+      event.target.focus();
+      this.remember();
+      const at = this.stage.pointer(event);
+      this.held_handle = { index: Number(handle), off: this.list[handle].at.map((v, k) => v - at[k]) };
+    } else if (event.target.classList.contains("body")) {
+      const { drawing } = this.about;
+      const q = this.watching ? this.player.now.q : [0, 0, 0];
+      this.kicking = { from: this.stage.pointer(event), point: nominal(this.stage.pointer(event), drawing, q) };
+    } else if (this.watching) {
+      this.player.pause();
+      this.arrange();
+    }
+  }
+
+  drag(event) {
+    const at = this.stage.pointer(event);
+    if (this.held_handle) {
+      const { index, off } = this.held_handle;
+      this.list[index].move(at.map((v, k) => v + off[k]));
+      this.changed({ settled: false });
+    } else if (this.kicking) {
+      this.player.pause();
+      const { from, point } = this.kicking;
+      const unit = this.kickUnit();
+      this.dragged = { impulse: at.map((v, k) => (v - from[k]) * unit), point };
+      this.arrange();
+    }
+  }
+
+  release() {
+    if (this.held_handle) {
+      this.held_handle = null;
+      this.changed();
+    } else if (this.kicking) {
+      const kick = this.dragged;
+      this.kicking = this.dragged = null;
+      if (kick && Math.hypot(...kick.impulse) / this.kickUnit() * this.stage.scale >= LEAST_KICK) this.kick(kick);
+      else this.arrange();
+    }
+  }
+
+  cancel() {
+    this.held_handle = this.kicking = this.dragged = null;
+    this.arrange();
+  }
+
+  // Kicks the body at rest in its posture, and shows what follows.
+  kick({ impulse, point }) {
+    return this.edit((scene) => {
+      scene.start = { q: [0, 0, 0], qdot: [0, 0, 0] };
+      scene.kick = [{ time: scene.run?.time ?? 0, impulse, point }];
+      if (scene.run?.model === "local") delete scene.run.model;
+      delete scene.run?.certify;
+    }, { play: true });
+  }
+
+  nudge(event) {
+    const handle = this.list?.[event.target.dataset?.handle];
+    const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (!handle || !way) return;
+    event.preventDefault();
+    const step = STEP * (event.shiftKey ? 10 : 1);
+    const turned = handle.angle !== undefined;
+    const size = this.about.drawing.size;
+    const angle = handle.angle + step * (way[0] + way[1]);
+    const to = turned ? [handle.from[0] + Math.cos(angle), handle.from[1] + Math.sin(angle)] : handle.at.map((v, k) => v + step * size * way[k]);
+    this.edit(() => handle.move(to));
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey) {
+      const key = event.key.toLowerCase();
+      if (key === "z" && !event.shiftKey) this.undo();
+      else if (key === "y" || key === "z") this.undo(this.future, this.past);
+      else return;
+      event.preventDefault();
+      return;
+    }
+    if (event.target.matches("input:not([type=checkbox]):not([type=range]), select")) return;
+    if (event.key.toLowerCase() === "k") {
+      const { drawing } = this.about;
+      this.kick({ impulse: [0.5 * drawing.size * this.kickUnit(), 0], point: this.scene.body.center_of_mass });
+    } else if (!(event.key === " " && event.target.matches("button, input")) && [" ", ",", "."].includes(event.key)) {
+      this.watch();
+      this.player.key(event);
+      event.preventDefault();
+    }
+  }
+
+  // ---- The report.
+
+  report() {
+    const { verdict, region, friction_margin: margin, modes } = this.about;
+    const box = this.find("verdict");
+    const state = verdict.frictional_stability ?? "undecided";
+    box.dataset.state = state;
+    const rows = [];
+    const x = this.scene.body.center_of_mass[0];
+    if (verdict.error) rows.push(["why not", verdict.error]);
+    rows.push(["equilibrium", region ? `centre of mass at ${few(x)} m, region ${region.map(plain).join(" … ")} m` : "no position of the centre of mass is held"]);
+    if (margin !== null && margin >= 0) rows.push(["friction margin", few(margin)]);
+    if (verdict.amplification) rows.push(["amplification", `no later motion is faster than ${few(verdict.amplification)} times the kick`]);
+    if (verdict.laws && state === "stable") rows.push(["impact laws", verdict.laws.join(", ")]);
+    const by = verdict.by ?? verdict.reason ?? "";
+    box.innerHTML = `<h2><span aria-hidden="true">${MARKS[state]}</span> ${VIEWS[state]}${by ? `<small>${escaped(by)}</small>` : ""}</h2>`
+      + `<p>${escaped(verdict.in_words ?? "")}</p><dl>${rows.map(([name, text]) => `<dt>${escaped(name)}</dt><dd>${escaped(text)}</dd>`).join("")}</dl>`;
+    const words = modes.consistent ?? [];
+    const list = [...(modes.modes ?? [])].sort((a, b) => b.consistent - a.consistent);
+    const vector = (v) => `(${v.map((a) => (a === null ? "–" : plain(a))).join(", ")})`;
+    this.find("modes").innerHTML = modes.error ? `<p>${escaped(modes.error)}</p>` : `<h3>Contact modes at rest: ${escaped(modes.status)}</h3><div class="sf-table"><table><thead><tr><th>mode</th><th>q̈ / (m/s², rad/s²)</th><th>forces (t, n) / N</th></tr></thead><tbody>`
+      + list.slice(0, Math.max(words.length, 6)).map((mode) => `<tr class="${mode.consistent ? "yes" : "no"}"><td>${mode.consistent ? "✓" : "✗"} ${escaped(mode.word)}</td><td>${vector(mode.acceleration)}</td><td>${mode.forces.map(vector).join(" ")}</td></tr>`).join("")
+      + "</tbody></table></div><p class=\"sf-small\">S separate, F fixed, R and L slide right and left; ✗ contradicts Coulomb's law.</p>";
+  }
+
+  controls() {
+    const { scene } = this;
+    for (const input of this.root.querySelectorAll("[data-slider]")) {
+      const slider = SLIDERS[input.dataset.slider];
+      const value = slider.get(scene);
+      if (slider.scaled) input.max = Math.max(Number(input.max), 2 * value);
+      else if (value > Number(input.max)) input.max = value;
+      if (value < Number(input.min)) input.min = value;
+      input.value = value;
+      input.nextElementSibling.textContent = few(value);
+    }
+    this.find("law").value = scene.run?.impact ?? "newton";
+    this.find("jams").value = scene.run?.jams ?? "none";
+    this.find("undo").disabled = !this.past.length;
+    this.find("redo").disabled = !this.future.length;
+    const name = Object.keys(PRESETS).find((key) => JSON.stringify(PRESETS[key]) === JSON.stringify(scene));
+    if (!name) this.find("preset").value = "";
+  }
+
+  // ---- The map of the centre of mass.
+
+  // Computes the map over the part of the world that is seen, all at once or by rows.
+  async drawMap(cells) {
+    const turn = this.turn;
+    const { stage } = this;
+    const low = stage.toWorld([0, stage.height]), high = stage.toWorld([stage.width, 0]);
+    const columns = cells, rows = cells;
+    const at = (k, axis, count) => low[axis] + (k + 0.5) / count * (high[axis] - low[axis]);
+    const xs = Array.from({ length: columns }, (_, k) => at(k, 0, columns));
+    const ys = Array.from({ length: rows }, (_, k) => at(k, 1, rows));
+    const image = new ImageData(columns, rows);
+    const found = new Map();
+    const words = new Uint8Array(columns * rows);
+    const step = cells > COARSE ? ROWS : rows;
+    let names;
+    for (let from = 0; from < rows; from += step) {
+      const part = ys.slice(from, from + step);
+      const scene = copied(this.scene);
+      const answer = await this.question({ ask: "map", scene, over: [{ path: "center_of_mass.y", values: part }, { path: "center_of_mass.x", values: xs }], quantity: ["by"] });
+      if (cells > COARSE && turn !== this.turn) return;
+      if (answer.error) {
+        this.map = null;
+        this.find("legend").textContent = "";
+        return;
+      }
+      const { codes, words: all } = answer.quantity[0];
+      names = all;
+      codes.forEach((code, k) => {
+        const row = from + Math.floor(k / columns), column = k % columns;
+        const place = (rows - 1 - row) * columns + column;
+        words[place] = code;
+        found.set(all[code], (found.get(all[code]) ?? 0) + 1);
+        image.data.set([...rgb(this.colors[all[code]] ?? "#808080"), all[code] === "not-equilibrium" ? 70 : 255], 4 * place);
+      });
+    }
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [columns, rows];
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    this.map = { url: canvas.toDataURL(), low, high, found, names, words, columns, rows };
+    this.showMap();
+    this.legend();
+  }
+
+  showMap() {
+    if (this.watching) return;
+    if (this.map && this.find("showmap").checked) this.stage.drawMap(this.map.url, this.map.low, this.map.high);
+    else this.stage.drawMap(null);
+  }
+
+  legend() {
+    const order = Object.keys(this.colors);
+    const words = [...this.map.found.keys()].sort((a, b) => order.indexOf(a) - order.indexOf(b));
+    this.find("legend").innerHTML = `<h3>If the centre of mass were there</h3>${words.map((word) => `<span><i style="background:${this.colors[word]}"></i>${escaped(word)}</span>`).join("")}`;
+  }
+
+  // ---- Files, links, look.
+
+  async read(file) {
+    if (!file) return;
+    if (file.size > 1 << 20) return this.complain(`${file.name} is larger than 1 MiB`);
+    const text = await file.text();
+    let scene = text;
+    if (/\.json$/i.test(file.name)) {
+      try {
+        scene = JSON.parse(text);
+      } catch (error) {
+        return this.complain(`${file.name}: ${error.message}`);
+      }
+    }
+    this.find("file").value = "";
+    return this.open(scene);
+  }
+
+  async save() {
+    const answer = await this.question({ ask: "scene", scene: this.scene });
+    if (answer.error) this.complain(answer.error);
+    else download("scene.toml", new Blob([answer.toml], { type: "text/plain" }));
+  }
+
+  async png() {
+    const image = new Image();
+    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(this.stage.picture())}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [2 * this.stage.width, 2 * this.stage.height];
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    canvas.toBlob((blob) => download("standfast.png", blob));
+  }
+
+  async copyLink() {
+    const url = new URL(location.href);
+    url.search = "";
+    url.hash = `scene=${encoded(this.scene)}`;
+    const button = this.find("link");
+    try {
+      await navigator.clipboard.writeText(url.href);
+      button.textContent = "Copied";
+    } catch {
+      button.textContent = "See address bar";
+    }
+    setTimeout(() => { button.textContent = "Link"; }, 1500);
+  }
+
+  // The scene that the address holds.
+  held() {
+    const text = new URLSearchParams(location.hash.slice(1)).get("scene");
+    if (!text) return null;
+    try {
+      return JSON.parse(new TextDecoder().decode(Uint8Array.from(atob(text.replace(/-/g, "+").replace(/_/g, "/")), (c) => c.charCodeAt(0))));
+    } catch {
+      this.complain("the link holds no scene");
+      return null;
+    }
+  }
+
+  setTheme(theme) {
+    this.theme = theme;
+    this.root.dataset.theme = theme;
+    this.stage.ink = INK[theme];
+    this.player.setTheme(theme);
+    if (this.about && !this.watching) this.arrange();
+  }
+}
+
+// A scene as text for an address.
+export function encoded(scene) {
+  const bytes = new TextEncoder().encode(JSON.stringify(scene));
+  return btoa(String.fromCharCode(...bytes)).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
+}
+
+const rgb = (color) => [1, 3, 5].map((k) => Number.parseInt(color.slice(k, k + 2), 16));
+
+function download(name, blob) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

@@ -1,0 +1,347 @@
+// The player: a film of a run on a stage, by two clocks, with its gaps over time.
+import { Stage, INK, escaped, placed } from "./stage.js";
+
+// Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
+const REAL = 5, ZENO = 20;
+// Seconds of a film during which an impact and a kick are shown.
+const FLASH = 0.25, KICK = 0.8;
+// Colours and dashes of the curves of gaps.
+const CURVES = { light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7"], dark: ["#7cc4f0", "#ff8a4c", "#3ddba4", "#e8a5cb"] };
+const DASHES = [[], [8, 3], [2, 3], [8, 3, 2, 3]];
+// Least gap on the logarithmic axis, m.
+const LEAST = 1e-13;
+const SUPERSCRIPT = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+const HTML = `
+<div class="sf-stage"></div>
+<div class="sf-controls">
+  <button class="sf-before" title="Event before (,)" aria-label="Event before">⏮</button>
+  <button class="sf-play" title="Play or pause (space)" aria-label="Play">▶</button>
+  <button class="sf-after" title="Next event (.)" aria-label="Next event">⏭</button>
+  <input class="sf-seek" type="range" min="0" max="1" step="any" value="0" aria-label="Time of the film">
+  <label>clock <select class="sf-clock"><option value="real">real time</option><option value="zeno">Zeno time</option></select></label>
+  <label>speed <select class="sf-speed"></select></label>
+</div>
+<div class="sf-readout" aria-live="off"></div>
+<div class="sf-gaps"></div>`;
+
+// A time or a length in a few digits.
+export function few(value) {
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e-3 && size < 1e4) return Number(value.toPrecision(4)).toString();
+  const [digits, power] = value.toExponential(1).split("e");
+  return `${digits}·10${[...power.replace("+", "")].map((c) => (c === "-" ? "⁻" : SUPERSCRIPT[c])).join("")}`;
+}
+
+export class Player {
+  // root: the element that is filled. stage: another element for the picture of the body, or null for one of its own.
+  constructor(root, stage = null) {
+    root.classList.add("sf-player");
+    root.innerHTML = HTML;
+    this.root = root;
+    this.find = (name) => root.querySelector(`.sf-${name}`);
+    if (stage) this.find("stage").remove();
+    this.stage = stage ?? new Stage(this.find("stage"), "The body on its ground");
+    this.theme = "light";
+    this.position = 0;
+    this.playing = false;
+    this.onframe = () => {};
+    this.find("play").onclick = () => this.toggle();
+    this.find("before").onclick = () => this.step(-1);
+    this.find("after").onclick = () => this.step(1);
+    this.find("seek").oninput = (event) => this.seek(Number(event.target.value));
+    this.find("clock").onchange = (event) => this.setClock(event.target.value);
+    this.find("speed").onchange = (event) => { this.speed = Number(event.target.value); };
+    new ResizeObserver(() => this.resize()).observe(root);
+  }
+
+  load(film, { play = false, clock = this.clock ?? "real" } = {}) {
+    this.pause();
+    this.film = film;
+    const { frames } = film;
+    this.seconds = { real: frames.t.map((t) => t - film.start), zeno: frames.zeno };
+    this.largest = Math.max(0, ...frames.forces.flat().map((f) => Math.hypot(f[0] ?? 0, f[1] ?? 0)));
+    const times = new Set([film.start, film.end]);
+    for (const event of [film.impacts, film.zeno_points].flat()) times.add(event.time);
+    for (const phase of film.phases) times.add(phase.start);
+    for (const kick of film.kicks ?? []) if (kick.time <= film.end) times.add(kick.time);
+    this.impactTimes = film.impacts.map((impact) => impact.time);
+    this.events = [...times].sort((a, b) => a - b);
+    const far = film.zeno_points.some((point) => point.infinite);
+    this.find("clock").querySelector("[value=zeno]").disabled = !far;
+    this.frame();
+    this.setClock(far ? clock : "real", 0);
+    if (play) this.play();
+  }
+
+  // The part of the world that the film shows. Where the body moves far, the picture goes with it.
+  frame() {
+    const { film } = this;
+    const { drawing, frames } = film;
+    const shape = drawing.corners.length ? drawing.corners : [[-1, -1], [-1, 1], [1, 1], [1, -1]].map(
+      (sign) => sign.map((s, k) => drawing.center_of_mass[k] + s * drawing.gyration_radius));
+    const step = Math.max(1, Math.floor(frames.q.length / 400));
+    const all = [];
+    for (let k = 0; k < frames.q.length; k += step) all.push(...shape.map((p) => placed(p, drawing, frames.q[k], this.frozen)));
+    all.push(...shape.map((p) => placed(p, drawing, frames.q.at(-1), this.frozen)));
+    const spread = Math.max(...[0, 1].map((k) => Math.max(...all.map((p) => p[k])) - Math.min(...all.map((p) => p[k]))));
+    this.follows = spread > 16 * drawing.size;
+    const size = drawing.size;
+    const near = this.follows ? [[-3, -2], [3, 3]].map((s) => s.map((v, k) => drawing.center_of_mass[k] + v * size)) : all;
+    // Room for the ground and for force arrows.
+    const low = Math.min(...near.map((p) => p[1]));
+    this.box = [...near, [near[0][0], low - 0.25 * size]];
+    this.stage.fit(this.box);
+  }
+
+  get frozen() {
+    return this.film.model === "local";
+  }
+
+  setClock(clock, at = null) {
+    const t = this.time;
+    this.clock = clock;
+    this.find("clock").value = clock;
+    this.column = this.seconds[clock];
+    this.whole = this.column.at(-1);
+    const normal = this.whole > 0 ? this.whole / (clock === "real" ? REAL : Math.min(ZENO, this.whole)) : 1;
+    this.setSpeed(normal);
+    this.find("seek").max = this.whole || 1;
+    this.plot();
+    this.seek(at ?? this.clockOf(t));
+  }
+
+  // The speed of the film, and others to choose around it.
+  setSpeed(speed) {
+    this.speed = speed;
+    const unit = this.clock === "real" ? (v) => `${few(v)} × real` : (v) => `${few(v)} decades/s`;
+    this.find("speed").innerHTML = [0.1, 0.25, 0.5, 1, 2, 5].map((factor) => factor * speed)
+      .map((v) => `<option value="${v}"${v === speed ? " selected" : ""}>${unit(v)}</option>`).join("");
+  }
+
+  // The time of the film at a time of the run.
+  clockOf(t) {
+    const { t: times } = this.film.frames;
+    const k = this.find_in(times, t);
+    const share = k + 1 < times.length ? (t - times[k]) / (times[k + 1] - times[k]) : 0;
+    return this.column[k] + share * ((this.column[k + 1] ?? this.column[k]) - this.column[k]);
+  }
+
+  // The last place in a sorted column with an entry that is not above the value.
+  find_in(column, value) {
+    let [low, high] = [0, column.length - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (column[middle] <= value) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  seek(position) {
+    this.position = Math.min(Math.max(position, 0), this.whole);
+    this.find("seek").value = this.position;
+    this.show();
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+  play() {
+    if (this.position >= this.whole) this.seek(0);
+    this.playing = true;
+    this.last = null;
+    this.find("play").textContent = "⏸";
+    this.find("play").setAttribute("aria-label", "Pause");
+    const tick = (now) => {
+      if (!this.playing) return;
+      if (this.last !== null) this.seek(this.position + (now - this.last) / 1000 * this.speed);
+      this.last = now;
+      if (this.position >= this.whole) this.pause();
+      else requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
+  pause() {
+    this.playing = false;
+    this.find("play").textContent = "▶";
+    this.find("play").setAttribute("aria-label", "Play");
+  }
+
+  // To the next event, or to the one before.
+  step(way) {
+    this.pause();
+    const now = this.time;
+    const next = way > 0 ? this.events.find((t) => t > now) : this.events.findLast((t) => t < now);
+    if (next === undefined) return;
+    const k = this.film.frames.t.indexOf(next);
+    this.seek(k >= 0 ? this.column[k] : this.clockOf(next));
+    this.exact = next;
+    this.show();
+  }
+
+  // The time of the run that is shown.
+  get time() {
+    return this.now?.t ?? this.film?.start ?? 0;
+  }
+
+  // The frame between two frames of the film.
+  between(position) {
+    const { frames } = this.film;
+    const k = this.find_in(this.column, position);
+    const next = Math.min(k + 1, frames.t.length - 1);
+    const gap = this.column[next] - this.column[k];
+    const share = gap > 0 ? (position - this.column[k]) / gap : 0;
+    const mixed = (a, b) => a + share * (b - a);
+    return {
+      k,
+      t: mixed(frames.t[k], frames.t[next]),
+      q: frames.q[k].map((v, i) => mixed(v, frames.q[next][i])),
+      gaps: frames.gaps[k],
+      forces: frames.forces[k],
+    };
+  }
+
+  show() {
+    if (!this.film) return;
+    const { film } = this;
+    const now = this.between(this.position);
+    if (this.exact !== undefined && this.exact !== null) now.t = this.exact;
+    this.exact = null;
+    this.now = now;
+    const phase = film.phases.findLast((p) => p.start <= now.t) ?? film.phases[0];
+    const near = (time, length) => {
+      const since = this.position - this.clockOf(time);
+      return now.t >= time && since <= length * this.speed;
+    };
+    const flash = new Set();
+    const last = this.find_in(this.impactTimes, now.t);
+    for (let k = last; k >= 0 && film.impacts[k] && near(film.impacts[k].time, FLASH); k--) flash.add(film.impacts[k].contact);
+    const { drawing } = film;
+    const kick = (film.kicks ?? []).findLast((kick) => near(kick.time, KICK) && Math.hypot(...kick.impulse) > 0);
+    const head = kick && placed(kick.point ?? drawing.center_of_mass, drawing, now.q, this.frozen);
+    const hardest = Math.max(0, ...(film.kicks ?? []).map((k) => Math.hypot(...k.impulse)));
+    const motion = film.ground_motion;
+    const begun = motion?.acceleration ? motion.times.findLastIndex((t) => t <= now.t) : -1;
+    if (this.follows) this.stage.shift = [now.q[0], now.q[1]];
+    this.stage.draw({
+      drawing, q: now.q, frozen: this.frozen, letters: phase?.mode, forces: now.forces, largest: this.largest, flash,
+      kick: kick && { from: head.map((v, i) => v - kick.impulse[i] / hardest * drawing.size), to: head },
+      shaking: begun < 0 ? null : { acceleration: motion.acceleration[begun], largest: Math.max(...motion.acceleration.map((a) => Math.hypot(...a))) },
+    });
+    this.read(phase);
+    this.chart?.setCursor({ left: this.chart.valToPos(this.position, "x"), top: -1 }, false);
+    this.onframe(now);
+  }
+
+  read(phase) {
+    const { film, now } = this;
+    const parts = [`t = ${now.t.toPrecision(7)} s`];
+    const next = film.zeno_points.find((point) => point.infinite && point.time > now.t);
+    if (next) parts.push(`${few(next.time - now.t)} s before the ${escaped(next.kind)} point`);
+    if (phase) parts.push(`mode ${escaped(phase.mode)}`);
+    if (this.position >= this.whole) parts.push(`end: ${escaped(film.outcome)}`);
+    this.find("readout").innerHTML = parts.map((text) => `<span>${text}</span>`).join("");
+  }
+
+  setTheme(theme) {
+    this.theme = theme;
+    this.stage.ink = INK[theme];
+    if (this.film) {
+      this.plot();
+      this.show();
+    }
+  }
+
+  resize() {
+    this.stage.resize();
+    if (!this.film) return;
+    this.chart?.setSize(this.chartSize());
+    this.show();
+  }
+
+  chartSize() {
+    return { width: Math.max(this.find("gaps").clientWidth, 80), height: 170 };
+  }
+
+  // The gaps over the time of the film; logarithmic by the Zeno clock.
+  plot() {
+    const logarithmic = this.clock === "zeno";
+    this.chart?.destroy();
+    const { frames } = this.film;
+    const ink = INK[this.theme];
+    const columns = this.film.drawing.contacts.map((_, c) => frames.gaps.map((gaps) => {
+      const gap = gaps[c];
+      return gap === null || (logarithmic && !(gap > LEAST)) ? null : gap;
+    }));
+    const axis = { stroke: ink.ink, grid: { stroke: ink.ground, width: 1 }, ticks: { stroke: ink.ground, width: 1 }, font: "12px system-ui", labelFont: "12px system-ui" };
+    this.chart = new uPlot({
+      ...this.chartSize(),
+      legend: { show: columns.length <= 8 && columns.length > 1, live: false },
+      cursor: { y: false, points: { show: false }, drag: { x: false, y: false }, lock: true },
+      scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
+      axes: [
+        { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
+        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { values: (u, values) => values.map(power) } : {}) },
+      ],
+      series: [{ label: "time" }, ...columns.map((_, c) => ({
+        label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },
+      }))],
+      hooks: { ready: [(u) => this.scrub(u)] },
+    }, [this.column, ...columns], this.find("gaps"));
+  }
+
+  // Pressing or dragging in the plot goes to that time.
+  scrub(chart) {
+    const go = (event) => {
+      const box = chart.over.getBoundingClientRect();
+      this.pause();
+      this.seek(chart.posToVal(event.clientX - box.left, "x"));
+    };
+    chart.over.addEventListener("pointerdown", (event) => {
+      chart.over.setPointerCapture(event.pointerId);
+      go(event);
+    });
+    chart.over.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
+    chart.over.style.cursor = "ew-resize";
+    chart.over.style.touchAction = "none";
+  }
+
+  // Keys: space, comma, full stop. Returns whether the key was one of them.
+  key(event) {
+    const act = { " ": () => this.toggle(), ",": () => this.step(-1), ".": () => this.step(1) }[event.key];
+    if (!act || !this.film) return false;
+    act();
+    return true;
+  }
+}
+
+// 10⁻³, 10⁰, …; nothing between.
+function power(value) {
+  const exponent = Math.log10(value ?? NaN);
+  if (!(Math.abs(exponent - Math.round(exponent)) < 1e-6) || Math.round(exponent) % 3) return null;
+  return `10${[...String(Math.round(exponent))].map((c) => (c === "-" ? "⁻" : SUPERSCRIPT[c])).join("")}`;
+}
+
+// Fills a page or a cell with a player of a film. speed: of the film, as a share of real time, or in decades of the time left per second.
+export function play(root, film, { clock = "real", speed = null } = {}) {
+  root.classList.add("sf-root");
+  const box = root.appendChild(document.createElement("div"));
+  const player = new Player(box);
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const look = () => {
+    root.dataset.theme = dark.matches ? "dark" : "light";
+    player.setTheme(root.dataset.theme);
+  };
+  dark.addEventListener("change", look);
+  look();
+  player.load(film, { clock });
+  if (speed) player.setSpeed(speed);
+  root.tabIndex = 0;
+  root.addEventListener("keydown", (event) => {
+    if (!event.target.matches("button, input, select") && player.key(event)) event.preventDefault();
+  });
+  return player;
+}

@@ -1,0 +1,59 @@
+// Scenes to begin with, in the form of the scene files.
+
+const ground = { gravity: 9.81, restitution: 0.1 };
+const box = (width, height, x = 0, y = 0) => [[x - width / 2, y], [x + width / 2, y], [x + width / 2, y + height], [x - width / 2, y + height]];
+const corners = (points, friction) => points.map((point) => ({ point, friction }));
+
+function block(width, height, friction) {
+  const outline = box(width, height);
+  return { body: { mass: 1, gyration_radius: Math.hypot(width, height) / Math.sqrt(12), center_of_mass: [0, height / 2], outline }, contact: corners(outline, friction), ground: "shared" };
+}
+
+export const PRESETS = {
+  "Legs on two slopes": {
+    ...ground,
+    body: { mass: 1, gyration_radius: 0.4, center_of_mass: [0.05, 0.35] },
+    contact: [{ point: [-0.5, 0], slope: -0.35, friction: 0.6 }, { point: [0.5, 0], slope: 0.35, friction: 0.6 }],
+  },
+  "A box and a push": { ...ground, restitution: 0.2, ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }], run: { impact: "poisson" } },
+  "Clattering rod": {
+    ...ground,
+    body: { mass: 1, gyration_radius: 0.2, center_of_mass: [0, 0] },
+    contact: [{ point: [-0.5, 0], friction: 0.5 }, { point: [0.5, 0], friction: 0.5 }],
+    start: { q: [0, 0.011, 0.0020000013333345333] },
+    run: { model: "full" },
+  },
+  "Bouncing ball": {
+    gravity: 9.81,
+    restitution: 0.7,
+    body: { mass: 1, gyration_radius: 0.3, center_of_mass: [0, 0.4] },
+    contact: [{ point: [0, 0] }],
+    start: { q: [0, 1, 0] },
+  },
+  "Three feet": {
+    ...ground,
+    body: { mass: 1, gyration_radius: 0.4, center_of_mass: [0.1, 0.5] },
+    contact: [{ point: [-0.6, 0], friction: 0.5 }, { point: [0, 0], friction: 0.5 }, { point: [0.6, 0.2], slope: 0.3, friction: 0.5 }],
+  },
+  "Ladder at a wall": {
+    ...ground,
+    restitution: 0,
+    body: { mass: 10, gyration_radius: 1.15, center_of_mass: [0.85, 1.8] },
+    contact: [{ point: [0, 0], friction: 0.4 }, { point: [1.7, 3.6], slope: 1.5707963267948966, friction: 0.2 }],
+  },
+  "Box on stairs": {
+    gravity: 9.81,
+    restitution: 0.2,
+    terrain: [[-3, 1.2], [0, 1.2], [0.001, 0.8], [0.8, 0.8], [0.801, 0.4], [1.6, 0.4], [1.601, 0], [6, 0]],
+    body: { mass: 2, gyration_radius: 0.2041241452319315, center_of_mass: [-1, 1.45] },
+    contact: corners(box(0.5, 0.5, -1, 1.2), 0.3),
+    start: { qdot: [3, 0, 0] },
+    run: { impact: "chatterjee-ruina", time_limit: 20 },
+  },
+  "Shaking ground": {
+    ...ground,
+    ...block(0.5, 2, 0.7),
+    ground_motion: { times: [0.2, 0.5, 0.8, 1.1], acceleration: [[5, 0], [-7, 0], [5, 0], [0, 0]] },
+    run: { impact: "poisson" },
+  },
+};
