@@ -61,6 +61,7 @@ from standfast._core import (
 )
 from standfast.kicks import robustness
 from standfast.maps import plot_map, sweep
+from standfast.notebook import explore
 
 __all__ = [
     "Contact",
@@ -93,6 +94,7 @@ __all__ = [
     "clattering_restitution",
     "contact_modes",
     "equilibrium_region",
+    "explore",
     "friction_margin",
     "load",
     "neimark_sacker",

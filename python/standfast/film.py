@@ -46,7 +46,6 @@ from standfast.plot import (
     curves,
     draw_ground,
     event_times,
-    ground,
     kick_arrows,
     nearest,
     pose,
@@ -55,6 +54,7 @@ from standfast.plot import (
     style,
     touching,
 )
+from standfast.scenery import ground
 from standfast.table import contacts_named, is_infinite
 
 _Floats = npt.NDArray[np.float64]

@@ -71,8 +71,8 @@ const root = document.getElementById("root");
 """
 
 
-def film_page(run: Run, title: str, speed: float, clock: str) -> str:
-    """A page that plays a run: it scrubs, and steps from event to event, by both clocks."""
+def film_page(run: Run, title: str, speed: float | None, clock: str) -> str:
+    """A page that plays a run: it scrubs, and steps from event to event, by both clocks. speed: None: so that the film takes some seconds."""
     return document(
         title,
         PLAYER,

@@ -21,6 +21,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from standfast._core import GroundMotion, Kick, Posture, Run, ZenoPoint, write_whole
+from standfast.scenery import Piece, ground, outline, surface
 from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
@@ -636,21 +637,15 @@ class Pose(NamedTuple):
 
 
 def pose(run: Run, time: float) -> Pose:
-    """The body at this time. Without an outline the convex hull of the contact points stands for it, or for one contact the circle of
-    gyration."""
+    """The body at this time."""
     posture = _posture(run)
-    nominal = np.asarray(posture.center_of_mass)
-    x, y, theta = run.at(time)[0]
-    contacts = run.points_at(time)
-    center = nominal + np.array([x, y])
-    corners = posture.drawn_corners
-    if not corners:
-        turns = np.linspace(0.0, 2.0 * math.pi, ARC)
-        circle = posture.gyration_radius * np.array([np.cos(turns), np.sin(turns)])
-        return Pose(time, contacts, center, center + circle.T)
-    c, s = (1.0, theta) if run.model == "local" else (math.cos(theta), math.sin(theta))
-    outline = np.array([*corners, corners[0]]) - nominal
-    return Pose(time, contacts, center, center + outline @ [[c, s], [-s, c]])
+    q = run.at(time)[0]
+    return Pose(
+        time,
+        run.points_at(time),
+        np.asarray(posture.center_of_mass) + q[:2],
+        outline(posture, q, run.model == "local"),
+    )
 
 
 def instants(run: Run) -> list[float]:
@@ -695,35 +690,6 @@ def body_size(posture: Posture) -> float:
     points = np.array([contact.point for contact in posture.contacts])
     arms = points - posture.center_of_mass
     return float(max(posture.gyration_radius, *np.hypot(*arms.T)))
-
-
-#: A straight piece of ground: a point (2,), the direction (2,) with the air on its left, and the interval along it, m.
-Piece = tuple[_Floats, _Floats, float, float]
-
-
-def ground(posture: Posture) -> list[Piece]:
-    """The ground of a posture as straight pieces: those of its polyline, or the line that all contacts share, or the contacts' own lines."""
-    pieces = posture.drawn_ground
-    return [(np.array(p), np.array(t), low, high) for p, t, low, high in pieces]
-
-
-def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | None:
-    """The interval along a piece of ground in which it is inside the box from `low` (2,) to `high` (2,); None if it is outside.
-
-    >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
-    >>> clipped(flat, np.array([-2.0, 0.0]), np.array([2.0, 2.0]))
-    (-2.0, 2.0)
-    """
-    point, tangent, first, last = piece
-    for axis in range(2):
-        if tangent[axis] == 0.0:
-            if not low[axis] <= point[axis] <= high[axis]:
-                return None
-            continue
-        with np.errstate(over="ignore"):  # all but parallel to this side of the box
-            ends = (np.array([low[axis], high[axis]]) - point[axis]) / tangent[axis]
-        first, last = max(first, float(ends.min())), min(last, float(ends.max()))
-    return (first, last) if first < last else None
 
 
 class View:
@@ -852,24 +818,12 @@ def draw_body(axes: Axes, view: View) -> None:
 def draw_ground(axes: Axes, view: View) -> list[Artist]:
     """The surface of the ground, and a strip under it. Returns what is drawn."""
     depth = THICKNESS * float((view.high - view.low).min())
-    shown = []
-    for piece in view.pieces:
-        if (ends := clipped(piece, view.low, view.high)) is not None:
-            point, tangent, *_ = piece
-            line = point + np.outer(ends, tangent)
-            shown.append((line, line + depth * np.array([tangent[1], -tangent[0]])))
-    strips = [np.vstack([line, under[::-1]]) for line, under in shown]
-    strips += [  # in the corners between two pieces
-        np.vstack([line[1], under[1], under_then[0]])
-        for line, under in shown
-        for then, under_then in shown
-        if np.allclose(line[1], then[0], rtol=0.0, atol=1e-6 * depth)
-    ]
+    lines, strips = surface(view.pieces, view.low, view.high, depth)
     drawn: list[Artist] = [
         axes.add_patch(Polygon(strip, color=GROUND, lw=0.5, zorder=0))
         for strip in strips
     ]
-    for line, _ in shown:
+    for line in lines:
         drawn += axes.plot(*line.T, color=SURFACE, lw=1.0, zorder=0.5)
     return drawn
 

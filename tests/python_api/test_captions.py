@@ -11,7 +11,7 @@ import pytest
 import standfast as sf
 from drawn import approach_panels, body_panel, gaps_panel
 from plastic_scenes import IN_TURN, block, body, drop, local, rod
-from standfast import plot
+from standfast import plot, scenery
 from standfast.report import account
 from standfast.table import is_infinite
 
@@ -374,11 +374,11 @@ def test_ground_that_is_far_below_does_not_shrink_the_body():
 def test_ground_of_any_direction_is_cut_at_the_view(direction, expected):
     piece = (np.zeros(2), np.array(direction), -math.inf, math.inf)
     box = np.array([-1.0, -2.0]), np.array([1.0, 3.0])
-    assert plot.clipped(piece, *box) == pytest.approx(expected)
+    assert scenery.clipped(piece, *box) == pytest.approx(expected)
     ends = (np.zeros(2), np.array(direction), 0.0, 0.5)
-    assert plot.clipped(ends, *box) == (0.0, 0.5)
+    assert scenery.clipped(ends, *box) == (0.0, 0.5)
     away = (np.array([5.0, 9.0]), np.array(direction), -1.0, 1.0)
-    assert plot.clipped(away, *box) is None
+    assert scenery.clipped(away, *box) is None
 
 
 @pytest.mark.parametrize(
@@ -392,7 +392,7 @@ def test_ground_of_any_direction_is_cut_at_the_view(direction, expected):
 )
 def test_lines_of_ground_end_where_they_meet(points, slopes, between):
     feet = [sf.Contact(p, slope=s) for p, s in zip(points, slopes, strict=True)]
-    first, second = plot.ground(sf.Posture(1.0, 0.5, (0.0, 1.0), feet, 0.0))
+    first, second = scenery.ground(sf.Posture(1.0, 0.5, (0.0, 1.0), feet, 0.0))
     end = first[0] + first[1] * first[3]
     begin = second[0] + second[1] * second[2]
     if between is None:

@@ -466,6 +466,11 @@ pub(crate) fn frames(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     whole("frames", value, 2..=standfast::ask::MOST_FRAMES)
 }
 
+/// Height of a frame in a notebook, in px.
+pub(crate) fn height(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    whole("height", value, 100..=10_000)
+}
+
 /// A time limit, in s; None: no limit.
 pub(crate) fn seconds(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     match optional("seconds", value)? {

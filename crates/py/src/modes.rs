@@ -390,6 +390,11 @@ impl PyModes {
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("standfast.table")?.call_method1("modes_table", (slf,))
     }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_modes", (slf,))
+    }
 }
 
 /// The first `count` words of a list, as text.

@@ -454,6 +454,11 @@ impl PyPosture {
         )
     }
 
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_posture", (slf,))
+    }
+
     #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
     fn __reduce__(
         &self,

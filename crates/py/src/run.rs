@@ -617,6 +617,28 @@ impl PyRun {
         Ok(())
     }
 
+    /// A player of the run for a cell of a notebook: the moving body above the gaps over time, in a frame that loads nothing from elsewhere.
+    /// It scrubs, steps from event to event, and changes between both clocks. The saved notebook grows by about a megabyte.
+    ///
+    /// height : of the frame, px, from 100 to 10 000. speed, clock : at the beginning, as in `animate`; None: the speed at which the film takes
+    /// some seconds. Returns an object that a notebook shows. Raises ValueError as `film`.
+    ///
+    /// >>> import standfast as sf
+    /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    /// >>> sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0)).show(clock="zeno")     # in a notebook: the player
+    /// <Player of a run: rest at 0.04778480706422019 s>
+    #[pyo3(signature = (height=640, speed=None, clock=None), text_signature = "($self, height=640, speed=None, clock='real')")]
+    fn show<'py>(
+        slf: &Bound<'py, Self>,
+        #[pyo3(from_py_with = input::height)] height: usize,
+        speed: Option<&Bound<'py, PyAny>>,
+        clock: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let film = Film::read(None, speed, clock)?;
+        let arguments = (slf, height, speed.map(|_| film.speed), word(&film.clock));
+        slf.py().import("standfast.notebook")?.call_method1("show", arguments)
+    }
+
     /// What a player shows of the run, as a dict that JSON can hold: {"drawing", "frames", "phases", "impacts", "zeno_points", ...}. "frames"
     /// has columns with an entry for each frame: t (s on the clock of the run), zeno (the other clock, see `film_time`), q, gaps (m) and
     /// forces (N, (tangential, normal) of each contact).
@@ -745,6 +767,11 @@ impl PyRun {
     /// Writes the run as JSON.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.0.to_json().into_bytes())
+    }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_run", (slf,))
     }
 
     fn __repr__(&self) -> String {

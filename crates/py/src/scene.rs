@@ -111,6 +111,17 @@ impl PyScene {
         })
     }
 
+    /// Reads a scene from the text of `to_json`. Raises ValueError with the line and the error.
+    ///
+    /// >>> import standfast as sf
+    /// >>> scene = sf.Scene(sf.Posture.box(0.3, 0.5), q=(0, 0, 0), qdot=(0, 0, 0))
+    /// >>> sf.Scene.from_json(scene.to_json()) == scene
+    /// True
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        Scene::from_json(text).map(Self).map_err(|e| to_py(&e))
+    }
+
     /// Writes the scene to a file: JSON if its name ends in .json, else TOML.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         self.0.save(path).map_err(|e| to_py(&e))

@@ -333,6 +333,11 @@ impl PyVerdict {
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("standfast.table")?.call_method1("verdict_table", (slf,))
     }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_verdict", (slf,))
+    }
 }
 
 /// Whether a posture is stable: after every small kick the body returns to rest near it. Returns a Verdict. Contacts in the air have no effect

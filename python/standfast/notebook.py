@@ -1,0 +1,223 @@
+"""What a notebook shows: the HTML of postures, runs, verdicts and contact modes with small pictures, the player, and the explorer.
+
+The pictures take the colour of the text around them, so that they can be read on light and on dark backgrounds.
+"""
+
+from contextlib import suppress
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast._core import Modes, Posture, Run, Scene, Verdict
+from standfast.page import film_page
+from standfast.report import account, decimal
+from standfast.scenery import ground, outline, placed, surface
+from standfast.table import ROWS, listed, modes_table, verdict_table
+
+if TYPE_CHECKING:
+    from standfast.widget import Widget
+
+_Floats = npt.NDArray[np.float64]
+
+#: Largest width and height of a picture; margin around the body, depth of the ground, distance of the number of a contact; px.
+WIDTH, HEIGHT, MARGIN, DEPTH, LABEL = 300.0, 220.0, 34.0, 9.0, 15.0
+#: Least size of what a picture shows, m.
+SMALLEST = 1e-300
+#: Points of the path of the centre of mass.
+PATH = 400
+#: Fill of the body, and the path of the centre of mass: of medium brightness.
+BODY, COURSE = "#56B4E9", "#D55E00"
+#: Style of the cells of a table.
+LEFT = ' style="text-align: left; white-space: normal"'
+
+
+def of_posture(posture: Posture) -> str:
+    """The picture of a posture, and a table of its data."""
+    rows = [
+        ("mass", f"{posture.mass:g} kg"),
+        ("radius of gyration", f"{posture.gyration_radius:g} m"),
+        ("centre of mass", f"({_point(posture.center_of_mass)}) m"),
+        ("gravity", f"{posture.gravity:g} m/s²"),
+    ]
+    header = ("contact", "point / m", "slope / rad", "friction", "restitution")
+    contacts = [
+        (
+            str(number),
+            f"({_point(contact.point)})",
+            f"{contact.slope:zg}",
+            f"{contact.friction:g}",
+            f"{posture.restitution if contact.restitution is None else contact.restitution:g}",
+        )
+        for number, contact in enumerate(posture.contacts, start=1)
+    ]
+    return _beside(picture(posture), _facts(rows) + _table([header, *contacts]))
+
+
+def of_run(run: Run) -> str:
+    """The picture of a run at its end, its outcome, Zeno points and phases, and its report, folded."""
+    rows = [
+        ("outcome", f"{run.outcome} at {decimal(run.time)} s"),
+        ("model", f"{run.model}: {run.model_reason}"),
+        ("impacts", f"{run.collisions} one by one"),
+        *(("warning", warning) for warning in run.warnings),
+    ]
+    zeno = [("Zeno point / s", "kind", "contacts", "certified")]
+    zeno += [
+        (decimal(z.time), z.kind, listed(z.contacts), "yes" if z.certified else "no")
+        for z in run.zeno_points[:ROWS]
+    ]
+    phases = [("mode", "start / s", "end / s")]
+    phases += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
+    body = _facts(rows) + "".join(_table(t) for t in (zeno, phases) if len(t) > 1)
+    body += f"<details><summary>report</summary>{_text(account(run, 'run'))}</details>"
+    if run.posture is None or run.q is None:
+        return _beside("", body)
+    return _beside(picture(run.posture, run), body)
+
+
+def of_verdict(verdict: Verdict) -> str:
+    """The picture of the posture, and the table that `print` has."""
+    return _beside(picture(verdict.posture), _text(verdict_table(verdict)))
+
+
+def of_modes(modes: Modes) -> str:
+    """The table that `print` has."""
+    return _beside("", _text(modes_table(modes)))
+
+
+class Player:
+    """A page in a frame of a cell."""
+
+    def __init__(self, page: str, height: int, name: str):
+        self.page, self.height, self.name = page, height, name
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe srcdoc="{escape(self.page)}" title="{escape(self.name)}" width="100%" height="{self.height}"'
+            ' style="border: 0" sandbox="allow-scripts"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
+
+
+def show(run: Run, height: int, speed: float | None, clock: str) -> Player:
+    """See `Run.show`."""
+    name = f"Player of a run: {run.outcome} at {run.time} s"
+    return Player(film_page(run, name, speed, clock), height, name)
+
+
+def explore(scene: Posture | Scene | None = None) -> "Widget":
+    """The explorer in a cell of a notebook: drag, tilt and kick a body, with its verdict, its contact modes and its motion.
+
+    scene : what to begin with: a Posture at rest, or a Scene; None: an example. The kernel of the notebook answers, when it is not busy
+    with a cell. The posture as it has been changed in the cell is `widget.posture`, the whole scene `widget.scene`; assigned, they
+    change what the cell shows.
+
+    Raises TypeError for anything else. Needs anywidget (extra `notebook`).
+
+    >>> import standfast as sf
+    >>> widget = sf.explore(sf.Posture.box(width=0.3, height=0.5, friction=0.5))     # in a notebook: the last line of a cell
+    >>> widget.posture.mass
+    1.0
+    """
+    try:
+        from standfast.widget import Widget
+    except ImportError as error:
+        raise ImportError(
+            "explore needs anywidget: pip install 'standfast[notebook]'"
+        ) from error
+    return Widget(scene)
+
+
+def picture(posture: Posture, run: Run | None = None) -> str:
+    """An SVG picture of a posture; of a run, at its end, with the path of its centre of mass and its start in dashes."""
+    poses = np.zeros((1, 3))
+    if run is not None and run.q is not None:
+        poses = run.q[None]
+        with suppress(ValueError):  # a run without record
+            poses = run.sample(PATH)[1]
+    frozen = run is not None and run.model == "local"
+    start, end = (outline(posture, q, frozen) for q in (poses[0], poses[-1]))
+    course = np.array(posture.center_of_mass) + poses[:, :2]
+    points = np.array([contact.point for contact in posture.contacts])
+    feet = placed(posture, points, poses[-1], frozen)
+    seen = np.vstack([start, end, course, feet])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
+    scale = float((room / np.maximum(high - low, SMALLEST)).min())
+    low, high = low - MARGIN / scale, high + MARGIN / scale
+    lines, strips = surface(ground(posture), low, high, DEPTH / scale)
+    width, height = (high - low) * scale
+
+    def at(world: _Floats) -> _Floats:
+        return np.array([0.0, height]) + np.array([scale, -scale]) * (world - low)
+
+    def path(*parts: _Floats, close: str = "", **look: object) -> str:
+        ways = ["M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in at(p)) for p in parts]
+        return f'<path d="{"".join(way + close for way in ways)}"{_attributes(look)}/>'
+
+    marks = []
+    for number, foot in enumerate(feet, start=1):
+        (x, y), arm = at(foot), at(foot) - at(course[-1])
+        dx, dy = LABEL * arm / (np.hypot(*arm) or 1.0)
+        marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3"/>')
+        marks.append(f'<text x="{x + dx:.1f}" y="{y + dy + 4:.1f}">{number}</text>')
+    ink, (x, y) = "currentColor", at(course[-1])
+    drawn = [
+        path(*strips, close="Z", fill_opacity=0.25),
+        path(*lines, stroke=ink),
+        path(end, fill=BODY, fill_opacity=0.4, stroke=ink, stroke_width=1.5),
+        *marks,
+    ]
+    if run is not None:
+        drawn[2:2] = [path(start, fill="none", stroke=ink, stroke_dasharray="3 3")]
+        drawn += [path(course, fill="none", stroke=COURSE, stroke_width=1.5)]
+    drawn += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{COURSE}"/>']
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.1f} {height:.1f}" role="img"'
+        f' fill="{ink}" font-family="sans-serif" font-size="12" text-anchor="middle" style="flex: none; max-width: 100%">'
+        f"<title>The body on its ground</title>{''.join(drawn)}</svg>"
+    )
+
+
+def _attributes(look: dict[str, object]) -> str:
+    return "".join(
+        f' {name.replace("_", "-")}="{value}"' for name, value in look.items()
+    )
+
+
+def _point(values: tuple[float, float]) -> str:
+    return ", ".join(f"{value:zg}" for value in values)
+
+
+def _beside(picture: str, body: str) -> str:
+    return (
+        '<div style="display: flex; flex-wrap: wrap; gap: 8px 24px; align-items: flex-start">'
+        f'{picture}<div style="min-width: 0; max-width: 100%">{body}</div></div>'
+    )
+
+
+def _text(text: str) -> str:
+    return f'<pre style="white-space: pre; overflow-x: auto; margin: 0; font-size: 12px; line-height: 1.35">{escape(text)}</pre>'
+
+
+def _facts(rows: list[tuple[str, str]]) -> str:
+    return _cells(
+        [f"<th{LEFT}>{escape(a)}</th><td{LEFT}>{escape(b)}</td>" for a, b in rows]
+    )
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    """A table; its first row is the header."""
+    cells = [
+        "".join(f"<{tag}{LEFT}>{escape(cell)}</{tag}>" for cell in row)
+        for tag, row in zip(["th"] + ["td"] * len(rows), rows, strict=False)
+    ]
+    return _cells(cells)
+
+
+def _cells(rows: list[str]) -> str:
+    return f'<table style="margin: 0 0 8px 0">{"".join(f"<tr>{row}</tr>" for row in rows)}</table>'

@@ -1,0 +1,83 @@
+"""A body and its ground as pictures show them, whatever draws the pictures."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from standfast._core import Posture
+
+_Floats = npt.NDArray[np.float64]
+
+#: A straight piece of ground: a point (2,), the direction (2,) with the air on its left, and the interval along it, m.
+Piece = tuple[_Floats, _Floats, float, float]
+#: Points of a circle.
+ARC = 60
+
+
+def placed(posture: Posture, points: _Floats, q: _Floats, frozen: bool) -> _Floats:
+    """Points (k, 2) of the body, given in its nominal posture, m, at the configuration q (3,). frozen: with the geometry of the local model.
+
+    >>> rod = Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+    >>> placed(rod, np.array([[0.5, 0.0]]), np.array([0.0, 1.0, math.pi / 2]), False).round(12)
+    array([[0. , 1.5]])
+    """
+    nominal = np.array(posture.center_of_mass)
+    c, s = (1.0, q[2]) if frozen else (math.cos(q[2]), math.sin(q[2]))
+    return nominal + q[:2] + (points - nominal) @ np.array([[c, s], [-s, c]])
+
+
+def outline(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
+    """The closed outline of the body (k + 1, 2), m. Without an outline the convex hull of the contact points stands for it, or for one
+    contact the circle of gyration."""
+    corners = posture.drawn_corners
+    if corners:
+        return placed(posture, np.array([*corners, corners[0]]), q, frozen)
+    turns = np.linspace(0.0, 2.0 * math.pi, ARC)
+    circle = posture.gyration_radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    return np.array(posture.center_of_mass) + q[:2] + circle
+
+
+def ground(posture: Posture) -> list[Piece]:
+    """The ground of a posture as straight pieces: those of its polyline, or the line that all contacts share, or the contacts' own lines."""
+    pieces = posture.drawn_ground
+    return [(np.array(p), np.array(t), low, high) for p, t, low, high in pieces]
+
+
+def clipped(piece: Piece, low: _Floats, high: _Floats) -> tuple[float, float] | None:
+    """The interval along a piece of ground in which it is inside the box from `low` (2,) to `high` (2,); None if it is outside.
+
+    >>> flat = np.array([0.0, 1.0]), np.array([1.0, 0.0]), -np.inf, 3.0
+    >>> clipped(flat, np.array([-2.0, 0.0]), np.array([2.0, 2.0]))
+    (-2.0, 2.0)
+    """
+    point, tangent, first, last = piece
+    for axis in range(2):
+        if tangent[axis] == 0.0:
+            if not low[axis] <= point[axis] <= high[axis]:
+                return None
+            continue
+        with np.errstate(over="ignore"):  # all but parallel to this side of the box
+            ends = (np.array([low[axis], high[axis]]) - point[axis]) / tangent[axis]
+        first, last = max(first, float(ends.min())), min(last, float(ends.max()))
+    return (first, last) if first < last else None
+
+
+def surface(
+    pieces: list[Piece], low: _Floats, high: _Floats, depth: float
+) -> tuple[list[_Floats], list[_Floats]]:
+    """The ground inside a box: the lines (2, 2) of its surface, and the polygons (k, 2) of a strip of this depth under them, m."""
+    shown = []
+    for piece in pieces:
+        if (ends := clipped(piece, low, high)) is not None:
+            point, tangent, *_ = piece
+            line = point + np.outer(ends, tangent)
+            shown.append((line, line + depth * np.array([tangent[1], -tangent[0]])))
+    strips = [np.vstack([line, under[::-1]]) for line, under in shown]
+    strips += [  # in the corners between two pieces
+        np.vstack([line[1], under[1], under_then[0]])
+        for line, under in shown
+        for then, under_then in shown
+        if np.allclose(line[1], then[0], rtol=0.0, atol=1e-6 * depth)
+    ]
+    return [line for line, _ in shown], strips
