@@ -102,12 +102,12 @@ export class Stage {
     this.svg.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
   }
 
-  // Chooses the part of the world that is seen: the box of these points, with a margin.
-  fit(points) {
+  // The part of the world to see: the box of these points, with a margin.
+  fitted(points) {
     const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k])));
     const high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
     const room = MARGIN * Math.max(high[0] - low[0], high[1] - low[1], 1e-9);
-    this.view = { low: low.map((v) => v - room), high: high.map((v) => v + room) };
+    return { low: low.map((v) => v - room), high: high.map((v) => v + room) };
   }
 
   // Pixels in a metre, and the world point at the middle of the picture.
