@@ -313,7 +313,7 @@ class Film:
         pixels = [2 * round(0.5 * DPI * side) for side in (WIDTH, tall)]  # H.264: even
         self.figure = Figure([side / DPI for side in pixels], dpi=DPI)
         canvas = FigureCanvasAgg(self.figure)
-        self.figure.set_layout_engine("constrained")
+        self.figure.set_layout_engine("constrained", h_pad=0.08)
         grid = self.figure.add_gridspec(
             2, 1, height_ratios=(self.view.height + LABELS, GAPS)
         )
@@ -378,10 +378,10 @@ class Film:
         zeno = self.clock == "zeno"
         times, gaps = self._sampled()
         shown = self.in_film(times)
-        self.hits = [
-            (self.in_film(when), run.points_at(when)[:, index])
-            for index, when in enumerate(impacts(run, times, gaps))
-        ]
+        self.hits = []
+        for index, when in enumerate(impacts(run, times, gaps)):
+            self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
+            gaps[np.isin(times, when), index] = 0.0
         touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
         lowest = CLOSED * self.size
         highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))
