@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch, Wedge
 from matplotlib.patches import Polygon as Area
+from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
 from PIL import Image
 
@@ -68,6 +69,8 @@ RING = (9.0, 22.0)
 #: Length of the largest contact force: in sizes of the body, and at most this share of the shorter side of the picture. Radius of the
 #: friction cones, in the same lengths.
 FORCE, ROOM, CONE = 0.8, 0.42, 1.15
+#: Length of an arrow that can be seen, as a share of the shorter side of the picture; of forces, as a share of the largest.
+SEEN = 0.1
 #: Length of the arrow of the largest acceleration of the ground, and height of the strip below the ground for it, in inches.
 SHAKE, BELOW_GROUND = 0.45, 0.6
 #: Room for labels of numbers that change their width where the view follows the body, in inches.
@@ -149,33 +152,42 @@ FORMATS: dict[str, Callable[[Run, float, float, str], bytes]] = {
 }
 
 
+def pixels(canvas: FigureCanvasAgg) -> npt.NDArray[np.uint8]:
+    """A figure as drawn, (height, width, 4)."""
+    canvas.draw()  # type: ignore[no-untyped-call]
+    return np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+
 class Gif(PillowWriter):
     """matplotlib's writer of GIFs, with few colours from the start, so that long films fit into the memory, and the right total time."""
+
+    def setup(self, fig: Figure, outfile: Any, dpi: float | None = None) -> None:
+        super().setup(fig, outfile, dpi)
+        self.pictures: list[Image.Image] = []
 
     def grab_frame(self, **savefig_kwargs: Any) -> None:
         canvas = self.fig.canvas
         assert isinstance(canvas, FigureCanvasAgg)
-        canvas.draw()
-        frame = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
-        self._frames.append(
+        frame = Image.fromarray(pixels(canvas)[..., :3])
+        self.pictures.append(
             frame.quantize(PALETTE, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
         )
 
     def finish(self) -> None:
         # A GIF counts hundredths of a second.
-        ends = [round(100.0 * k / self.fps) for k in range(len(self._frames) + 1)]
+        ends = [round(100.0 * k / self.fps) for k in range(len(self.pictures) + 1)]
         lengths = [10 * int(length) for length in np.diff(ends)]
-        self._frames[0].save(
+        self.pictures[0].save(
             self.outfile,
             format="GIF",
             save_all=True,
-            append_images=self._frames[1:],
+            append_images=self.pictures[1:],
             duration=lengths,
             loop=0,
         )
 
 
-class Still(Artist):
+class _Still(Artist):
     """A picture of the whole figure (height, width, 4), below everything else. An image of matplotlib would be resampled in every frame."""
 
     zorder = -1
@@ -277,9 +289,8 @@ class Film:
         if run.ground_motion is not None:
             self.view.low[1] -= BELOW_GROUND * self.view.scale
             self.view.height += BELOW_GROUND
-        side = float((self.view.high - self.view.low).min())
-        self.reach = min(FORCE * self.size, ROOM * side)
         self.tangents = self._tangents()
+        self.largest, self.reach = self._longest()
         self.decimals = decimals(self.t)
         self.draw()
 
@@ -307,13 +318,30 @@ class Film:
         found = [nearest(pieces, foot)[1] for foot in self.points.reshape(-1, 2)]
         return np.array(found).reshape(self.points.shape)
 
+    def _longest(self) -> tuple[float, float]:
+        """The largest contact force, N, and the length of its arrow, m: such that the arrows stay in the picture, as far as they are then
+        long enough to be seen."""
+        largest = float(np.hypot(*np.moveaxis(np.nan_to_num(self.forces), -1, 0)).max())
+        side = float((self.view.high - self.view.low).min())
+        reach = min(FORCE * self.size, ROOM * side)
+        if largest == 0.0 or self.follows:
+            return largest, reach
+        normals = self.tangents[..., ::-1] * (-1.0, 1.0)
+        ways = self.forces[..., :1] * self.tangents + self.forces[..., 1:] * normals
+        ways = np.nan_to_num(ways) / largest
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(ways > 0.0, self.view.high, self.view.low) - self.points
+            most = (room / ways)[abs(ways) > SEEN]
+        return largest, max(SEEN * side, min(reach, float(most.min()) / CONE))
+
     def draw(self) -> None:
         """Draws what does not change, and prepares what does."""
         tall = self.view.height + LABELS + GAPS + 0.5
-        pixels = [2 * round(0.5 * DPI * side) for side in (WIDTH, tall)]  # H.264: even
-        self.figure = Figure([side / DPI for side in pixels], dpi=DPI)
+        # H.264 needs even numbers of pixels.
+        wide, high = (2 * round(0.5 * DPI * side) / DPI for side in (WIDTH, tall))
+        self.figure = Figure((wide, high), dpi=DPI)
         canvas = FigureCanvasAgg(self.figure)
-        self.figure.set_layout_engine("constrained")
+        self.figure.set_layout_engine("constrained", h_pad=0.08)
         grid = self.figure.add_gridspec(
             2, 1, height_ratios=(self.view.height + LABELS, GAPS)
         )
@@ -337,7 +365,7 @@ class Film:
         if self.follows:
             self.body.yaxis.labelpad += 72.0 * CHANGING
         self.update(0)
-        canvas.draw()
+        pixels(canvas)
         if self.follows:
             x, _ = self.body.transAxes.inverted().transform(
                 self.body.yaxis.label.get_window_extent().get_points().mean(axis=0)
@@ -354,8 +382,7 @@ class Film:
             artist.set_visible(False)
         if self.follows:
             self.body.set_visible(False)
-        canvas.draw()
-        still = np.asarray(canvas.buffer_rgba()).copy()
+        still = pixels(canvas).copy()
         for artist, seen in visible.items():
             artist.set_visible(seen)
         self.body.set_visible(True)
@@ -365,7 +392,7 @@ class Film:
                     artist.set_visible(False)
         for legend in self.figure.legends:
             legend.set_visible(False)
-        self.figure.add_artist(Still(still))
+        self.figure.add_artist(_Still(still))
 
     def _moves(self, artist: Any) -> Any:
         self.moving.append(artist)
@@ -378,10 +405,10 @@ class Film:
         zeno = self.clock == "zeno"
         times, gaps = self._sampled()
         shown = self.in_film(times)
-        self.hits = [
-            (self.in_film(when), run.points_at(when)[:, index])
-            for index, when in enumerate(impacts(run, times, gaps))
-        ]
+        self.hits = []
+        for index, when in enumerate(impacts(run, times, gaps)):
+            self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
+            gaps[np.isin(times, when), index] = 0.0
         touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
         lowest = CLOSED * self.size
         highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))
@@ -409,7 +436,7 @@ class Film:
             dotted = axes.axvline(x, color="black", lw=1.0, ls=":", zorder=0)
             self.entries[label] = dotted
         for kick in self._kicks():
-            axes.axvline(self.in_film(kick.time), color=KICK, lw=1.5, zorder=0.5)
+            axes.axvline(float(self.in_film(kick.time)), color=KICK, lw=1.5, zorder=0.5)
         axes.set_ylabel("gap / m")
         axes.set_xlabel(f"time of the film / s ({self._pace()})")
         axes.spines[["top", "right"]].set_visible(False)
@@ -495,15 +522,11 @@ class Film:
     def _draw_contacts(self) -> None:
         axes = self.body
         assert self.posture is not None
-        sizes = np.hypot(*np.moveaxis(np.nan_to_num(self.forces), -1, 0))
-        self.largest = float(sizes.max(initial=0.0))
-        self.cones, self.arrows, self.letters, self.rings, self.feet = (
-            [],
-            [],
-            [],
-            [],
-            [],
-        )
+        self.cones: list[Wedge] = []
+        self.arrows: list[FancyArrowPatch] = []
+        self.letters: list[Text] = []
+        self.rings: list[Line2D] = []
+        self.feet: list[Line2D] = []
         for index, contact in enumerate(self.posture.contacts):
             color = COLORS[index % 4]
             half = math.degrees(math.atan(contact.friction))
@@ -523,14 +546,11 @@ class Film:
             axes.add_line(ring)
             foot = Line2D([], [], **self._look(index))
             axes.add_line(foot)
-            for made, kept in (
-                (cone, self.cones),
-                (arrow, self.arrows),
-                (letter, self.letters),
-                (ring, self.rings),
-                (foot, self.feet),
-            ):
-                kept.append(self._moves(made))  # type: ignore[attr-defined]
+            self.cones.append(self._moves(cone))
+            self.arrows.append(self._moves(arrow))
+            self.letters.append(self._moves(letter))
+            self.rings.append(self._moves(ring))
+            self.feet.append(self._moves(foot))
         if self.largest > 0.0:
             label = f"contact force (longest {self.largest:.3g} N)"
             self.entries[label] = Line2D([], [], color="black", lw=2.0, marker=">")
@@ -541,14 +561,14 @@ class Film:
             self.entries["impact"] = Line2D(
                 [], [], ls="none", marker="o", mfc="none", mec="black", ms=10
             )
-        words = {letter for mode in self.modes for letter in mode}
-        for letter, name in LETTERS.items():
-            if letter in words:
+        words = set("".join(self.modes))
+        for word, name in LETTERS.items():
+            if word in words:
                 self.entries[name] = Line2D(
                     [],
                     [],
                     ls="none",
-                    marker=f"$\\mathbf{{{letter}}}$",
+                    marker=f"$\\mathbf{{{word}}}$",
                     color="black",
                     mew=0,
                     ms=7,

@@ -13,6 +13,7 @@ import standfast._core
 import standfast.certificate
 import standfast.certificate.intervals
 import standfast.cli
+import standfast.film
 import standfast.kicks
 import standfast.kicks_plot
 import standfast.map_plot
@@ -64,6 +65,7 @@ def run_text(text, name):
         standfast.kicks_plot,
         standfast.map_plot,
         standfast.maps,
+        standfast.film,
         standfast.plot,
         standfast.report,
         standfast.series,

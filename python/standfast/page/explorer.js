@@ -26,7 +26,7 @@ const SLIDERS = [
   { name: "mass m / kg", low: 0.1, high: 20, step: 0.1, get: (s) => s.body.mass, set: (s, v) => { s.body.mass = v; } },
 ];
 
-const HTML = `
+const EXPLORER_HTML = `
 <header class="sf-bar">
   <strong>standfast</strong>
   <label>scene <select class="sf-preset" aria-label="Scene"></select></label>
@@ -66,7 +66,7 @@ export class Explorer {
   // root: the element that is filled. ask: question → promise of its answer. scene: to begin with. colors: of the words of a map.
   constructor(root, { ask, scene, colors, link = true }) {
     root.classList.add("sf-root", "sf-explorer");
-    root.innerHTML = HTML;
+    root.innerHTML = EXPLORER_HTML;
     root.tabIndex = -1;
     Object.assign(this, { root, ask, colors, link });
     this.find = (name) => root.querySelector(`.sf-${name}`);
@@ -75,7 +75,7 @@ export class Explorer {
     this.turn = 0; // of the questions about the scene
     this.stage = new Stage(this.find("view"), "The body on its ground");
     this.player = new Player(this.find("film"), this.stage);
-    this.player.onframe = () => { this.stage.layers.handles.innerHTML = ""; this.stage.drawMap(null); };
+    this.player.live = false;
     this.find("preset").innerHTML = ["", ...Object.keys(PRESETS)].map((name) => `<option value="${name}">${name || "—"}</option>`).join("");
     this.build();
     this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
@@ -95,16 +95,20 @@ export class Explorer {
   // Opens a scene, as an object or as a text in TOML. One that is wrong changes nothing but the message.
   async open(scene, { fit = true } = {}) {
     const answer = await this.question({ ask: "scene", scene });
-    if (answer.error) return this.complain(answer.error);
+    if (answer.error) {
+      this.complain(answer.error);
+      return false;
+    }
     this.remember();
     this.scene = answer.scene;
-    await this.changed({ fit, play: false });
-    return this.scene;
+    await this.changed({ fit });
+    return true;
   }
 
   remember() {
     if (!this.scene) return;
     this.past.push(JSON.stringify(this.scene));
+    this.find("preset").value = "";
     if (this.past.length > MOST_STEPS) this.past.shift();
     this.future = [];
   }
@@ -177,20 +181,11 @@ export class Explorer {
 
   load(film, play) {
     this.film = film;
-    const { stage, player } = this;
-    const view = stage.view;
-    player.load(film);
-    const fitted = stage.view;
+    this.player.load(film);
     if (play) {
-      this.watching = true;
-      this.find("view").dataset.watching = "yes";
-      player.play();
-    } else {
-      this.arrange();
+      this.watch();
+      this.player.play();
     }
-    // The picture shows the whole motion, and what it showed.
-    if (!player.follows) stage.view = { low: fitted.low.map((v, k) => Math.min(v, view.low[k])), high: fitted.high.map((v, k) => Math.max(v, view.high[k])) };
-    if (!play) this.arrange();
   }
 
   // ---- The picture of the posture.
@@ -203,16 +198,15 @@ export class Explorer {
     const high = Math.max(...points.map((p) => p[1]));
     const left = Math.min(...points.map((p) => p[0]));
     const right = Math.max(...points.map((p) => p[0]));
-    this.stage.shift = null;
-    this.stage.fit([[left - 0.3 * size, low - 0.35 * size], [right + 0.3 * size, high + 0.35 * size]]);
+    this.view = this.stage.fitted([[left - 0.3 * size, low - 0.35 * size], [right + 0.3 * size, high + 0.35 * size]]);
   }
 
   // Shows the posture at rest with its handles, and not the film.
   arrange() {
-    this.watching = false;
-    this.find("view").dataset.watching = "no";
+    this.watching = this.player.live = false;
     this.stage.shift = null;
     const { about, stage } = this;
+    stage.view = this.view;
     const q = [0, 0, 0];
     const word = about.modes.consistent?.length === 1 ? about.modes.consistent[0] : null;
     const mode = about.modes.modes?.find((m) => m.word === word);
@@ -292,7 +286,9 @@ export class Explorer {
     svg.addEventListener("pointercancel", () => this.cancel());
     svg.addEventListener("keydown", (event) => this.nudge(event));
     this.root.addEventListener("keydown", (event) => this.key(event));
-    this.find("preset").onchange = (event) => { if (event.target.value) this.open(PRESETS[event.target.value]); };
+    this.find("preset").onchange = async ({ target: { value } }) => {
+      if (value && await this.open(PRESETS[value])) this.find("preset").value = value;
+    };
     this.find("open").onclick = () => this.find("file").click();
     this.find("file").onchange = (event) => this.read(event.target.files[0]);
     this.root.addEventListener("dragover", (event) => event.preventDefault());
@@ -320,9 +316,12 @@ export class Explorer {
     this.find("film").addEventListener("keydown", () => this.watch(), true);
   }
 
+  // Shows the film and not the posture at rest.
   watch() {
-    this.watching = true;
-    this.find("view").dataset.watching = "yes";
+    this.watching = this.player.live = true;
+    this.stage.layers.handles.innerHTML = "";
+    this.stage.drawMap(null);
+    this.player.show();
   }
 
   edit(change, options) {
@@ -471,8 +470,6 @@ export class Explorer {
     this.find("jams").value = scene.run?.jams ?? "none";
     this.find("undo").disabled = !this.past.length;
     this.find("redo").disabled = !this.future.length;
-    const name = Object.keys(PRESETS).find((key) => JSON.stringify(PRESETS[key]) === JSON.stringify(scene));
-    if (!name) this.find("preset").value = "";
   }
 
   // ---- The map of the centre of mass.
@@ -481,7 +478,8 @@ export class Explorer {
   async drawMap(cells) {
     const turn = this.turn;
     const { stage } = this;
-    const low = stage.toWorld([0, stage.height]), high = stage.toWorld([stage.width, 0]);
+    if (!this.watching) this.seen = [stage.toWorld([0, stage.height]), stage.toWorld([stage.width, 0])];
+    const [low, high] = this.seen;
     const columns = cells, rows = cells;
     const at = (k, axis, count) => low[axis] + (k + 0.5) / count * (high[axis] - low[axis]);
     const xs = Array.from({ length: columns }, (_, k) => at(k, 0, columns));

@@ -1,23 +1,32 @@
 // The player: a film of a run on a stage, by two clocks, with its gaps over time.
-import { Stage, INK, escaped, placed } from "./stage.js";
+import { Stage, INK, escaped, placed, tangent } from "./stage.js";
 
 // Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
 const REAL = 5, ZENO = 20;
 // Seconds of a film during which an impact and a kick are shown.
-const FLASH = 0.25, KICK = 0.8;
+const FLASH = 0.25, KICKED = 0.8;
 // Colours and dashes of the curves of gaps.
 const CURVES = { light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7"], dark: ["#7cc4f0", "#ff8a4c", "#3ddba4", "#e8a5cb"] };
 const DASHES = [[], [8, 3], [2, 3], [8, 3, 2, 3]];
+// Height of the largest gap of the magnified body, in sizes of the body.
+const LIFTED = 0.22;
 // Least gap on the logarithmic axis, m.
 const LEAST = 1e-13;
 const SUPERSCRIPT = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
-const HTML = `
+// Pictures of buttons, which no font has to have.
+const icon = (d) => `<svg width="16" height="16" viewBox="0 0 16 16" aria-hidden="true"><path d="${d}" fill="currentColor"/></svg>`;
+const ICONS = {
+  play: icon("M3 2L14 8L3 14Z"), pause: icon("M3 2H7V14H3ZM9 2H13V14H9Z"),
+  before: icon("M2 2H4V14H2ZM14 2V14L5 8Z"), after: icon("M12 2H14V14H12ZM2 2L11 8L2 14Z"),
+};
+
+const PLAYER_HTML = `
 <div class="sf-stage"></div>
 <div class="sf-controls">
-  <button class="sf-before" title="Event before (,)" aria-label="Event before">⏮</button>
-  <button class="sf-play" title="Play or pause (space)" aria-label="Play">▶</button>
-  <button class="sf-after" title="Next event (.)" aria-label="Next event">⏭</button>
+  <button class="sf-before" title="Event before (,)" aria-label="Event before">${ICONS.before}</button>
+  <button class="sf-play" title="Play or pause (space)" aria-label="Play">${ICONS.play}</button>
+  <button class="sf-after" title="Next event (.)" aria-label="Next event">${ICONS.after}</button>
   <input class="sf-seek" type="range" min="0" max="1" step="any" value="0" aria-label="Time of the film">
   <label>clock <select class="sf-clock"><option value="real">real time</option><option value="zeno">Zeno time</option></select></label>
   <label>speed <select class="sf-speed"></select></label>
@@ -38,7 +47,7 @@ export class Player {
   // root: the element that is filled. stage: another element for the picture of the body, or null for one of its own.
   constructor(root, stage = null) {
     root.classList.add("sf-player");
-    root.innerHTML = HTML;
+    root.innerHTML = PLAYER_HTML;
     this.root = root;
     this.find = (name) => root.querySelector(`.sf-${name}`);
     if (stage) this.find("stage").remove();
@@ -46,7 +55,8 @@ export class Player {
     this.theme = "light";
     this.position = 0;
     this.playing = false;
-    this.onframe = () => {};
+    // Whether the stage shows the film, and not something else.
+    this.live = true;
     this.find("play").onclick = () => this.toggle();
     this.find("before").onclick = () => this.step(-1);
     this.find("after").onclick = () => this.step(1);
@@ -89,10 +99,9 @@ export class Player {
     this.follows = spread > 16 * drawing.size;
     const size = drawing.size;
     const near = this.follows ? [[-3, -2], [3, 3]].map((s) => s.map((v, k) => drawing.center_of_mass[k] + v * size)) : all;
-    // Room for the ground and for force arrows.
+    // With room for the ground.
     const low = Math.min(...near.map((p) => p[1]));
-    this.box = [...near, [near[0][0], low - 0.25 * size]];
-    this.stage.fit(this.box);
+    this.view = this.stage.fitted([...near, [near[0][0], low - 0.25 * size]]);
   }
 
   get frozen() {
@@ -153,7 +162,7 @@ export class Player {
     if (this.position >= this.whole) this.seek(0);
     this.playing = true;
     this.last = null;
-    this.find("play").textContent = "⏸";
+    this.find("play").innerHTML = ICONS.pause;
     this.find("play").setAttribute("aria-label", "Pause");
     const tick = (now) => {
       if (!this.playing) return;
@@ -166,7 +175,7 @@ export class Player {
   }
   pause() {
     this.playing = false;
-    this.find("play").textContent = "▶";
+    this.find("play").innerHTML = ICONS.play;
     this.find("play").setAttribute("aria-label", "Play");
   }
 
@@ -199,7 +208,7 @@ export class Player {
       k,
       t: mixed(frames.t[k], frames.t[next]),
       q: frames.q[k].map((v, i) => mixed(v, frames.q[next][i])),
-      gaps: frames.gaps[k],
+      gaps: frames.gaps[k].map((v, i) => (v === null || frames.gaps[next][i] === null ? v : mixed(v, frames.gaps[next][i]))),
       forces: frames.forces[k],
     };
   }
@@ -220,20 +229,63 @@ export class Player {
     const last = this.find_in(this.impactTimes, now.t);
     for (let k = last; k >= 0 && film.impacts[k] && near(film.impacts[k].time, FLASH); k--) flash.add(film.impacts[k].contact);
     const { drawing } = film;
-    const kick = (film.kicks ?? []).findLast((kick) => near(kick.time, KICK) && Math.hypot(...kick.impulse) > 0);
+    const kick = (film.kicks ?? []).findLast((kick) => near(kick.time, KICKED) && Math.hypot(...kick.impulse) > 0);
     const head = kick && placed(kick.point ?? drawing.center_of_mass, drawing, now.q, this.frozen);
     const hardest = Math.max(0, ...(film.kicks ?? []).map((k) => Math.hypot(...k.impulse)));
     const motion = film.ground_motion;
     const begun = motion?.acceleration ? motion.times.findLastIndex((t) => t <= now.t) : -1;
-    if (this.follows) this.stage.shift = [now.q[0], now.q[1]];
-    this.stage.draw({
-      drawing, q: now.q, frozen: this.frozen, letters: phase?.mode, forces: now.forces, largest: this.largest, flash,
-      kick: kick && { from: head.map((v, i) => v - kick.impulse[i] / hardest * drawing.size), to: head },
-      shaking: begun < 0 ? null : { acceleration: motion.acceleration[begun], largest: Math.max(...motion.acceleration.map((a) => Math.hypot(...a))) },
-    });
+    if (this.live) {
+      this.stage.view = this.view;
+      this.stage.shift = this.follows ? [now.q[0], now.q[1]] : null;
+      this.stage.draw({
+        drawing, q: now.q, frozen: this.frozen, magnified: this.magnified(now), letters: phase?.mode, forces: now.forces, largest: this.largest, flash,
+        kick: kick && { from: head.map((v, i) => v - kick.impulse[i] / hardest * drawing.size), to: head },
+        shaking: begun < 0 ? null : { acceleration: motion.acceleration[begun], largest: Math.max(...motion.acceleration.map((a) => Math.hypot(...a))) },
+      });
+    }
     this.read(phase);
+    this.mark();
+  }
+
+  // By the Zeno clock, the body lifted off the ground by a multiple of its gaps, so that the largest of them can be seen: a displacement
+  // δ = Nᵀ(N Nᵀ)⁻¹ h more for each multiple, with the rows N of the normal velocities and the gaps h of the contacts that come to rest.
+  // null where the gaps can be seen anyway.
+  magnified(now) {
+    if (this.clock !== "zeno") return null;
+    const { film } = this;
+    const { drawing, frames } = film;
+    const point = film.zeno_points.find((z) => z.infinite && z.time > now.t);
+    if (!point) return null;
+    const contacts = point.contacts.slice(0, 2).map((number) => number - 1);
+    // The largest gap in a decade around now.
+    const [from, to] = [-0.5, 0.5].map((s) => this.find_in(this.column, this.position + s));
+    let largest = 0;
+    for (let k = from; k <= to; k++) if (frames.t[k] < point.time) largest = Math.max(largest, ...contacts.map((c) => frames.gaps[k][c] ?? 0));
+    const factor = LIFTED * drawing.size / largest;
+    if (!(factor > 2) || !Number.isFinite(factor)) return null;
+    const center = placed(drawing.center_of_mass, drawing, now.q, this.frozen);
+    const rows = contacts.map((c) => {
+      const at = placed(drawing.contacts[c], drawing, now.q, this.frozen);
+      const [tx, ty] = tangent(at, drawing.ground);
+      const [dx, dy] = [at[0] - center[0], at[1] - center[1]];
+      return [-ty, tx, (dx * tx + dy * ty) / drawing.size];
+    });
+    const gaps = contacts.map((c) => now.gaps[c] ?? 0);
+    const dot = (u, v) => u.reduce((sum, value, k) => sum + value * v[k], 0);
+    let weights = [gaps[0] / dot(rows[0], rows[0])];
+    if (rows.length === 2) {
+      const [a, b, d] = [dot(rows[0], rows[0]), dot(rows[0], rows[1]), dot(rows[1], rows[1])];
+      const det = a * d - b * b;
+      if (!(det > 1e-9 * a * d)) return null;
+      weights = [(d * gaps[0] - b * gaps[1]) / det, (a * gaps[1] - b * gaps[0]) / det];
+    }
+    const lift = [0, 1, 2].map((k) => (factor - 1) * weights.reduce((sum, w, i) => sum + w * rows[i][k], 0));
+    return { q: [now.q[0] + lift[0], now.q[1] + lift[1], now.q[2] + lift[2] / drawing.size], factor };
+  }
+
+  // Marks the time in the plot.
+  mark() {
     this.chart?.setCursor({ left: this.chart.valToPos(this.position, "x"), top: -1 }, false);
-    this.onframe(now);
   }
 
   read(phase) {
@@ -284,12 +336,12 @@ export class Player {
       scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
       axes: [
         { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
-        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { values: (u, values) => values.map(power) } : {}) },
+        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
       ],
       series: [{ label: "time" }, ...columns.map((_, c) => ({
         label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },
       }))],
-      hooks: { ready: [(u) => this.scrub(u)] },
+      hooks: { ready: [(u) => this.scrub(u)], setSize: [() => queueMicrotask(() => this.mark())] },
     }, [this.column, ...columns], this.find("gaps"));
   }
 
@@ -318,13 +370,12 @@ export class Player {
   }
 }
 
-// 10⁻³, 10⁰, …; nothing between.
-function power(value) {
-  const exponent = Math.log10(value ?? NaN);
-  if (!(Math.abs(exponent - Math.round(exponent)) < 1e-6) || Math.round(exponent) % 3) return null;
-  return `10${[...String(Math.round(exponent))].map((c) => (c === "-" ? "⁻" : SUPERSCRIPT[c])).join("")}`;
+// Every third power of ten in the range of an axis.
+function powers(chart, axis, low, high) {
+  const found = [];
+  for (let k = 3 * Math.ceil(Math.log10(low) / 3); k <= Math.log10(high); k += 3) found.push(10 ** k);
+  return found;
 }
-
 // Fills a page or a cell with a player of a film. speed: of the film, as a share of real time, or in decades of the time left per second.
 export function play(root, film, { clock = "real", speed = null } = {}) {
   root.classList.add("sf-root");

@@ -102,12 +102,12 @@ export class Stage {
     this.svg.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
   }
 
-  // Chooses the part of the world that is seen: the box of these points, with a margin.
-  fit(points) {
+  // The part of the world to see: the box of these points, with a margin.
+  fitted(points) {
     const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k])));
     const high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
     const room = MARGIN * Math.max(high[0] - low[0], high[1] - low[1], 1e-9);
-    this.view = { low: low.map((v) => v - room), high: high.map((v) => v + room) };
+    return { low: low.map((v) => v - room), high: high.map((v) => v + room) };
   }
 
   // Pixels in a metre, and the world point at the middle of the picture.
@@ -140,6 +140,7 @@ export class Stage {
     this.drawGround(scene.drawing);
     this.layers.scene.innerHTML = [
       scene.region === undefined ? "" : this.region(scene),
+      scene.magnified ? this.ghost(scene) : "",
       this.body(scene),
       this.contacts(scene),
       this.arrows(scene),
@@ -179,6 +180,21 @@ export class Stage {
       + `<path d="M${x} ${y}L${x} ${y - r}A${r} ${r} 0 0 1 ${x + r} ${y}ZM${x} ${y}L${x} ${y + r}A${r} ${r} 0 0 1 ${x - r} ${y}Z" fill="${ink.ink}"/></g>`,
     );
     return parts.join("");
+  }
+
+  // The body with magnified gaps.
+  ghost({ drawing, magnified: { q, factor } }) {
+    const { ink } = this;
+    const at = (point) => this.toScreen(placed(point, drawing, q, true));
+    const [x, y] = at(drawing.center_of_mass);
+    const look = `fill="none" stroke="${ink.flash}" stroke-width="1.8" stroke-dasharray="7 4" stroke-linejoin="round"`;
+    const shape = drawing.corners.length
+      ? `<path d="${path(drawing.corners.map(at), drawing.corners.length > 2)}" ${look}/>`
+      : `<circle cx="${x}" cy="${y}" r="${drawing.gyration_radius * this.scale}" ${look}/>`;
+    const feet = drawing.contacts.map((point) => at(point)).map(([px, py]) => `<circle cx="${px}" cy="${py}" r="3" fill="${ink.flash}"/>`).join("");
+    const power = Math.floor(Math.log10(factor));
+    const text = factor < 1000 ? `${Math.round(factor)}` : `${(factor / 10 ** power).toFixed(1)}·10<tspan dy="-5" font-size="10">${power}</tspan>`;
+    return `<g pointer-events="none">${shape}${feet}<text x="12" y="24" style="font:${FONT}" fill="${ink.flash}">dashed: gaps ${text} times as large</text></g>`;
   }
 
   contacts({ drawing, q, frozen, letters, flash }) {
