@@ -3,18 +3,19 @@
 The pictures take the colour of the text around them, so that they can be read on light and on dark backgrounds.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from standfast._core import Modes, Posture, Run, Scene, Verdict
 from standfast.page import film_page
-from standfast.report import account, decimal
-from standfast.scenery import ground, outline, placed, surface
-from standfast.table import ROWS, listed, modes_table, verdict_table
+from standfast.report import account, decimal, method_named
+from standfast.scenery import body_outline, ground, placed, surface
+from standfast.table import listed, modes_table, verdict_table
 
 if TYPE_CHECKING:
     from standfast.widget import Widget
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 _Floats = npt.NDArray[np.float64]
 
 #: Largest width and height of a picture; margin around the body, depth of the ground, distance of the number of a contact; px.
-WIDTH, HEIGHT, MARGIN, DEPTH, LABEL = 300.0, 220.0, 34.0, 9.0, 15.0
+WIDTH, HEIGHT, MARGIN, DEPTH, LABEL = 300.0, 220.0, 34.0, 9.0, 21.0
 #: Least size of what a picture shows, m.
 SMALLEST = 1e-300
 #: Points of the path of the centre of mass.
@@ -31,6 +32,8 @@ PATH = 400
 BODY, COURSE = "#56B4E9", "#D55E00"
 #: Style of the cells of a table.
 LEFT = ' style="text-align: left; white-space: normal"'
+#: Largest number of rows of a table.
+ROWS = 6
 
 
 def of_posture(posture: Posture) -> str:
@@ -63,13 +66,19 @@ def of_run(run: Run) -> str:
         ("impacts", f"{run.collisions} one by one"),
         *(("warning", warning) for warning in run.warnings),
     ]
-    zeno = [("Zeno point / s", "kind", "contacts", "certified")]
+    zeno = [("Zeno point / s", "kind", "contacts", "method", "certified")]
     zeno += [
-        (decimal(z.time), z.kind, listed(z.contacts), "yes" if z.certified else "no")
-        for z in run.zeno_points[:ROWS]
+        (
+            decimal(z.time),
+            z.kind,
+            listed(z.contacts),
+            method_named(z),
+            "yes" if z.certified else "no",
+        )
+        for z in run.zeno_points
     ]
     phases = [("mode", "start / s", "end / s")]
-    phases += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases[:ROWS]]
+    phases += [(p.mode, decimal(p.start), decimal(p.end)) for p in run.phases]
     body = _facts(rows) + "".join(_table(t) for t in (zeno, phases) if len(t) > 1)
     body += f"<details><summary>report</summary>{_text(account(run, 'run'))}</details>"
     if run.posture is None or run.q is None:
@@ -79,12 +88,12 @@ def of_run(run: Run) -> str:
 
 def of_verdict(verdict: Verdict) -> str:
     """The picture of the posture, and the table that `print` has."""
-    return _beside(picture(verdict.posture), _text(verdict_table(verdict)))
+    return picture(verdict.posture) + _text(verdict_table(verdict))
 
 
 def of_modes(modes: Modes) -> str:
     """The table that `print` has."""
-    return _beside("", _text(modes_table(modes)))
+    return _text(modes_table(modes))
 
 
 class Player:
@@ -103,8 +112,12 @@ class Player:
         return f"<{self.name}>"
 
 
-def show(run: Run, height: int, speed: float | None, clock: str) -> Player:
+def show(
+    run: Run, height: int, speed: float | None, clock: Literal["real", "zeno"]
+) -> Player:
     """See `Run.show`."""
+    if speed is not None:
+        run.frame_times(1.0, speed, clock)  # refuses what is no speed of a film
     name = f"Player of a run: {run.outcome} at {run.time} s"
     return Player(film_page(run, name, speed, clock), height, name)
 
@@ -133,14 +146,14 @@ def explore(scene: Posture | Scene | None = None) -> "Widget":
 
 
 def picture(posture: Posture, run: Run | None = None) -> str:
-    """An SVG picture of a posture; of a run, at its end, with the path of its centre of mass and its start in dashes."""
+    """An SVG picture of a posture; of a run, at its end, with the path of its centre of mass and in dashes at its start."""
     poses = np.zeros((1, 3))
     if run is not None and run.q is not None:
         poses = run.q[None]
         with suppress(ValueError):  # a run without record
             poses = run.sample(PATH)[1]
     frozen = run is not None and run.model == "local"
-    start, end = (outline(posture, q, frozen) for q in (poses[0], poses[-1]))
+    start, end = (body_outline(posture, q, frozen) for q in (poses[0], poses[-1]))
     course = np.array(posture.center_of_mass) + poses[:, :2]
     points = np.array([contact.point for contact in posture.contacts])
     feet = placed(posture, points, poses[-1], frozen)
@@ -153,29 +166,36 @@ def picture(posture: Posture, run: Run | None = None) -> str:
     width, height = (high - low) * scale
 
     def at(world: _Floats) -> _Floats:
-        return np.array([0.0, height]) + np.array([scale, -scale]) * (world - low)
+        x, y = (scale * (world - low)).T
+        return np.stack([x, height - y], axis=-1)
 
     def path(*parts: _Floats, close: str = "", **look: object) -> str:
         ways = ["M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in at(p)) for p in parts]
         return f'<path d="{"".join(way + close for way in ways)}"{_attributes(look)}/>'
 
+    ink, center = "currentColor", at(course[-1])
     marks = []
-    for number, foot in enumerate(feet, start=1):
-        (x, y), arm = at(foot), at(foot) - at(course[-1])
-        dx, dy = LABEL * arm / (np.hypot(*arm) or 1.0)
+    for number, (x, y) in enumerate(at(feet).tolist(), start=1):
         marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3"/>')
-        marks.append(f'<text x="{x + dx:.1f}" y="{y + dy + 4:.1f}">{number}</text>')
-    ink, (x, y) = "currentColor", at(course[-1])
+        beside, below = x + 0.2 * LABEL * np.sign(x - center[0]), y >= center[1] - 1.0
+        marks.append(
+            f'<text x="{beside:.1f}" y="{y + LABEL if below else y - LABEL / 2:.1f}">{number}</text>'
+        )
     drawn = [
         path(*strips, close="Z", fill_opacity=0.25),
         path(*lines, stroke=ink),
         path(end, fill=BODY, fill_opacity=0.4, stroke=ink, stroke_width=1.5),
         *marks,
     ]
-    if run is not None:
+    if posture.outline is None:
+        arms = [np.stack([course[-1], foot]) for foot in feet]
+        drawn += [path(*arms, stroke=ink, stroke_width=0.7)]
+    if len(poses) > 1:
         drawn[2:2] = [path(start, fill="none", stroke=ink, stroke_dasharray="3 3")]
         drawn += [path(course, fill="none", stroke=COURSE, stroke_width=1.5)]
-    drawn += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{COURSE}"/>']
+    drawn += [
+        f'<circle cx="{center[0]:.1f}" cy="{center[1]:.1f}" r="4" fill="{COURSE}"/>'
+    ]
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.1f} {height:.1f}" role="img"'
         f' fill="{ink}" font-family="sans-serif" font-size="12" text-anchor="middle" style="flex: none; max-width: 100%">'
@@ -196,7 +216,7 @@ def _point(values: tuple[float, float]) -> str:
 def _beside(picture: str, body: str) -> str:
     return (
         '<div style="display: flex; flex-wrap: wrap; gap: 8px 24px; align-items: flex-start">'
-        f'{picture}<div style="min-width: 0; max-width: 100%">{body}</div></div>'
+        f'{picture}<div style="flex: 1 1 24em; min-width: 0">{body}</div></div>'
     )
 
 
@@ -210,8 +230,10 @@ def _facts(rows: list[tuple[str, str]]) -> str:
     )
 
 
-def _table(rows: list[tuple[str, ...]]) -> str:
-    """A table; its first row is the header."""
+def _table(rows: Sequence[tuple[str, ...]]) -> str:
+    """The first rows of a table; the first of them is the header."""
+    if len(rows) > ROWS + 1:
+        rows = [*rows[: ROWS + 1], (f"and {len(rows) - 1 - ROWS} more",)]
     cells = [
         "".join(f"<{tag}{LEFT}>{escape(cell)}</{tag}>" for cell in row)
         for tag, row in zip(["th"] + ["td"] * len(rows), rows, strict=False)

@@ -21,7 +21,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from standfast._core import GroundMotion, Kick, Posture, Run, ZenoPoint, write_whole
-from standfast.scenery import Piece, ground, outline, surface
+from standfast.scenery import Piece, body_outline, ground, surface
 from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
@@ -644,7 +644,7 @@ def pose(run: Run, time: float) -> Pose:
         time,
         run.points_at(time),
         np.asarray(posture.center_of_mass) + q[:2],
-        outline(posture, q, run.model == "local"),
+        body_outline(posture, q, run.model == "local"),
     )
 
 

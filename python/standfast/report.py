@@ -99,7 +99,7 @@ def account(run: sf.Run, title: str) -> str:
         lines.extend(
             f"    {method}: {meaning}"
             for method, meaning in METHODS.items()
-            if method in {_method(point) for point in run.zeno_points}
+            if method in {method_named(point) for point in run.zeno_points}
         )
     else:
         lines.append("  no Zeno point")
@@ -177,7 +177,7 @@ METHODS = {
 }
 
 
-def _method(point: sf.ZenoPoint) -> str:
+def method_named(point: sf.ZenoPoint) -> str:
     """The method of a Zeno point as the report names it: "plastic" instead of "bounce" where there is no rebound."""
     return "plastic" if point.plastic else point.method
 
@@ -229,7 +229,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
             "about " + estimate(point.time_error),
             point.kind,
             listed(point.contacts),
-            _method(point),
+            method_named(point),
             "yes" if point.certified else "no",
             "no impact"
             if point.method == "rest" or point.plastic

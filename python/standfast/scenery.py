@@ -24,10 +24,11 @@ def placed(posture: Posture, points: _Floats, q: _Floats, frozen: bool) -> _Floa
     """
     nominal = np.array(posture.center_of_mass)
     c, s = (1.0, q[2]) if frozen else (math.cos(q[2]), math.sin(q[2]))
-    return nominal + q[:2] + (points - nominal) @ np.array([[c, s], [-s, c]])
+    turned: _Floats = (points - nominal) @ np.array([[c, s], [-s, c]])
+    return nominal + q[:2] + turned
 
 
-def outline(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
+def body_outline(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
     """The closed outline of the body (k + 1, 2), m. Without an outline the convex hull of the contact points stands for it, or for one
     contact the circle of gyration."""
     corners = posture.drawn_corners

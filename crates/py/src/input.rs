@@ -467,7 +467,7 @@ pub(crate) fn frames(value: &Bound<'_, PyAny>) -> PyResult<usize> {
 }
 
 /// Height of a frame in a notebook, in px.
-pub(crate) fn height(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+pub(crate) fn frame_height(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     whole("height", value, 100..=10_000)
 }
 

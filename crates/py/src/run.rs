@@ -630,7 +630,7 @@ impl PyRun {
     #[pyo3(signature = (height=640, speed=None, clock=None), text_signature = "($self, height=640, speed=None, clock='real')")]
     fn show<'py>(
         slf: &Bound<'py, Self>,
-        #[pyo3(from_py_with = input::height)] height: usize,
+        #[pyo3(from_py_with = input::frame_height)] height: usize,
         speed: Option<&Bound<'py, PyAny>>,
         clock: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
