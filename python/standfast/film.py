@@ -23,7 +23,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
 from PIL import Image
 
-from standfast._core import Run, ZenoPoint, write_whole
+from standfast._core import Run, ZenoPoint
 from standfast.maps import bar
 from standfast.plot import (
     APART,
@@ -96,23 +96,6 @@ EDGE = 0.01
 DIGITS = 16
 
 
-def animate(
-    run: Run, path: str | PathLike[str], fps: float, speed: float, clock: str
-) -> None:
-    """Write a film of the run to exactly this path, whole or not at all. See `Run.animate`."""
-    target = pathlib.Path(path)
-    kind = target.suffix.lower()
-    if kind not in FORMATS:
-        raise ValueError(
-            f"path = {str(path)!r} cannot be used: a file name that ends in {' or '.join(FORMATS)} is allowed"
-        )
-    if run.posture is None:
-        raise ValueError(
-            "run cannot be animated: it is of a LocalModel, which has no posture; a run of a Posture is needed"
-        )
-    write_whole(target, FORMATS[kind](run, fps, speed, clock))
-
-
 def as_gif(run: Run, fps: float, speed: float, clock: str) -> bytes:
     """The bytes of a GIF."""
     if fps > GIF_FPS:
@@ -143,13 +126,6 @@ def written(writer: AbstractMovieWriter, film: "Film") -> bytes:
             for _ in film.frames():
                 writer.grab_frame()
         return part.read_bytes()
-
-
-#: What writes a film, by the suffix of its file.
-FORMATS: dict[str, Callable[[Run, float, float, str], bytes]] = {
-    ".gif": as_gif,
-    ".mp4": as_mp4,
-}
 
 
 def pixels(canvas: FigureCanvasAgg) -> npt.NDArray[np.uint8]:

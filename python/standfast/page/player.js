@@ -114,18 +114,19 @@ export class Player {
     this.find("clock").value = clock;
     this.column = this.seconds[clock];
     this.whole = this.column.at(-1);
-    const normal = this.whole > 0 ? this.whole / (clock === "real" ? REAL : Math.min(ZENO, this.whole)) : 1;
-    this.setSpeed(normal);
+    this.normal = this.whole > 0 ? this.whole / (clock === "real" ? REAL : Math.min(ZENO, this.whole)) : 1;
+    this.setSpeed(this.normal);
     this.find("seek").max = this.whole || 1;
     this.plot();
     this.seek(at ?? this.clockOf(t));
   }
 
-  // The speed of the film, and others to choose around it.
+  // The speed of the film, and others to choose.
   setSpeed(speed) {
     this.speed = speed;
     const unit = this.clock === "real" ? (v) => `${few(v)} × real` : (v) => `${few(v)} decades/s`;
-    this.find("speed").innerHTML = [0.1, 0.25, 0.5, 1, 2, 5].map((factor) => factor * speed)
+    const choices = new Set([speed, ...[0.1, 0.25, 0.5, 1, 2, 5].map((factor) => factor * this.normal)]);
+    this.find("speed").innerHTML = [...choices].sort((a, b) => a - b)
       .map((v) => `<option value="${v}"${v === speed ? " selected" : ""}>${unit(v)}</option>`).join("");
   }
 
