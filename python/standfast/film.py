@@ -163,17 +163,17 @@ class Gif(PillowWriter):
         )
 
 
-class _Still(Artist):
+def still(picture: npt.NDArray[np.uint8]) -> Artist:
     """A picture of the whole figure (height, width, 4), below everything else. An image of matplotlib would be resampled in every frame."""
+    upright = picture[::-1].copy()
 
-    zorder = -1
+    def draw(renderer: RendererBase) -> None:
+        renderer.draw_image(renderer.new_gc(), 0, 0, upright)
 
-    def __init__(self, picture: npt.NDArray[np.uint8]) -> None:
-        super().__init__()
-        self.picture = picture[::-1].copy()
-
-    def draw(self, renderer: RendererBase) -> None:
-        renderer.draw_image(renderer.new_gc(), 0, 0, self.picture)
+    artist = Artist()
+    artist.set_zorder(-1)
+    artist.draw = draw  # type: ignore[method-assign]
+    return artist
 
 
 def readable(run: Run, times: _Floats) -> _Floats:
@@ -358,7 +358,7 @@ class Film:
             artist.set_visible(False)
         if self.follows:
             self.body.set_visible(False)
-        still = pixels(canvas).copy()
+        background = still(pixels(canvas))
         for artist, seen in visible.items():
             artist.set_visible(seen)
         self.body.set_visible(True)
@@ -368,7 +368,7 @@ class Film:
                     artist.set_visible(False)
         for legend in self.figure.legends:
             legend.set_visible(False)
-        self.figure.add_artist(_Still(still))
+        self.figure.add_artist(background)
 
     def _moves(self, artist: Any) -> Any:
         self.moving.append(artist)
