@@ -4,9 +4,8 @@ import math
 import pathlib
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
-from os import PathLike
 from typing import Any
 
 import numpy as np

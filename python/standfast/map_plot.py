@@ -16,6 +16,7 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.text import Text
 
 from standfast._core import Posture
+from standfast.colors import COLORS
 from standfast.plot import Picture, axes_or_none, fitted
 from standfast.units import described, quantities
 
