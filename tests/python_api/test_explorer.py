@@ -13,6 +13,7 @@ import pytest
 import standfast as sf
 from standfast import page
 from standfast.server import Limits, serve
+from test_wasm import drawn
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -299,3 +300,24 @@ def test_a_film_plays_scrubs_and_steps_from_a_file(browser, tmp_path):
 
 def test_the_film_holds_no_text_that_ends_its_script():
     assert "</script" not in page.data({"name": "</script><script>alert(1)</script>"})
+
+
+MODULE = Path(__file__).parents[2] / "target" / "explorer" / "standfast.wasm"
+
+
+@pytest.mark.skipif(not MODULE.exists(), reason="needs make explorer")
+def test_without_a_server_the_core_is_in_the_page(browser, tmp_path):
+    (tmp_path / "index.html").write_text(page.static_page(MODULE.read_bytes()), encoding="utf-8")  # fmt: skip
+    with opened(browser, (tmp_path / "index.html").as_uri()) as shown:
+        shown.wait_for_selector(".sf-view [data-handle]")
+        settled(shown, "stable")
+        drag(shown, '[data-handle="0"]', (320, 0))
+        settled(shown, "unstable")
+        # The answers are those of the wheel, to the last bit.
+        scenes = [path.read_text(encoding="utf-8") for path in EXAMPLES.glob("*.toml")]
+        scenes += [drawn(k) for k in range(62 - len(scenes))]
+        for scene in scenes:
+            for question in ("posture", "motion"):
+                asked = {"ask": question, "scene": scene}
+                told = shown.evaluate("(asked) => window.standfast.ask(asked)", asked)
+                assert told == json.loads(sf.ask(json.dumps(asked)))

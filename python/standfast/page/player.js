@@ -337,7 +337,7 @@ export class Player {
       scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
       axes: [
         { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
-        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
+        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
       ],
       series: [{ label: "time" }, ...columns.map((_, c) => ({
         label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },
