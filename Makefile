@@ -94,9 +94,12 @@ bits: wheel
 bench:
 	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes
 
-# The core as WebAssembly for pages: target/explorer/standfast.wasm; then tests/python_api/test_wasm.py compares it.
-explorer:
+# The explorer as a page of one file that needs no server: target/explorer/index.html, with the core as WebAssembly in it. Then
+# tests/python_api/test_wasm.py compares its answers with those of the wheel.
+explorer: EXTRA :=
+explorer: wheel
 	crates/wasm/build.sh
+	$(BIN)/python -m standfast.page target/explorer/standfast.wasm target/explorer/index.html
 
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:

@@ -1,4 +1,4 @@
-"""The command line: `standfast run SCENE`, `animate`, `modes`, `stability`, `check`, `robustness`, `map`, `schema`.
+"""The command line: `standfast run SCENE`, `animate`, `explore`, `modes`, `stability`, `check`, `robustness`, `map`, `schema`.
 
 `EXIT_CODES` has the exit codes.
 """
@@ -6,10 +6,11 @@
 import math
 import os
 import sys
+import webbrowser
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import TextIOWrapper
-from json import dumps
+from json import dumps, loads
 from pathlib import Path
 from typing import Annotated, Any, Protocol, cast
 
@@ -25,6 +26,7 @@ from cyclopts import (
 
 import standfast as sf
 from standfast._core import write_whole
+from standfast.animation import NEEDS, SUFFIXES
 from standfast.report import account
 from standfast.table import map_table
 
@@ -44,6 +46,9 @@ KICKED = (
     "jams",
     "tolerance",
 )
+
+#: Time after which a question of the explorer is given up, s.
+PATIENCE = 10.0
 
 #: The path that stands for standard output.
 STDOUT = Path("-")
@@ -165,7 +170,7 @@ def animate(
     scene
         Scene file, TOML or JSON.
     out
-        File of the film: .gif or .mp4. Needs matplotlib, and .mp4 the program ffmpeg.
+        File of the film: .gif or .mp4, which need matplotlib, and .mp4 the program ffmpeg; or .html, a page that plays it.
     fps
         Frames per second.
     speed
@@ -174,17 +179,15 @@ def animate(
         "real", or "zeno": the impacts before a Zeno point are evenly spaced.
     """
     _writable(out, "out", scene)
-    try:
-        from standfast.film import FORMATS
-    except ImportError as error:
-        raise ValueError("animate needs matplotlib: pip install matplotlib") from error
-    if out.suffix.lower() not in FORMATS:
-        raise ValueError(f"out {out}: the name must end in {' or '.join(FORMATS)}")
+    if out.suffix.lower() not in NEEDS:
+        raise ValueError(f"out {out}: the name must end in {SUFFIXES}")
     loaded = sf.load(scene)
     with _of(scene):
         result = loaded.simulate(record=True)
     try:
         result.animate(out, fps, speed, cast(Any, clock))
+    except ImportError as error:
+        raise ValueError(str(error)) from error
     except ValueError as error:
         raise ValueError(f"{_of_film(str(error), scene)}: {error}") from error
     _say(f"wrote {out}")
@@ -194,6 +197,53 @@ def _of_film(problem: str, scene: Path) -> str:
     """The option of a film that was refused, or the scene file if it is none of the options."""
     name = problem.partition(" = ")[0]
     return f"--{name}" if name in ("fps", "speed", "clock") else str(scene)
+
+
+@app.command
+def explore(
+    scene: Annotated[Path | None, Parameter(converter=_path)] = None,
+    *,
+    port: Annotated[int, Parameter(converter=_whole)] = 0,
+    browser: bool = True,
+) -> None:
+    """Open a page in the browser, to drag and kick a body and see at once whether it stands and how it moves.
+
+    The page is served on this machine only, under an address that is printed. The command ends when the page is closed, or with Ctrl-C.
+
+    Parameters
+    ----------
+    scene
+        Scene file, TOML or JSON. Without one, the page begins with an example.
+    port
+        Port on 127.0.0.1. 0: one that is free.
+    browser
+        Whether to open the address in the browser.
+    """
+    from standfast.page import explorer_page
+    from standfast.server import serve
+
+    if port > 65535:
+        raise ValueError(f"--port {port}: at most 65535")
+    begin: Any = None
+    if scene is not None:
+        sf.load(scene)
+        begin = scene.read_text(encoding="utf-8-sig")
+        if scene.suffix.lower() == ".json":
+            begin = loads(begin)
+
+    def opened(address: str) -> None:
+        _say(f"{address}\nends when the page is closed, or with Ctrl-C")
+        if browser:
+            webbrowser.open(address)
+
+    # A page that is left ends the command, however it is left.
+    with suppress(KeyboardInterrupt):
+        serve(
+            explorer_page(begin),
+            lambda question: sf.ask(question, seconds=PATIENCE),
+            port=port,
+            opened=opened,
+        )
 
 
 @app.command

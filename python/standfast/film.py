@@ -4,9 +4,8 @@ import math
 import pathlib
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
-from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
 from PIL import Image
 
-from standfast._core import Run, ZenoPoint, write_whole
+from standfast._core import Run, ZenoPoint
 from standfast.maps import bar
 from standfast.plot import (
     APART,
@@ -96,23 +95,6 @@ EDGE = 0.01
 DIGITS = 16
 
 
-def animate(
-    run: Run, path: str | PathLike[str], fps: float, speed: float, clock: str
-) -> None:
-    """Write a film of the run to exactly this path, whole or not at all. See `Run.animate`."""
-    target = pathlib.Path(path)
-    kind = target.suffix.lower()
-    if kind not in FORMATS:
-        raise ValueError(
-            f"path = {str(path)!r} cannot be used: a file name that ends in {' or '.join(FORMATS)} is allowed"
-        )
-    if run.posture is None:
-        raise ValueError(
-            "run cannot be animated: it is of a LocalModel, which has no posture; a run of a Posture is needed"
-        )
-    write_whole(target, FORMATS[kind](run, fps, speed, clock))
-
-
 def as_gif(run: Run, fps: float, speed: float, clock: str) -> bytes:
     """The bytes of a GIF."""
     if fps > GIF_FPS:
@@ -143,13 +125,6 @@ def written(writer: AbstractMovieWriter, film: "Film") -> bytes:
             for _ in film.frames():
                 writer.grab_frame()
         return part.read_bytes()
-
-
-#: What writes a film, by the suffix of its file.
-FORMATS: dict[str, Callable[[Run, float, float, str], bytes]] = {
-    ".gif": as_gif,
-    ".mp4": as_mp4,
-}
 
 
 def pixels(canvas: FigureCanvasAgg) -> npt.NDArray[np.uint8]:
@@ -187,17 +162,17 @@ class Gif(PillowWriter):
         )
 
 
-class _Still(Artist):
+def still(picture: npt.NDArray[np.uint8]) -> Artist:
     """A picture of the whole figure (height, width, 4), below everything else. An image of matplotlib would be resampled in every frame."""
+    upright = picture[::-1].copy()
 
-    zorder = -1
+    def draw(renderer: RendererBase) -> None:
+        renderer.draw_image(renderer.new_gc(), 0, 0, upright)
 
-    def __init__(self, picture: npt.NDArray[np.uint8]) -> None:
-        super().__init__()
-        self.picture = picture[::-1].copy()
-
-    def draw(self, renderer: RendererBase) -> None:
-        renderer.draw_image(renderer.new_gc(), 0, 0, self.picture)
+    artist = Artist()
+    artist.set_zorder(-1)
+    artist.draw = draw  # type: ignore[method-assign]
+    return artist
 
 
 def readable(run: Run, times: _Floats) -> _Floats:
@@ -382,7 +357,7 @@ class Film:
             artist.set_visible(False)
         if self.follows:
             self.body.set_visible(False)
-        still = pixels(canvas).copy()
+        background = still(pixels(canvas))
         for artist, seen in visible.items():
             artist.set_visible(seen)
         self.body.set_visible(True)
@@ -392,7 +367,7 @@ class Film:
                     artist.set_visible(False)
         for legend in self.figure.legends:
             legend.set_visible(False)
-        self.figure.add_artist(_Still(still))
+        self.figure.add_artist(background)
 
     def _moves(self, artist: Any) -> Any:
         self.moving.append(artist)

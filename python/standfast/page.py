@@ -6,7 +6,10 @@ The scripts are modules in `page/`. A page or a widget gets them as one script, 
 
 import json
 import re
+import sys
+from base64 import b64encode
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from standfast._core import Run
@@ -14,7 +17,7 @@ from standfast.colors import COLORS
 
 #: The modules, each after those that it uses.
 PLAYER = ("stage.js", "player.js")
-EXPLORER = (*PLAYER, "presets.js", "explorer.js", "ask.js")
+EXPLORER = (*PLAYER, "presets.js", "explorer.js", "engine.js", "ask.js")
 #: The library that draws curves, and the styles.
 LIBRARY, STYLES = "uPlot.iife.min.js", ("uPlot.min.css", "style.css")
 
@@ -89,5 +92,26 @@ def explorer_page(scene: dict[str, Any] | str | None) -> str:
     )
 
 
+def static_page(module: bytes) -> str:
+    """The explorer without a server: the core as WebAssembly is in the page itself, so that it can be put on any site, or opened as a file.
+
+    module: what `make explorer` builds.
+    """
+    text = b64encode(module).decode("ascii")
+    return document(
+        "standfast explorer",
+        EXPLORER,
+        f"""const bytes = Uint8Array.from(atob("{text}"), (c) => c.charCodeAt(0));
+window.standfast = new Explorer(root, {{ ask: wasmAsk(bytes), colors: {data(COLORS)} }});""",
+    )
+
+
 def _escaped(text: str) -> str:
     return text.replace("&", "&amp;").replace("<", "&lt;")
+
+
+if __name__ == "__main__":
+    # python -m standfast.page MODULE PAGE
+    Path(sys.argv[2]).write_text(
+        static_page(Path(sys.argv[1]).read_bytes()), encoding="utf-8"
+    )

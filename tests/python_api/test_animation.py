@@ -263,11 +263,11 @@ def test_impacts_without_flight_are_not_found():
     assert [len(found) for found in impacts(run, times, run.gaps_at(times))] == [0, 0]
 
 
-@pytest.mark.parametrize("name", ["film.avi", "film.html", "film"])
+@pytest.mark.parametrize("name", ["film.avi", "film.htm", "film"])
 def test_another_suffix_is_refused(tmp_path, name):
     path = str(tmp_path / name)
     with pytest.raises(
-        ValueError, match=r"ends in \.gif or \.mp4 is allowed"
+        ValueError, match=r"ends in \.gif, \.mp4 or \.html is allowed"
     ) as caught:
         ball().animate(path)
     assert str(caught.value).startswith(f"path = {path!r} cannot be used")
@@ -319,7 +319,7 @@ def test_a_film_from_the_command_line(tmp_path, capsys):
     for arguments, message in (
         ([out, "--fps", "0"], "--fps: fps = 0.0"),
         ([out, "--clock", "slow"], '--clock: clock = "slow"'),
-        ([str(tmp_path / "film.html")], "must end in .gif or .mp4"),
+        ([str(tmp_path / "film.avi")], "must end in .gif, .mp4 or .html"),
         ([], "animate needs a file for the film"),
     ):
         assert main(["animate", scene, *arguments]) == 2

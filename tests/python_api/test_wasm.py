@@ -10,9 +10,10 @@ from pathlib import Path
 import bits
 import pytest
 import standfast as sf
+from standfast import page
 
 ROOT = Path(__file__).parents[2]
-ENGINE = ROOT / "crates" / "wasm" / "engine.js"
+CRATE = ROOT / "crates" / "wasm"
 MODULE = ROOT / "target" / "explorer" / "standfast.wasm"
 NODE = shutil.which("node")
 RANDOM = 360
@@ -25,8 +26,8 @@ built = pytest.mark.skipif(
 #: The answers to a list of questions.
 RUNNER = """
 const { readFileSync } = require("node:fs");
-const [engineFile, moduleFile] = process.argv.slice(1);
-const engine = new Function(`${readFileSync(engineFile, "utf8")}; return engine;`)();
+const [source, moduleFile] = process.argv.slice(1);
+const engine = new Function(`${source}; return engine;`)();
 const module = new WebAssembly.Module(readFileSync(moduleFile));
 if (WebAssembly.Module.imports(module).length) throw new Error("the module has imports");
 const ask = engine(module);
@@ -38,7 +39,7 @@ process.stdout.write(JSON.stringify(questions.map((question) => ask(question))))
 def in_node(questions: list[str]) -> list[str]:
     """The answers of WebAssembly."""
     done = subprocess.run(
-        [NODE, "-e", RUNNER, ENGINE, MODULE],
+        [NODE, "-e", RUNNER, page.script(("engine.js",)), MODULE],
         input=json.dumps(questions),
         capture_output=True,
         encoding="utf-8",
@@ -94,8 +95,8 @@ def packages(folder: Path) -> set[tuple[str, str]]:
 
 def test_it_is_built_from_the_packages_of_the_core():
     """The two have a list each."""
-    assert len(packages(ENGINE.parent)) > 20
-    assert packages(ENGINE.parent) <= packages(ROOT)
+    assert len(packages(CRATE)) > 20
+    assert packages(CRATE) <= packages(ROOT)
 
 
 @built

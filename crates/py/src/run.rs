@@ -594,13 +594,15 @@ impl PyRun {
     /// is the largest force of the film. A ring is an impact, an orange arrow a kick, and an arrow in the ground its acceleration. Where the
     /// body moves far, the picture follows it.
     ///
-    /// path : file, .gif or .mp4. fps : frames per second, at most 1000 (a GIF has a whole number of hundredths of a second for each frame).
+    /// path : file, .gif, .mp4 or .html: a page of one file that plays, scrubs and steps from event to event by both clocks. fps : frames per
+    /// second, at most 1000 (a GIF has a whole number of hundredths of a second for each frame; a page has as many as the screen).
     /// speed : how fast the film is, see `clock`. clock : "real": in one second of the film, `speed` seconds of the run. "zeno": in one second of
     /// the film the time left to the next Zeno point decreases by `speed` decades, so that the impacts before it do not become too fast to be
     /// seen, and the gaps have a logarithmic axis; after the last Zeno point, and in a run without any, as "real". See `frame_times`.
     ///
     /// Raises ValueError for another suffix, for a run of a LocalModel without a body, for a run without record (record=False), for more than
-    /// 20 000 frames, and for .mp4 without the program ffmpeg; OSError if the file cannot be written. Needs matplotlib (extra `plot`).
+    /// 20 000 frames, and for .mp4 without the program ffmpeg; OSError if the file cannot be written. .gif and .mp4 need matplotlib (extra
+    /// `plot`).
     #[pyo3(signature = (path, fps=None, speed=None, clock=None), text_signature = "($self, path, fps=30, speed=1.0, clock='real')")]
     fn animate<'py>(
         slf: &Bound<'py, Self>,
@@ -612,7 +614,7 @@ impl PyRun {
         let film = Film::read(fps, speed, clock)?;
         let clock = word(&film.clock);
         slf.py()
-            .import("standfast.film")?
+            .import("standfast.animation")?
             .call_method1("animate", (slf, path, film.fps, film.speed, clock))?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The core as WebAssembly: [`standfast::ask`] for pages, without imports and without a generated interface.
 //!
 //! Texts cross as bytes of UTF-8 in the memory of the module. The page asks `alloc` for room, writes the question there, calls `ask`, reads
-//! the answer, and gives both back by `free`: `engine.js` does that. A panic traps; the module has to be loaded anew afterwards.
+//! the answer, and gives both back by `free`: `engine.js` of the pages does that. A panic traps; the module has to be loaded anew afterwards.
 
 #![deny(unsafe_op_in_unsafe_fn)]
 

@@ -1,5 +1,7 @@
 // Where questions go: to the server of the page, to the kernel of a notebook, or to WebAssembly in a worker.
 
+import { engine } from "./engine.js";
+
 // A question is refused if its answer takes longer, ms.
 const PATIENCE = 15000;
 
@@ -36,19 +38,13 @@ export function kernelAsk(model) {
   });
 }
 
-// The core as WebAssembly, in a worker, which is started again if an answer takes too long. bytes: an ArrayBuffer.
+// The core as WebAssembly, in a worker, which is started again if an answer takes too long. bytes: of the module.
 export function wasmAsk(bytes) {
-  const program = `
-    let engine;
-    onmessage = async ({ data }) => {
-      if (data.bytes) { engine = (await WebAssembly.instantiate(data.bytes, {})).instance.exports; return; }
-      const text = new TextEncoder().encode(data.question);
-      const from = engine.alloc(text.length);
-      new Uint8Array(engine.memory.buffer, from, text.length).set(text);
-      const to = engine.ask(from, text.length);
-      const length = new DataView(engine.memory.buffer).getUint32(to, true);
-      postMessage({ id: data.id, answer: new TextDecoder().decode(new Uint8Array(engine.memory.buffer, to + 4, length)) });
-      engine.free(to, length + 4);
+  const program = `${engine}
+    let ask;
+    onmessage = ({ data }) => {
+      if (data.bytes) ask = engine(new WebAssembly.Module(data.bytes));
+      else postMessage({ id: data.id, answer: ask(data.question) });
     };`;
   const address = URL.createObjectURL(new Blob([program], { type: "text/javascript" }));
   let worker, last = 0;

@@ -139,7 +139,11 @@ export class Explorer {
     this.turn += 1;
     this.wanted = { fit: fit || this.wanted?.fit, play: play || this.wanted?.play, settled };
     if (this.asking) return this.asking;
-    this.asking = this.answer().finally(() => { this.asking = null; });
+    this.root.setAttribute("aria-busy", "true");
+    this.asking = this.answer().finally(() => {
+      this.asking = null;
+      this.root.setAttribute("aria-busy", "false");
+    });
     return this.asking;
   }
 

@@ -114,18 +114,19 @@ export class Player {
     this.find("clock").value = clock;
     this.column = this.seconds[clock];
     this.whole = this.column.at(-1);
-    const normal = this.whole > 0 ? this.whole / (clock === "real" ? REAL : Math.min(ZENO, this.whole)) : 1;
-    this.setSpeed(normal);
+    this.normal = this.whole > 0 ? this.whole / (clock === "real" ? REAL : Math.min(ZENO, this.whole)) : 1;
+    this.setSpeed(this.normal);
     this.find("seek").max = this.whole || 1;
     this.plot();
     this.seek(at ?? this.clockOf(t));
   }
 
-  // The speed of the film, and others to choose around it.
+  // The speed of the film, and others to choose.
   setSpeed(speed) {
     this.speed = speed;
     const unit = this.clock === "real" ? (v) => `${few(v)} × real` : (v) => `${few(v)} decades/s`;
-    this.find("speed").innerHTML = [0.1, 0.25, 0.5, 1, 2, 5].map((factor) => factor * speed)
+    const choices = new Set([speed, ...[0.1, 0.25, 0.5, 1, 2, 5].map((factor) => factor * this.normal)]);
+    this.find("speed").innerHTML = [...choices].sort((a, b) => a - b)
       .map((v) => `<option value="${v}"${v === speed ? " selected" : ""}>${unit(v)}</option>`).join("");
   }
 
@@ -336,7 +337,7 @@ export class Player {
       scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
       axes: [
         { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
-        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
+        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
       ],
       series: [{ label: "time" }, ...columns.map((_, c) => ({
         label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },

@@ -17,6 +17,8 @@ export const INK = {
 const FONT = "13px system-ui, sans-serif";
 // Length of the longest force arrow, in sizes of the body; radius of a marker and length of an arrow head, in px.
 const ARROW = 0.9, MARK = 4, HEAD = 9;
+// Width of the rim in which the body can be taken hold of, px.
+const GRIP = 22;
 // Free share of the picture around the body.
 const MARGIN = 0.16;
 
@@ -165,14 +167,18 @@ export class Stage {
     const look = `fill="${ink.body}" fill-opacity="0.22" stroke="${ink.ink}" stroke-width="1.8" stroke-linejoin="round"`;
     const parts = [];
     if (drawing.corners.length) {
-      parts.push(`<path class="body" d="${path(drawing.corners.map(at), true)}" ${look}/>`);
+      parts.push(`<path d="${path(drawing.corners.map(at), true)}" ${look}/>`);
     } else {
-      parts.push(`<circle class="body" cx="${center[0]}" cy="${center[1]}" r="${drawing.gyration_radius * this.scale}" ${look}/>`);
+      parts.push(`<circle cx="${center[0]}" cy="${center[1]}" r="${drawing.gyration_radius * this.scale}" ${look}/>`);
     }
     if (!drawing.has_outline) {
       const arms = drawing.contacts.map((point) => path([center, at(point)])).join("");
       parts.push(`<path d="${arms}" stroke="${ink.ink}" stroke-width="0.8" fill="none" pointer-events="none"/>`);
     }
+    // Where the body can be taken hold of: a little around its shape and its centre of mass.
+    const shape = drawing.corners.length ? [...drawing.corners.map(at), center] : [center];
+    parts.push(`<path class="body" d="${path(shape, true)}" fill="transparent" stroke="transparent" stroke-width="${GRIP}" stroke-linejoin="round" stroke-linecap="round"/>`);
+    if (!drawing.corners.length) parts.push(`<circle class="body" cx="${center[0]}" cy="${center[1]}" r="${drawing.gyration_radius * this.scale}" fill="transparent"/>`);
     // The sign of a centre of mass: a quartered disc.
     const [x, y] = center, r = 7;
     parts.push(

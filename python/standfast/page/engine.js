@@ -1,6 +1,6 @@
 // The engine in a page, a worker or Node: `const ask = engine(module)` with a WebAssembly.Module; then `ask(question)` is the answer, both
 // JSON texts. After a panic of the engine, which no question should cause, the next question finds a new instance.
-function engine(module) {
+export function engine(module) {
   let exports = null;
   return (question) => {
     exports ??= new WebAssembly.Instance(module).exports;

@@ -1,0 +1,323 @@
+"""The pages in a real browser: the player of a film, and the explorer with its server. Needs Chromium and playwright; without them the tests
+are skipped by name."""
+
+import json
+import math
+import shutil
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Queue
+
+import pytest
+import standfast as sf
+from standfast import page
+from standfast.server import Limits, serve
+from test_wasm import drawn
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
+    pytest.mark.xdist_group("browser"),
+]
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+#: The browser asks nobody but the page's server.
+ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync")  # fmt: skip
+#: Legs on two slopes: stable while the centre of mass is between the feet.
+LEGS = {
+    "gravity": 9.81,
+    "restitution": 0.1,
+    "body": {"mass": 1.0, "gyration_radius": 0.4, "center_of_mass": [0.05, 0.35]},
+    "contact": [
+        {"point": [-0.5, 0.0], "slope": -0.35, "friction": 0.6},
+        {"point": [0.5, 0.0], "slope": 0.35, "friction": 0.6},
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=list(ARGUMENTS)
+        )
+        yield chromium
+        chromium.close()
+
+
+@contextmanager
+def opened(browser, address, **options):
+    """A page, on which nothing may go to the console and no error may be raised."""
+    said = []
+    context = browser.new_context(
+        **{"viewport": {"width": 1300, "height": 900}, **options}
+    )
+    shown = context.new_page()
+    shown.set_default_timeout(15_000)
+    shown.on("console", lambda message: said.append(message.text))
+    shown.on("pageerror", lambda error: said.append(str(error)))
+    shown.on("requestfailed", lambda request: said.append(request.url))
+    shown.goto(address)
+    yield shown
+    # The stream that tells that the page lives ends with the page.
+    assert [text for text in said if "/alive" not in text] == []
+    context.close()
+
+
+@contextmanager
+def explorer(browser, scene=None, grace=0.5, **options):
+    """The explorer, and what it asks. grace: how long the server waits for a page that comes back, s."""
+    addresses, asked = Queue(), []
+
+    def answer(question):
+        asked.append(json.loads(question))
+        return sf.ask(question, seconds=10)
+
+    served = threading.Thread(
+        target=serve,
+        args=(page.explorer_page(scene), answer),
+        kwargs={"opened": addresses.put, "limits": Limits(grace=grace)},
+    )
+    served.start()
+    with opened(browser, addresses.get(timeout=10), **options) as shown:
+        shown.wait_for_selector(".sf-view [data-handle]")
+        yield shown, asked
+    # The server ends with its page.
+    served.join(timeout=15)
+    assert not served.is_alive()
+
+
+def scene_of(shown):
+    """The scene that the address of the page holds."""
+    return shown.evaluate(
+        """() => { const text = new URLSearchParams(location.hash.slice(1)).get("scene");
+        return JSON.parse(atob(text.replace(/-/g, "+").replace(/_/g, "/"))); }"""
+    )
+
+
+def verdict(shown):
+    return shown.locator(".sf-verdict").get_attribute("data-state")
+
+
+def settled(shown, state):
+    """Waits for a verdict, and for the film after it."""
+    shown.wait_for_selector(f'.sf-verdict[data-state="{state}"]')
+    answered(shown)
+
+
+def answered(shown):
+    """Waits until nothing is asked about the scene any more."""
+    shown.wait_for_timeout(50)
+    shown.wait_for_selector(".sf-root[aria-busy=false]")
+
+
+def drag(shown, at, by):
+    """Presses in the middle of what is at `at`, moves by `by` (px), and releases."""
+    box = shown.locator(at).bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    shown.mouse.move(x, y)
+    shown.mouse.down()
+    for k in range(1, 11):
+        shown.mouse.move(x + by[0] * k / 10, y + by[1] * k / 10)
+    shown.mouse.up()
+
+
+def test_dragging_the_centre_of_mass_out_of_the_region_changes_the_verdict(browser):
+    with explorer(browser, LEGS) as (shown, asked):
+        settled(shown, "stable")
+        assert "corner-map" in shown.locator(".sf-verdict h2").inner_text()
+        drag(shown, '[data-handle="0"]', (300, 0))
+        settled(shown, "unstable")
+        scene = scene_of(shown)
+        x, y = scene["body"]["center_of_mass"]
+        assert x > 0.5
+        assert y == pytest.approx(0.35, abs=1e-9)
+        # What the page says is what the package says.
+        told = json.loads(sf.ask(json.dumps({"ask": "posture", "scene": scene})))
+        text = shown.locator(".sf-verdict").inner_text()
+        assert told["verdict"]["in_words"] in text
+        assert told["verdict"]["by"] in text
+        words = shown.locator(".sf-modes tr.yes td:first-child").all_inner_texts()
+        assert [word.removeprefix("✓ ") for word in words] == told["modes"][
+            "consistent"
+        ]
+        # The map around the body has been drawn, first coarse and then fine.
+        assert shown.locator(".sf-view image").count() == 1
+        cells = {len(q["over"][1]["values"]) for q in asked if q["ask"] == "map"}
+        assert 60 in cells
+        # Undo and redo.
+        shown.keyboard.press("Control+z")
+        settled(shown, "stable")
+        shown.keyboard.press("Control+y")
+        settled(shown, "unstable")
+
+
+def test_a_kick_plays_to_rest(browser):
+    with explorer(browser, LEGS) as (shown, asked):
+        settled(shown, "stable")
+        body = shown.locator(".sf-view path.body").bounding_box()
+        middle = body["x"] + body["width"] / 2, body["y"] + body["height"] / 2
+        shown.mouse.move(*middle)
+        shown.mouse.down()
+        shown.mouse.move(middle[0] + 60, middle[1], steps=5)
+        shown.mouse.up()
+        answered(shown)
+        assert "end" not in shown.locator(".sf-readout").inner_text()
+        shown.wait_for_selector(".sf-readout:has-text('end: rest')")
+        (kick,) = scene_of(shown)["kick"]
+        assert kick["impulse"][0] > 0
+        assert abs(kick["impulse"][1]) < 1e-9
+        # The end of the film is the end of the run that Python computes from the same scene.
+        question = [q for q in asked if q["ask"] == "motion"][-1]
+        film = json.loads(sf.ask(json.dumps(question)))
+        assert film["outcome"] == "rest"
+        assert f"t = {film['end']:.7g}"[:9] in shown.locator(".sf-readout").inner_text()
+
+
+def test_keys_move_what_is_focused_and_play(browser):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+        shown.locator('[data-handle="0"]').focus()
+        shown.keyboard.press("Shift+ArrowRight")
+        answered(shown)
+        moved = scene_of(shown)["body"]["center_of_mass"]
+        size = math.hypot(0.55, 0.35)
+        assert moved == pytest.approx([0.05 + 0.1 * size, 0.35], abs=1e-12)
+        # The focus stays on the handle.
+        shown.keyboard.press("ArrowUp")
+        answered(shown)
+        assert scene_of(shown)["body"]["center_of_mass"][1] > 0.35
+        shown.keyboard.press("k")
+        answered(shown)
+        assert "end" not in shown.locator(".sf-readout").inner_text()
+        shown.wait_for_selector(".sf-readout:has-text('end: rest')")
+
+
+def test_a_slope_and_a_slider(browser):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+        # The knob of the slope of contact 2: from 0.35 rad upwards.
+        drag(shown, '[data-handle="4"]', (0, -60))
+        answered(shown)
+        scene = scene_of(shown)
+        assert scene["contact"][1]["slope"] > 0.45
+        assert scene["contact"][0]["slope"] == -0.35
+        shown.locator("[data-slider='0']").fill("0.1")
+        answered(shown)
+        assert {c["friction"] for c in scene_of(shown)["contact"]} == {0.1}
+        shown.select_option(".sf-law", "moreau")
+        answered(shown)
+        assert scene_of(shown)["run"]["impact"] == "moreau"
+
+
+def test_a_link_holds_the_scene(browser):
+    with explorer(browser, LEGS, grace=3.0) as (shown, _):
+        settled(shown, "stable")
+        drag(shown, '[data-handle="0"]', (-20, -60))
+        answered(shown)
+        link, scene, state = shown.url, scene_of(shown), verdict(shown)
+        shown.goto("about:blank")
+        shown.goto(link)
+        shown.wait_for_selector(".sf-view [data-handle]")
+        settled(shown, state)
+        assert scene_of(shown) == scene
+        assert scene["body"]["center_of_mass"] != LEGS["body"]["center_of_mass"]
+
+
+def test_files_are_opened_and_saved(browser, tmp_path):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+        shown.set_input_files(".sf-file", EXAMPLES / "stairs.toml")
+        shown.wait_for_selector("[data-handle='8']")
+        answered(shown)
+        with shown.expect_download() as download:
+            shown.locator(".sf-save").click()
+        download.value.save_as(tmp_path / "scene.toml")
+        saved, original = (
+            sf.load(tmp_path / "scene.toml"),
+            sf.load(EXAMPLES / "stairs.toml"),
+        )
+        assert repr(saved) == repr(original)
+        for button, magic in ((".sf-png", b"\x89PNG"), (".sf-svg", b"<svg")):
+            with shown.expect_download() as download:
+                shown.locator(button).click()
+            assert Path(download.value.path()).read_bytes().startswith(magic)
+        # A file that is no scene changes nothing but the message.
+        (tmp_path / "wrong.toml").write_text("gravity = -1\n", encoding="utf-8")
+        before = shown.url
+        shown.set_input_files(".sf-file", tmp_path / "wrong.toml")
+        shown.wait_for_selector(".sf-error:visible")
+        assert "line 1" in shown.locator(".sf-error").inner_text()
+        assert shown.url == before
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_row_of_the_page_is_wider_than_a_phone(browser, scheme):
+    phone = {"viewport": {"width": 375, "height": 720}, "color_scheme": scheme}
+    with explorer(browser, LEGS, has_touch=True, **phone) as (shown, _):
+        settled(shown, "stable")
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 375
+        assert shown.locator(".sf-root").get_attribute("data-theme") == scheme
+
+
+def test_every_preset_has_a_verdict_and_a_film(browser):
+    with explorer(browser) as (shown, _):
+        names = shown.eval_on_selector_all(
+            ".sf-preset option", "all => all.map((o) => o.value)"
+        )
+        for name in filter(None, names):
+            shown.select_option(".sf-preset", name)
+            answered(shown)
+            assert not shown.locator(".sf-error").is_visible(), name
+            assert verdict(shown) in ("stable", "unstable", "undecided")
+
+
+def test_a_film_plays_scrubs_and_steps_from_a_file(browser, tmp_path):
+    run = sf.load(EXAMPLES / "clattering_rod.toml").simulate()
+    run.animate(tmp_path / "film.html", clock="zeno")
+    with opened(browser, (tmp_path / "film.html").as_uri()) as shown:
+        readout = shown.locator(".sf-readout")
+        assert "t = 0.000000 s" in readout.inner_text()
+        assert shown.locator(".sf-clock").input_value() == "zeno"
+        # From event to event: the times of the impacts.
+        for impact in run.impacts["time"][:5]:
+            shown.locator(".sf-after").click()
+            assert f"t = {impact:.7g}"[:10] in readout.inner_text()
+        shown.locator(".sf-before").click()
+        assert f"t = {run.impacts['time'][3]:.7g}"[:10] in readout.inner_text()
+        # In the middle of the film the gaps are too small to be seen, and are magnified.
+        whole = float(shown.locator(".sf-seek").get_attribute("max"))
+        assert whole == pytest.approx(run.film_time(run.time, clock="zeno"))
+        shown.locator(".sf-seek").fill(str(whole / 2))
+        assert "before the 2-zeno point" in readout.inner_text()
+        assert "times as large" in shown.locator(".sf-stage svg").text_content()
+        shown.select_option(".sf-speed", index=5)
+        shown.locator(".sf-play").click()
+        shown.wait_for_selector(".sf-readout:has-text('end: rest')")
+
+
+def test_the_film_holds_no_text_that_ends_its_script():
+    assert "</script" not in page.data({"name": "</script><script>alert(1)</script>"})
+
+
+MODULE = Path(__file__).parents[2] / "target" / "explorer" / "standfast.wasm"
+
+
+@pytest.mark.skipif(not MODULE.exists(), reason="needs make explorer")
+def test_without_a_server_the_core_is_in_the_page(browser, tmp_path):
+    (tmp_path / "index.html").write_text(page.static_page(MODULE.read_bytes()), encoding="utf-8")  # fmt: skip
+    with opened(browser, (tmp_path / "index.html").as_uri()) as shown:
+        shown.wait_for_selector(".sf-view [data-handle]")
+        settled(shown, "stable")
+        drag(shown, '[data-handle="0"]', (320, 0))
+        settled(shown, "unstable")
+        # The answers are those of the wheel, to the last bit.
+        scenes = [path.read_text(encoding="utf-8") for path in EXAMPLES.glob("*.toml")]
+        scenes += [drawn(k) for k in range(62 - len(scenes))]
+        for scene in scenes:
+            for question in ("posture", "motion"):
+                asked = {"ask": question, "scene": scene}
+                told = shown.evaluate("(asked) => window.standfast.ask(asked)", asked)
+                assert told == json.loads(sf.ask(json.dumps(asked)))
