@@ -59,9 +59,9 @@ from standfast._core import (
     stability,
     static_forces,
 )
+from standfast.explorer import explore
 from standfast.kicks import robustness
 from standfast.maps import plot_map, sweep
-from standfast.notebook import explore
 
 __all__ = [
     "Contact",

@@ -1,4 +1,4 @@
-"""What a notebook shows: the HTML of postures, runs, verdicts and contact modes with small pictures, the player, and the explorer.
+"""What a notebook shows: the HTML of postures, runs, verdicts and contact modes with small pictures, and the player.
 
 The pictures take the colour of the text around them, so that they can be read on light and on dark backgrounds.
 """
@@ -6,19 +6,16 @@ The pictures take the colour of the text around them, so that they can be read o
 from collections.abc import Sequence
 from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from standfast._core import Modes, Posture, Run, Scene, Verdict
+from standfast._core import Modes, Posture, Run, Verdict
 from standfast.page import film_page
 from standfast.report import account, decimal, method_named
 from standfast.scenery import body_outline, ground, placed, surface
 from standfast.table import listed, modes_table, verdict_table
-
-if TYPE_CHECKING:
-    from standfast.widget import Widget
 
 _Floats = npt.NDArray[np.float64]
 
@@ -120,29 +117,6 @@ def show(
         run.frame_times(1.0, speed, clock)  # refuses what is no speed of a film
     name = f"Player of a run: {run.outcome} at {run.time} s"
     return Player(film_page(run, name, speed, clock), height, name)
-
-
-def explore(scene: Posture | Scene | None = None) -> "Widget":
-    """The explorer in a cell of a notebook: drag, tilt and kick a body, with its verdict, its contact modes and its motion.
-
-    scene : what to begin with: a Posture at rest, or a Scene; None: an example. The kernel of the notebook answers, when it is not busy
-    with a cell. The posture as it has been changed in the cell is `widget.posture`, the whole scene `widget.scene`; assigned, they
-    change what the cell shows.
-
-    Raises TypeError for anything else. Needs anywidget (extra `notebook`).
-
-    >>> import standfast as sf
-    >>> widget = sf.explore(sf.Posture.box(width=0.3, height=0.5, friction=0.5))     # in a notebook: the last line of a cell
-    >>> widget.posture.mass
-    1.0
-    """
-    try:
-        from standfast.widget import Widget
-    except ImportError as error:
-        raise ImportError(
-            "explore needs anywidget: pip install 'standfast[notebook]'"
-        ) from error
-    return Widget(scene)
 
 
 def picture(posture: Posture, run: Run | None = None) -> str:

@@ -14,7 +14,7 @@ from standfast.page import EXPLORER, data, script, style
 PATIENCE = 10.0
 
 
-class Widget(anywidget.AnyWidget):
+class Widget(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):
     """The explorer in a cell. See `explore`."""
 
     _esm = f"""{script((*EXPLORER, "widget.js"))}

@@ -13,6 +13,7 @@ import standfast._core
 import standfast.certificate
 import standfast.certificate.intervals
 import standfast.cli
+import standfast.explorer
 import standfast.film
 import standfast.kicks
 import standfast.kicks_plot
@@ -20,6 +21,7 @@ import standfast.map_plot
 import standfast.maps
 import standfast.plot
 import standfast.report
+import standfast.scenery
 import standfast.series
 import standfast.suggest
 import standfast.table
@@ -61,6 +63,7 @@ def run_text(text, name):
         standfast.certificate,
         standfast.certificate.intervals,
         standfast.cli,
+        standfast.explorer,
         standfast.kicks,
         standfast.kicks_plot,
         standfast.map_plot,
@@ -68,6 +71,7 @@ def run_text(text, name):
         standfast.film,
         standfast.plot,
         standfast.report,
+        standfast.scenery,
         standfast.series,
         standfast.suggest,
         standfast.table,

@@ -21,7 +21,8 @@ from standfast.report import account, decimal
 from standfast.widget import Widget
 
 TOUR = Path(__file__).parents[2] / "examples" / "tour.ipynb"
-CHROMIUM = shutil.which("chromium")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 SVG = "{http://www.w3.org/2000/svg}"
 VOID = {"br", "hr", "img", "input", "link", "meta"}
 
@@ -306,9 +307,7 @@ def shown_in_browser(widget: Widget, dark: bool = False):
     if CHROMIUM is None:
         pytest.skip("needs chromium")
     with playwright.sync_playwright() as engine:
-        browser = engine.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox"]
-        )
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         try:
             page = browser.new_page(viewport={"width": 1100, "height": 900})
             complaints: list[str] = []
@@ -325,7 +324,7 @@ def shown_in_browser(widget: Widget, dark: bool = False):
                 return json.dumps(answers[0])
 
             page.expose_function("kernel", kernel)
-            page.goto("about:blank")
+            page.set_content("<!DOCTYPE html><title>cell</title>")
             page.evaluate(
                 CELL,
                 {
@@ -340,6 +339,7 @@ def shown_in_browser(widget: Widget, dark: bool = False):
             browser.close()
 
 
+@pytest.mark.xdist_group("browser")
 def test_the_cell_shows_the_scene_and_gives_back_what_was_changed():
     widget = sf.explore(CRATE)
     with shown_in_browser(widget) as (page, complaints):

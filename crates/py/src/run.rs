@@ -628,7 +628,7 @@ impl PyRun {
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0)).show(clock="zeno")     # in a notebook: the player
-    /// <Player of a run: rest at 0.04778480706422019 s>
+    /// <Player of a run: rest at 0.0477848068... s>
     #[pyo3(signature = (height=640, speed=None, clock=None), text_signature = "($self, height=640, speed=None, clock='real')")]
     fn show<'py>(
         slf: &Bound<'py, Self>,
