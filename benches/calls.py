@@ -1,8 +1,11 @@
-"""Cost of calls from Python: one run of a clattering rod to rest, and a million runs in one call. `python benches/calls.py` prints
-the best of several rounds."""
+"""Cost of calls from Python: one run of a clattering rod to rest, a million runs in one call, and what the explorer asks while something is
+dragged. `python benches/calls.py` prints the best of several rounds, for the explorer the median."""
 
+import json
 import math
+import statistics
 import time
+from pathlib import Path
 
 import numpy as np
 import standfast as sf
@@ -10,6 +13,8 @@ import standfast as sf
 CALLS = 2000
 COUNT = 1_000_000
 ROUNDS = 5
+#: Places of the centre of mass in a drag.
+DRAGGED = 200
 
 
 def best(call, repeats=1):
@@ -60,6 +65,31 @@ def many():
             )
 
 
+def page():
+    """The posture at each of many places of the centre of mass, as in a drag, and the coarse map of 60 x 60 places."""
+    for path in sorted(Path(__file__).parents[1].glob("examples/*.toml")):
+        asked = {"ask": "scene", "scene": path.read_text(encoding="utf-8")}
+        scene = json.loads(sf.ask(json.dumps(asked)))["scene"]
+        (x, y), took = scene["body"]["center_of_mass"], []
+        for k in range(DRAGGED):
+            scene["body"]["center_of_mass"] = (x + 0.6 * k / DRAGGED - 0.3, y + 0.1)
+            asked = json.dumps({"ask": "posture", "scene": scene})
+            start = time.perf_counter()
+            sf.ask(asked)
+            took.append(time.perf_counter() - start)
+        over = [
+            {"path": path, "values": list(np.linspace(at - 1, at + 1, 60))}
+            for path, at in (("center_of_mass.y", y), ("center_of_mass.x", x))
+        ]
+        asked = {"ask": "map", "scene": scene, "over": over, "quantity": ["by"]}
+        asked = json.dumps(asked)
+        drawn = best(lambda asked=asked: sf.ask(asked))
+        print(
+            f"explorer, {path.stem}: verdict {1e3 * statistics.median(took):.2f} ms (longest {1e3 * max(took):.1f}), map {1e3 * drawn:.0f} ms"
+        )
+
+
 if __name__ == "__main__":
     one()
     many()
+    page()

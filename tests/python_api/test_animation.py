@@ -1,6 +1,9 @@
 """Films of runs, read back from their files and checked by the objects drawn."""
 
+import json
 import math
+import os
+import re
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +17,8 @@ from standfast import film
 from standfast.cli import main
 from standfast.film import Film, impacts, readable
 
+#: Number of the scenes that are written as .mp4, which takes a second each.
+FILMS = int(os.environ.get("STANDFAST_FILMS", "2"))
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BOX = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
 REST = ((0, 0, 0), (0, 0, 0))
@@ -113,12 +118,28 @@ def test_a_film_has_the_frames_of_its_clock(tmp_path, name, clock):
 
 
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="needs ffmpeg")
-def test_an_mp4_is_written(tmp_path):
+@pytest.mark.parametrize("name", list(SCENES)[:FILMS])
+def test_an_mp4_is_written(tmp_path, name):
+    run = SCENES[name]()
     path = tmp_path / "film.MP4"
-    ball().animate(str(path), fps=2)
+    run.animate(str(path), fps=2, speed=max(run.elapsed, 1e-3))  # in a second
     content = path.read_bytes()
     assert content[4:8] == b"ftyp"
     assert b"avc1" in content
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_page_holds_the_film(tmp_path, name):
+    run = SCENES[name]()
+    path = tmp_path / "film.html"
+    run.animate(path, clock="zeno", speed=2.0)
+    content = path.read_text(encoding="utf-8")
+    (line,) = [line for line in content.splitlines() if line.startswith("play(root, ")]
+    film, end = json.JSONDecoder().raw_decode(line.removeprefix("play(root, "))
+    assert film == run.film()
+    assert '"clock": "zeno", "speed": 2.0' in line[end:]
+    # Nothing is loaded from elsewhere.
+    assert not re.search(r"""(src|href)=["']?(?!data:)[a-z]+:|@import|url\(""", content)
 
 
 def test_frame_times_of_a_ball():

@@ -17,6 +17,8 @@ export function serverAsk() {
       headers: { "Content-Type": "application/json", "X-Standfast-Token": token },
       body: JSON.stringify(question),
       signal: AbortSignal.timeout(PATIENCE),
+    }).catch((error) => {
+      throw error.name === "TimeoutError" ? new Error("stopped: no answer in time") : new Error("no answer: standfast explore has ended; start it again");
     });
     if (!reply.ok) throw new Error(`the server refuses: ${await reply.text()}`);
     return reply.json();

@@ -15,8 +15,8 @@ const STEP = 0.01;
 const KNOB = 0.42;
 
 const LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
-const MARKS = { stable: "✓", unstable: "✗", undecided: "?" };
-const VIEWS = { stable: "Stable", unstable: "Unstable", undecided: "Undecided" };
+const MARKS = { stable: "✓", unstable: "✗", undecided: "?", none: "–" };
+const VIEWS = { stable: "Stable", unstable: "Unstable", undecided: "Undecided", none: "No verdict" };
 
 const SLIDERS = [
   { name: "friction μ, all contacts", low: 0, high: 2, step: 0.01, get: (s) => s.contact[0].friction ?? 0, set: (s, v) => s.contact.forEach((c) => { c.friction = v; }) },
@@ -439,7 +439,7 @@ export class Explorer {
   report() {
     const { verdict, region, friction_margin: margin, modes } = this.about;
     const box = this.find("verdict");
-    const state = verdict.frictional_stability ?? "undecided";
+    const state = verdict.frictional_stability ?? "none";
     box.dataset.state = state;
     const rows = [];
     const x = this.scene.body.center_of_mass[0];

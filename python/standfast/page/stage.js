@@ -85,7 +85,7 @@ export class Stage {
   // parent: the element that gets the picture. The picture has its size.
   constructor(parent, label) {
     this.svg = document.createElementNS(SVG, "svg");
-    this.svg.setAttribute("role", "img");
+    this.svg.setAttribute("role", "group");
     this.svg.setAttribute("aria-label", label);
     this.svg.style.cssText = "display:block;width:100%;height:100%;touch-action:none";
     this.layers = {};
@@ -199,8 +199,8 @@ export class Stage {
       : `<circle cx="${x}" cy="${y}" r="${drawing.gyration_radius * this.scale}" ${look}/>`;
     const feet = drawing.contacts.map((point) => at(point)).map(([px, py]) => `<circle cx="${px}" cy="${py}" r="3" fill="${ink.flash}"/>`).join("");
     const power = Math.floor(Math.log10(factor));
-    const text = factor < 1000 ? `${Math.round(factor)}` : `${(factor / 10 ** power).toFixed(1)}·10<tspan dy="-5" font-size="10">${power}</tspan>`;
-    return `<g pointer-events="none">${shape}${feet}<text x="12" y="24" style="font:${FONT}" fill="${ink.flash}">dashed: gaps ${text} times as large</text></g>`;
+    const text = factor < 1000 ? `${Math.round(factor)} ` : `${(factor / 10 ** power).toFixed(1)}·10<tspan dy="-5" font-size="10">${power}</tspan><tspan dy="5"> </tspan>`;
+    return `<g pointer-events="none">${shape}${feet}<text x="12" y="24" style="font:${FONT}" fill="${ink.flash}">dashed: gaps ${text}times as large</text></g>`;
   }
 
   contacts({ drawing, q, frozen, letters, flash }) {
