@@ -134,6 +134,13 @@ def test_a_wrong_scene_has_an_error_with_field_value_and_range():
         assert error.startswith("scene: body.mass = -1.0 is outside")
 
 
+def test_a_map_has_a_largest_size():
+    scene = ask(ask="scene", scene=text(EXAMPLES[1]))["scene"]
+    over = [{"path": f"center_of_mass.{axis}", "values": [0] * 1001} for axis in "xy"]
+    error = ask(ask="map", scene=scene, over=over, quantity=["by"])["error"]
+    assert error == "over has [1001, 1001] values: at most 1000000 points"
+
+
 def test_a_question_that_takes_too_long_is_stopped():
     slow = """
 gravity = 9.81

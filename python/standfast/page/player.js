@@ -34,6 +34,13 @@ const PLAYER_HTML = `
 <div class="sf-readout" aria-live="off"></div>
 <div class="sf-gaps"></div>`;
 
+// The arrow of the motion of the ground from entry k on: its acceleration relative to the largest, or the direction of gravity.
+function shaking({ acceleration, tilt }, k) {
+  if (tilt?.length) return { arrow: tilt[k] ? [-Math.sin(tilt[k]), -Math.cos(tilt[k])] : [0, 0], label: `gravity on ground tilted by ${few(tilt[k])} rad` };
+  const largest = Math.max(...acceleration.map((a) => Math.hypot(...a)));
+  return { arrow: acceleration[k].map((a) => a / (largest || 1)), label: "the ground accelerates" };
+}
+
 // A time or a length in a few digits.
 export function few(value) {
   if (value === 0) return "0";
@@ -234,14 +241,14 @@ export class Player {
     const head = kick && placed(kick.point ?? drawing.center_of_mass, drawing, now.q, this.frozen);
     const hardest = Math.max(0, ...(film.kicks ?? []).map((k) => Math.hypot(...k.impulse)));
     const motion = film.ground_motion;
-    const begun = motion?.acceleration ? motion.times.findLastIndex((t) => t <= now.t) : -1;
+    const begun = motion ? motion.times.findLastIndex((t) => t <= now.t) : -1;
     if (this.live) {
       this.stage.view = this.view;
       this.stage.shift = this.follows ? [now.q[0], now.q[1]] : null;
       this.stage.draw({
         drawing, q: now.q, frozen: this.frozen, magnified: this.magnified(now), letters: phase?.mode, forces: now.forces, largest: this.largest, flash,
         kick: kick && { from: head.map((v, i) => v - kick.impulse[i] / hardest * drawing.size), to: head },
-        shaking: begun < 0 ? null : { acceleration: motion.acceleration[begun], largest: Math.max(...motion.acceleration.map((a) => Math.hypot(...a))) },
+        shaking: begun < 0 ? null : shaking(motion, begun),
       });
     }
     this.read(phase);

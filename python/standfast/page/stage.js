@@ -219,7 +219,7 @@ export class Stage {
     }).join("");
   }
 
-  arrows({ drawing, q, frozen, letters, forces, largest, kick, shaking, labels = true }) {
+  arrows({ drawing, q, frozen, letters, forces, largest, kick, shaking }) {
     const { ink } = this;
     const parts = [];
     const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
@@ -240,12 +240,12 @@ export class Stage {
     });
     if (kick) {
       parts.push(this.arrow(kick.from, kick.to, ink.kick, 3));
-      if (labels) parts.push(this.text(kick.from, kick.label ?? "kick", ink.kick, -10));
+      parts.push(this.text(kick.from, kick.label ?? "kick", ink.kick, -10));
     }
-    if (shaking && Math.hypot(...shaking.acceleration) > 0) {
-      const at = this.toWorld([24, this.height - 26]);
-      const tip = shaking.acceleration.map((a, i) => at[i] + a / shaking.largest * 0.6 * drawing.size);
-      parts.push(this.arrow(at, tip, ink.kick, 3), this.text(at, "the ground accelerates", ink.kick, 20, "start"));
+    if (shaking && Math.hypot(...shaking.arrow) > 0) {
+      const at = this.toWorld([60, 96]);
+      const tip = shaking.arrow.map((a, i) => at[i] + a * 45 / this.scale);
+      parts.push(this.arrow(at, tip, ink.kick, 3), this.text(this.toWorld([12, 46]), shaking.label, ink.kick, 0, "start"));
     }
     return parts.join("");
   }

@@ -30,6 +30,9 @@ pub use film::Film;
 /// Largest number of frames of a film: its answer then has about 20 MB for two contacts.
 pub const MOST_FRAMES: usize = 100_000;
 
+/// Largest number of points of a map: its answer then has some MB for each quantity.
+pub const MOST_CELLS: usize = 1_000_000;
+
 /// A question.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "ask", rename_all = "kebab-case", deny_unknown_fields)]
@@ -164,6 +167,11 @@ fn answer(
             Ok(film.map(|film| film.to_json()))
         }
         Question::Map { scene, over, quantity } => {
+            let lengths: Vec<usize> = over.iter().map(|axis| axis.values.len()).collect();
+            let points = lengths.iter().copied().try_fold(1_usize, usize::checked_mul);
+            if points.is_none_or(|points| points > MOST_CELLS) {
+                return Err(format!("over has {lengths:?} values: at most {MOST_CELLS} points"));
+            }
             let Scene { posture, start, options, .. } = read(scene)?;
             let axes: Result<Vec<_>, _> = over
                 .into_iter()
