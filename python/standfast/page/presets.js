@@ -12,8 +12,9 @@ function block(width, height, friction) {
 export const PRESETS = {
   "Legs on two slopes": {
     ...ground,
-    body: { mass: 1, gyration_radius: 0.4, center_of_mass: [0.05, 0.35] },
-    contact: [{ point: [-0.5, 0], slope: -0.35, friction: 0.6 }, { point: [0.5, 0], slope: 0.35, friction: 0.6 }],
+    body: { mass: 1, gyration_radius: 0.4, center_of_mass: [0.1, 0.9] },
+    contact: [{ point: [-1, 0.5333333333333333], slope: -0.4899573262537283, friction: 0.5 }, { point: [1, 0.5333333333333333], slope: 0.4899573262537283, friction: 0.5 }],
+    kick: [{ time: 0, impulse: [1.2, 0.8] }],
   },
   "A box and a push": { ...ground, restitution: 0.2, ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }], run: { impact: "poisson" } },
   "Clattering rod": {
