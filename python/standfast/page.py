@@ -17,7 +17,16 @@ from standfast.colors import COLORS
 
 #: The modules, each after those that it uses.
 PLAYER = ("stage.js", "player.js")
-EXPLORER = (*PLAYER, "presets.js", "explorer.js", "engine.js", "ask.js")
+EXPLORER = (
+    *PLAYER,
+    "presets.js",
+    "report.js",
+    "places.js",
+    "files.js",
+    "explorer.js",
+    "engine.js",
+    "ask.js",
+)
 #: The library that draws curves, and the styles.
 LIBRARY, STYLES = "uPlot.iife.min.js", ("uPlot.min.css", "style.css")
 

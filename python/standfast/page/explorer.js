@@ -1,7 +1,10 @@
 // The explorer: a scene to drag and kick, with its verdict, its modes, the map of stable places of the centre of mass, and its motion.
-import { Stage, INK, escaped, placed, nominal } from "./stage.js";
+import { Stage, INK, escaped, nominal } from "./stage.js";
 import { Player, few } from "./player.js";
 import { PRESETS } from "./presets.js";
+import { modesHtml, verdictHtml } from "./report.js";
+import { legendHtml, placesMap } from "./places.js";
+import { decoded, download, encoded, png } from "./files.js";
 
 // Frames of a film. Cells of the coarse map and of the fine one, along each side; the fine map is asked for by rows.
 const FRAMES = 1200, COARSE = 60, FINE = 240, ROWS = 24;
@@ -15,8 +18,6 @@ const STEP = 0.01;
 const KNOB = 0.42;
 
 const LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
-const MARKS = { stable: "✓", unstable: "✗", undecided: "?", none: "–" };
-const VIEWS = { stable: "Stable", unstable: "Unstable", undecided: "Undecided", none: "No verdict" };
 
 const SLIDERS = [
   { name: "friction μ, all contacts", low: 0, high: 2, step: 0.01, get: (s) => s.contact[0].friction ?? 0, set: (s, v) => s.contact.forEach((c) => { c.friction = v; }) },
@@ -60,7 +61,6 @@ const EXPLORER_HTML = `
 </main>`;
 
 const copied = (value) => JSON.parse(JSON.stringify(value));
-const plain = (value) => (typeof value === "number" ? few(value) : escaped(value));
 
 export class Explorer {
   // root: the element that is filled. ask: question → promise of its answer. scene: to begin with. colors: of the words of a map.
@@ -168,7 +168,7 @@ export class Explorer {
 
   // What takes longer: the film, then the fine map.
   async settle(scene, play) {
-    if (this.link) history.replaceState(null, "", `#scene=${encoded(this.scene)}`);
+    if (this.link) history.replaceState(null, "", `#${encoded(this.scene)}`);
     this.onchange?.(this.scene);
     this.controls();
     const film = await this.question({ ask: "motion", scene, frames: FRAMES });
@@ -299,7 +299,7 @@ export class Explorer {
     this.root.addEventListener("drop", (event) => { event.preventDefault(); this.read(event.dataTransfer.files[0]); });
     this.find("save").onclick = () => this.save();
     this.find("svg").onclick = () => download("standfast.svg", new Blob([this.stage.picture()], { type: "image/svg+xml" }));
-    this.find("png").onclick = () => this.png();
+    this.find("png").onclick = () => png(this.stage).then((blob) => download("standfast.png", blob));
     this.find("link").onclick = () => this.copyLink();
     this.find("undo").onclick = () => this.undo();
     this.find("redo").onclick = () => this.undo(this.future, this.past);
@@ -437,26 +437,10 @@ export class Explorer {
   // ---- The report.
 
   report() {
-    const { verdict, region, friction_margin: margin, modes } = this.about;
     const box = this.find("verdict");
-    const state = verdict.frictional_stability ?? "none";
-    box.dataset.state = state;
-    const rows = [];
-    const x = this.scene.body.center_of_mass[0];
-    if (verdict.error) rows.push(["why not", verdict.error]);
-    rows.push(["equilibrium", region ? `centre of mass at ${few(x)} m, region ${region.map(plain).join(" … ")} m` : "no position of the centre of mass is held"]);
-    if (margin !== null && margin >= 0) rows.push(["friction margin", few(margin)]);
-    if (verdict.amplification) rows.push(["amplification", `no later motion is faster than ${few(verdict.amplification)} times the kick`]);
-    if (verdict.laws && state === "stable") rows.push(["impact laws", verdict.laws.join(", ")]);
-    const by = verdict.by ?? verdict.reason ?? "";
-    box.innerHTML = `<h2><span aria-hidden="true">${MARKS[state]}</span> ${VIEWS[state]}${by ? `<small>${escaped(by)}</small>` : ""}</h2>`
-      + `<p>${escaped(verdict.in_words ?? "")}</p><dl>${rows.map(([name, text]) => `<dt>${escaped(name)}</dt><dd>${escaped(text)}</dd>`).join("")}</dl>`;
-    const words = modes.consistent ?? [];
-    const list = [...(modes.modes ?? [])].sort((a, b) => b.consistent - a.consistent);
-    const vector = (v) => `(${v.map((a) => (a === null ? "–" : plain(a))).join(", ")})`;
-    this.find("modes").innerHTML = modes.error ? `<p>${escaped(modes.error)}</p>` : `<h3>Contact modes at rest: ${escaped(modes.status)}</h3><div class="sf-table"><table><thead><tr><th>mode</th><th>q̈ / (m/s², rad/s²)</th><th>forces (t, n) / N</th></tr></thead><tbody>`
-      + list.slice(0, Math.max(words.length, 6)).map((mode) => `<tr class="${mode.consistent ? "yes" : "no"}"><td>${mode.consistent ? "✓" : "✗"} ${escaped(mode.word)}</td><td>${vector(mode.acceleration)}</td><td>${mode.forces.map(vector).join(" ")}</td></tr>`).join("")
-      + "</tbody></table></div><p class=\"sf-small\">S separate, F fixed, R and L slide right and left; ✗ contradicts Coulomb's law.</p>";
+    box.dataset.state = this.about.verdict.frictional_stability ?? "none";
+    box.innerHTML = verdictHtml(this.about, this.scene);
+    this.find("modes").innerHTML = modesHtml(this.about.modes);
   }
 
   controls() {
@@ -478,59 +462,23 @@ export class Explorer {
 
   // ---- The map of the centre of mass.
 
-  // Computes the map over the part of the world that is seen, all at once or by rows.
+  // The map over the part of the world that is seen, with as many cells along each side. The fine map is given up if the scene changes.
   async drawMap(cells) {
-    const turn = this.turn;
-    const { stage } = this;
+    const { turn, stage } = this;
     if (!this.watching) this.seen = [stage.toWorld([0, stage.height]), stage.toWorld([stage.width, 0])];
-    const [low, high] = this.seen;
-    const columns = cells, rows = cells;
-    const at = (k, axis, count) => low[axis] + (k + 0.5) / count * (high[axis] - low[axis]);
-    const xs = Array.from({ length: columns }, (_, k) => at(k, 0, columns));
-    const ys = Array.from({ length: rows }, (_, k) => at(k, 1, rows));
-    const image = new ImageData(columns, rows);
-    const found = new Map();
-    const words = new Uint8Array(columns * rows);
-    const step = cells > COARSE ? ROWS : rows;
-    let names;
-    for (let from = 0; from < rows; from += step) {
-      const part = ys.slice(from, from + step);
-      const scene = copied(this.scene);
-      const answer = await this.question({ ask: "map", scene, over: [{ path: "center_of_mass.y", values: part }, { path: "center_of_mass.x", values: xs }], quantity: ["by"] });
-      if (cells > COARSE && turn !== this.turn) return;
-      if (answer.error) {
-        this.map = null;
-        this.find("legend").textContent = "";
-        return;
-      }
-      const { codes, words: all } = answer.quantity[0];
-      names = all;
-      codes.forEach((code, k) => {
-        const row = from + Math.floor(k / columns), column = k % columns;
-        const place = (rows - 1 - row) * columns + column;
-        words[place] = code;
-        found.set(all[code], (found.get(all[code]) ?? 0) + 1);
-        image.data.set([...rgb(this.colors[all[code]] ?? "#808080"), all[code] === "not-equilibrium" ? 70 : 255], 4 * place);
-      });
-    }
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [columns, rows];
-    canvas.getContext("2d").putImageData(image, 0, 0);
-    this.map = { url: canvas.toDataURL(), low, high, found, names, words, columns, rows };
+    const rows = cells > COARSE ? ROWS : cells;
+    const valid = () => cells === COARSE || turn === this.turn;
+    const map = await placesMap((question) => this.question(question), copied(this.scene), this.seen, { cells, rows, colors: this.colors, valid });
+    if (!valid()) return;
+    this.map = map;
     this.showMap();
-    this.legend();
+    this.find("legend").innerHTML = map ? legendHtml(map, this.colors) : "";
   }
 
   showMap() {
     if (this.watching) return;
-    if (this.map && this.find("showmap").checked) this.stage.drawMap(this.map.url, this.map.low, this.map.high);
+    if (this.map && this.find("showmap").checked) this.stage.drawMap(this.map.url, ...this.map.box);
     else this.stage.drawMap(null);
-  }
-
-  legend() {
-    const order = Object.keys(this.colors);
-    const words = [...this.map.found.keys()].sort((a, b) => order.indexOf(a) - order.indexOf(b));
-    this.find("legend").innerHTML = `<h3>If the centre of mass were there</h3>${words.map((word) => `<span><i style="background:${this.colors[word]}"></i>${escaped(word)}</span>`).join("")}`;
   }
 
   // ---- Files, links, look.
@@ -557,20 +505,10 @@ export class Explorer {
     else download("scene.toml", new Blob([answer.toml], { type: "text/plain" }));
   }
 
-  async png() {
-    const image = new Image();
-    image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(this.stage.picture())}`;
-    await image.decode();
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [2 * this.stage.width, 2 * this.stage.height];
-    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
-    canvas.toBlob((blob) => download("standfast.png", blob));
-  }
-
   async copyLink() {
     const url = new URL(location.href);
     url.search = "";
-    url.hash = `scene=${encoded(this.scene)}`;
+    url.hash = encoded(this.scene);
     const button = this.find("link");
     try {
       await navigator.clipboard.writeText(url.href);
@@ -581,12 +519,10 @@ export class Explorer {
     setTimeout(() => { button.textContent = "Link"; }, 1500);
   }
 
-  // The scene that the address holds.
+  // The scene that the address holds; null if it holds none.
   held() {
-    const text = new URLSearchParams(location.hash.slice(1)).get("scene");
-    if (!text) return null;
     try {
-      return JSON.parse(new TextDecoder().decode(Uint8Array.from(atob(text.replace(/-/g, "+").replace(/_/g, "/")), (c) => c.charCodeAt(0))));
+      return decoded(location.hash);
     } catch {
       this.complain("the link holds no scene");
       return null;
@@ -600,20 +536,4 @@ export class Explorer {
     this.player.setTheme(theme);
     if (this.about && !this.watching) this.arrange();
   }
-}
-
-// A scene as text for an address.
-export function encoded(scene) {
-  const bytes = new TextEncoder().encode(JSON.stringify(scene));
-  return btoa(String.fromCharCode(...bytes)).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
-}
-
-const rgb = (color) => [1, 3, 5].map((k) => Number.parseInt(color.slice(k, k + 2), 16));
-
-function download(name, blob) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
