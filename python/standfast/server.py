@@ -50,6 +50,8 @@ class Limits:
 
 
 LIMITS = Limits()
+#: Time between two looks for Ctrl-C, s.
+LOOK = 0.25
 
 #: The only method of each path.
 ROUTES = {"/": "GET", "/ask": "POST", "/alive": "GET"}
@@ -132,7 +134,10 @@ class _Server:
         _, opening = _in_thread(opened, f"http://{self.hosts[0]}/?token={self.token}")
         opening.add_done_callback(self.opened)
         try:
-            await self.end
+            # Ctrl-C that the system delivers to another thread does not wake the loop.
+            while not self.end.done():
+                await asyncio.wait([self.end], timeout=LOOK)
+            self.end.result()
         finally:
             listener.close()
             opening.cancel()

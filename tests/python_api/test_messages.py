@@ -224,7 +224,7 @@ def test_a_wrong_argument(tmp_path, monkeypatch, ask, kind, message):
 
 #: Arguments of the command, and the message after its name. `rod.toml` and a folder `folder.json` exist.
 ON_THE_LINE = [
-    ("walk", 'Unknown command "walk". Available commands: run, animate, modes, stability, check, robustness, map, schema.'),
+    ("walk", 'Unknown command "walk". Available commands: run, animate, explore, modes, stability, check, robustness, map, ...'),
     ("run", "run needs a scene file, TOML or JSON, such as examples/stairs.toml; standfast run --help says more"),
     ("run rod.toml --colour", "Unknown option: --colour."),
     ("run rod.toml rod.toml", "too many arguments: rod.toml"),

@@ -142,6 +142,9 @@ impl PyContact {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPosture(pub(crate) Posture);
 
+/// A straight piece of ground: point, direction, and where it begins and ends.
+type DrawnPiece = ((f64, f64), (f64, f64), f64, f64);
+
 #[pymethods]
 impl PyPosture {
     #[new]
@@ -354,7 +357,7 @@ impl PyPosture {
     /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).drawn_ground
     /// [((0.5, 0.0), (1.0, 0.0), -inf, inf)]
     #[getter]
-    fn drawn_ground(&self) -> Vec<Piece> {
+    fn drawn_ground(&self) -> Vec<DrawnPiece> {
         let pieces = self.0.drawn_ground().into_iter();
         pieces.map(|p| (p.point.into(), p.direction.into(), p.ends[0], p.ends[1])).collect()
     }
@@ -479,9 +482,6 @@ impl PyPosture {
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
 }
-
-/// A straight piece of the ground: a point, the direction, and the interval along it.
-type Piece = ((f64, f64), (f64, f64), f64, f64);
 
 /// Points (x, y), if there are any.
 type Points = Option<Vec<(f64, f64)>>;
