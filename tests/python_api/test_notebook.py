@@ -289,14 +289,19 @@ CELL = """async ({ esm, css, state, dark }) => {
   const fire = (name, ...rest) => (listeners[name] ?? []).forEach((heard) => heard(...rest));
   window.model = {
     get: (name) => state[name],
-    set: (name, value) => { state[name] = value; fire(`change:${name}`); },
+    set: (name, value) => {
+      if (JSON.stringify(value) === JSON.stringify(state[name])) return;
+      state[name] = value;
+      fire(`change:${name}`);
+    },
     save_changes: () => { window.saved = JSON.parse(JSON.stringify(state)); },
     on: (name, heard) => { (listeners[name] ??= []).push(heard); },
     off: (name, heard) => { listeners[name] = (listeners[name] ?? []).filter((other) => other !== heard); },
     send: async (content) => fire("msg:custom", JSON.parse(await window.kernel(JSON.stringify(content)))),
   };
   const module = await import(URL.createObjectURL(new Blob([esm], { type: "text/javascript" })));
-  window.end = module.default.render({ model: window.model, el: document.body.appendChild(document.createElement("div")) });
+  window.show = () => module.default.render({ model: window.model, el: document.body.appendChild(document.createElement("div")) });
+  window.end = window.show();
 }"""
 
 
@@ -364,3 +369,18 @@ def test_the_cell_shows_the_scene_and_gives_back_what_was_changed():
         page.wait_for_function("document.querySelector('.sf-error').hidden")
         page.evaluate("window.end()")
         assert complaints == []
+
+
+@pytest.mark.xdist_group("browser")
+def test_two_cells_of_one_widget_show_the_same_and_take_no_answers_of_each_other():
+    widget = sf.explore(CRATE)
+    asked = []
+    widget.on_msg(lambda widget, content, buffers: asked.append(content["id"]))
+    with shown_in_browser(widget) as (page, complaints):
+        page.evaluate("() => { window.show(); }")
+        both = "[...document.querySelectorAll('.sf-verdict')].filter((v) => v.dataset.state === '{}').length === 2"
+        page.wait_for_function(both.format("stable"))
+        page.get_by_label("friction μ, all contacts").first.fill("0")
+        page.wait_for_function(both.format("unstable"))
+        assert complaints == []
+    assert len(set(asked)) == len(asked) > 4

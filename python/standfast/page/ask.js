@@ -25,8 +25,9 @@ export function serverAsk() {
   };
 }
 
-// The kernel of a notebook, through the messages of a widget.
+// The kernel of a notebook, through the messages of a widget. A widget may be shown in several cells, which all get its messages.
 export function kernelAsk(model) {
+  const cell = Math.random().toString(36).slice(2);
   const waiting = new Map();
   let last = 0;
   model.on("msg:custom", ({ id, answer }) => {
@@ -35,8 +36,9 @@ export function kernelAsk(model) {
   });
   return (question) => new Promise((resolve) => {
     last += 1;
-    waiting.set(last, resolve);
-    model.send({ id: last, question: JSON.stringify(question) });
+    const id = `${cell}-${last}`;
+    waiting.set(id, resolve);
+    model.send({ id, question: JSON.stringify(question) });
   });
 }
 

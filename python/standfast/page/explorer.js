@@ -169,7 +169,7 @@ export class Explorer {
   // What takes longer: the film, then the fine map.
   async settle(scene, play) {
     if (this.link) history.replaceState(null, "", `#${encoded(this.scene)}`);
-    this.onchange?.(this.scene);
+    this.onchange?.();
     this.controls();
     const film = await this.question({ ask: "motion", scene, frames: FRAMES });
     if (this.wanted) return;

@@ -9,14 +9,22 @@ export function cell(model, el, colors) {
   const explorer = new Explorer(el.appendChild(document.createElement("div")), { ask: kernelAsk(model), scene: model.get("_scene"), colors, link: false });
   const theme = document.body.dataset.jpThemeLight;
   if (theme) explorer.setTheme(theme === "true" ? "light" : "dark");
-  explorer.onchange = (scene) => {
-    model.set("_scene", JSON.parse(JSON.stringify(scene)));
+  // While the scene of the model is on its way into the page, the page has an older one, which does not go back.
+  let opening = 0;
+  const give = () => {
+    if (opening || !explorer.scene) return;
+    model.set("_scene", JSON.parse(JSON.stringify(explorer.scene)));
     model.save_changes();
   };
-  const follow = () => {
+  const follow = async () => {
     const scene = model.get("_scene");
-    if (scene && JSON.stringify(scene) !== JSON.stringify(explorer.scene)) explorer.open(scene);
+    if (!scene || JSON.stringify(scene) === JSON.stringify(explorer.scene)) return;
+    opening += 1;
+    await explorer.open(scene);
+    opening -= 1;
+    give();
   };
+  explorer.onchange = give;
   model.on("change:_scene", follow);
   return () => {
     model.off("change:_scene", follow);
