@@ -7,7 +7,7 @@ import { legendHtml, placesMap } from "./places.js";
 import { decoded, download, encoded, png } from "./files.js";
 
 // Frames of a film. Cells of the coarse map and of the fine one, along each side; the fine map is asked for by rows.
-const FRAMES = 1200, COARSE = 60, FINE = 240, ROWS = 24;
+const FRAMES = 1200, COARSE = 60, FINE = 180, ROWS = 20;
 // Quiet time before the fine map is computed, ms. Number of steps that can be undone.
 const IDLE = 350, MOST_STEPS = 200;
 // Speed of a kick along an arrow as long as the body, in units of √(g · size). Arrow shorter than this (px) is no kick.

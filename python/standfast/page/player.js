@@ -1,5 +1,5 @@
 // The player: a film of a run on a stage, by two clocks, with its gaps over time.
-import { Stage, INK, escaped, placed, tangent } from "./stage.js";
+import { Stage, INK, escaped, forceArrows, placed, tangent } from "./stage.js";
 
 // Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
 const REAL = 5, ZENO = 20;
@@ -104,6 +104,9 @@ export class Player {
     all.push(...shape.map((p) => placed(p, drawing, frames.q.at(-1), this.frozen)));
     const spread = Math.max(...[0, 1].map((k) => Math.max(...all.map((p) => p[k])) - Math.min(...all.map((p) => p[k]))));
     this.follows = spread > 16 * drawing.size;
+    for (let k = 0; k < frames.q.length && !this.follows; k += step) {
+      for (const arrow of forceArrows(drawing, frames.q[k], this.frozen, frames.forces[k], this.largest)) if (arrow) all.push(arrow.tip);
+    }
     const size = drawing.size;
     const near = this.follows ? [[-3, -2], [3, 3]].map((s) => s.map((v, k) => drawing.center_of_mass[k] + v * size)) : all;
     // With room for the ground.
@@ -344,7 +347,7 @@ export class Player {
       scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
       axes: [
         { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
-        { ...axis, label: "gap / m", labelSize: 18, size: 58, ...(logarithmic ? { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
+        { ...axis, label: "gap / m", labelSize: 18, size: 74, values: (u, values) => values.map(few), ...(logarithmic ? { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
       ],
       series: [{ label: "time" }, ...columns.map((_, c) => ({
         label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },

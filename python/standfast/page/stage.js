@@ -79,6 +79,20 @@ function clipped(piece, low, high) {
   return first < last ? [first, last] : null;
 }
 
+// The arrows of contact forces: foot, tip, and the vector of a force (tangential, normal) there. The longest is ARROW sizes of the body. null for
+// a contact without a force.
+export function forceArrows(drawing, q, frozen, forces, largest) {
+  const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
+  return drawing.contacts.map((point, k) => {
+    const force = forces?.[k];
+    if (!force || force[0] === null || force[1] === null || !(Math.hypot(...force) > 1e-9 * (largest || 1))) return null;
+    const foot = placed(point, drawing, q, frozen);
+    const [tx, ty] = tangent(foot, drawing.ground);
+    const vector = ([ft, fn]) => [ft * tx - fn * ty, ft * ty + fn * tx];
+    return { foot, vector, tip: vector(force).map((f, i) => foot[i] + f * unit) };
+  });
+}
+
 const path = (points, closed) => points.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(2)} ${y.toFixed(2)}`).join("") + (closed ? "Z" : "");
 
 export class Stage {
@@ -222,20 +236,15 @@ export class Stage {
   arrows({ drawing, q, frozen, letters, forces, largest, kick, shaking }) {
     const { ink } = this;
     const parts = [];
-    const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
-    drawing.contacts.forEach((point, k) => {
-      const force = forces?.[k];
-      if (!force || force[0] === null || force[1] === null || !(Math.hypot(...force) > 1e-9 * (largest || 1))) return;
-      const foot = placed(point, drawing, q, frozen);
-      const [tx, ty] = tangent(foot, drawing.ground);
-      const vector = ([ft, fn]) => [ft * tx - fn * ty, ft * ty + fn * tx];
+    forceArrows(drawing, q, frozen, forces, largest).forEach((arrow, k) => {
+      if (!arrow) return;
+      const { foot, vector, tip } = arrow;
       const mu = drawing.friction[k];
       if (mu > 0 && letters?.[k] !== "S") {
         const reach = 0.5 * ARROW * drawing.size / Math.hypot(1, mu);
         const edge = (side) => vector([side * mu * reach, reach]).map((v, i) => v + foot[i]);
         parts.push(`<path d="${path([edge(-1), foot, edge(1)].map((p) => this.toScreen(p)), true)}" fill="${ink.cone}" fill-opacity="0.14" pointer-events="none"/>`);
       }
-      const tip = vector(force).map((f, i) => foot[i] + f * unit);
       parts.push(this.arrow(foot, tip, ink.force));
     });
     if (kick) {
