@@ -2,6 +2,7 @@
 
 import contextlib
 import http.client
+import json
 import queue
 import signal
 import socket
@@ -10,9 +11,11 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from standfast.cli import main
 from standfast.server import LIMITS, Limits, serve
 
 PAGE = "<!doctype html><title>μ</title>"
@@ -699,3 +702,33 @@ def test_ctrl_c_ends_the_server_at_once():
         assert (out, err, process.returncode) == ("interrupted\n", "", 0)
         assert time.monotonic() - start < 2.0
         client.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no signal for one process")
+def test_the_command_shows_a_scene_until_ctrl_c():
+    scene = Path(__file__).parents[2] / "examples" / "stairs.toml"
+    with subprocess.Popen(
+        [sys.executable, "-m", "standfast", "explore", str(scene), "--no-browser"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        url = urlsplit(process.stdout.readline().strip())
+        assert "Ctrl-C" in process.stdout.readline()
+        client = http.client.HTTPConnection(url.hostname, url.port, timeout=5)
+        client.request("GET", f"/?{url.query}")
+        page = client.getresponse().read().decode()
+        # The scene as it is in the file.
+        assert json.dumps(scene.read_text(encoding="utf-8"))[1:-1] in page
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=10)
+        assert (out, err, process.returncode) == ("", "", 0)
+        client.close()
+
+
+def test_a_scene_that_is_wrong_opens_no_page(tmp_path, capsys):
+    (tmp_path / "wrong.toml").write_text("gravity = -1", encoding="utf-8")
+    assert main(["explore", str(tmp_path / "wrong.toml")]) == 2
+    assert "wrong.toml" in capsys.readouterr().err
+    assert main(["explore", "--port", "65536"]) == 2
+    assert "--port 65536: at most 65535" in capsys.readouterr().err
