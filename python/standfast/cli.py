@@ -47,9 +47,6 @@ KICKED = (
     "tolerance",
 )
 
-#: Time after which a question of the explorer is given up, s.
-PATIENCE = 10.0
-
 #: The path that stands for standard output.
 STDOUT = Path("-")
 
@@ -219,7 +216,7 @@ def explore(
     browser
         Whether to open the address in the browser.
     """
-    from standfast.page import explorer_page
+    from standfast.page import PATIENCE, explorer_page
     from standfast.server import serve
 
     if port > 65535:

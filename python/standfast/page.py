@@ -8,6 +8,7 @@ import json
 import re
 import sys
 from base64 import b64encode
+from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ EXPLORER = (
     "engine.js",
     "ask.js",
 )
+#: Time after which a question of the explorer is given up, s.
+PATIENCE = 10.0
 #: The library that draws curves, and the styles.
 LIBRARY, STYLES = "uPlot.iife.min.js", ("uPlot.min.css", "style.css")
 
@@ -65,7 +68,7 @@ def document(title: str, modules: tuple[str, ...], start: str) -> str:
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <link rel="icon" href="data:,">
-<title>{_escaped(title)}</title>
+<title>{escape(title)}</title>
 <style>
 html, body {{ margin: 0; height: 100%; }}
 {style()}
@@ -113,10 +116,6 @@ def static_page(module: bytes) -> str:
         f"""const bytes = Uint8Array.from(atob("{text}"), (c) => c.charCodeAt(0));
 window.standfast = new Explorer(root, {{ ask: wasmAsk(bytes), colors: {data(COLORS)} }});""",
     )
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")
 
 
 if __name__ == "__main__":

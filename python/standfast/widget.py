@@ -8,10 +8,7 @@ import traitlets
 
 from standfast._core import Posture, Scene, ask
 from standfast.colors import COLORS
-from standfast.page import EXPLORER, data, script, style
-
-#: A question is refused if its answer takes longer, s.
-PATIENCE = 10.0
+from standfast.page import EXPLORER, PATIENCE, data, script, style
 
 
 class Widget(anywidget.AnyWidget, metaclass=traitlets.MetaHasTraits):

@@ -93,7 +93,7 @@ export class Explorer {
   // ---- The scene and its history.
 
   // Opens a scene, as an object or as a text in TOML. One that is wrong changes nothing but the message.
-  async open(scene, { fit = true } = {}) {
+  async open(scene) {
     const answer = await this.question({ ask: "scene", scene });
     if (answer.error) {
       this.complain(answer.error);
@@ -101,7 +101,7 @@ export class Explorer {
     }
     this.remember();
     this.scene = answer.scene;
-    await this.changed({ fit });
+    await this.changed({ fit: true });
     return true;
   }
 
@@ -184,7 +184,6 @@ export class Explorer {
   }
 
   load(film, play) {
-    this.film = film;
     this.player.load(film);
     if (play) {
       this.watch();
@@ -247,26 +246,24 @@ export class Explorer {
     const { stage, scene } = this;
     const own = !scene.terrain && scene.ground !== "shared";
     const knob = KNOB * this.about.drawing.size;
-    const list = [{ name: "centre of mass", at: scene.body.center_of_mass, move: (p) => { scene.body.center_of_mass = p; }, shape: "round" }];
+    const list = [{ name: "centre of mass", at: scene.body.center_of_mass, move: (p) => { scene.body.center_of_mass = p; } }];
     scene.contact.forEach((contact, k) => {
-      list.push({ name: `contact ${k + 1}`, at: contact.point, shape: "square", move: (p) => this.moveContact(k, p) });
+      list.push({ name: `contact ${k + 1}`, at: contact.point, move: (p) => this.moveContact(k, p) });
       const slope = contact.slope ?? 0;
       const place = [contact.point[0] + knob * Math.cos(slope), contact.point[1] + knob * Math.sin(slope)];
       if (own) {
-        list.push({ name: `slope of contact ${k + 1}`, at: place, shape: "knob", angle: slope, from: contact.point,
+        list.push({ name: `slope of contact ${k + 1}`, at: place, small: true, angle: slope, from: contact.point,
           move: ([x, y]) => { contact.slope = Math.atan2(y - contact.point[1], x - contact.point[0]); } });
       }
     });
-    (scene.terrain ?? []).forEach((vertex, k) => list.push({ name: `vertex ${k + 1} of the ground`, at: vertex, shape: "diamond", move: (p) => { scene.terrain[k] = p; } }));
+    (scene.terrain ?? []).forEach((vertex, k) => list.push({ name: `vertex ${k + 1} of the ground`, at: vertex, small: true, move: (p) => { scene.terrain[k] = p; } }));
     const ink = INK[this.theme];
-    const looks = { round: "r=11", square: "r=11", knob: "r=6", diamond: "r=6" };
     const active = document.activeElement?.dataset?.handle;
-    stage.layers.handles.innerHTML = list.map(({ name, at, shape, from }, k) => {
+    stage.layers.handles.innerHTML = list.map(({ name, at, small, from }, k) => {
       const [x, y] = stage.toScreen(at);
       const line = from ? `<path d="M${stage.toScreen(from).join(" ")}L${x} ${y}" stroke="${ink.faint}" stroke-dasharray="3 3" pointer-events="none"/>` : "";
-      const solid = shape === "knob" || shape === "diamond";
-      return `${line}<circle data-handle="${k}" tabindex="0" role="button" aria-label="${name}: arrow keys move it" cx="${x}" cy="${y}" ${looks[shape]}`
-        + ` fill="${solid ? ink.paper : "transparent"}" stroke="${solid ? ink.faint : ink.faint}" stroke-opacity="${solid ? 1 : 0.55}" style="cursor:grab"><title>${name}</title></circle>`;
+      return `${line}<circle data-handle="${k}" tabindex="0" role="button" aria-label="${name}: arrow keys move it" cx="${x}" cy="${y}" r="${small ? 6 : 11}"`
+        + ` fill="${small ? ink.paper : "transparent"}" stroke="${ink.faint}" stroke-opacity="${small ? 1 : 0.55}" style="cursor:grab"><title>${name}</title></circle>`;
     }).join("");
     this.list = list;
     if (active !== undefined) stage.svg.querySelector(`[data-handle="${active}"]`)?.focus();
@@ -348,7 +345,7 @@ export class Explorer {
       event.target.focus();
       this.remember();
       const at = this.stage.pointer(event);
-      this.held_handle = { index: Number(handle), off: this.list[handle].at.map((v, k) => v - at[k]) };
+      this.grip = { index: Number(handle), off: this.list[handle].at.map((v, k) => v - at[k]) };
     } else if (event.target.classList.contains("body")) {
       const { drawing } = this.about;
       const q = this.watching ? this.player.now.q : [0, 0, 0];
@@ -361,8 +358,8 @@ export class Explorer {
 
   drag(event) {
     const at = this.stage.pointer(event);
-    if (this.held_handle) {
-      const { index, off } = this.held_handle;
+    if (this.grip) {
+      const { index, off } = this.grip;
       this.list[index].move(at.map((v, k) => v + off[k]));
       this.changed({ settled: false });
     } else if (this.kicking) {
@@ -375,8 +372,8 @@ export class Explorer {
   }
 
   release() {
-    if (this.held_handle) {
-      this.held_handle = null;
+    if (this.grip) {
+      this.grip = null;
       this.changed();
     } else if (this.kicking) {
       const kick = this.dragged;
@@ -387,7 +384,7 @@ export class Explorer {
   }
 
   cancel() {
-    this.held_handle = this.kicking = this.dragged = null;
+    this.grip = this.kicking = this.dragged = null;
     this.arrange();
   }
 

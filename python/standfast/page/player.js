@@ -32,6 +32,7 @@ const PLAYER_HTML = `
   <label>speed <select class="sf-speed"></select></label>
 </div>
 <div class="sf-readout" aria-live="off"></div>
+<ul class="sf-warnings"></ul>
 <div class="sf-gaps"></div>`;
 
 // The arrow of the motion of the ground from entry k on: its acceleration relative to the largest, or the direction of gravity.
@@ -87,6 +88,7 @@ export class Player {
     this.events = [...times].sort((a, b) => a - b);
     const far = film.zeno_points.some((point) => point.infinite);
     this.find("clock").querySelector("[value=zeno]").disabled = !far;
+    this.find("warnings").innerHTML = film.warnings.map((text) => `<li>${escaped(text)}</li>`).join("");
     this.frame();
     this.setClock(far ? clock : "real", 0);
     if (play) this.play();
@@ -143,13 +145,13 @@ export class Player {
   // The time of the film at a time of the run.
   clockOf(t) {
     const { t: times } = this.film.frames;
-    const k = this.find_in(times, t);
+    const k = this.placeIn(times, t);
     const share = k + 1 < times.length ? (t - times[k]) / (times[k + 1] - times[k]) : 0;
     return this.column[k] + share * ((this.column[k + 1] ?? this.column[k]) - this.column[k]);
   }
 
   // The last place in a sorted column with an entry that is not above the value.
-  find_in(column, value) {
+  placeIn(column, value) {
     let [low, high] = [0, column.length - 1];
     while (low < high) {
       const middle = (low + high + 1) >> 1;
@@ -210,7 +212,7 @@ export class Player {
   // The frame between two frames of the film.
   between(position) {
     const { frames } = this.film;
-    const k = this.find_in(this.column, position);
+    const k = this.placeIn(this.column, position);
     const next = Math.min(k + 1, frames.t.length - 1);
     const gap = this.column[next] - this.column[k];
     const share = gap > 0 ? (position - this.column[k]) / gap : 0;
@@ -237,7 +239,7 @@ export class Player {
       return now.t >= time && since <= length * this.speed;
     };
     const flash = new Set();
-    const last = this.find_in(this.impactTimes, now.t);
+    const last = this.placeIn(this.impactTimes, now.t);
     for (let k = last; k >= 0 && film.impacts[k] && near(film.impacts[k].time, FLASH); k--) flash.add(film.impacts[k].contact);
     const { drawing } = film;
     const kick = (film.kicks ?? []).findLast((kick) => near(kick.time, KICKED) && Math.hypot(...kick.impulse) > 0);
@@ -269,7 +271,7 @@ export class Player {
     if (!point) return null;
     const contacts = point.contacts.slice(0, 2).map((number) => number - 1);
     // The largest gap in a decade around now.
-    const [from, to] = [-0.5, 0.5].map((s) => this.find_in(this.column, this.position + s));
+    const [from, to] = [-0.5, 0.5].map((s) => this.placeIn(this.column, this.position + s));
     let largest = 0;
     for (let k = from; k <= to; k++) if (frames.t[k] < point.time) largest = Math.max(largest, ...contacts.map((c) => frames.gaps[k][c] ?? 0));
     const factor = LIFTED * drawing.size / largest;

@@ -23,7 +23,6 @@ pub struct Film {
     start: f64,
     end: f64,
     drawing: Drawing,
-    gravity: f64,
     phases: Vec<Phase>,
     /// The first [`MOST_IMPACTS`] impacts that were simulated one by one.
     impacts: Vec<Impact>,
@@ -109,7 +108,6 @@ impl Film {
             start: run.options().time,
             end: run.time(),
             drawing: Drawing::of(posture),
-            gravity: posture.fields().gravity,
             phases: run.phases().to_vec(),
             impacts,
             zeno_points: run.zeno_points().iter().map(zeno).collect(),
