@@ -24,7 +24,7 @@ _Simultaneous: TypeAlias = Literal[
 ]
 _Stop: TypeAlias = Literal["rest", "zeno", "time"]
 _Jams: TypeAlias = Literal["none", "impact"]
-_Edges: TypeAlias = Literal["end", "ignore"]
+_Edges: TypeAlias = Literal["contact", "ignore"]
 _Level: TypeAlias = Literal["acceleration", "impulse"]
 _Outcome: TypeAlias = Literal[
     "rest",
@@ -35,7 +35,6 @@ _Outcome: TypeAlias = Literal[
     "event-limit",
     "inconsistent",
     "ambiguous",
-    "edge-contact",
 ]
 _Kind: TypeAlias = str
 _End: TypeAlias = Literal["1-zeno", "tie"]
@@ -97,6 +96,7 @@ __all__ = [
     "Posture",
     "Robustness",
     "Run",
+    "RunContact",
     "Runs",
     "Scene",
     "SelfSimilar",
@@ -483,6 +483,18 @@ class ZenoPoint:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class RunContact:
+    @property
+    def number(self) -> int: ...
+    @property
+    def kind(self) -> Literal["corner", "side"]: ...
+    @property
+    def index(self) -> int: ...
+    @property
+    def corner(self) -> tuple[float, float] | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class Run:
     @property
     def outcome(self) -> _Outcome: ...
@@ -524,6 +536,8 @@ class Run:
     def kicks(self) -> list[Kick]: ...
     @property
     def ground_motion(self) -> GroundMotion | None: ...
+    @property
+    def contacts(self) -> list[RunContact]: ...
     @property
     def posture(self) -> Posture | None: ...
     @property
@@ -834,7 +848,7 @@ def robustness(
     time_limit: float | None = None,
     event_limit: int = 100_000,
     neighbourhood: float = ...,
-    edges: _Edges = "end",
+    edges: _Edges = "contact",
     jams: _Jams = "none",
     tolerance: float = 1e-12,
 ) -> Robustness: ...
@@ -872,7 +886,7 @@ def simulate_many(
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
-    edges: _Edges = "end",
+    edges: _Edges = "contact",
     jams: _Jams = "none",
     tolerance: float = 1e-12,
     record: bool = False,
@@ -894,7 +908,7 @@ def simulate(
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
     neighbourhood: float = ...,
-    edges: _Edges = "end",
+    edges: _Edges = "contact",
     jams: _Jams = "none",
     tolerance: float = 1e-12,
     record: bool = True,

@@ -32,7 +32,6 @@ COLORS = {
     "decided": "#D9D9D9",
     "time-limit": "#D9D9D9",
     "event-limit": "#4D4D4D",
-    "edge-contact": "#009E73",
     "yes": "#0072B2",
     "no": "#D9D9D9",
 }

@@ -65,15 +65,14 @@ pub enum Stop {
     Time,
 }
 
-/// What happens where a corner of the ground enters a body with an outline through one of its sides: only contacts meet the ground, so that
-/// the motion computed from then on is not that of the whole body.
+/// What happens where a corner of the ground meets a side of a body with an outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Edges {
-    /// The run ends, with the outcome `edge-contact`.
+    /// It is a contact: see [`Trajectory::contacts`](crate::Trajectory::contacts).
     #[default]
-    End,
-    /// The run goes on, with a warning for each corner.
+    Contact,
+    /// The corner passes through the side, with a warning: the motion from then on is not that of the whole body.
     Ignore,
 }
 
@@ -129,7 +128,7 @@ pub struct Options {
     #[serde(with = "crate::serial::numbers::extended")]
     #[schemars(with = "crate::serial::numbers::Extended")]
     pub neighbourhood: f64,
-    /// What happens where a corner of the ground enters a body with an outline.
+    /// What happens where a corner of the ground meets a side of a body with an outline.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub edges: Edges,
     /// What happens where a contact slides and jams.
@@ -157,7 +156,7 @@ impl Default for Options {
             time_limit: None,
             event_limit: 1_000_000,
             neighbourhood: f64::INFINITY,
-            edges: Edges::End,
+            edges: Edges::Contact,
             jams: Jams::None,
             tolerance: 1e-12,
             record: true,

@@ -101,13 +101,11 @@ pub enum Outcome {
     TimeLimit,
     /// The run reached the event limit.
     EventLimit,
-    /// A corner of the ground meets a side of the body, where it has no contact; a warning has the corner and the side.
-    EdgeContact,
 }
 
 impl Outcome {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 8] = [
         Self::Rest,
         Self::Zeno,
         Self::Escape,
@@ -116,7 +114,6 @@ impl Outcome {
         Self::Ambiguous,
         Self::TimeLimit,
         Self::EventLimit,
-        Self::EdgeContact,
     ];
 
     /// The name of the outcome in Python and in files.
@@ -131,7 +128,6 @@ impl Outcome {
             Self::Ambiguous => "ambiguous",
             Self::TimeLimit => "time-limit",
             Self::EventLimit => "event-limit",
-            Self::EdgeContact => "edge-contact",
         }
     }
 }
@@ -212,6 +208,31 @@ pub struct Phase {
     /// Number of [`Trajectory::impacts`](crate::Trajectory::impacts) strictly between the start and the end of the phase. The infinitely
     /// many impacts that are summed to a Zeno point are not counted.
     pub impacts: usize,
+}
+
+/// What touches the ground at a contact of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum ContactKind {
+    /// A point of the body, one of the contacts of its posture.
+    Corner,
+    /// A side of the outline of the body, on a corner of the ground.
+    Side,
+}
+
+/// A contact of a run: those of the posture, then the sides of the body that corners of the ground have touched, in the order of their first
+/// touches.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RunContact {
+    /// Its number in the run.
+    pub number: ContactNumber,
+    /// What touches.
+    pub kind: ContactKind,
+    /// Index, from 0, of the contact of the posture, or of the side of its outline: side k goes from corner k to the next one.
+    pub index: usize,
+    /// The corner of the ground on the side, world axes, in m.
+    pub corner: Option<[f64; 2]>,
 }
 
 /// Why a phase begins.

@@ -206,8 +206,8 @@ const ARGUMENT_WORDS: [&str; ARGUMENTS.len() + 1] = words!(ARGUMENTS, "undecided
 const REASONS: [WhyUndecided; WhyUndecided::ALL.len()] = WhyUndecided::ALL;
 const REASON_WORDS: [&str; REASONS.len() + 1] = words!(REASONS, "decided");
 
-const OUTCOMES: [Outcome; 9] = Outcome::ALL;
-const OUTCOME_WORDS: [&str; 9] = [
+const OUTCOMES: [Outcome; 8] = Outcome::ALL;
+const OUTCOME_WORDS: [&str; 8] = [
     OUTCOMES[0].as_str(),
     OUTCOMES[1].as_str(),
     OUTCOMES[2].as_str(),
@@ -216,7 +216,6 @@ const OUTCOME_WORDS: [&str; 9] = [
     OUTCOMES[5].as_str(),
     OUTCOMES[6].as_str(),
     OUTCOMES[7].as_str(),
-    OUTCOMES[8].as_str(),
 ];
 
 /// The place of a word in a list that contains it.

@@ -53,7 +53,7 @@ mod _core {
     #[pymodule_export]
     use crate::robustness::{PyRobustness, robustness};
     #[pymodule_export]
-    use crate::run::{PyPhase, PyRun, PyZenoPoint};
+    use crate::run::{PyPhase, PyRun, PyRunContact, PyZenoPoint};
     #[pymodule_export]
     use crate::scene::{PyScene, load, schema};
     #[pymodule_export]
@@ -89,9 +89,8 @@ mod _core {
     /// modes is one event; with record at most 20 000 000 divided by the number of contacts. neighbourhood : displacement of the
     /// centre of mass, m, beyond which the body has escaped; it is checked when the kind of motion changes.
     ///
-    /// edges : "end" (with the outcome "edge-contact", at the time at which a corner of the ground meets a side of a body with an outline:
-    /// only contacts meet the ground, so that the motion computed from then on is not that of the whole body) or "ignore" (a warning for
-    /// each corner).
+    /// edges : what happens where a corner of the ground meets a side of a body with an outline: "contact" (they touch, see `run.contacts`) or
+    /// "ignore" (the corner passes through, with a warning for each: the motion from then on is not that of the whole body).
     ///
     /// jams : what happens where a contact slides and no contact mode is consistent (Painlevé): "none" (with Poisson's and Stronge's law an
     /// impact without collision follows, with the others the run is "inconsistent") or "impact" (with the others a plastic impact
@@ -114,7 +113,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"end\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,

@@ -127,8 +127,8 @@ impl PyContact {
 /// straight piece under it (with walls: the nearest one), and no ground beyond the ends; its
 /// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one
 /// line without ends for all contacts, of their slope, through the lowest of them. outline : corners (x, y) of the polygon of the body in
-/// its nominal posture, in order, m. It meets no ground; a run ends ("edge-contact") where a corner of the terrain enters it, or warns there
-/// (edges="ignore").
+/// its nominal posture, in order, m. Its sides meet the corners of the terrain; with edges="ignore" these pass through, with a
+/// warning.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.

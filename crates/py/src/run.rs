@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::outcome::{ContactNumber, Phase, ZenoPoint};
+use standfast::outcome::{ContactNumber, Phase, RunContact, ZenoPoint};
 use standfast::simulate::{FilmClock, Reader};
 use standfast::{Error, Trajectory};
 
@@ -277,6 +277,44 @@ impl PyZenoPoint {
 /// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
 /// >>> float(qdot[1])
 /// -0.0981
+/// A contact of a run, see `Run.contacts`.
+#[pyclass(frozen, eq, name = "RunContact", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyRunContact(RunContact);
+
+#[pymethods]
+impl PyRunContact {
+    /// Its number, from 1: that of `run.impacts`, `run.phases` and `run.zeno_points`.
+    #[getter]
+    fn number(&self) -> usize {
+        self.0.number.number()
+    }
+
+    /// What touches the ground: "corner" (a point of the body, one of the contacts of its posture) or "side" (a side of its outline).
+    #[getter]
+    fn kind(&self) -> String {
+        word(&self.0.kind)
+    }
+
+    /// Index, from 0, of the contact in posture.contacts, or of the side: side k goes from corner k of posture.outline to the next one.
+    #[getter]
+    fn index(&self) -> usize {
+        self.0.index
+    }
+
+    /// The corner of the ground (x, y) on the side, m; None for a corner of the body.
+    #[getter]
+    fn corner(&self) -> Option<(f64, f64)> {
+        self.0.corner.map(Into::into)
+    }
+
+    fn __repr__(&self) -> String {
+        let RunContact { number, index, corner, .. } = &self.0;
+        let corner = corner.map(|[x, y]| format!(", corner=({x:?}, {y:?})")).unwrap_or_default();
+        format!("<RunContact {number}: {} {index}{corner}>", self.kind())
+    }
+}
+
 #[pyclass(frozen, name = "Run", module = "standfast")]
 pub(crate) struct PyRun(pub(crate) Trajectory);
 
@@ -307,8 +345,7 @@ impl PyRun {
     }
 
     /// How the run ended: "rest", "zeno", "escape", "sliding", "inconsistent" (no contact mode is consistent), "ambiguous"
-    /// (several contact modes are consistent), "time-limit", "event-limit" or "edge-contact" (a corner of the ground meets a side of the
-    /// body; run.warnings has the corner and the side).
+    /// (several contact modes are consistent), "time-limit" or "event-limit".
     #[getter]
     fn outcome(&self) -> &str {
         self.0.outcome().as_str()
@@ -402,6 +439,13 @@ impl PyRun {
     #[getter]
     fn ground_motion(&self) -> Option<PyGroundMotion> {
         self.0.excitation().ground_motion.clone().map(PyGroundMotion)
+    }
+
+    /// The contacts of the run, list of RunContact: those of the posture, then the sides of the body that corners of the ground have touched,
+    /// in the order of their first touches. The letters of a contact mode, and the arrays of `forces_at` and `points_at`, are in this order.
+    #[getter]
+    fn contacts(&self) -> Vec<PyRunContact> {
+        self.0.contacts().into_iter().map(PyRunContact).collect()
     }
 
     /// The posture; None for a run of a LocalModel given by parameters.
@@ -509,20 +553,21 @@ impl PyRun {
         self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.rates))
     }
 
-    /// World positions (x, y) of the contact points, (..., n, 2) m, at times t : (...) s of the run. In the full model
-    /// x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in the local model x_i + r + θ (−d_y, d_x). NaN without a body.
+    /// World positions (x, y) of the contact points of `run.contacts`, (..., k, 2) m, at times t : (...) s of the run. In the full model
+    /// x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in the local model x_i + r + θ (−d_y, d_x); of a side, the corner of
+    /// the ground. NaN without a body.
     /// See `at`.
     fn points_at<'py>(
         &self,
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let shape = [self.0.gaps().len(), 2];
+        let shape = [self.0.contacts().len(), 2];
         self.at_times(py, t, &shape, |run, t| Ok(run.points(t)?.into_iter().flatten()))
     }
 
-    /// Contact forces of the smooth motion, (..., n, 2) N, (tangential, normal), at times t : (...) s of the run. Each pair is in the axes
-    /// of the piece of terrain that the contact touches. The forces satisfy M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i), with
+    /// Contact forces of the smooth motion on the contacts of `run.contacts`, (..., k, 2) N, (tangential, normal), at times t : (...) s of the
+    /// run. Each pair is in the axes of the piece of terrain, or of the side of the body, that touches. The forces satisfy M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i), with
     /// M = diag(m, m, mρ²) and the rows N_i = (n_i, b_i), T_i = (t_i, −c_i), which the local model takes at q = 0.
     ///
     /// They are zero in flight. Impacts have impulses instead (`run.impacts`). At the time of an impact or of a change of the contact
@@ -531,7 +576,7 @@ impl PyRun {
     /// of their forces, in the axes of the first piece.
     ///
     /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end of a run that does not determine
-    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous or ends with "edge-contact". Raises ValueError as `at`.
+    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous. Raises ValueError as `at`.
     ///
     /// >>> import math
     /// >>> import standfast as sf
@@ -545,7 +590,7 @@ impl PyRun {
         py: Python<'py>,
         t: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let shape = [self.0.gaps().len(), 2];
+        let shape = [self.0.contacts().len(), 2];
         self.at_times(py, t, &shape, |run, t| Ok(run.forces(t)?.into_iter().flatten()))
     }
 

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector2;
 
+use crate::body::contact::Contact;
 use crate::body::posture::PostureFields;
 use crate::body::terrain::{MAX_VERTICES, meeting};
 use crate::error::{Error, finite};
-use crate::tolerance::EDGE_DEPTH;
+use crate::tolerance::{EDGE_DEPTH, SAME_VERTEX};
 
 /// The polygon of a body in its nominal posture. Coordinates are relative to the centre of mass.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +16,8 @@ pub(crate) struct Outline {
     pub(crate) radius: f64,
     /// Depth in the body up to which a point counts as on its boundary, in m.
     pub(crate) depth: f64,
+    /// Whether all corners are convex.
+    pub(crate) is_convex: bool,
 }
 
 /// A side of the polygon, with the body on its left.
@@ -26,9 +29,21 @@ pub(crate) struct Side {
     length: f64,
     /// The number of the side, from 0: its place in the order of the given corners.
     index: usize,
+    /// The coefficients of friction, restitution and tangential restitution of a corner of the ground on this side.
+    pub(crate) coefficients: [f64; 3],
 }
 
 impl Side {
+    /// Unit vector along the side, with the body on its left.
+    pub(crate) fn along(&self) -> Vector2<f64> {
+        self.along
+    }
+
+    /// Its two ends, in m.
+    pub(crate) fn ends(&self) -> [Vector2<f64>; 2] {
+        [self.from, self.to]
+    }
+
     /// Coordinates of a point along the side and into the body, in m.
     fn coordinates(&self, p: &Vector2<f64>) -> [f64; 2] {
         let from = p - self.from;
@@ -44,9 +59,9 @@ impl Side {
             .fold([f64::INFINITY; 2], |least, end| if end[0] < least[0] { end } else { least })
     }
 
-    /// The number of the side, from 1: the side begins or ends at the corner of this number.
-    pub(crate) fn number(&self) -> usize {
-        self.index + 1
+    /// The number of the side, from 0: the side begins or ends at the corner of this number.
+    pub(crate) fn index(&self) -> usize {
+        self.index
     }
 
     /// Distance of a point from the nearest point of the side, in m.
@@ -78,11 +93,14 @@ impl Outline {
             let (from, to) =
                 if double_area > 0.0 { (point(k), point(k + 1)) } else { (point(k + 1), point(k)) };
             let (way, length) = (to - from, libm::hypot(to.x - from.x, to.y - from.y));
-            Side { from, to, along: way / length, length, index: k }
+            let coefficients = coefficients(fields, [from + center, to + center]);
+            Side { from, to, along: way / length, length, index: k, coefficients }
         };
         let radius = (0..count).map(|k| point(k).norm()).fold(0.0, f64::max);
-        let sides = (0..count).map(side).collect();
-        Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius }))
+        let sides: Vec<Side> = (0..count).map(side).collect();
+        let turn = |k: usize| (point(k + 1) - point(k)).perp(&(point(k + 2) - point(k + 1)));
+        let is_convex = (0..count).all(|k| turn(k) * double_area >= 0.0);
+        Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius, is_convex }))
     }
 
     /// Whether a point lies deeper in the body than the tolerance.
@@ -118,11 +136,31 @@ impl Outline {
         })
     }
 
+    /// Its sides.
+    pub(crate) fn sides(&self) -> &[Side] {
+        &self.sides
+    }
+
     /// The side that is nearest to a point.
     pub(crate) fn nearest_side(&self, p: &Vector2<f64>) -> &Side {
         let nearer = |a: &&Side, b: &&Side| a.distance(p).total_cmp(&b.distance(p));
         self.sides.iter().min_by(nearer).unwrap_or_else(|| unreachable!("a polygon has sides"))
     }
+}
+
+/// The smallest coefficients of the contacts at the two ends of a side, or of all contacts if there are none at its ends.
+fn coefficients(fields: &PostureFields, ends: [Vector2<f64>; 2]) -> [f64; 3] {
+    let near = SAME_VERTEX * (ends[1] - ends[0]).norm();
+    let at_end =
+        |contact: &&Contact| ends.iter().any(|end| (end - Vector2::from(contact.point)).norm() <= near);
+    let of = |contact: &Contact| {
+        let restitution = contact.restitution.unwrap_or(fields.restitution);
+        [contact.friction, restitution, contact.tangential_restitution]
+    };
+    let least = |one: [f64; 3], other: [f64; 3]| std::array::from_fn(|k| one[k].min(other[k]));
+    let all = || fields.contacts.iter();
+    let found = all().filter(at_end).map(of).reduce(least);
+    found.or_else(|| all().map(of).reduce(least)).unwrap_or_default()
 }
 
 /// Twice the area of a polygon, in m²: positive if its vertices are in counterclockwise order.
@@ -156,7 +194,6 @@ pub(crate) fn checked_polygon(field: &str, vertices: &[[f64; 2]]) -> Result<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::contact::Contact;
     use crate::body::posture::GroundKind;
     use crate::math::random::Random;
 
@@ -231,6 +268,6 @@ mod tests {
         assert!(shape.is_off_sides(&way([1.0, 1.1], [1.0, 1.9]), 0.0), "along a side");
         assert!(!shape.is_off_sides(&way([1.5, 1.5], [1.5, 0.5]), 0.0));
         assert!(!shape.is_off_sides(&way([-1.0, 0.5], [3.0, 0.5]), 0.0), "right through");
-        assert_eq!(shape.nearest_side(&Vector2::new(1.5, 0.9)).number(), 3);
+        assert_eq!(shape.nearest_side(&Vector2::new(1.5, 0.9)).index(), 2);
     }
 }

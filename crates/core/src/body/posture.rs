@@ -298,8 +298,11 @@ impl Posture {
         &self.0.grounds
     }
 
-    /// The terrain that contact `i` may touch; `None`: a single piece without ends.
+    /// The terrain that contact `i` may touch; `None`: a single piece without ends, or a corner of the ground on a side of the body.
     pub(crate) fn ground(&self, i: usize) -> Option<&Ground> {
+        if i >= self.0.geometry.len() {
+            return None;
+        }
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))
     }
 

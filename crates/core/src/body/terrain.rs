@@ -338,10 +338,20 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The vertices of the ground, in m; each vertex between two pieces occurs twice.
-    pub(crate) fn vertices(&self) -> impl Iterator<Item = Vector2<f64>> {
-        let ends = self.pieces.iter().flat_map(|piece| piece.ends);
-        ends.filter(|end| !end.is_endless()).map(|end| end.vertex)
+    /// Its convex vertices and its ends: the corners that a side of the body can meet.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = Vector2<f64>> {
+        let count = self.pieces.len();
+        let is_corner = move |k: usize| {
+            k == 0
+                || k == count
+                || self.pieces[k - 1].tangent.perp(&self.pieces[k].tangent) < 0.0
+        };
+        let end = move |k: usize| match k {
+            0 => self.pieces[0].ends[0],
+            k => self.pieces[k - 1].ends[1],
+        };
+        let all = (0..=count).filter(move |&k| is_corner(k)).map(end);
+        all.filter(|end| !end.is_endless()).map(|end| end.vertex)
     }
 
     /// Piece `k`, or the last piece at that end if `k` lies beyond the end; and whether the result is piece `k`.

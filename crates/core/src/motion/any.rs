@@ -17,8 +17,8 @@ use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
-use crate::sustained::BodyState;
-use crate::sustained::edges::Path;
+use crate::sustained::{BodyState, ContactState};
+use crate::sustained::edges::{Entry, Path};
 use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
@@ -28,8 +28,8 @@ const REFRESH: usize = 32;
 pub(crate) struct AnyContacts {
     pub(super) posture: Posture,
     pub(super) state: BodyState,
-    /// Number of contacts. Each contact has one point, and a second point while it is in a vertex. The second points come after all first
-    /// points.
+    /// Number of contacts, of the body and of corners of the ground on sides. Each contact has one point, and a second point while it is in a
+    /// vertex. The second points come after all first points.
     pub(super) contacts: usize,
     /// The largest speed so far, in m/s.
     pub(super) fastest: f64,
@@ -48,8 +48,9 @@ pub(crate) struct AnyContacts {
 impl Coordinates for AnyContacts {
     fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
         (0..driver.body.contacts).for_each(|i| driver.choose_by_facing(i));
+        driver.touch_corners();
         driver.write_flight();
-        driver.enters(0.0)
+        None
     }
 
     fn count(&self) -> usize {
@@ -149,6 +150,10 @@ impl Coordinates for AnyContacts {
         }
     }
 
+    fn meet_corner(driver: &mut Driver<'_, Self>, entry: Entry) {
+        driver.meet(entry);
+    }
+
     fn cross_end(driver: &mut Driver<'_, Self>, point: usize, side: usize) {
         driver.leave_together(point, side);
     }
@@ -197,16 +202,19 @@ impl<'a> Driver<'a, AnyContacts> {
         Self::with(body, base, local, options, warnings, cancel)
     }
 
-    /// Runs to the outcome; `None` if cancelled.
-    /// Flies on to the first corner of the ground that enters the body within `t` (s), if the run ends there.
-    fn enters(&mut self, t: f64) -> Option<Outcome> {
+    /// Flies on to the first corner of the ground that meets a side within `t` (s). Returns whether there is one.
+    fn meets(&mut self, t: f64) -> bool {
         let Self { body, log, edges, record, options, .. } = self;
         let at = |t| body.state.flown(t);
         let path = Path::new(&body.posture, &at);
         let time = |t| options.clock(log.clock.after(t));
-        let t = edges.end(path, t, Some(body.state.fall), time, &mut record.warnings)?;
-        (body.state, log.clock) = (body.state.flown(t), log.clock.after(t));
-        Some(Outcome::EdgeContact)
+        let fall = Some(body.state.fall);
+        let Some(entry) = edges.entry(path, t, fall, time, &mut record.warnings) else {
+            return false;
+        };
+        (body.state, log.clock) = (body.state.flown(entry.t), log.clock.after(entry.t));
+        self.meet(entry);
+        true
     }
 
     /// The state and the modes at time `dt` within a sum of cycles that starts in this state, computed cycle by cycle; `None` if too many
@@ -269,9 +277,16 @@ impl<'a> Driver<'a, AnyContacts> {
         let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
         let plastic = stops && !self.fades(hit);
         let mut closed: ContactValues<bool> = self.body.posture.per_contact(|_| false).collect();
+        let count = closed.len();
+        closed.resize(count + self.record.sides.len(), false);
         for &i in points {
             self.resting[i] = true;
-            let at = self.body.posture.point_of(self.body.state.points[i].place.contact);
+            let contact = self.body.state.points[i].place.contact;
+            if contact >= count {
+                closed[contact] = true;
+                continue;
+            }
+            let at = self.body.posture.point_of(contact);
             for (closed, point) in closed.iter_mut().zip(self.body.posture.per_contact(|k| k)) {
                 *closed |= point == at;
             }
@@ -280,11 +295,14 @@ impl<'a> Driver<'a, AnyContacts> {
             self.cause = Some(Cause::Zeno);
         }
         let (clock, at) = (self.log.clock, AnyContacts::moment(self));
-        let distinct =
-            |closed: &[bool]| self.body.posture.distinct().filter(|&i| closed[i]).count();
+        let distinct = |closed: &[bool]| {
+            let own = self.body.posture.distinct().filter(|&i| closed[i]).count();
+            own + closed[count..].iter().filter(|&&closed| closed).count()
+        };
         match self.record.zeno.last_mut() {
             // The contacts of one accumulation come to rest one by one, within the rounding error of the clock.
             Some(last) if clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi => {
+                last.closed.resize(closed.len(), false);
                 last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);
                 last.at = Moment { clock: last.at.clock, ..at };
                 last.error = last.error.max(error);
@@ -358,8 +376,8 @@ impl<'a> Driver<'a, AnyContacts> {
             |t: f64| t * (self.body.state.center.v.norm() + 0.5 * t * self.body.state.gravity);
         if t > left || t == f64::INFINITY || fall(t) > DEPARTED {
             let departs = left == f64::INFINITY || fall(left) > DEPARTED;
-            if let Some(outcome) = self.enters(left.max(0.0)) {
-                return Some(outcome);
+            if self.meets(left.max(0.0)) {
+                return None;
             }
             if departs {
                 return Some(Outcome::Escape);
@@ -372,8 +390,8 @@ impl<'a> Driver<'a, AnyContacts> {
             self.log.phase_lost = true;
             return Some(Outcome::EventLimit);
         }
-        if let Some(outcome) = self.enters(t) {
-            return Some(outcome);
+        if self.meets(t) {
+            return None;
         }
         self.body.state = self.body.state.flown(t);
         self.log.clock = self.log.clock.after(t);
@@ -400,6 +418,7 @@ impl<'a> Driver<'a, AnyContacts> {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }
+        self.drop_sides_passed();
         None
     }
 
@@ -407,7 +426,9 @@ impl<'a> Driver<'a, AnyContacts> {
     fn refresh(&mut self) {
         if self.body.state.frozen.is_none() {
             let theta = self.body.state.spin.theta;
-            for p in &mut self.body.state.points {
+            let count = self.body.posture.contacts().len();
+            let own = |p: &&mut ContactState| p.place.contact < count;
+            for p in self.body.state.points.iter_mut().filter(own) {
                 (p.b, p.c) = self.body.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
             }
         }

@@ -94,11 +94,16 @@ impl Driver<'_, AnyContacts> {
 
     /// Contact `i` crosses an end, and with it all closed contacts that come to an end of their pieces at this instant.
     pub(super) fn leave_together(&mut self, i: usize, side: usize) {
-        let first = self.body.state.points[i].place.contact;
+        let contact = |p: &ContactState| p.place.contact;
+        let first = contact(&self.body.state.points[i]);
+        let contacts = self.body.state.points.iter().take(self.body.contacts).map(contact);
+        let others: ContactValues<usize> = contacts.filter(|&other| other != first).collect();
         self.cross(i, side);
-        for j in 0..self.body.contacts {
-            let ContactState { place, h, .. } = self.body.state.points[j];
-            if place.contact == first || h > 0.0 || self.body.state.twin(j).is_some() {
+        for other in others {
+            // The end of a side removes its point.
+            let points = &self.body.state.points;
+            let Some(j) = points.iter().position(|p| contact(p) == other) else { continue };
+            if points[j].h > 0.0 || self.body.state.twin(j).is_some() {
                 continue;
             }
             let body = &self.body.state;

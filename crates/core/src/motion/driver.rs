@@ -25,7 +25,7 @@ use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
-use crate::sustained::edges::EdgeWatch;
+use crate::sustained::edges::{EdgeWatch, Entry};
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 use crate::tolerance::SLOWEST_KNOWN;
 
@@ -127,6 +127,9 @@ pub(crate) trait Coordinates: Sized {
         Some(outcome)
     }
 
+    /// A corner of the ground meets a side of the body.
+    fn meet_corner(_: &mut Driver<'_, Self>, _: Entry) {}
+
     /// A point has come to the left (0) or right (1) end of the piece of terrain under it.
     fn cross_end(_: &mut Driver<'_, Self>, _point: usize, _side: usize) {}
 
@@ -162,7 +165,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             fresh: true,
             nested: NestedSequence::default(),
             watch: GroundWatch::new(base.posture.as_ref()),
-            edges: EdgeWatch::new(base.posture.as_ref(), options),
+            edges: EdgeWatch::new(base.posture.as_ref(), options, local),
             record: Box::new(Record::new(base, warnings)),
             options: *options,
             body,
@@ -377,6 +380,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
                 C::leave_contact(self, body);
                 match end {
                     PhaseEnd::Outcome(outcome) => C::end_contact(self, outcome).into(),
+                    PhaseEnd::Corner(entry) => {
+                        C::meet_corner(self, entry);
+                        DriverStep::Piece
+                    }
                     PhaseEnd::Free => DriverStep::Flight,
                     PhaseEnd::Leave(i, side) => {
                         C::cross_end(self, i, side);

@@ -169,6 +169,12 @@ impl Driver<'_, AnyContacts> {
 
     pub(super) fn material(&self, i: usize) -> Material {
         let owner = self.body.state.points[i].place.contact;
+        if let Some(on) = self.body.state.side_contact(i) {
+            let outline = self.body.posture.outline();
+            let [friction, restitution, tangential_restitution] =
+                outline.map_or([0.0; 3], |outline| outline.sides()[on.side].coefficients);
+            return Material { friction, restitution, tangential_restitution };
+        }
         let contact = self.body.posture.contacts()[owner];
         Material {
             friction: contact.friction,
@@ -202,7 +208,8 @@ impl Driver<'_, AnyContacts> {
         self.body.last.follow(contact, -rate, &self.log);
         if self.log.record {
             let (clock, mut after) = (self.log.clock, self.rates());
-            let at = self.body.posture.point_of(contact);
+            let own = contact < self.body.posture.contacts().len();
+            let at = if own { self.body.posture.point_of(contact) } else { i };
             (before[at], after[at]) = (rate, u);
             self.record.impacts.push(ListedImpact { clock, contact, before, after, impulse });
         }
@@ -213,9 +220,7 @@ impl Driver<'_, AnyContacts> {
     /// ½ Σ P_i (u_i⁺ + u_i⁻) = ½ Σ (1 − e) P_i u_i⁻ ≤ 0. Those that approach after it are hit next.
     fn together(&mut self, hit: &[usize]) -> Option<Outcome> {
         let (n, state) = (self.body.state.points.len(), &self.body.state);
-        let restitution =
-            |p: &ContactState| self.body.posture.geometry()[p.place.contact].restitution;
-        let restitutions: Vec<f64> = state.points.iter().map(restitution).collect();
+        let restitutions: Vec<f64> = (0..n).map(|i| self.material(i).restitution).collect();
         let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
         // Rates of one rigid body: those stored per contact have separate rounding errors, of faster motions.
         let (v, omega) = (state.center.v, state.spin.omega);

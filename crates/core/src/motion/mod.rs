@@ -12,6 +12,7 @@ mod pair_contact;
 mod pair_flight;
 pub(crate) mod record;
 mod nested;
+mod sides;
 mod slow;
 mod stages;
 mod vertices;

@@ -308,7 +308,7 @@ mod tests {
         let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };
         let (spin, rho2, gravity, frozen) = (Spin::default(), 0.25, 1.0, None);
         let fall = Vector2::new(0.0, -gravity);
-        BodyState { points, center, spin, rho2, fall, gravity, frozen }
+        BodyState { points, sides: Vec::new(), center, spin, rho2, fall, gravity, frozen }
     }
 
     /// Three landings, at these speeds and times. Cycle k begins at the speed v_∞ + d rᵏ along the ground and moves the body

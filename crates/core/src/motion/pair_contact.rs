@@ -48,6 +48,7 @@ impl Base {
         });
         Some(BodyState {
             points: points.collect(),
+            sides: Vec::new(),
             center: at.center,
             spin: at.spin,
             rho2: body.rho2,

@@ -1,5 +1,7 @@
 //! The record of a run: the pieces of its motion, its collisions and its Zeno points.
 
+use nalgebra::Vector2;
+
 use crate::body::contact::{ContactLetters, PerContact};
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};
@@ -140,6 +142,8 @@ pub(crate) struct Record {
     /// Plain collisions of two contacts, and the body after each of them.
     pub(crate) collisions: Vec<Collision>,
     pub(crate) bodies: Vec<(Center, Spin)>,
+    /// The corners of the ground and the sides, from 0, that have met each other, in the order of their contact numbers.
+    pub(crate) sides: Vec<(Vector2<f64>, usize)>,
     /// All other collisions.
     pub(crate) impacts: Vec<ListedImpact>,
     pub(crate) hits: usize,
@@ -166,6 +170,7 @@ impl Record {
             warnings,
             collisions: Vec::new(),
             bodies: Vec::new(),
+            sides: Vec::new(),
             impacts: Vec::new(),
             hits: 0,
             end,

@@ -18,6 +18,10 @@ impl Driver<'_, AnyContacts> {
         let count = self.body.contacts;
         let contact = self.body.state.points[i].place.contact;
         self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
+        if self.body.state.side_contact(i).is_some() {
+            self.leave_side(i, side);
+            return;
+        }
         if let Some(twin) = (count..self.body.state.points.len())
             .find(|&k| self.body.state.points[k].place.contact == contact)
         {
@@ -33,9 +37,13 @@ impl Driver<'_, AnyContacts> {
         if self.wedge(i, side) {
             return;
         }
-        let p = self.neighbour(i, side);
+        let (p, old) = (self.neighbour(i, side), self.body.state.points[i]);
         self.body.state.points[i] = p;
         self.resting[i] &= p.h == 0.0 && p.u == 0.0;
+        let passed = self.body.posture.piece(contact, old.place.piece).filter(|_| old.h == 0.0);
+        if let Some(vertex) = passed.map(|piece| piece.ends[side].vertex) {
+            self.go_on_along_side(i, vertex);
+        }
     }
 
     /// The state of contact `i`, at an end of the piece of terrain under it, over the next piece.

@@ -176,8 +176,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact in N, each in the axes of the piece of terrain
-    /// that the contact touches. They satisfy the equation of motion with the rows of the contacts,
+    /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact of [`Trajectory::contacts`] in N, each in the axes
+    /// of the piece of terrain, or of the side of the body, that touches. They satisfy the equation of motion with the rows of the contacts,
     ///
     /// ```text
     /// M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i)
@@ -189,18 +189,17 @@ impl<'a> Reader<'a> {
     /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
     ///
     /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
-    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), if it is inconsistent or ambiguous, and
-    /// where a corner of the ground meets a side.
+    /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), and if it is inconsistent or ambiguous.
     ///
     /// # Errors
     ///
     /// As [`at`](Self::at).
     pub fn forces(&mut self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
-        let count = self.run.count();
+        let count = self.run.count() + self.run.record.sides.len();
         let unknown = || Ok(vec![[f64::NAN; 2]; count]);
         let piece = self.piece_at(t)?;
         let (Some((k, dt)), Some(posture)) = (piece, self.run.posture()) else { return unknown() };
-        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous, Outcome::EdgeContact];
+        let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
         let sum = || matches!(self.motion(k), Some(Motion::Tail(..) | Motion::Cycles { .. }));
         if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
             return unknown();
@@ -213,18 +212,24 @@ impl<'a> Reader<'a> {
             }
             Now::Pair(_) => None,
         };
-        body.map_or(Ok(vec![[0.0; 2]; count]), |(body, modes)| body.forces(posture, &modes))
+        let mut forces = body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;
+        forces.resize(count, [0.0; 2]);
+        Ok(forces)
     }
 
-    /// The positions (x, y) of the contact points at time `t`, world axes, in m: x_i + r + (R(θ) − 1) d_i, in the local model
-    /// x_i + r + θ (−d_y, d_x). NaN for a model without a body.
+    /// The positions (x, y) of the contact points of [`Trajectory::contacts`] at time `t`, world axes, in m: x_i + r + (R(θ) − 1) d_i, in the
+    /// local model x_i + r + θ (−d_y, d_x); for sides, the corners of the ground. NaN for a model without a body.
     ///
     /// # Errors
     ///
     /// As [`at`](Self::at).
     pub fn points(&mut self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
         let (State { q, .. }, run) = (self.state(t)?, self.run);
-        let points = |p: &Posture| p.points(&q, run.model() == Model::Local);
+        let corners = run.record.sides.iter().map(|(corner, _)| [corner.x, corner.y]);
+        let points = |p: &Posture| {
+            let own = p.points(&q, run.model() == Model::Local).into_iter();
+            own.chain(corners).collect()
+        };
         Ok(run.posture().map_or_else(|| vec![[f64::NAN; 2]; run.count()], points))
     }
 

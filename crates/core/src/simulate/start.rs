@@ -144,6 +144,7 @@ impl Start {
         });
         let mut start = BodyState {
             points: points.collect(),
+            sides: Vec::new(),
             center: Center { r: state.q.xy(), v: state.qdot.xy() },
             spin: Spin { theta: state.q.z, omega: state.qdot.z },
             rho2: posture.gyration_squared(),

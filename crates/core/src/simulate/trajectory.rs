@@ -21,7 +21,8 @@ use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, ZenoPoint,
+    Cause, ContactKind, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, RunContact,
+    ZenoPoint,
 };
 use crate::simulate::reader::Reader;
 use crate::simulate::{simulate_excited_until, simulate_local_until};
@@ -82,6 +83,9 @@ struct Written<'a> {
     impacts: &'a [ImpactRecord],
     zeno_points: &'a [ZenoPoint],
     phases: &'a [Phase],
+    /// The contacts after those of the posture.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    sides: Vec<RunContact>,
     #[serde(skip_serializing_if = "Option::is_none")]
     enclosure: Option<&'a Enclosure>,
     warnings: &'a [String],
@@ -315,7 +319,7 @@ impl Trajectory {
         self.record.end.rates.to_vec()
     }
 
-    /// Warnings: corners of the ground that enter the body (see [`Edges`](crate::options::Edges)), ties, a start with a small penetration
+    /// Warnings: corners of the ground that pass through the body (see [`Edges`](crate::options::Edges)), ties, a start with a small penetration
     /// that counts as touching, ground that was probably not intended (see [`Contact`](crate::Contact)), friction that
     /// [`Impact::Newton`](crate::options::Impact::Newton) ignores.
     #[must_use]
@@ -340,6 +344,26 @@ impl Trajectory {
     #[must_use]
     pub fn collisions(&self) -> usize {
         self.record.hits
+    }
+
+    /// The contacts of the run: those of the posture, and the sides of the body that corners of the ground have touched.
+    #[must_use]
+    pub fn contacts(&self) -> Vec<RunContact> {
+        let count = self.count();
+        let number = ContactNumber::of;
+        let own = (0..count).map(|i| RunContact {
+            number: number(i),
+            kind: ContactKind::Corner,
+            index: i,
+            corner: None,
+        });
+        let sides = self.record.sides.iter().enumerate().map(|(k, (corner, side))| RunContact {
+            number: number(count + k),
+            kind: ContactKind::Side,
+            index: *side,
+            corner: Some([corner.x, corner.y]),
+        });
+        own.chain(sides).collect()
     }
 
     /// The collisions simulated one by one, in order; empty unless recorded.
@@ -420,7 +444,9 @@ impl Trajectory {
         let mut starts: Vec<Clock> = Vec::new();
         for span in &self.record.spans {
             let (clock, cause) = (span.clock, span.cause);
-            let mode = span.motion.letters(&self.record.base);
+            let mut mode = span.motion.letters(&self.record.base);
+            let known = self.count() + self.record.sides.len();
+            mode.extend(std::iter::repeat_n('S', known.saturating_sub(mode.len())));
             let start = self.clock(clock);
             let held = mode.contains(|letter| letter != 'S');
             let leaves = held && matches!(cause, Some(Cause::LeftSegment(_)));
@@ -567,6 +593,7 @@ impl Trajectory {
             impacts: self.impacts(),
             zeno_points: self.zeno_points(),
             phases: self.phases(),
+            sides: self.contacts().split_off(self.count()),
             enclosure: self.enclosure(),
             warnings: self.warnings(),
             options: &self.options,

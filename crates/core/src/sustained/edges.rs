@@ -1,5 +1,5 @@
-//! Finds, during a run of a body with an outline, the corners of the ground that enter the body through one of its sides. Only contacts
-//! meet the ground, so that the motion after such an entry is not that of the whole body.
+//! Finds, during a run of a body with an outline, the corners of the ground that meet one of its sides. They become contacts (`side.rs`), or
+//! pass through the body where they are to be ignored.
 //!
 //! In the axes of the body, with its centre of mass x + r as origin, a corner V of the ground moves as
 //!
@@ -21,16 +21,17 @@ use crate::math::roots::bracketed;
 use crate::math::turn::Turn;
 use crate::options::{Edges, Options};
 use crate::sustained::BodyState;
+use crate::sustained::side::SideContact;
 use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, TOUCH};
 
-/// Watches the corners of the ground, each until it has entered the body.
+/// Watches the corners of the ground.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeWatch {
-    /// The corners of the ground that have not entered the body, world axes, in m. A concave corner can enter only after another corner has
-    /// entered, or after a corner of the body that is not a contact has passed through the ground.
+    /// The convex corners of the ground and its ends, world axes, in m; a concave corner cannot enter before another one has. Without
+    /// contacts, those that have not entered the body.
     corners: Vec<Vector2<f64>>,
-    /// Whether the run ends when a corner enters.
-    ends: bool,
+    /// Whether a corner that meets a side becomes a contact.
+    touches: bool,
 }
 
 /// A smooth motion of the body.
@@ -56,14 +57,15 @@ struct Seen {
 }
 
 /// A corner of the ground enters the body.
-struct Entry {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Entry {
     /// Time since the start of the motion, in s.
-    t: f64,
-    corner: Vector2<f64>,
-    /// The number of the side, from 1.
-    side: usize,
+    pub(crate) t: f64,
+    pub(crate) corner: Vector2<f64>,
+    /// The number of the side, from 0.
+    pub(crate) side: usize,
     /// Whether it lies in the body at the start of the motion.
-    inside: bool,
+    pub(crate) inside: bool,
 }
 
 /// The control points of the cubic through two instants.
@@ -80,15 +82,20 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
     MEASURED_ERROR * (0.125 * (hull[0] + hull[3]) + 0.375 * (hull[1] + hull[2]) - middle).norm()
 }
 
+/// The corners of the ground of a posture, in a fixed order, each once.
+pub(crate) fn ground_corners(posture: &Posture) -> Vec<Vector2<f64>> {
+    let mut corners: Vec<_> = posture.grounds().iter().flat_map(Ground::corners).collect();
+    corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    corners.dedup();
+    corners
+}
+
 impl EdgeWatch {
-    /// A new watch; most postures need none.
-    pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
+    /// A new watch; most postures need none. In the local model, no corner becomes a contact that is none in the nominal posture.
+    pub(crate) fn new(posture: Option<&Posture>, options: &Options, local: bool) -> Self {
         let watched = posture.filter(|posture| posture.outline().is_some());
-        let grounds = watched.map_or(&[][..], Posture::grounds);
-        let mut corners: Vec<_> = grounds.iter().flat_map(Ground::vertices).collect();
-        corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        corners.dedup();
-        Self { corners, ends: options.edges == Edges::End }
+        let corners = watched.map(ground_corners).unwrap_or_default();
+        Self { corners, touches: options.edges == Edges::Contact && !local }
     }
 
     /// Whether there are corners to watch.
@@ -96,16 +103,22 @@ impl EdgeWatch {
         !self.corners.is_empty()
     }
 
-    /// When the run ends because a corner enters the body, if within `dt` of the start of this motion (s). `free`: the acceleration of the
-    /// centre of mass, if it is constant; the motion may then be endless. `time`: converts a time since the start to a time on the clock.
-    pub(crate) fn end(
+    /// The corners that may become contacts.
+    pub(crate) fn contacts(&self) -> &[Vector2<f64>] {
+        if self.touches { &self.corners } else { &[] }
+    }
+
+    /// The first corner that meets a side of the body within `dt` of the start of this motion (s) and is no contact on this side yet.
+    /// Where corners are ignored, none, with a warning for each corner. `free`: the acceleration of the centre of mass, if it is constant;
+    /// the motion may then be endless. `time`: converts a time since the start to a time on the clock.
+    pub(crate) fn entry(
         &mut self,
         path: Path<'_>,
         mut dt: f64,
         free: Option<Vector2<f64>>,
         time: impl Fn(f64) -> f64,
         warnings: &mut Vec<String>,
-    ) -> Option<f64> {
+    ) -> Option<Entry> {
         let outline = path.posture.outline().filter(|_| !self.corners.is_empty())?;
         if let Some(acceleration) = free {
             dt = dt.min(self.passed(path, outline.radius, acceleration));
@@ -114,18 +127,25 @@ impl EdgeWatch {
             return None;
         }
         let near = path.neighbourhood(dt, outline.radius);
-        let near = self.corners.iter().filter(|corner| near(corner));
-        let mut entries: Vec<Entry> =
-            near.filter_map(|corner| path.entry(outline, corner, dt)).collect();
+        let held = if self.touches { (path.at)(0.0).sides } else { Vec::new() };
+        let origin = Vector2::from(path.posture.fields().center_of_mass);
+        let is_at = |on: &&SideContact, corner: &Vector2<f64>| on.corner == corner - origin;
+        // A corner that is a contact on a side stays in front of this side: it cannot lie in a convex body.
+        let watched = |corner: &&Vector2<f64>| !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)));
+        let near = self.corners.iter().filter(watched).filter(|corner| near(corner));
+        let mut entries: Vec<Entry> = near
+            .filter_map(|corner| path.entry(outline, corner, dt))
+            .filter(|entry| !held.iter().any(|on| is_at(&on, &entry.corner) && on.side == entry.side))
+            .collect();
         entries.sort_by(|one, other| one.t.total_cmp(&other.t));
-        if self.ends {
-            entries.truncate(1);
+        if self.touches {
+            return entries.first().copied();
         }
         for entry in &entries {
             self.corners.retain(|corner| *corner != entry.corner);
-            warnings.push(entry.warning(time(entry.t), self.ends));
+            warnings.push(entry.warning(time(entry.t)));
         }
-        entries.first().filter(|_| self.ends).map(|entry| entry.t)
+        None
     }
 
     /// Whether a corner that has not entered it lies in this body.
@@ -153,17 +173,16 @@ impl EdgeWatch {
 }
 
 impl Entry {
-    fn warning(&self, t: f64, ends: bool) -> String {
+    fn warning(&self, t: f64) -> String {
         let Self { corner, side, inside, .. } = self;
         let what = if *inside {
-            format!("lies in the body, nearest to side {side} of its outline")
+            format!("lies in the body, nearest to side {} of its outline", side + 1)
         } else {
-            format!("enters the body through side {side} of its outline")
+            format!("enters the body through side {} of its outline", side + 1)
         };
-        let then = if ends { ": the run ends here; edges = \"ignore\" lets it go on" } else { "" };
         format!(
-            "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}; only contacts meet the ground, so that the \
-             motion from then on is not that of the whole body{then}",
+            "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}, and passes through it, because the model or \
+             edges = \"ignore\" has no contacts of corners of the ground with sides",
             corner.x, corner.y,
         )
     }
@@ -210,7 +229,7 @@ impl<'a> Path<'a> {
         let mut now = self.see(corner, 0.0);
         let entry = |t: f64, side: usize, inside: bool| Entry { t, corner: *corner, side, inside };
         if outline.holds(&now.p) {
-            return Some(entry(0.0, outline.nearest_side(&now.p).number(), true));
+            return Some(entry(0.0, outline.nearest_side(&now.p).index(), true));
         }
         let mut ends = vec![self.see(corner, dt)];
         while let Some(&end) = ends.last() {
@@ -236,7 +255,7 @@ impl<'a> Path<'a> {
                 let t = self.crossing(corner, [now.t, end.t], TOUCH * outline.radius, |seen| {
                     side.depth(&seen.p, &seen.v)
                 });
-                return Some(entry(t, side.number(), false));
+                return Some(entry(t, side.index(), false));
             }
             now = end;
             ends.pop();

@@ -66,7 +66,11 @@ impl ClosedMotion {
             word[i] != Mode::Separate
                 && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
         };
-        let kind = if !body.points.iter().zip(word).any(rubs) {
+        // Where the side slides on a corner of the ground, its place along the side changes the motion too.
+        let along = |i: usize| word[i] != Mode::Fixed && word[i] != Mode::Separate && body.side_contact(i).is_some();
+        let kind = if (0..word.len()).any(along) {
+            Drive::Other
+        } else if !body.points.iter().zip(word).any(rubs) {
             Drive::Smooth
         } else if is_single(word) && (0..word.len()).any(downhill) {
             Drive::Downhill

@@ -55,7 +55,7 @@ impl BodyState {
     /// Acceleration of the free body into the terrain of a contact, without rotation: −n·(acceleration of free fall), plus c ω² in frozen geometry.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
-        -self.fall.dot(&p.normal) + self.frozen.map_or(0.0, |square| p.c * square)
+        -self.fall.dot(&p.normal) + self.frozen.map_or(0.0, |square| p.c * square) + self.coriolis(i)
     }
 
     /// Effective gravity of a point, in m/s²: zero where it is the rounding error of its terms, as that of a contact at a vertical wall is in a
@@ -70,6 +70,11 @@ impl BodyState {
     /// Distance of a point from the separating line at the start (0) or the end (1) of its piece of terrain, as an arc.
     pub(crate) fn side(&self, i: usize, side: usize) -> GapArc {
         let (p, spin) = (&self.points[i], self.spin.omega);
+        if self.turning_side(i).is_some() {
+            // Only its distance and rate: ḃ = −v_t.
+            let way = self.slip(i) * if side == 0 { -1.0 } else { 1.0 };
+            return GapArc { h: p.place.sides[side], u: way, g: 0.0, b: 0.0, c: 0.0, omega: 0.0 };
+        }
         let axis = p.place.across[side] * if side == 0 { 1.0 } else { -1.0 };
         let arm = p.arm();
         let lever = axis.dot(&Vector2::new(-arm.y, arm.x));
@@ -85,7 +90,8 @@ impl BodyState {
     /// answer.
     #[inline]
     pub(crate) fn crossing(&self, i: usize, limit: f64) -> Option<(f64, usize)> {
-        if self.points[i].place.sides == [f64::INFINITY; 2] {
+        // A corner of the ground that passes the end of a side is left alone there: it no longer lands on this side.
+        if self.points[i].place.sides == [f64::INFINITY; 2] || self.turning_side(i).is_some() {
             return None;
         }
         self.crossing_of_ends(i, limit)
@@ -146,6 +152,11 @@ impl BodyState {
         let lowest = (0..n).min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
         let mut first = f64::INFINITY;
         for i in lowest.into_iter().chain((0..n).filter(|&i| Some(i) != lowest)) {
+            if self.turning_side(i).is_some() {
+                found[i] = self.side_touchdown(i, first);
+                first = found[i].map_or(first, |t| first.min(t));
+                continue;
+            }
             let arc = self.arc(i);
             if !arc.stays_open(first) {
                 found[i] = next(&arc);
@@ -213,6 +224,9 @@ impl BodyState {
         }
         after.spin.theta += self.spin.omega * dt;
         after.center.fall(self.fall, dt);
+        if self.has_turning_sides() {
+            after.fly_sides(self, dt);
+        }
         after
     }
 }

@@ -8,25 +8,31 @@ use crate::modes::{Mode, Word, forces};
 use crate::sustained::BodyState;
 
 impl BodyState {
-    /// The forces (tangential, normal) of all contacts in these modes of their points, in N; NaN where no forces cause the motion. Where
+    /// The forces (tangential, normal) of all contacts in these modes of their points, in N; then those of corners of the ground on sides, up
+    /// to the last one that is near. NaN where no forces cause the motion. Where
     /// several forces do, the smallest ones. Contacts that move as one share their force, and a contact in a vertex has the sum of the
     /// forces of both pieces, in the axes of the first one.
     pub(crate) fn forces(&self, posture: &Posture, modes: &[Mode]) -> Result<Vec<[f64; 2]>, Error> {
         let count = posture.contacts().len();
+        let all = self.sides.iter().map(|side| side.contact + 1).fold(count, usize::max);
         if modes.iter().all(|&mode| mode == Mode::Separate) {
-            return Ok(vec![[0.0; 2]; count]);
+            return Ok(vec![[0.0; 2]; all]);
         }
         // Contact and point of each force.
         let distinct = posture.distinct().count();
         let firsts = (0..count).map(|contact| (contact, posture.point_of(contact)));
-        let seconds = (distinct..self.points.len()).flat_map(|i| {
+        let sides = (distinct..self.points.len())
+            .filter(|&i| self.side_contact(i).is_some())
+            .map(|i| (self.points[i].place.contact, i));
+        let twins = (distinct..self.points.len()).filter(|&i| self.side_contact(i).is_none());
+        let seconds = twins.flat_map(|i| {
             let point = posture.point_of(self.points[i].place.contact);
             (0..count)
                 .filter(move |&contact| posture.point_of(contact) == point)
                 .map(move |contact| (contact, i))
         });
         let closed = |&(_, i): &(usize, usize)| modes[i] != Mode::Separate;
-        let pushed: Vec<_> = firsts.chain(seconds).filter(closed).collect();
+        let pushed: Vec<_> = firsts.chain(sides).chain(seconds).filter(closed).collect();
         let mut body = self.clone();
         body.points = pushed.iter().map(|&(_, i)| self.points[i]).collect();
         // Without friction a fixed contact has a normal force only, like a sliding one.
@@ -40,8 +46,8 @@ impl BodyState {
         let letters = pushed.iter().enumerate();
         let word =
             letters.fold(Word::separate(pushed.len()), |word, (k, &(_, i))| word.with(k, mode(i)));
-        let Some(parts) = forces(&problem, word) else { return Ok(vec![[f64::NAN; 2]; count]) };
-        let mut sums = vec![[0.0; 2]; count];
+        let Some(parts) = forces(&problem, word) else { return Ok(vec![[f64::NAN; 2]; all]) };
+        let mut sums = vec![[0.0; 2]; all];
         for (&(contact, i), [f_t, f_n]) in pushed.iter().zip(parts) {
             let same = pushed.iter().filter(|of| of.0 == contact).map(|of| of.1);
             let first = same.min_by_key(|&j| self.points[j].place.piece).unwrap_or(i);

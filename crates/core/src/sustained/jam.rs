@@ -49,6 +49,10 @@ impl BodyState {
     /// another event comes first.
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);
+        // The test of the loads below holds for contact points of the body.
+        if rows.iter().any(|row| self.turning_side(row.unknown.contact).is_some()) {
+            return None;
+        }
         let (n, rho) = (rows.len(), self.rho2.sqrt());
         // A force (tangential, normal), and its action in coordinates (x, y, ρθ).
         let force = |k: usize| {

@@ -22,7 +22,9 @@ mod jam;
 pub(crate) mod next_order;
 pub(crate) mod phase;
 mod rows;
+pub(crate) mod side;
 mod step;
+mod turning;
 
 use nalgebra::Vector2;
 
@@ -36,6 +38,7 @@ use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::outcome::Instant;
+use crate::sustained::side::SideContact;
 pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
 use nalgebra::Vector3;
 
@@ -83,6 +86,8 @@ impl ContactState {
 #[derive(Debug, PartialEq)]
 pub(crate) struct BodyState {
     pub(crate) points: PerContact<ContactState>,
+    /// The corners of the ground on sides of the body. Each is one of the points, after those of the body.
+    pub(crate) sides: Vec<SideContact>,
     pub(crate) center: Center,
     pub(crate) spin: Spin,
     /// ρ²
@@ -99,7 +104,8 @@ impl Clone for BodyState {
     fn clone(&self) -> Self {
         let Self { center, spin, rho2, fall, gravity, frozen, .. } = *self;
         let points = PerContact::from_slice(&self.points);
-        Self { points, center, spin, rho2, fall, gravity, frozen }
+        let sides = self.sides.clone();
+        Self { points, sides, center, spin, rho2, fall, gravity, frozen }
     }
 }
 
@@ -191,11 +197,18 @@ impl BodyState {
         (p.h, p.u)
     }
 
-    /// One letter per contact. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
+    /// One letter per contact; those of corners of the ground on sides come last, up to the last one that is near. In a vertex a contact has a second point, listed after all first ones: the letter is that of the
     /// piece it is on, F if it is on both.
     pub(crate) fn letters(&self, word: &[Mode], posture: &Posture) -> String {
         let mut modes: ContactLetters<Mode> = word.into();
+        let (count, mut sides) = (posture.contacts().len(), ContactLetters::<char>::new());
         for (p, mode) in self.points.iter().zip(word).skip(posture.distinct().count()) {
+            if let Some(number) = p.place.contact.checked_sub(count) {
+                let known = sides.len().max(number + 1);
+                sides.resize(known, Mode::Separate.letter());
+                sides[number] = mode.letter();
+                continue;
+            }
             let first = &mut modes[posture.point_of(p.place.contact)];
             if *first == Mode::Separate {
                 *first = *mode;
@@ -203,7 +216,7 @@ impl BodyState {
                 *first = Mode::Fixed;
             }
         }
-        posture.per_contact(|k| modes[k].letter()).collect()
+        posture.per_contact(|k| modes[k].letter()).chain(sides).collect()
     }
 }
 

@@ -165,12 +165,26 @@ impl Step {
         let (p, [b, c]) = (&state.points[i], self.arm(i));
         let (axis, lever, side) =
             if tangential { (p.tangent, c, -1.0) } else { (p.normal, b, 1.0) };
+        let turning = self.turning(i);
         let mut size = 0.0_f64;
         (FIRST..self.order).find_map(|k| {
-            let pushed = [axis.x * self.v[0][k], axis.y * self.v[1][k]];
             let turned = (0..=k).map(|j| side * lever[j] * self.omega[k - j]);
-            let rate = pushed.into_iter().chain(turned.clone()).sum::<f64>();
-            size = size.max(pushed.into_iter().chain(turned).map(f64::abs).sum());
+            let (rate, terms) = match turning {
+                None => {
+                    let pushed = [axis.x * self.v[0][k], axis.y * self.v[1][k]];
+                    let terms = pushed.into_iter().chain(turned);
+                    (terms.clone().sum::<f64>(), terms.map(f64::abs).sum::<f64>())
+                }
+                Some(point) => {
+                    let axis = if tangential { point.tangent() } else { point.normal };
+                    let pushed = (0..=k).flat_map(|j| {
+                        [axis[0][j] * self.v[0][k - j], axis[1][j] * self.v[1][k - j]]
+                    });
+                    let terms = pushed.chain(turned);
+                    (terms.clone().sum::<f64>(), terms.map(f64::abs).sum::<f64>())
+                }
+            };
+            size = size.max(terms);
             (k >= from && rate.abs() > RATE_COEFFICIENT * size).then_some((k, rate))
         })
     }

@@ -15,7 +15,7 @@ use crate::modes::{
 };
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, ContactNumber, Outcome};
-use crate::sustained::edges::{EdgeWatch, Path};
+use crate::sustained::edges::{EdgeWatch, Entry, Path};
 use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
@@ -42,14 +42,18 @@ impl BodyState {
         let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
         ContactProblem::new(ProblemFields {
             sliding: ways.to_vec(),
-            bias: self
-                .points
-                .iter()
-                .map(|p| [-p.b * omega_squared, -p.c * omega_squared])
-                .collect(),
+            bias: (0..self.points.len()).map(|i| self.bias(i, ways[i], omega_squared)).collect(),
             free_acceleration: [self.fall.x, self.fall.y, 0.0],
             ..self.fields(mass)
         })
+    }
+
+    /// (−b ω², −c ω² − 2 ω v_t): the accelerations of a closed contact that the motion of the body causes without any q̈; the last term is that
+    /// of a corner of the ground that slides along a side.
+    fn bias(&self, i: usize, way: Option<i8>, omega_squared: f64) -> [f64; 2] {
+        let p = &self.points[i];
+        let turning = if way.is_some_and(|way| way != 0) { self.coriolis(i) } else { 0.0 };
+        [-p.b * omega_squared, -p.c * omega_squared - turning]
     }
 
     /// The only consistent word in which up to two closed contacts continue, and its q̈, by closed forms without allocation. Contacts in the
@@ -67,7 +71,7 @@ impl BodyState {
             rows[n] = Row::new(
                 p.tangent,
                 p.arm() / rho,
-                [-p.b * omega_squared, -p.c * omega_squared],
+                self.bias(i, ways[i], omega_squared),
                 p.friction,
                 ways[i],
             );
@@ -157,6 +161,8 @@ pub(crate) enum PhaseEnd {
     Landing(usize),
     /// This contact has come to the left (0) or right (1) end of the piece of terrain under it.
     Leave(usize, usize),
+    /// A corner of the ground meets a side of the body.
+    Corner(Entry),
     /// All contacts have left.
     Free,
     /// No event within the time for which the geometry may be frozen.
@@ -529,10 +535,10 @@ impl<'a> ContactPhase<'a> {
             let (at, free) = (|t| step.at(body, t), endless.then_some(Vector2::new(ax, ay)));
             let clock = |t| self.options.clock(log.clock.after(t));
             let path = Path::new(posture, &at);
-            if let Some(t) = edges.end(path, t, free, clock, &mut self.warnings) {
-                *body = step.at(body, t);
-                log.clock = log.clock.after(t);
-                return outcome(Outcome::EdgeContact);
+            if let Some(entry) = edges.entry(path, t, free, clock, &mut self.warnings) {
+                *body = step.at(body, entry.t);
+                log.clock = log.clock.after(entry.t);
+                return StretchEnd::End(PhaseEnd::Corner(entry));
             }
             if endless || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY {
                 self.acceleration = Some(acceleration);

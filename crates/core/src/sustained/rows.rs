@@ -377,9 +377,14 @@ impl BodyState {
         if !self.has_rows() {
             return;
         }
-        for p in &mut self.points {
-            let r = self.center.r;
-            p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
+        let r = self.center.r;
+        for i in 0..self.points.len() {
+            let turns = self.turning_side(i).is_some();
+            let p = &mut self.points[i];
+            p.held = Some(match turns {
+                true => [p.b, p.c],
+                false => [p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c],
+            });
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);

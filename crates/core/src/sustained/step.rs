@@ -13,13 +13,14 @@ use crate::math::series::{
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
+use crate::sustained::turning::TurningPoint;
 use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
 
 #[derive(Debug, Clone)]
 pub(super) struct Track {
     pub(super) mode: Mode,
     /// Fixed by friction or in a vertex.
-    stuck: bool,
+    pub(super) stuck: bool,
     /// The other of two fixed points that hold a contact in a vertex.
     pub(super) partner: Option<usize>,
     /// Separate, but at the position of the other point of its contact, which is fixed.
@@ -40,23 +41,25 @@ pub(super) struct Track {
 /// The motion as Taylor series in the time since the start of a step, with `unit` as the unit of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    theta: Series,
+    pub(super) theta: Series,
     pub(super) omega: Series,
     /// cos Δθ and sin Δθ of the rotation since the start, which turns all arms: b = b₀ cos Δθ − c₀ sin Δθ, c = c₀ cos Δθ + b₀ sin Δθ.
-    rotation: Pair,
+    pub(super) rotation: Pair,
     /// Displacement and velocity of the centre of mass, (x, y).
-    r: [Series; 2],
+    pub(super) r: [Series; 2],
     pub(super) v: [Series; 2],
     pub(super) tracks: Vec<Track>,
     /// Determinant of the friction matrix, made positive at the start.
-    determinant: Series,
+    pub(super) determinant: Series,
     /// Sign of the determinant before this change; zero where it cannot vanish.
     pub(crate) side: f64,
     /// A power of two, in s. Coefficients then stay in range on any time scale, and scaling is exact.
     pub(super) unit: f64,
     /// Time up to which the series are accurate to the last digit, in units.
-    reach: f64,
+    pub(super) reach: f64,
     pub(super) order: usize,
+    /// The corners of the ground on sides.
+    pub(super) turning: Vec<TurningPoint>,
 }
 
 /// Numbers of coefficients to try, and the time, in units, up to which each is expected to be accurate: most steps are short and
@@ -66,7 +69,7 @@ pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f6
 /// Factor of the unit of time when coefficients overflow. Its inverse: time, in units, up to which a rotation is followed, because
 /// coefficients that matter later may have underflowed. Limits of the units, so that squares of accelerations stay in range.
 const SHORTER: f64 = 1.0 / LATE;
-const LATE: f64 = 4_294_967_296.0;
+pub(super) const LATE: f64 = 4_294_967_296.0;
 const SHORTEST_UNIT: f64 = 1e-100;
 const LONGEST_UNIT: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.
@@ -99,7 +102,7 @@ pub(crate) enum StepEnd {
 }
 
 /// A regular friction matrix, factorised.
-enum Factors {
+pub(super) enum Factors {
     None,
     /// Its only entry.
     One(f64),
@@ -110,7 +113,7 @@ enum Factors {
 
 impl Factors {
     /// Of the first n rows and columns.
-    fn of(m: Matrix3<f64>, n: usize) -> Self {
+    pub(super) fn of(m: Matrix3<f64>, n: usize) -> Self {
         match n {
             0 => Self::None,
             1 => Self::One(m[(0, 0)]),
@@ -125,7 +128,7 @@ impl Factors {
         }
     }
 
-    fn solve(&self, right: &Vector3<f64>) -> Option<Vector3<f64>> {
+    pub(super) fn solve(&self, right: &Vector3<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::None => Some(Vector3::zeros()),
             Self::One(entry) => Some(Vector3::new(right.x / entry, 0.0, 0.0)),
@@ -244,6 +247,9 @@ impl Step {
                 }
             })
             .collect();
+        if state.has_turning_sides() {
+            return Self::with_sides(independent, state, modes, order, unit, tracks);
+        }
         let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
         let turns = state.frozen.is_none() && !level;
@@ -436,11 +442,15 @@ impl Step {
             unit,
             reach,
             order,
+            turning: Vec::new(),
         }))
     }
 
     /// b and c of a contact.
     pub(super) fn arm(&self, i: usize) -> [Series; 2] {
+        if let Some(turning) = self.turning(i) {
+            return [turning.b, turning.c];
+        }
         let [b, c] = self.tracks[i].arm;
         [[b, -c], [c, b]].map(|lever| self.rotation.map(|e| dot(lever, e)))
     }
@@ -500,6 +510,11 @@ impl Step {
     /// Distances of a point from the separating lines at the start and at the end of its piece of terrain.
     fn sides(&self, i: usize, state: &BodyState) -> [Series; 2] {
         let place = &state.points[i].place;
+        if let Some(TurningPoint { b, .. }) = self.turning(i) {
+            let mut sides = [*b, b.map(|b| -b)];
+            (sides[0][0], sides[1][0]) = (place.sides[0], place.sides[1]);
+            return sides;
+        }
         let [one, two] = place.across.map(|across| self.way(i, state, across));
         let mut sides = [one, two.map(|k| -k)];
         (sides[0][0], sides[1][0]) = (place.sides[0], place.sides[1]);
@@ -671,9 +686,17 @@ impl Step {
             .rev()
             .fold([0.0; 2], |sum, e| [sum[0] * t + e[0], sum[1] * t + e[1]])
             .map(|sum| sum * t);
-        for (p, track) in after.points.iter_mut().zip(&self.tracks) {
+        let first_side = state.sides.iter().map(|side| side.contact).min().unwrap_or(usize::MAX);
+        for (i, (p, track)) in after.points.iter_mut().zip(&self.tracks).enumerate() {
             let [b, c] = track.arm;
             (p.b, p.c) = (b + dot([b, -c], turned), c + dot([c, b], turned));
+            if p.place.contact >= first_side
+                && let Some(turning) = self.turning(i)
+            {
+                let [nx, ny] = turning.normal.each_ref().map(&value);
+                (p.normal, p.tangent) = (Vector2::new(nx, ny), Vector2::new(ny, -nx));
+                (p.b, p.c) = (value(&turning.b), value(&turning.c));
+            }
             if track.pinned {
                 (p.h, p.u) = (0.0, 0.0);
             } else if p.depth > 0.0 {
@@ -701,6 +724,11 @@ impl Step {
             let angle = change(&self.theta);
             let lever = |contact: usize, tangential: bool| {
                 let (p, [b, c]) = (&after.points[contact], self.tracks[contact].arm);
+                if self.turning(contact).is_some() {
+                    // (n₀ − n)·a or (t₀ − t)·a with the arm a at the start.
+                    let [less, sin] = turned;
+                    return if tangential { -less * b - sin * c } else { sin * b - less * c };
+                }
                 match (tangential, state.frozen.is_some()) {
                     (false, false) => dot([c, b], turned),
                     (true, false) => dot([b, -c], turned),
@@ -722,7 +750,10 @@ impl Step {
                         // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                         let r = state.center.r + moved;
                         let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
-                        let drift = axis.dot(&r) + arm - place[at];
+                        let drift = match self.turning(contact) {
+                            Some(turning) => turning.side.drift(p, r, place[0])[at],
+                            None => axis.dot(&r) + arm - place[at],
+                        };
                         let size = r.norm() + libm::hypot(p.b, p.c);
                         let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
                         if drift.abs() > DRIFT * size && light {
@@ -754,6 +785,7 @@ impl Step {
             }
         }
         after.center.r += moved;
+        after.place_sides();
         after
     }
 }
@@ -784,6 +816,7 @@ mod tests {
         points[0].h = points[0].c - points[1].c;
         BodyState {
             points,
+            sides: Vec::new(),
             center: Center::default(),
             spin: Spin { theta, omega: 0.0 },
             rho2: 0.16,

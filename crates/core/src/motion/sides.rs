@@ -1,0 +1,195 @@
+//! Corners of the ground on sides of the body: where they meet, and where a corner of the body takes over at the end of a side.
+//!
+//! ```text
+//!     side of the body slides over V ──► its end, a corner P of the body, comes to V ──► P goes on over the piece that it moves to
+//!     a corner P slides off a convex vertex V ──► V goes on along the side behind P
+//! ```
+//!
+//! At both instants the gaps of P and of V are zero.
+
+use nalgebra::Vector2;
+
+use crate::body::outline::Side;
+use crate::body::terrain::Piece;
+use crate::motion::any::AnyContacts;
+use crate::motion::driver::Driver;
+use crate::sustained::edges::Entry;
+use crate::sustained::side::SideContact;
+use crate::tolerance::{OVER_VERTEX, PLACE, TOUCH};
+
+impl Driver<'_, AnyContacts> {
+    /// The number of the contact of a corner of the ground with a side, from 0: a new one where they meet for the first time.
+    fn side_number(&mut self, corner: Vector2<f64>, side: usize) -> usize {
+        let sides = &mut self.record.sides;
+        let known = sides.iter().position(|on| *on == (corner, side));
+        let number = known.unwrap_or_else(|| {
+            sides.push((corner, side));
+            sides.len() - 1
+        });
+        self.body.posture.contacts().len() + number
+    }
+
+    fn side(&self, side: usize) -> Option<Side> {
+        self.body.posture.outline().map(|outline| outline.sides()[side])
+    }
+
+    /// Adds the contact of a corner of the ground with a side of the body; returns its point.
+    fn add_side(&mut self, corner: Vector2<f64>, index: usize) -> Option<usize> {
+        let side = self.side(index)?;
+        let contact = self.side_number(corner, index);
+        let on = SideContact::new(&self.body.posture, contact, corner, &side);
+        let point = on.point(&self.body.state, self.body.posture.size());
+        let at = self.body.contacts;
+        self.body.state.sides.push(on);
+        self.body.state.points.insert(at, point);
+        self.resting.insert(at, false);
+        self.body.contacts += 1;
+        Some(at)
+    }
+
+    /// Removes the point of a corner of the ground.
+    fn remove_side(&mut self, i: usize) {
+        let contact = self.body.state.points[i].place.contact;
+        self.body.state.sides.retain(|side| side.contact != contact);
+        self.body.state.points.remove(i);
+        self.resting.remove(i);
+        self.body.contacts -= 1;
+    }
+
+    /// A corner of the ground meets a side of the body.
+    pub(super) fn meet(&mut self, entry: Entry) {
+        if entry.inside {
+            let time = self.options.clock(self.log.clock);
+            let [x, y] = [entry.corner.x, entry.corner.y];
+            self.record.warnings.push(format!(
+                "at t = {time:?} s the corner of the ground at ({x:?}, {y:?}) m was in the body, beyond side {}: put on this side",
+                entry.side + 1
+            ));
+        }
+        if let Some(i) = self.add_side(entry.corner, entry.side) {
+            self.body.state.points[i].h = 0.0;
+        }
+    }
+
+    /// Adds the corners of the ground that touch a side at the start, between its ends.
+    pub(super) fn touch_corners(&mut self) {
+        let Some(outline) = self.body.posture.outline().cloned() else { return };
+        let touch = TOUCH * outline.radius;
+        for corner in self.edges.contacts().to_vec() {
+            for index in 0..outline.sides().len() {
+                let on = SideContact::new(&self.body.posture, 0, corner, &outline.sides()[index]);
+                let point = on.point(&self.body.state, self.body.posture.size());
+                let known = touch.max(point.rounding.gap * PLACE / f64::EPSILON);
+                let between = on.from_ends(point.b).iter().all(|way| *way > known);
+                if !(point.h.abs() <= known && between) {
+                    continue;
+                }
+                let still = point.u.abs() <= point.rounding.rate * PLACE / f64::EPSILON;
+                if let Some(i) = self.add_side(corner, index) {
+                    let p = &mut self.body.state.points[i];
+                    (p.h, p.u) = (0.0, if still { 0.0 } else { p.u });
+                }
+            }
+        }
+    }
+
+    /// Removes corners of the ground that have come to the line of their side beyond its end.
+    pub(super) fn drop_sides_passed(&mut self) {
+        let size = self.body.posture.size();
+        for i in (0..self.body.contacts).rev() {
+            let state = &self.body.state;
+            if state.side_contact(i).is_some() && state.points[i].h == 0.0 && state.is_beyond_side(i, size)
+            {
+                self.remove_side(i);
+            }
+        }
+    }
+
+    /// Point `i`, a corner of the ground, comes to the start (0) or the end (1) of its side: the corner of the body there takes over.
+    pub(super) fn leave_side(&mut self, i: usize, end: usize) {
+        let Some(on) = self.body.state.side_contact(i).copied() else { return };
+        let closed = self.body.state.points[i].h == 0.0;
+        self.remove_side(i);
+        let Some(side) = self.side(on.side) else { return };
+        let f = self.body.posture.fields();
+        let center = Vector2::from(f.center_of_mass);
+        let place = side.ends()[end] + center;
+        let touch = TOUCH * self.body.posture.size();
+        let mut corners = self.body.posture.distinct().filter(|&k| {
+            (Vector2::from(self.body.posture.contacts()[k].point) - place).norm() <= touch
+        });
+        let Some(j) = corners.next().map(|k| self.body.posture.point_of(k)).filter(|_| closed) else {
+            return;
+        };
+        drop(corners);
+        self.put_in_vertex(j, on.corner + center);
+    }
+
+    /// Puts point `j`, a corner of the body that comes to a vertex of its ground from the end of a side, onto the piece that it moves to.
+    fn put_in_vertex(&mut self, j: usize, vertex: Vector2<f64>) {
+        let contact = self.body.state.points[j].place.contact;
+        let Some(ground) = self.body.posture.ground(contact) else { return };
+        let at_end = |piece: &Piece| (0..2).find(|&end| piece.ends[end].vertex == vertex);
+        let found = ground.pieces.iter().enumerate().find_map(|(k, piece)| Some((k, at_end(piece)?)));
+        let Some((k, end)) = found else { return };
+        if self.body.state.points[j].h == 0.0 && self.body.state.points[j].u == 0.0 {
+            return; // it touches already
+        }
+        self.body.state.put_on(j, &self.body.posture, k as isize);
+        let state = &mut self.body.state;
+        let slip = state.slip(j);
+        let p = &mut state.points[j];
+        p.u = p.normal.dot(&state.center.v) + p.b * state.spin.omega;
+        p.place.sides[end] = 0.0;
+        self.resting[j] = false;
+        let beyond = self.body.posture.piece(contact, k as isize + if end == 0 { -1 } else { 1 });
+        let outwards = if end == 0 { slip < 0.0 } else { slip > 0.0 };
+        if beyond.is_none() && outwards {
+            self.cross(j, end);
+        } else {
+            self.choose_by_velocity(j);
+        }
+    }
+
+    /// Point `i`, a corner of the body on the ground, passes a convex vertex: the vertex goes on along the side behind the corner. It moves away
+    /// from the line of neither side of the corner, and along one of them towards its other end.
+    pub(super) fn go_on_along_side(&mut self, i: usize, vertex: Vector2<f64>) {
+        if !self.edges.contacts().contains(&vertex) {
+            return;
+        }
+        let posture = self.body.posture.clone();
+        let (Some(outline), state) = (posture.outline(), &self.body.state) else { return };
+        let center = Vector2::from(posture.fields().center_of_mass);
+        let corner = Vector2::from(posture.contacts()[state.points[i].place.contact].point) - center;
+        let touch = TOUCH * posture.size();
+        let (v, omega) = (state.center.v, state.spin.omega);
+        let mut found: Option<(f64, usize, usize)> = None;
+        for (index, side) in outline.sides().iter().enumerate() {
+            for end in (0..2).filter(|&end| (side.ends()[end] - corner).norm() <= touch) {
+                let p = SideContact::new(&posture, 0, vertex, side).point(state, posture.size());
+                let slip = p.tangent.dot(&v) - p.c * omega;
+                let speed = v.norm() + p.arm().norm() * omega.abs();
+                let still = p.u.abs() <= OVER_VERTEX * f64::EPSILON * speed;
+                let rate = if still { 0.0 } else { p.u };
+                if rate > 0.0 {
+                    return; // in front of this side
+                }
+                // ḃ = −v_t: from the start of the side towards its end, or back.
+                let inwards = if end == 0 { slip < 0.0 } else { slip > 0.0 };
+                if inwards && found.is_none_or(|(most, ..)| rate > most) {
+                    found = Some((rate, index, end));
+                }
+            }
+        }
+        let Some((rate, index, end)) = found else { return };
+        if state.sides.iter().any(|on| on.side == index && on.corner == vertex - center) {
+            return;
+        }
+        if let Some(k) = self.add_side(vertex, index) {
+            let p = &mut self.body.state.points[k];
+            (p.h, p.u) = (0.0, rate);
+            p.place.sides[end] = 0.0;
+            self.resting[k] = rate == 0.0;
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! A corner of the ground on a side of the body. The point of contact is fixed in the world; its normal turns with the body.
+//!
+//! ```text
+//!   V fixed corner, x + r centre of mass, t unit vector along the side (body on its left), n = t turned by 90°: into the body
+//!
+//!   a = V − x − r,   b = t·a,   c = n·a,   h = −c − d        d: distance of the side from the centre of mass
+//!   ṫ = ω n,   ṅ = −ω t,   ȧ = −ṙ
+//!   ḣ = n·ṙ + b ω,   v_t = t·ṙ − c ω,   ḃ = −v_t,   ċ = −ḣ
+//!   ḧ = n·r̈ + b ω̇ − c ω² − 2 ω v_t,   v̇_t = t·r̈ − c ω̇ − b ω² + 2 ω ḣ
+//! ```
+//!
+//! So its rows are N = (n, b) and T = (t, −c), as those of a contact point; of the accelerations, only the terms with 2 ω differ.
+
+use nalgebra::Vector2;
+
+use crate::body::outline::Side;
+use crate::body::posture::Posture;
+use crate::body::terrain::Place;
+use crate::flight::parabola_touchdown;
+use crate::math::roots::bracketed;
+use crate::math::turn::Turn;
+use crate::sustained::{BodyState, ContactState, Rounding};
+use crate::tolerance::TOUCH;
+
+/// Most steps in the search for a touchdown. A touchdown after so many is found when the corner enters the body.
+const MOST_STEPS: usize = 65_536;
+
+/// Rotation of the body in one step of this search, in rad. Only the cost depends on it.
+const LONGEST_TURN: f64 = 0.125;
+
+/// A corner of the ground and the side of the body that it may touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SideContact {
+    /// The number of the contact, from 0; those of the posture come first.
+    pub(crate) contact: usize,
+    /// The corner, relative to the nominal centre of mass, world axes, in m.
+    pub(crate) corner: Vector2<f64>,
+    /// The number of the side, from 0.
+    pub(crate) side: usize,
+    /// t in the nominal posture.
+    along: Vector2<f64>,
+    /// d, in m.
+    distance: f64,
+    /// b at the start and at the end of the side, in m.
+    ends: [f64; 2],
+    /// Coefficient of friction.
+    friction: f64,
+}
+
+fn turned_left(v: Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-v.y, v.x)
+}
+
+impl SideContact {
+    /// `corner`: world axes, in m.
+    pub(crate) fn new(posture: &Posture, contact: usize, corner: Vector2<f64>, side: &Side) -> Self {
+        let (along, ends) = (side.along(), side.ends());
+        let [friction, ..] = side.coefficients;
+        Self {
+            contact,
+            corner: corner - Vector2::from(posture.fields().center_of_mass),
+            side: side.index(),
+            along,
+            distance: -turned_left(along).dot(&ends[0]),
+            ends: ends.map(|end| along.dot(&end)),
+            friction,
+        }
+    }
+
+    /// The point of contact in this state of the body, with the gap and the rate that follow from the state.
+    pub(crate) fn point(&self, state: &BodyState, size: f64) -> ContactState {
+        let mut point = ContactState {
+            normal: Vector2::zeros(),
+            tangent: Vector2::zeros(),
+            friction: self.friction,
+            b: 0.0,
+            c: 0.0,
+            held: None,
+            place: Place::anywhere(self.contact),
+            h: 0.0,
+            depth: 0.0,
+            u: 0.0,
+            rounding: Rounding::default(),
+        };
+        self.set_place(&mut point, state.center.r, state.spin.theta, state.frozen.is_some());
+        let (v, omega) = (state.center.v, state.spin.omega);
+        (point.h, point.u) = (-point.c - self.distance, point.normal.dot(&v) + point.b * omega);
+        if state.frozen.is_some() {
+            point.h += point.normal.dot(&state.center.r) + point.b * state.spin.theta;
+        }
+        let place = state.center.r.norm() + self.corner.norm() + size;
+        point.rounding = Rounding::new(place, v.norm() + (point.b * omega).abs());
+        point
+    }
+
+    /// Sets the axes, the arm and the distances from the ends of the side for this place of the body.
+    fn set_place(&self, p: &mut ContactState, r: Vector2<f64>, theta: f64, frozen: bool) {
+        let (mut along, mut arm) = (self.along, self.corner);
+        if !frozen {
+            let turn = Turn::by(theta);
+            along += turned_left(along) * turn.sin - along * turn.one_minus_cos;
+            arm -= r;
+            p.place.sides = [0.0, 0.0];
+        }
+        (p.tangent, p.normal) = (along, turned_left(along));
+        (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
+        if !frozen {
+            p.place.sides = [(p.b - self.ends[0]).max(0.0), (self.ends[1] - p.b).max(0.0)];
+            p.place.across = [along; 2];
+        }
+    }
+
+    /// Distances along the side from its start and to its end, in m; negative beyond them. `b`: of the contact.
+    pub(crate) fn from_ends(&self, b: f64) -> [f64; 2] {
+        [b - self.ends[0], self.ends[1] - b]
+    }
+
+    /// Depth of the corner below the side for the place of the body, in m, and the distance along the side from where it was held: the errors
+    /// of a closed contact and of a fixed one. `held`: b when it began to be held.
+    pub(super) fn drift(&self, p: &ContactState, r: Vector2<f64>, held: f64) -> [f64; 2] {
+        let arm = self.corner - r;
+        [held - p.tangent.dot(&arm), -p.normal.dot(&arm) - self.distance]
+    }
+}
+
+impl BodyState {
+    /// The corner of the ground that point `i` is, if it is one.
+    #[inline]
+    pub(crate) fn side_contact(&self, i: usize) -> Option<&SideContact> {
+        if self.sides.is_empty() {
+            return None;
+        }
+        let contact = self.points[i].place.contact;
+        self.sides.iter().find(|side| side.contact == contact)
+    }
+
+    /// The same where the normal turns with the body: not in frozen geometry.
+    #[inline]
+    pub(crate) fn turning_side(&self, i: usize) -> Option<&SideContact> {
+        if self.frozen.is_some() { None } else { self.side_contact(i) }
+    }
+
+    /// Whether a contact has a normal that turns with the body.
+    #[inline]
+    pub(crate) fn has_turning_sides(&self) -> bool {
+        self.frozen.is_none() && !self.sides.is_empty()
+    }
+
+    /// The term 2 ω v_t of the acceleration of the gap of point `i`: zero for a point of the body.
+    pub(super) fn coriolis(&self, i: usize) -> f64 {
+        self.turning_side(i).map_or(0.0, |_| 2.0 * self.spin.omega * self.slip(i))
+    }
+
+    /// Computes axes and arms of all corners of the ground from the place of the body.
+    pub(super) fn place_sides(&mut self) {
+        if !self.has_turning_sides() {
+            return;
+        }
+        for i in 0..self.points.len() {
+            if let Some(side) = self.side_contact(i).copied() {
+                let (r, theta) = (self.center.r, self.spin.theta);
+                side.set_place(&mut self.points[i], r, theta, false);
+            }
+        }
+    }
+
+    /// Gap and rate of point `i`, a corner of the ground, after a flight of `dt`. Only the changes are computed, so that a small gap keeps its
+    /// digits:
+    ///
+    /// ```text
+    /// h − h₀ = u₀ t + ½ n₀·γ t² + c₀ (1 − cos φ) − b₀ (φ − sin φ) − (n₀ (1 − cos φ) + t₀ sin φ)·w
+    /// w = v t + ½ γ t²,   φ = ω t
+    /// ```
+    fn side_flown(&self, i: usize, dt: f64) -> [f64; 2] {
+        let (p, v, omega, fall) = (&self.points[i], self.center.v, self.spin.omega, self.fall);
+        let turn = Turn::by(omega * dt);
+        let way = v * dt + fall * (0.5 * dt * dt);
+        let (sin, less) = (turn.sin, turn.one_minus_cos);
+        let (n, t) = (p.normal, p.tangent);
+        // n₀ − n and t − t₀
+        let (bent, along) = (n * less + t * sin, n * sin - t * less);
+        let h = p.h + dt * (p.u + 0.5 * dt * n.dot(&fall)) + p.c * less
+            - p.b * turn.x_minus_sin
+            - bent.dot(&way);
+        let moved = p.c * sin - p.b * less - (along + t).dot(&way); // b − b₀
+        let u = p.u + dt * n.dot(&fall) - bent.dot(&(v + fall * dt)) + omega * moved;
+        [h, u]
+    }
+
+    /// After a flight of `dt` from the state `before` on, in which all else is computed.
+    pub(super) fn fly_sides(&mut self, before: &Self, dt: f64) {
+        for i in 0..self.points.len() {
+            if before.turning_side(i).is_some() {
+                let [h, u] = before.side_flown(i, dt);
+                (self.points[i].h, self.points[i].u) = (h.max(0.0), u);
+            }
+        }
+        self.place_sides();
+    }
+
+    /// Bounds of the second, third and fourth derivative of the gap of point `i` in flight up to time `t`. In the axes of the body the corner
+    /// is the product of a rotation and of the arm a(t):
+    ///
+    /// ```text
+    /// |h⁽ᵏ⁾| ≤ |ω|ᵏ|a| + k |ω|ᵏ⁻¹|ȧ| + ½k(k − 1) |ω|ᵏ⁻²|γ|
+    /// ```
+    fn gap_bounds(&self, i: usize, t: f64) -> [f64; 3] {
+        let (omega, g) = (self.spin.omega.abs(), self.gravity);
+        let speed = self.center.v.norm() + g * t;
+        let arm = self.points[i].arm().norm() + speed * t;
+        [
+            g + omega * (2.0 * speed + omega * arm),
+            omega * (3.0 * g + omega * (3.0 * speed + omega * arm)),
+            omega * omega * (6.0 * g + omega * (4.0 * speed + omega * arm)),
+        ]
+    }
+
+    /// A time up to which point `i`, a corner of the ground that has just lifted off a side, stays in front of it: its gap and its rate are zero,
+    /// and the first derivative of the gap that is not zero is positive.
+    fn leaves_side(&self, i: usize, longest: f64) -> f64 {
+        let (p, omega, fall) = (&self.points[i], self.spin.omega, self.fall);
+        let pull = self.known_pull(i);
+        let jerk = -3.0 * omega * p.tangent.dot(&fall) + 2.0 * p.b * omega * omega * omega;
+        let [_, third, fourth] = self.gap_bounds(i, longest);
+        let free = match pull {
+            0.0 if jerk > 0.0 => 4.0 * jerk / fourth,
+            pull if pull < 0.0 => -3.0 * pull / third,
+            _ => 0.0,
+        };
+        0.5 * free.min(longest)
+    }
+
+    /// When the gap of point `i`, a corner of the ground, falls to zero in flight, if before `limit` (s). With the bound K of |ḧ|, a gap
+    /// h + u s − ½ K s² > 0 stays open, and a rate u + K s < 0 keeps its sign.
+    pub(super) fn side_touchdown(&self, i: usize, limit: f64) -> Option<f64> {
+        let (p, omega) = (&self.points[i], self.spin.omega.abs());
+        let longest = if omega > 0.0 { LONGEST_TURN / omega } else { f64::INFINITY };
+        let (mut t, [mut h, mut u]) = (0.0, [p.h, p.u]);
+        if h == 0.0 && u == 0.0 && omega > 0.0 {
+            t = self.leaves_side(i, longest);
+            [h, u] = self.side_flown(i, t);
+        }
+        for _ in 0..MOST_STEPS {
+            let left = limit - t;
+            if !(left > 0.0) {
+                return None;
+            }
+            let mut step = longest.min(left);
+            if step == f64::INFINITY {
+                // Without rotation the gap is a parabola.
+                let pull = -p.normal.dot(&self.fall);
+                let dt = parabola_touchdown(h, u, pull);
+                return (dt < f64::INFINITY).then_some(t + dt);
+            }
+            let [k, ..] = self.gap_bounds(i, t + step);
+            // The first time at which h + u s − ½ K s² is zero.
+            let free = (u + (u * u + 2.0 * k * h).sqrt()) / k;
+            if u < 0.0 {
+                // Within this time the rate stays negative.
+                let falls = step.min(-u / k * 0.5);
+                let [end, _] = self.side_flown(i, t + falls);
+                if end <= 0.0 {
+                    let at = |s: f64| {
+                        let [h, u] = self.side_flown(i, s);
+                        (h, u)
+                    };
+                    return Some(bracketed(t, t + falls, at));
+                }
+            }
+            step = step.min(free.max(f64::EPSILON * t).max(f64::MIN_POSITIVE));
+            t += step;
+            [h, u] = self.side_flown(i, t);
+            if h <= 0.0 {
+                if u <= 0.0 {
+                    return Some(t);
+                }
+                h = 0.0;
+            }
+        }
+        None
+    }
+
+    /// Whether point `i`, a corner of the ground, lies beyond an end of its side.
+    pub(crate) fn is_beyond_side(&self, i: usize, size: f64) -> bool {
+        let p = &self.points[i];
+        self.turning_side(i)
+            .is_some_and(|side| side.from_ends(p.b).iter().any(|way| *way < -TOUCH * size))
+    }
+}

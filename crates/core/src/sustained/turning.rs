@@ -1,0 +1,364 @@
+//! The Taylor series of the motion where a contact has a normal that turns with the body: a corner of the ground on a side.
+//!
+//! Every row and every force is a series. With e the rows and d the directions of the forces, and B and A their levers, the coefficients k are
+//!
+//! ```text
+//! Σ_j e_j·a_{k−j} + B_j α_{k−j} = r_k,    a = γ + Σ_l d_l f_l,    ρ² α = Σ_l A_l f_l
+//! normal rows:      r = c ω² (point of the body),    c ω² + 2 ω v_t (corner of the ground)
+//! tangential rows:  r = b ω²
+//! ```
+//!
+//! Only f_k is unknown; it has the same matrix at every order.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use smallvec::SmallVec;
+
+use crate::math::roots::ORDER;
+use crate::math::series::{Series, ZERO, constant, determinant, product, radius, times};
+use crate::modes::Mode;
+use crate::sustained::rows::{Row, Unknown};
+use crate::sustained::side::SideContact;
+use crate::sustained::step::{Factors, LATE, Step, Track};
+use crate::sustained::{BodyState, ContactState};
+use crate::tolerance::SINGULAR_FRICTION_MATRIX;
+
+/// A vector as a series.
+type Vectors = [Series; 2];
+
+/// A corner of the ground on a side, as series.
+#[derive(Debug, Clone)]
+pub(super) struct TurningPoint {
+    /// The point.
+    pub(super) point: usize,
+    pub(super) side: SideContact,
+    pub(super) normal: Vectors,
+    pub(super) b: Series,
+    pub(super) c: Series,
+}
+
+impl TurningPoint {
+    pub(super) fn tangent(&self) -> Vectors {
+        [self.normal[1], self.normal[0].map(|n| -n)]
+    }
+}
+
+/// Axes and arm of a point as series.
+struct Frame {
+    turns: bool,
+    normal: Vectors,
+    tangent: Vectors,
+    b: Series,
+    c: Series,
+}
+
+impl Frame {
+    fn new(p: &ContactState, turns: bool) -> Self {
+        let vectors = |v: Vector2<f64>| [constant(v.x), constant(v.y)];
+        let (normal, tangent) = (vectors(p.normal), vectors(p.tangent));
+        Self { turns, normal, tangent, b: constant(p.b), c: constant(p.c) }
+    }
+}
+
+/// Coefficient k of the scalar product of two vectors.
+fn dot(one: &Vectors, other: &Vectors, k: usize) -> f64 {
+    product(&one[0], &other[0], k) + product(&one[1], &other[1], k)
+}
+
+/// Coefficient k of a product, without its last term, the first coefficient of `a` times coefficient k of `b`.
+fn rest(a: &Series, b: &Series, k: usize) -> f64 {
+    (1..=k).map(|j| a[j] * b[k - j]).sum()
+}
+
+/// The direction of a force and its lever: normal forces with their friction, or tangential ones.
+struct Force {
+    slope: f64,
+    unknown: Unknown,
+}
+
+impl Force {
+    fn direction(&self, frame: &Frame) -> Vectors {
+        if self.unknown.tangential {
+            return frame.tangent;
+        }
+        [0, 1].map(|axis: usize| {
+            std::array::from_fn(|k| frame.normal[axis][k] + self.slope * frame.tangent[axis][k])
+        })
+    }
+
+    fn lever(&self, frame: &Frame) -> Series {
+        if self.unknown.tangential {
+            return frame.c.map(|c| -c);
+        }
+        std::array::from_fn(|k| frame.b[k] - self.slope * frame.c[k])
+    }
+}
+
+fn axis(unknown: Unknown, frame: &Frame) -> &Vectors {
+    if unknown.tangential { &frame.tangent } else { &frame.normal }
+}
+
+fn lever(unknown: Unknown, frame: &Frame) -> Series {
+    if unknown.tangential { frame.c.map(|c| -c) } else { frame.b }
+}
+
+impl Step {
+    /// As `in_units`, with corners of the ground on sides.
+    pub(super) fn with_sides(
+        independent: &[Row],
+        state: &BodyState,
+        modes: &[Mode],
+        order: usize,
+        unit: f64,
+        mut tracks: Vec<Track>,
+    ) -> Option<Box<Self>> {
+        let (points, rho2) = (&state.points, state.rho2);
+        let fall = state.fall * (unit * unit);
+        let mut frames: Vec<Frame> =
+            (0..points.len()).map(|i| Frame::new(&points[i], state.turning_side(i).is_some())).collect();
+        let mut theta = constant(state.spin.theta);
+        let mut omega = constant(state.spin.omega * unit);
+        let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
+        let mut v = [0, 1].map(|axis: usize| constant(state.center.v[axis] * unit));
+        let mut rotation = [[0.0; 2]; ORDER];
+        rotation[0] = [1.0, 0.0];
+        let (mut a, mut alpha, mut square) = ([ZERO; 2], ZERO, ZERO);
+        let forces: SmallVec<[Force; 3]> = independent
+            .iter()
+            .map(|row| {
+                let unknown = row.unknown;
+                let p = &points[unknown.contact];
+                let way = modes[unknown.contact].direction();
+                Force { slope: if unknown.tangential { 0.0 } else { -way * p.friction }, unknown }
+            })
+            .collect();
+        let n = forces.len();
+        // The matrix of the unknown forces, and the lengths of its columns before cancellation.
+        let entry = |row: &Force, force: &Force| {
+            let (frame, acting) = (&frames[row.unknown.contact], &frames[force.unknown.contact]);
+            dot(axis(row.unknown, frame), &force.direction(acting), 0)
+                + lever(row.unknown, frame)[0] * force.lever(acting)[0] / rho2
+        };
+        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+            (true, true) => entry(&forces[i], &forces[j]),
+            _ => f64::from(u8::from(i == j)),
+        });
+        let length = |force: &Force| {
+            let (p, bent) = (&points[force.unknown.contact], force.slope.abs());
+            let reach = match force.unknown.tangential {
+                true => p.c.abs(),
+                false => p.b.abs() + bent * p.c.abs(),
+            };
+            let square = |row: &Force| {
+                let arm = lever(row.unknown, &frames[row.unknown.contact])[0].abs();
+                let term = 1.0 + bent + arm * reach / rho2;
+                term * term
+            };
+            forces.iter().map(square).sum::<f64>().sqrt()
+        };
+        let size: f64 = forces.iter().map(length).product();
+        if !(matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
+            return None;
+        }
+        let factors = Factors::of(matrix, n);
+        let parallel = state.parallel(independent);
+        let mut solved = [ZERO; 3];
+        for k in 0..order {
+            let next = 1.0 / (k + 1) as f64;
+            square[k] = product(&omega, &omega, k);
+            // The right-hand side of a row.
+            let curved = |u: Unknown| {
+                let frame = &frames[u.contact];
+                if u.tangential {
+                    return product(&frame.b, &square, k);
+                }
+                let turning = match frame.turns {
+                    true => 2.0 * product(&omega, &tracks[u.contact].slip, k),
+                    false => 0.0,
+                };
+                product(&frame.c, &square, k) + turning
+            };
+            let directions: SmallVec<[(Vectors, Series); 3]> = forces
+                .iter()
+                .map(|force| {
+                    let frame = &frames[force.unknown.contact];
+                    (force.direction(frame), force.lever(frame))
+                })
+                .collect();
+            // a_k and α_k without f_k.
+            let mut push = if k == 0 { fall } else { Vector2::zeros() };
+            let mut turn = 0.0;
+            for ((direction, arm), force) in directions.iter().zip(&solved) {
+                push.x += rest(&direction[0], force, k);
+                push.y += rest(&direction[1], force, k);
+                turn += rest(arm, force, k) / rho2;
+            }
+            // What a row lacks, but for the terms of a_k and α_k.
+            let lacks = |u: Unknown| {
+                let frame = &frames[u.contact];
+                let axis = axis(u, frame);
+                curved(u) - rest(&axis[0], &a[0], k) - rest(&axis[1], &a[1], k)
+                    - rest(&lever(u, frame), &alpha, k)
+            };
+            let first = |u: Unknown| {
+                let frame = &frames[u.contact];
+                let axis = axis(u, frame);
+                (Vector2::new(axis[0][0], axis[1][0]), lever(u, frame)[0])
+            };
+            let lacking: SmallVec<[f64; 3]> = forces.iter().map(|row| lacks(row.unknown)).collect();
+            let normals = parallel.map(|pair| {
+                pair.map(|contact| {
+                    let unknown = Unknown { contact, tangential: false };
+                    (first(unknown), lacks(unknown))
+                })
+            });
+            let mut right = Vector3::zeros();
+            for (m, row) in forces.iter().enumerate() {
+                let (axis, lever) = first(row.unknown);
+                right[m] = lacking[m] - axis.dot(&push) - lever * turn;
+            }
+            let force = factors.solve(&right)?;
+            for (l, (direction, arm)) in directions.iter().enumerate() {
+                solved[l][k] = force[l];
+                push += Vector2::new(direction[0][0], direction[1][0]) * force[l];
+                turn += arm[0] * force[l] / rho2;
+                let (unknown, slope) = (forces[l].unknown, forces[l].slope);
+                let track = &mut tracks[unknown.contact];
+                if unknown.tangential {
+                    track.tangential[k] = force[l];
+                } else {
+                    track.normal[k] = force[l];
+                    track.tangential[k] += slope * force[l];
+                }
+            }
+            if k + 1 == order {
+                break;
+            }
+            if let Some([((n1, b1), lack), ((n2, b2), other)]) = normals {
+                // The difference of the rows of two contacts on nearly parallel ground gives the rotation with more digits.
+                turn = (lack - other - (n1 - n2).dot(&push)) / (b1 - b2);
+                push += n1 * (lack - b1 * turn - n1.dot(&push));
+            }
+            (a[0][k], a[1][k], alpha[k]) = (push.x, push.y, turn);
+            theta[k + 1] = omega[k] * next;
+            omega[k + 1] = turn * next;
+            for axis in 0..2 {
+                r[axis][k + 1] = v[axis][k] * next;
+                v[axis][k + 1] = a[axis][k] * next;
+            }
+            let spun = [0, 1].map(|part: usize| {
+                (0..=k).map(|j| rotation[j][part] * omega[k - j]).sum::<f64>()
+            });
+            rotation[k + 1] = [-spun[1] * next, spun[0] * next];
+            for (i, (track, frame)) in tracks.iter_mut().zip(&mut frames).enumerate() {
+                let p = &points[i];
+                let [cos, sin] = rotation[k + 1];
+                // Rates and accelerations use the coefficients up to k.
+                let lift = dot(&frame.normal, &a, k) + product(&frame.b, &alpha, k)
+                    - product(&frame.c, &square, k);
+                let slide = dot(&frame.tangent, &a, k)
+                    - product(&frame.c, &alpha, k)
+                    - product(&frame.b, &square, k);
+                let mut turning = [0.0; 2];
+                if frame.turns {
+                    turning = [
+                        -2.0 * product(&omega, &track.slip, k),
+                        2.0 * product(&omega, &track.u, k),
+                    ];
+                }
+                let slips = !track.stuck && (frame.turns || track.mode != Mode::Separate);
+                let (rate, slip) = (track.u[k], if slips { track.slip[k] } else { 0.0 });
+                if track.mode == Mode::Separate && !track.pinned {
+                    track.h[k + 1] = rate * next;
+                    track.u[k + 1] = (lift + turning[0]) * next;
+                }
+                if slips {
+                    track.slip[k + 1] = (slide + turning[1]) * next;
+                }
+                if frame.turns {
+                    let closed = track.mode != Mode::Separate;
+                    frame.b[k + 1] = -slip * next;
+                    frame.c[k + 1] = if closed { 0.0 } else { -rate * next };
+                    for axis in 0..2 {
+                        frame.normal[axis][k + 1] = cos * p.normal[axis] - sin * p.tangent[axis];
+                        frame.tangent[axis][k + 1] = cos * p.tangent[axis] + sin * p.normal[axis];
+                    }
+                } else {
+                    frame.b[k + 1] = p.b * cos - p.c * sin;
+                    frame.c[k + 1] = p.c * cos + p.b * sin;
+                }
+            }
+        }
+        let reach = {
+            let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
+            let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
+            all.push(ends(&omega));
+            for (frame, track) in frames.iter().zip(&tracks) {
+                all.extend([ends(&frame.b), ends(&frame.c)]);
+                if frame.turns {
+                    // The turned axes, with unit size.
+                    let mut turned = ends(&frame.normal[0]);
+                    let other = ends(&frame.normal[1]);
+                    turned.iter_mut().zip(other).for_each(|(one, two)| *one = one.abs() + two.abs());
+                    all.push(turned);
+                    all.push(ends(&track.slip));
+                }
+                if track.mode != Mode::Separate {
+                    all.extend([ends(&track.normal), ends(&track.tangential)]);
+                }
+            }
+            radius(&all, f64::EPSILON * 0.1, order).min(LATE)
+        };
+        let jams = forces.iter().any(|force| force.slope != 0.0);
+        let mut det = constant(1.0);
+        let mut side = 0.0;
+        if jams {
+            let mut whole = [[ZERO; 3]; 3];
+            for (i, row) in forces.iter().enumerate() {
+                let frame = &frames[row.unknown.contact];
+                for (j, force) in forces.iter().enumerate() {
+                    let acting = &frames[force.unknown.contact];
+                    let turned =
+                        times(&lever(row.unknown, frame), &force.lever(acting), order);
+                    let direction = force.direction(acting);
+                    for k in 0..order {
+                        whole[i][j][k] =
+                            dot(axis(row.unknown, frame), &direction, k) + turned[k] / rho2;
+                    }
+                }
+            }
+            det = determinant(&whole, n, order);
+            side = det[0].signum();
+            if side < 0.0 {
+                det = det.map(|c| -c);
+            }
+        }
+        let turning = frames
+            .into_iter()
+            .enumerate()
+            .filter(|(_, frame)| frame.turns)
+            .filter_map(|(point, frame)| {
+                let side = *state.turning_side(point)?;
+                Some(TurningPoint { point, side, normal: frame.normal, b: frame.b, c: frame.c })
+            })
+            .collect();
+        Some(Box::new(Self {
+            theta,
+            omega,
+            rotation,
+            r,
+            v,
+            tracks,
+            determinant: det,
+            side,
+            unit,
+            reach,
+            order,
+            turning,
+        }))
+    }
+
+    /// The corner of the ground on a side that point `i` is.
+    pub(super) fn turning(&self, i: usize) -> Option<&TurningPoint> {
+        self.turning.iter().find(|turning| turning.point == i)
+    }
+}
