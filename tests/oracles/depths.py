@@ -4,6 +4,8 @@ The ground is to the right of its polyline, which goes from left to right. Depth
 distance.
 """
 
+import itertools
+
 import numpy as np
 
 #: Distance in m by which the ground is continued below the terrain.
@@ -50,7 +52,7 @@ def in_ground(points, terrain):
     for a, b in zip(around, np.roll(around, -1, axis=0), strict=True):
         inside ^= crosses(points, a, b)
     away = np.full(points.shape[:-1], np.inf)
-    for a, b in zip(terrain[:-1], terrain[1:], strict=True):
+    for a, b in itertools.pairwise(terrain):
         away = np.minimum(away, distance(points, a, b))
     return np.where(inside, away, -away)
 
@@ -72,7 +74,9 @@ def deepest(outline, center, terrain, q):
     the ground in the body; (2, n)."""
     corners = placed(outline, center, q)
     into_body = [in_body(vertex, corners) for vertex in terrain]
-    return np.stack([in_ground(corners, terrain).max(axis=1), np.max(into_body, axis=0)])
+    return np.stack(
+        [in_ground(corners, terrain).max(axis=1), np.max(into_body, axis=0)]
+    )
 
 
 def deepest_of_run(run, count=1000):

@@ -62,11 +62,9 @@ class Side:
     def coordinates(self, corner, place, speed):
         """z of a state that touches V and whose gap does not change."""
         phi = place[2] + self.angle
-        t, n = vectors(phi)
+        t, _ = vectors(phi)
         arm = np.asarray(corner) - place[:2]
-        return np.array(
-            [t @ arm, phi, -(t @ speed[:2]) - self.d * speed[2], speed[2]]
-        )
+        return np.array([t @ arm, phi, -(t @ speed[:2]) - self.d * speed[2], speed[2]])
 
     def energy(self, z):
         """Per unit mass; the height is that over V."""
