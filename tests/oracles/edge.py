@@ -143,6 +143,24 @@ class Motion:
             return place + speed * dt + down * dt**2 / 2, speed + down * dt
         return self.side.state(self.corner, _follow(self.side, part, part.z, t))
 
+    def places(self, times):
+        """Places at increasing times, interpolated: to about 1e-10."""
+        found = []
+        for part in self.parts:
+            first = part is self.parts[0]
+            now = [t for t in times if (first or part.start < t) and t <= part.end]
+            if not now:
+                continue
+            if part.kind == "flight":
+                found += [self.at(t)[0] for t in now]
+                continue
+            span = part.start, max(part.end, now[-1])
+            states = solve_ivp(
+                _rates(self.side, part), span, part.z, "DOP853", t_eval=now, rtol=1e-11, atol=1e-14
+            ).y.T  # fmt: skip
+            found += [self.side.state(self.corner, z)[0] for z in states]
+        return np.array(found)
+
     def word(self):
         """The kinds of the parts, as "pivot slip flight"."""
         return " ".join(part.kind for part in self.parts)
