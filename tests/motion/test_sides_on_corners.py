@@ -163,9 +163,10 @@ def test_the_contact_says_which_side_and_corner():
     run = tip(box, 0.01, stop="time", time_limit=0.9)
     [k] = on_edge(run)
     assert run.contacts[k].number == k + 1
-    assert run.contacts[k].index == 1
+    # Numbers are from 1, indices from 0, as for impacts.
+    assert run.contacts[k].index == 0
     corners = [c for c in run.contacts if c.kind == "corner"]
-    assert [c.index for c in corners] == [1, 2, 3, 4]
+    assert [c.index for c in corners] == [0, 1, 2, 3]
     assert all(c.corner is None for c in corners)
     assert all(len(p.mode) == len(run.contacts) for p in run.phases)
 
@@ -177,11 +178,11 @@ def test_the_contact_says_which_side_and_corner():
 @pytest.mark.parametrize("shape", [(1.0, 0.5), (1.0, 1.0), (0.5, 1.5), (2.0, 0.2)])
 @pytest.mark.parametrize("outside", [0.01, 0.1])
 def test_a_box_tips_over_the_edge_of_a_table(friction, shape, outside):
-    """It pivots about the edge until friction no longer holds, slips, and falls."""
+    """It pivots about the edge until friction no longer holds, slips, and falls. With little friction it slips back before it pivots."""
     box = sf.Posture.box(*shape, friction=friction, terrain=TABLE)
-    motion = edge.tipping(edge.Side.of_box(*shape, friction), outside, 2.0)
-    expected = "slip flight" if friction == 0 else "pivot slip flight"
-    assert motion.word() == expected
+    motion = edge.tipping(edge.Side.of_box(*shape, friction), outside, 4.0)
+    words = ["pivot slip flight", "slip pivot slip flight"]
+    assert motion.word() in (words if friction else ["slip flight"])
     end = clear_until(box, motion, motion.parts[-1].start + 0.2)
     assert end > motion.parts[-1].start
     run = tip(box, outside, stop="time", time_limit=end)
@@ -414,6 +415,16 @@ def test_a_square_that_turns_meets_a_peak_at_the_time_of_the_oracle():
 
 
 # Throws on stairs.
+
+
+def test_depths_show_an_edge_in_the_box():
+    """With edges="ignore" the box sinks over the edge: the campaign below would see it. No corner of the box is in the table."""
+    box = sf.Posture.box(1.0, 0.5, friction=0.5, terrain=TABLE)
+    run = tip(box, 0.1, stop="time", time_limit=0.4, edges="ignore")
+    times, (ground, body) = depths.deepest_of_run(run)
+    assert ground.max() < 1e-12
+    assert body[-1] > 0.05
+    assert body[times < 0.1].max() < body[-1]
 
 
 def scale_of_energy(run, energy):

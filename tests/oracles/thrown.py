@@ -4,13 +4,17 @@ import numpy as np
 import standfast as sf
 
 
+#: Without friction a body slides for as long as it is followed, at a few metres per second. It should not come to an end of the ground.
+FAR = 200.0
+
+
 def stairs(count, tread, rise):
     """Stairs that go down to the right from (0, 0)."""
     edges = [
         [(k * tread, -k * rise), (k * tread, -(k + 1) * rise)] for k in range(count)
     ]
     flat = [vertex for edge in edges for vertex in edge]
-    return [(-20.0, 0.0), *flat, (20 + count * tread, -count * rise)]
+    return [(-FAR, 0.0), *flat, (FAR, -count * rise)]
 
 
 def body(rng, **keywords):
@@ -24,6 +28,7 @@ def body(rng, **keywords):
         count = int(rng.integers(3, 7))
         angles = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
         shape = 0.5 * np.stack([np.cos(angles), np.sin(angles)], 1)
+        shape -= (0, shape[:, 1].min())
     else:
         shape = [(0, 0), (1, 0), (1, 0.4), (0.4, 0.4), (0.4, 1), (0, 1)]
     return sf.Posture.polygon([(size * x, size * y) for x, y in shape], **keywords)
