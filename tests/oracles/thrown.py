@@ -3,7 +3,6 @@
 import numpy as np
 import standfast as sf
 
-
 #: Without friction a body slides for as long as it is followed, at a few metres per second. It should not come to an end of the ground.
 FAR = 200.0
 
