@@ -437,14 +437,21 @@ def scale_of_energy(run, energy):
 def test_bodies_on_stairs_stay_out_of_them_and_gain_no_energy(law):
     """Newton's law without friction, Poisson's, and Moreau's with e_t = e: for these it is proved. At a thousand times and at all events of
     each throw, no corner of the body is in the ground, and none of the ground in the body."""
-    ends, sides, deepest, risen = Counter(), 0, (0.0, 0), (0.0, 0)
+    ends, others, sides = Counter(), [], 0
+    deepest, risen = (0.0, 0), (0.0, 0)
     for seed in range(THROWS // 3):
         rng = np.random.default_rng([47, seed])
         posture, q, qdot = thrown.any_throw(rng, law != "newton", law == "moreau")
-        run = sf.simulate(
-            posture, q, qdot, impact=law, time_limit=10.0, event_limit=20_000
-        )
+        try:
+            run = sf.simulate(
+                posture, q, qdot, impact=law, time_limit=10.0, event_limit=20_000
+            )
+        except BaseException as error:  # also a panic of the core
+            error.add_note(f"{law}, seed {seed}")
+            raise
         ends[run.outcome] += 1
+        if run.outcome not in ("rest", "sliding", "time-limit"):
+            others.append((run.outcome, seed))
         sides += any(contact.kind == "side" for contact in run.contacts)
         times, deep = depths.deepest_of_run(run)
         arms = np.subtract(posture.outline, posture.center_of_mass)
@@ -452,11 +459,11 @@ def test_bodies_on_stairs_stay_out_of_them_and_gain_no_energy(law):
         energy = run.energy(times)
         rise = (energy - np.minimum.accumulate(energy)).max()
         risen = max(risen, (rise / scale_of_energy(run, energy), seed))
-    print(f"\n{law}: {dict(ends)}; depth {deepest}, energy {risen} (with seeds)")
+    print(f"\n{law}: {dict(ends)}, {others}; depth {deepest}, energy {risen}")
     assert deepest[0] <= DEPTH
     assert risen[0] <= RISE
-    assert "edge-contact" not in ends
-    assert "escape" not in ends
+    # Without friction a motion always exists. With friction up to 1 a body may jam between two pieces, but seldom.
+    assert len(others) <= (0 if law == "newton" else THROWS // 600), others
     # Of the throws on these stairs more than half meet an edge.
     assert sides > THROWS / 3 / 4
 
