@@ -433,6 +433,30 @@ def scale_of_energy(run, energy):
     return energy[0] - run.posture.mass * run.posture.gravity * q[:, 1].min()
 
 
+def followed(law, seed):
+    """A throw: its outcome, whether a side met a corner, the largest depth, and the largest rise of the energy."""
+    rng = np.random.default_rng([47, seed])
+    posture, q, qdot = thrown.any_throw(rng, law != "newton", law == "moreau")
+    try:
+        run = sf.simulate(
+            posture, q, qdot, impact=law, time_limit=10.0, event_limit=20_000
+        )
+    except BaseException as error:  # also a panic of the core
+        error.add_note(f"{law}, seed {seed}")
+        raise
+    times, deep = depths.deepest_of_run(run)
+    arms = np.subtract(posture.outline, posture.center_of_mass)
+    energy = run.energy(times)
+    rise = (energy - np.minimum.accumulate(energy)).max()
+    met = any(contact.kind == "side" for contact in run.contacts)
+    depth = deep.max() / np.hypot(*arms.T).max()
+    return run.outcome, met, depth, rise / scale_of_energy(run, energy)
+
+
+#: Outcomes of a throw whose motion goes on for as long as is asked for, or ends in a rest.
+GOES_ON = ("rest", "sliding", "time-limit")
+
+
 @pytest.mark.parametrize("law", ["newton", "poisson", "moreau"])
 def test_bodies_on_stairs_stay_out_of_them_and_gain_no_energy(law):
     """Newton's law without friction, Poisson's, and Moreau's with e_t = e: for these it is proved. At a thousand times and at all events of
@@ -440,25 +464,12 @@ def test_bodies_on_stairs_stay_out_of_them_and_gain_no_energy(law):
     ends, others, sides = Counter(), [], 0
     deepest, risen = (0.0, 0), (0.0, 0)
     for seed in range(THROWS // 3):
-        rng = np.random.default_rng([47, seed])
-        posture, q, qdot = thrown.any_throw(rng, law != "newton", law == "moreau")
-        try:
-            run = sf.simulate(
-                posture, q, qdot, impact=law, time_limit=10.0, event_limit=20_000
-            )
-        except BaseException as error:  # also a panic of the core
-            error.add_note(f"{law}, seed {seed}")
-            raise
-        ends[run.outcome] += 1
-        if run.outcome not in ("rest", "sliding", "time-limit"):
-            others.append((run.outcome, seed))
-        sides += any(contact.kind == "side" for contact in run.contacts)
-        times, deep = depths.deepest_of_run(run)
-        arms = np.subtract(posture.outline, posture.center_of_mass)
-        deepest = max(deepest, (deep.max() / np.hypot(*arms.T).max(), seed))
-        energy = run.energy(times)
-        rise = (energy - np.minimum.accumulate(energy)).max()
-        risen = max(risen, (rise / scale_of_energy(run, energy), seed))
+        outcome, met, depth, rise = followed(law, seed)
+        ends[outcome] += 1
+        if outcome not in GOES_ON:
+            others.append((outcome, seed))
+        sides += met
+        deepest, risen = max(deepest, (depth, seed)), max(risen, (rise, seed))
     print(f"\n{law}: {dict(ends)}, {others}; depth {deepest}, energy {risen}")
     assert deepest[0] <= DEPTH
     assert risen[0] <= RISE
@@ -466,6 +477,79 @@ def test_bodies_on_stairs_stay_out_of_them_and_gain_no_energy(law):
     assert len(others) <= (0 if law == "newton" else THROWS // 600), others
     # Of the throws on these stairs more than half meet an edge.
     assert sides > THROWS / 3 / 4
+
+
+#: Throws of the same campaign that showed an error of a first version.
+FOUND = {
+    "flush on the edges of stairs": [("newton", s) for s in (24, 36, 69, 125, 366, 781, 916)]
+    + [("moreau", 423), ("moreau", 904), ("poisson", 423)],
+    "a corner that lands while a side slips": [("newton", 694)],
+    "no mode without friction": [("newton", s) for s in (68, 195, 253, 377)],
+    "events at one instant": [("newton", s) for s in (73, 164, 290, 341, 371)]
+    + [("poisson", 264), ("poisson", 357)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("law", "seed"),
+    [throw for throws in FOUND.values() for throw in throws],
+)
+def test_throws_that_showed_an_error(law, seed):
+    outcome, _, depth, rise = followed(law, seed)
+    assert outcome in GOES_ON
+    assert depth <= DEPTH
+    assert rise <= RISE
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("slit", [0.3, 0.01])
+def test_a_box_slides_over_a_slit(friction, slit):
+    """Its front corner leaves the floor at one edge, and passes over the other one at no height: the side takes over. The two edges carry
+    the box as the floor did, and its motion is the same."""
+    terrain = [(-5, 0), (0, 0), (0, -1), (slit, -1), (slit, 0), (5, 0)]
+    box = sf.Posture.box(1.0, 0.5, friction=friction, terrain=terrain)
+    start, speed, pull = -0.7, 3.0, friction * G
+    end = speed / pull if pull else 1.0
+    run = sf.simulate(
+        box, (start, 0, 0), (speed, 0, 0), impact="moreau", stop="time", time_limit=1.0
+    )
+    assert run.outcome == "time-limit"
+    assert not len(run.impacts)
+    for t in np.linspace(0, 1.0, 41):
+        now = min(t, end)
+        flat = start + speed * now - pull * now**2 / 2, 0, 0
+        assert run.at(t)[0] == pytest.approx(flat, abs=CLOSE)
+    corners = {c.corner for c in run.contacts if c.kind == "side"}
+    assert corners == {(0.0, 0.0), (slit, 0.0)}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_a_board_slides_down_the_edges_of_stairs(friction, speed):
+    """All the edges are on one line of slope −2/3, and the side lies on two or three of them: a = g (sin α − μ cos α), or it stands. An
+    edge that comes under the side, or that the side leaves, changes nothing."""
+    alpha = math.atan2(0.2, 0.3)
+    stairs = thrown.stairs(12, 0.3, 0.2)
+    board = sf.Posture.box(1.0, 0.2, friction=friction, terrain=stairs)
+    down, normal = edge.vectors(-alpha)
+    # Its centre is over a point between two edges, and never farther than μ d from the middle of the supports.
+    foot = np.array([0.9, -0.6]) + 0.15 * down
+    q = as_q(board, (*(foot + 0.1 * normal), -alpha))
+    pull = G * (math.sin(alpha) - friction * math.cos(alpha))
+    end = 0.6
+    if pull < 0:
+        end = min(end, speed / -pull)
+    run = sf.simulate(
+        board, q, (*(speed * down), 0), impact="moreau", stop="time", time_limit=0.6
+    )
+    assert run.outcome == "time-limit"
+    assert not len(run.impacts)
+    for t in np.linspace(0, 0.6, 25):
+        now = min(t, end)
+        way = speed * now + pull * now**2 / 2
+        assert run.at(t)[0] == pytest.approx((*(q[:2] + way * down), -alpha), abs=CLOSE)
+    sides = [c.corner for c in run.contacts if c.kind == "side"]
+    assert len(set(sides)) >= (4 if pull > 0 else 2)
 
 
 def test_a_method_with_a_fixed_step_comes_to_the_same_ends():
