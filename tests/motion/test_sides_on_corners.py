@@ -543,7 +543,9 @@ def test_a_board_slides_down_the_edges_of_stairs(friction, speed):
         board, q, (*(speed * down), 0), impact="moreau", stop="time", time_limit=0.6
     )
     assert run.outcome == "time-limit"
-    assert not len(run.impacts)
+    # An edge that comes under the side may have an impact at a speed of rounding errors, and a corner of the board, which passes over
+    # every edge at no height, none.
+    assert np.abs(run.impacts["impulse"]).sum() < 1e-12
     for t in np.linspace(0, 0.6, 25):
         now = min(t, end)
         way = speed * now + pull * now**2 / 2
