@@ -69,7 +69,7 @@ pub(crate) const ORDERS: [(usize, f64); 3] = [(8, 0.003), (13, 0.06), (ORDER, f6
 /// Factor of the unit of time when coefficients overflow. Its inverse: time, in units, up to which a rotation is followed, because
 /// coefficients that matter later may have underflowed. Limits of the units, so that squares of accelerations stay in range.
 const SHORTER: f64 = 1.0 / LATE;
-pub(super) const LATE: f64 = 4_294_967_296.0;
+const LATE: f64 = 4_294_967_296.0;
 const SHORTEST_UNIT: f64 = 1e-100;
 const LONGEST_UNIT: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.

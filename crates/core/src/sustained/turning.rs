@@ -18,9 +18,12 @@ use crate::math::series::{Series, ZERO, constant, determinant, product, radius, 
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
 use crate::sustained::side::SideContact;
-use crate::sustained::step::{Factors, LATE, Step, Track};
+use crate::sustained::step::{Factors, Step, Track};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::SINGULAR_FRICTION_MATRIX;
+
+/// Longest step, in units of time: coefficients that are zero but for rounding errors do not matter within it. Range: 1 to 100.
+const LONGEST: f64 = 8.0;
 
 /// A vector as a series.
 type Vectors = [Series; 2];
@@ -306,7 +309,7 @@ impl Step {
                     all.extend([ends(&track.normal), ends(&track.tangential)]);
                 }
             }
-            radius(&all, f64::EPSILON * 0.1, order).min(LATE)
+            radius(&all, f64::EPSILON * 0.1, order).min(LONGEST)
         };
         let jams = forces.iter().any(|force| force.slope != 0.0);
         let mut det = constant(1.0);
