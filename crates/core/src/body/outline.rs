@@ -65,7 +65,7 @@ impl Side {
     }
 
     /// Distance of a point from the nearest point of the side, in m.
-    fn distance(&self, p: &Vector2<f64>) -> f64 {
+    pub(crate) fn distance(&self, p: &Vector2<f64>) -> f64 {
         let [x, y] = self.coordinates(p);
         libm::hypot(x - x.clamp(0.0, self.length), y)
     }

@@ -46,6 +46,7 @@ use crate::motion::pair::Pair;
 use crate::options::Impact;
 use crate::outcome::{Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
+use crate::sustained::edges::EdgeWatch;
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of the contact before the first attempt to sum its bounces.
@@ -326,8 +327,9 @@ impl Bouncing<'_> {
         })
     }
 
-    /// Whether no other contact lands, no end of the ground is passed and no other piece of it is met before the limit.
-    fn is_alone(&self, sum: &Sum, posture: &Posture) -> bool {
+    /// Whether no other contact lands, no corner of the ground meets a side, no end of the ground is passed and no other piece of it is met
+    /// before the limit.
+    fn is_alone(&self, sum: &Sum, posture: &Posture, edges: &EdgeWatch) -> bool {
         let (body, p) = (self.body, &self.body.points[self.i]);
         let (duration, size) = (sum.at(0.0).0[0], posture.size());
         let at = |k: usize| sum.at(1.0 - k as f64 / INTERVALS as f64);
@@ -337,10 +339,11 @@ impl Bouncing<'_> {
         let fall = duration * (body.gravity + size * omega * omega);
         let push = REMAINDER_FACTOR * (fall + p.u) * (1.0 + self.material.friction);
         let drift = body.center.v.norm() + fall + push;
-        let way = |j: usize| {
-            let arm = body.points[j].arm().norm();
-            duration * (drift + arm * (omega + push * size / body.rho2))
-        };
+        let moved = |arm: f64| duration * (drift + arm * (omega + push * size / body.rho2));
+        let way = |j: usize| moved(body.points[j].arm().norm());
+        if !edges.stay_off(posture, body, moved) {
+            return false;
+        }
         let near = |j: usize| j != self.i && body.points[j].h <= way(j);
         let within_ground = (0..body.points.len()).all(|j| {
             let q = &body.points[j];
@@ -452,8 +455,8 @@ impl<C> Driver<'_, C> {
         let grip = Grip::of(impulse, material.friction);
         let speed = body.center.v.norm() + size * body.spin.omega.abs();
         let still = body.slip(i).abs() <= STILL * speed;
-        // Where corners of the ground may enter the body, each flight looks for them.
-        if self.edges.is_needed()
+        // A corner of the ground on a side has a normal that turns.
+        if !body.sides.is_empty()
             || material.restitution == 0.0
             || grip == Grip::Sticks && !still
             || body.points[i].u <= 0.0
@@ -489,7 +492,7 @@ impl<C> Driver<'_, C> {
                 return Err(Retry::Later);
             }
         }
-        if !bouncing.is_alone(&sum, posture) {
+        if !bouncing.is_alone(&sum, posture, &self.edges) {
             return Err(Retry::Later);
         }
         Ok(Settled { body: end, duration, error: sum.error })

@@ -98,9 +98,21 @@ impl EdgeWatch {
         Self { corners, touches: options.edges == Edges::Contact && !local }
     }
 
-    /// Whether there are corners to watch.
-    pub(crate) fn is_needed(&self) -> bool {
-        !self.corners.is_empty()
+    /// Whether no corner meets this body if it moves so far at most: the way of a point of the body with this arm (m), in m.
+    pub(crate) fn stay_off(
+        &self,
+        posture: &Posture,
+        body: &BodyState,
+        way: impl Fn(f64) -> f64,
+    ) -> bool {
+        let Some(outline) = posture.outline().filter(|_| !self.corners.is_empty()) else {
+            return true;
+        };
+        let (path, way) = (Path { posture, at: &|_| body.clone() }, way(outline.radius));
+        self.corners.iter().all(|corner| {
+            let p = path.see(corner, 0.0).p;
+            p.norm() - outline.radius > way || outline.nearest_side(&p).distance(&p) > way
+        })
     }
 
     /// The corners that may become contacts.
