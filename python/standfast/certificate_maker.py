@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import certificate
-from standfast._core import Posture, Verdict
+from standfast._core import Contact, Posture, Verdict
 
 Vectors = npt.NDArray[np.float64]
 
@@ -55,9 +55,14 @@ def make(verdict: Verdict) -> dict[str, Any]:
     return found
 
 
+def _contacts(posture: Posture) -> list[Contact]:
+    """The contacts of a posture, and its sides on corners of the ground."""
+    return [*posture.contacts, *posture.side_contacts]
+
+
 def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
     """The body on the contacts that touch, each on the straight line of its ground."""
-    feet = [(k, posture.contacts[k - 1]) for k in contacts]
+    feet = [(k, _contacts(posture)[k - 1]) for k in contacts]
     rest = posture.restitution
     return {
         "mass": posture.mass.hex(),
@@ -171,7 +176,7 @@ def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:
 
     The point nearest to zero in the convex hull of these edges and −e_y, all of length one, is such a y. If doubles do not find it, it is
     sought in fractions. If zero is in the hull, only weak signs are possible, and exact directions are tried."""
-    feet = [posture.contacts[k - 1] for k in contacts]
+    feet = [_contacts(posture)[k - 1] for k in contacts]
     edges = []
     for foot in feet:
         turn = np.array([np.cos(foot.slope), np.sin(foot.slope)])

@@ -31,21 +31,30 @@ impl ContactNumber {
 
 /// A set of contacts of one posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ContactSet(u64);
+pub struct ContactSet(u128);
+
+/// Contacts of a run that a set can hold: those of the body, and as many sides on corners of the ground.
+const MOST_CONTACTS: usize = 2 * MAX_CONTACTS;
 
 // Each contact has a bit.
-const _: () = assert!(MAX_CONTACTS <= u64::BITS as usize);
+const _: () = assert!(MOST_CONTACTS <= u128::BITS as usize);
 
 impl ContactSet {
     /// The contacts with gap zero: where a contact touches, the motion keeps its gap at exactly zero.
     pub(crate) fn of_gaps(gaps: &[f64]) -> Self {
-        let bits = gaps.iter().enumerate().map(|(i, gap)| u64::from(*gap == 0.0) << i);
+        let bits = gaps.iter().enumerate().map(|(i, gap)| u128::from(*gap == 0.0) << i);
         Self(bits.fold(0, |set, bit| set | bit))
+    }
+
+    /// The same with these contacts, counted from 0. A run with more than [`MOST_CONTACTS`] has the first ones only.
+    pub(crate) fn with(self, contacts: impl IntoIterator<Item = usize>) -> Self {
+        let known = contacts.into_iter().filter(|&i| i < MOST_CONTACTS);
+        Self(known.fold(self.0, |set, i| set | 1 << i))
     }
 
     /// Its contacts, in order.
     pub fn iter(self) -> impl Iterator<Item = ContactNumber> {
-        (0..MAX_CONTACTS).filter(move |i| self.0 >> i & 1 == 1).map(ContactNumber)
+        (0..MOST_CONTACTS).filter(move |i| self.0 >> i & 1 == 1).map(ContactNumber)
     }
 
     /// Whether it has no contacts.

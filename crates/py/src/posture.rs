@@ -280,6 +280,13 @@ impl PyPosture {
         self.0.contacts().iter().copied().map(PyContact).collect()
     }
 
+    /// The sides of the outline that touch corners of the ground in the nominal posture, list of Contact: each at the corner, on a line along the
+    /// side. The contact modes at rest, the static forces and the verdict of the posture have them after its contacts.
+    #[getter]
+    fn side_contacts(&self) -> Vec<PyContact> {
+        self.0.side_contacts().into_iter().map(PyContact).collect()
+    }
+
     #[getter]
     fn restitution(&self) -> f64 {
         self.0.fields().restitution

@@ -9,6 +9,7 @@ pub(crate) mod outline;
 pub(crate) mod own_ground;
 pub(crate) mod posture;
 mod shape;
+pub(crate) mod side;
 pub(crate) mod state;
 pub(crate) mod terrain;
 

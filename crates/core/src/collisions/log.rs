@@ -187,7 +187,7 @@ struct Stretch {
     impacts: usize,
     fastest: f64,
     began: Clock,
-    contacts: u64,
+    contacts: u128,
 }
 
 /// The last impacts of a run; they show why the run does not end.
@@ -211,7 +211,7 @@ impl LastImpacts {
         }
         self.now.impacts += 1;
         self.now.fastest = self.now.fastest.max(speed);
-        self.now.contacts |= 1 << contact;
+        self.now.contacts |= 1 << contact.min(127);
     }
 
     /// What the impacts before the end of a run have in common, in words.
@@ -225,7 +225,7 @@ impl LastImpacts {
         let clock = log.clock;
         let (now, before) = (&self.now, &self.before);
         let hit = now.contacts | before.contacts;
-        let contacts = names((0..64).filter(|i| hit >> i & 1 == 1));
+        let contacts = names((0..128).filter(|i| hit >> i & 1 == 1));
         let count = before.impacts + now.impacts;
         let (speed, earlier) = (in_words(now.fastest), in_words(before.fastest));
         let ratio = now.fastest / before.fastest;

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::geometry::ContactGeometry;
 use crate::body::ground::MOST_IN_VERTICES;
 use crate::body::posture::{MAX_CONTACTS, Posture};
+use crate::body::side::TouchedSide;
 use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::math::turn::Turn;
@@ -310,18 +311,32 @@ impl ContactProblem {
     }
 }
 
+/// The error where a closed contact (from 0) approaches the ground at this rate.
+fn approaches(contact: usize, rate: f64) -> Error {
+    Error::Unusable {
+        field: "qdot".into(),
+        value: format!("a rate of {rate:?} m/s at the gap of contact {}", contact + 1),
+        allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due, which a ContactProblem of level \"impulse\" solves"
+            .into(),
+    }
+}
+
 impl ContactProblem {
     /// The contact-mode problem of a state: gravity, the load `wrench` = (f_x, f_y, torque about the centre of
     /// mass) in N and N m, and the curvature bias −(b_i, c_i) ω² of the true configuration.
+    ///
+    /// After the contacts of the posture come the sides of its outline that touch corners of the ground.
     ///
     /// A contact is closed if its gap is within [`TOUCH`] of zero relative to the size of the body, and its
     /// rate is within the same of zero relative to the speeds of the body. A contact with a larger rate separates.
     ///
     /// # Errors
     ///
-    /// A state that is not finite, a contact in the terrain, or a closed contact that approaches it, which means an impact.
+    /// A state that is not finite, a contact in the terrain, a corner of the ground in the body, or a closed contact that approaches it, which
+    /// means an impact.
     pub fn of_posture(posture: &Posture, state: &State, wrench: [f64; 3]) -> Result<Self, Error> {
         state.validate()?;
+        posture.check_sides(&state.q)?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
             finite(format_args!("wrench.{axis}"), value)?;
         }
@@ -426,12 +441,7 @@ impl ContactProblem {
                 });
             }
             if closed && rate < -tolerance {
-                return Err(Error::Unusable {
-                    field: "qdot".into(),
-                    value: format!("a rate of {rate:?} m/s at the gap of contact {}", i + 1),
-                    allowed: "rates >= 0 at closed contacts; with a negative rate an impact is due, which a ContactProblem of level \"impulse\" solves"
-                        .into(),
-                });
+                return Err(approaches(i, rate));
             }
             let speed = k.tangent.x * v.x + k.tangent.y * v.y - c * omega;
             let sign = i8::from(speed > tolerance) - i8::from(speed < -tolerance);
@@ -440,6 +450,22 @@ impl ContactProblem {
             problem.friction.push(posture.contacts()[i].friction);
             problem.sliding.push((closed && rate <= tolerance).then_some(sign));
             problem.bias.push([-b * omega * omega, -c * omega * omega]);
+        }
+        let corners = posture.sides_touched(&state.q);
+        for (number, TouchedSide { geometry: k, .. }) in corners.iter().enumerate() {
+            let rate = (k.normal.dot(&v.xy()) + k.b * omega).unsigned_zero();
+            if rate < -tolerance {
+                return Err(approaches(geometry.len() + number, rate));
+            }
+            let speed = k.tangent.dot(&v.xy()) - k.c * omega;
+            let sign = i8::from(speed > tolerance) - i8::from(speed < -tolerance);
+            problem.arms.push((k.tangent * k.b + k.normal * k.c).into());
+            problem.tangents.push(k.tangent.into());
+            problem.friction.push(k.friction);
+            problem.sliding.push((rate <= tolerance).then_some(sign));
+            // ḧ = n·r̈ + b ω̇ − c ω² − 2 ω v_t: the normal turns with the body.
+            let turning = if sign == 0 { 0.0 } else { 2.0 * omega * speed };
+            problem.bias.push([-k.b * omega * omega, -k.c * omega * omega - turning]);
         }
         Self::new(problem).map_err(|e| {
             e.renamed(|field| match field.strip_prefix("arms.") {

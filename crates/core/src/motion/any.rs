@@ -19,6 +19,7 @@ use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
 use crate::sustained::{BodyState, ContactState};
 use crate::sustained::edges::{Entry, Path};
+use crate::sustained::side::SideContact;
 use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
@@ -74,7 +75,9 @@ impl Coordinates for AnyContacts {
     fn moment(driver: &Driver<'_, Self>) -> Moment {
         let AnyContacts { posture, state, .. } = &driver.body;
         let (gaps, rates) = state.gaps_and_rates(posture);
-        Moment { clock: driver.log.clock, state: state.state(), gaps, rates }
+        let closed = |side: &&SideContact| state.points.iter().any(|p| p.place.contact == side.contact && p.h == 0.0);
+        let sides = state.sides.iter().filter(closed).map(|side| side.contact).collect();
+        Moment { clock: driver.log.clock, state: state.state(), gaps, rates, sides }
     }
 
     fn watch_ground(driver: &mut Driver<'_, Self>) {

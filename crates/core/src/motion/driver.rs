@@ -229,7 +229,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             time: time(end.clock),
             elapsed: end.clock.hi,
             state: end.state,
-            touching: ContactSet::of_gaps(&end.gaps),
+            touching: ContactSet::of_gaps(&end.gaps).with(end.sides.iter().copied()),
             zeno,
             collisions: self.log.hits,
             warned: !self.record.warnings.is_empty(),

@@ -77,13 +77,16 @@ pub(crate) struct Moment {
     pub(crate) state: State,
     pub(crate) gaps: PerContact<f64>,
     pub(crate) rates: PerContact<f64>,
+    /// The contacts of corners of the ground with sides, from 0, that touch.
+    pub(crate) sides: PerContact<usize>,
 }
 
 /// Written by hand: the derived `clone` copies the numbers one by one.
 impl Clone for Moment {
     fn clone(&self) -> Self {
         let [gaps, rates] = [&self.gaps, &self.rates].map(|values| PerContact::from_slice(values));
-        Self { clock: self.clock, state: self.state, gaps, rates }
+        let sides = PerContact::from_slice(&self.sides);
+        Self { clock: self.clock, state: self.state, gaps, rates, sides }
     }
 }
 
@@ -96,6 +99,7 @@ impl Moment {
             state: Base::state(full).unsigned_zero(),
             gaps: each(full.gaps.h),
             rates: each(full.gaps.u),
+            sides: PerContact::new(),
         }
     }
 
@@ -160,6 +164,7 @@ impl Record {
             state: base.start,
             gaps: PerContact::new(),
             rates: PerContact::new(),
+            sides: PerContact::new(),
         };
         Self {
             outcome: Outcome::EventLimit,

@@ -73,22 +73,14 @@ impl Driver<'_, AnyContacts> {
 
     /// Adds the corners of the ground that touch a side at the start, between its ends.
     pub(super) fn touch_corners(&mut self) {
-        let Some(outline) = self.body.posture.outline().cloned() else { return };
-        let touch = TOUCH * outline.radius;
-        for corner in self.edges.contacts().to_vec() {
-            for index in 0..outline.sides().len() {
-                let on = SideContact::new(&self.body.posture, 0, corner, &outline.sides()[index]);
-                let point = on.point(&self.body.state, self.body.posture.size());
-                let known = touch.max(point.rounding.gap * PLACE / f64::EPSILON);
-                let between = on.from_ends(point.b).iter().all(|way| *way > known);
-                if !(point.h.abs() <= known && between) {
-                    continue;
-                }
-                let still = point.u.abs() <= point.rounding.rate * PLACE / f64::EPSILON;
-                if let Some(i) = self.add_side(corner, index) {
-                    let p = &mut self.body.state.points[i];
-                    (p.h, p.u) = (0.0, if still { 0.0 } else { p.u });
-                }
+        if self.edges.contacts().is_empty() {
+            return;
+        }
+        for on in self.body.posture.sides_touched(&self.body.state.state().q) {
+            if let Some(i) = self.add_side(on.corner, on.side) {
+                let p = &mut self.body.state.points[i];
+                let still = p.u.abs() <= p.rounding.rate * PLACE / f64::EPSILON;
+                (p.h, p.u) = (0.0, if still { 0.0 } else { p.u });
             }
         }
     }

@@ -7,8 +7,8 @@ use crate::excitation::{Change, Excitation, lasting, missed_kicks};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::record::Record;
-use crate::options::{Model, Options};
-use crate::outcome::{ContactSet, End, FirstZeno};
+use crate::options::{Edges, Model, Options};
+use crate::outcome::{End, FirstZeno};
 use crate::simulate::limits::{is_pair, solvable};
 use crate::simulate::start::Start;
 use crate::simulate::trajectory::Trajectory;
@@ -56,6 +56,9 @@ impl<'a> Simulation<'a> {
     ) -> Result<Self, Error> {
         solvable(posture, options)?;
         start.validate()?;
+        if options.edges == Edges::Contact && options.model != Model::Local {
+            posture.check_sides(&start.q)?;
+        }
         if !excitation.is_none() {
             excitation.validate(options.time, posture.fields().gravity)?;
             if options.certify {
@@ -234,7 +237,7 @@ fn end_of(run: &Trajectory) -> End {
         time: run.time(),
         elapsed: run.elapsed(),
         state: *run.state(),
-        touching: ContactSet::of_gaps(&run.gaps()),
+        touching: run.touching(),
         zeno,
         collisions: run.collisions(),
         warned: !run.warnings().is_empty(),

@@ -21,7 +21,7 @@ use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactKind, ContactNumber, Enclosure, ImpactRecord, Instant, Outcome, Phase, RunContact,
+    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, Outcome, Phase, RunContact,
     ZenoPoint,
 };
 use crate::simulate::reader::Reader;
@@ -313,6 +313,13 @@ impl Trajectory {
         self.record.end.gaps.to_vec()
     }
 
+    /// The contacts of [`contacts`](Self::contacts) that touch at the end.
+    #[must_use]
+    pub fn touching(&self) -> ContactSet {
+        let end = &self.record.end;
+        ContactSet::of_gaps(&end.gaps).with(end.sides.iter().copied())
+    }
+
     /// Final gap rates, in m/s.
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
@@ -412,7 +419,7 @@ impl Trajectory {
         let closed = |&i: &usize| zeno.closed[i];
         let contacts: Vec<_> =
             (0..zeno.closed.len()).filter(closed).map(ContactNumber::of).collect();
-        let Moment { clock, state, gaps, rates } = &zeno.at;
+        let Moment { clock, state, gaps, rates, .. } = &zeno.at;
         let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
         ZenoPoint {
             kind: format!("{}-zeno", contacts.len()),

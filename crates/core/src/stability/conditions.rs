@@ -141,13 +141,15 @@ pub(super) fn of_words(
     Ok(words.conditions(posture, posture.psi()?, equilibrium))
 }
 
-/// The places, from 0, of the contacts that touch their ground in the nominal posture.
+/// The places, from 0, of the contacts that touch their ground in the nominal posture, and of the sides that touch corners of the ground.
 pub(super) fn touching(posture: &Posture) -> Vec<usize> {
     let geometry = posture.geometry();
-    (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0).collect()
+    let own = (0..geometry.len()).filter(|&i| geometry[i].offset == 0.0);
+    own.chain((geometry.len()..).take(posture.side_contacts().len())).collect()
 }
 
-/// The posture with these of its contacts only, by their places from 0, each on its own straight ground.
+/// The posture with these of its contacts only, by their places from 0, each on its own straight ground. After the contacts of the posture
+/// come its sides on corners of the ground.
 ///
 /// # Errors
 ///
@@ -157,8 +159,9 @@ pub(super) fn touching(posture: &Posture) -> Vec<usize> {
 ///
 /// If there is no contact at a place.
 pub fn with_contacts(posture: &Posture, places: &[usize]) -> Result<Posture, Error> {
+    let all = [posture.contacts(), &posture.side_contacts()].concat();
     Posture::new(PostureFields {
-        contacts: places.iter().map(|&k| posture.contacts()[k]).collect(),
+        contacts: places.iter().map(|&k| all[k]).collect(),
         terrain: Vec::new(),
         ground: GroundKind::Own,
         outline: Vec::new(),
@@ -195,7 +198,7 @@ pub(super) fn of_those_that_touch(
             allowed: "at least one contact that touches its ground at q = 0: stability is defined for a posture that stands".into(),
         });
     }
-    if places.len() == posture.contacts().len() {
+    if places.len() == posture.contacts().len() && posture.side_contacts().is_empty() {
         return Ok(None);
     }
     Ok(Some((with_contacts(posture, &places)?, places)))

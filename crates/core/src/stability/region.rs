@@ -16,6 +16,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::body::geometry::ContactGeometry;
 use crate::body::ground::Stance;
 use crate::body::posture::Posture;
+use crate::body::side::TouchedSide;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{PARALLEL_EDGES, SQUEEZE_MOMENT};
 
@@ -48,7 +49,7 @@ impl Edge {
 /// possible.
 ///
 /// Closed form over pairs of cone edges (and single vertical edges, and triples that squeeze the body), for any number of contacts [Or &
-/// Rimon 2008, III]. Only contacts that touch in the nominal posture count.
+/// Rimon 2008, III]. Only contacts that touch in the nominal posture count, and sides that touch corners of the ground.
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
     let x = posture.fields().center_of_mass[0];
@@ -129,6 +130,15 @@ fn edges(posture: &Posture, stance: &Stance, factor: f64) -> Vec<Edge> {
                 let u = normal + tangent * f;
                 edges.push(Edge { normal, tangent, f, u, arm, moment: arm.perp(&u) });
             }
+        }
+    }
+    for TouchedSide { geometry: k, .. } in posture.sides_touched(&Vector3::zeros()) {
+        let (friction, arm) = (factor * k.friction, k.tangent * k.b + k.normal * k.c);
+        let signs: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+        for sign in signs {
+            let (normal, tangent, f) = (k.normal, k.tangent, sign * friction);
+            let u = normal + tangent * f;
+            edges.push(Edge { normal, tangent, f, u, arm, moment: arm.perp(&u) });
         }
     }
     edges

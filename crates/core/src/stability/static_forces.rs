@@ -32,7 +32,9 @@ struct Edge {
     moment: f64,
 }
 
-/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces.
+/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces. After the
+/// contacts of the posture come the sides that touch corners of the ground, in the axes of the sides, as in
+/// [`Trajectory::contacts`](crate::Trajectory::contacts) of a run from this posture.
 #[must_use]
 pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     let stances = posture.stances(&Vector3::zeros());
@@ -52,7 +54,7 @@ fn forces_of(posture: &Posture, stance: &Stance) -> Option<StaticForces> {
     // Forces that balance each other, without load.
     let mut free: Vec<_> = balance.into_iter().zip([0.0; 3]).collect();
     free.push((vec![1.0; edges.len()], 1.0));
-    let count = posture.contacts().len();
+    let count = posture.contacts().len() + posture.sides_touched(&Vector3::zeros()).len();
     let extreme = |contact: usize, axis: usize, sign: f64| {
         let of = |edge: &Edge| if edge.contact == contact { sign * edge.force[axis] } else { 0.0 };
         let objective = row(&of);
@@ -88,6 +90,17 @@ fn edges(posture: &Posture, stance: &Stance) -> Vec<Edge> {
                 // (t b + n c) × (t f + n) = b − c f
                 edges.push(Edge { contact, force, u, moment: (on.b - on.c * f) / size });
             }
+        }
+    }
+    let count = posture.contacts().len();
+    for (k, side) in posture.sides_touched(&Vector3::zeros()).iter().enumerate() {
+        let on = &side.geometry;
+        let signs: &[f64] = if on.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+        for sign in signs {
+            let f = sign * on.friction;
+            let u = on.normal + on.tangent * f;
+            let moment = (on.b - on.c * f) / size;
+            edges.push(Edge { contact: count + k, force: [f, 1.0], u, moment });
         }
     }
     edges

@@ -16,7 +16,7 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Outline;
 use crate::body::posture::Posture;
-use crate::body::terrain::Ground;
+use crate::body::side::turned;
 use crate::math::roots::bracketed;
 use crate::math::turn::Turn;
 use crate::options::{Edges, Options};
@@ -82,19 +82,10 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
     MEASURED_ERROR * (0.125 * (hull[0] + hull[3]) + 0.375 * (hull[1] + hull[2]) - middle).norm()
 }
 
-/// The corners of the ground of a posture, in a fixed order, each once.
-pub(crate) fn ground_corners(posture: &Posture) -> Vec<Vector2<f64>> {
-    let mut corners: Vec<_> = posture.grounds().iter().flat_map(Ground::corners).collect();
-    corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    corners.dedup();
-    corners
-}
-
 impl EdgeWatch {
     /// A new watch; most postures need none. In the local model, no corner becomes a contact that is none in the nominal posture.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options, local: bool) -> Self {
-        let watched = posture.filter(|posture| posture.outline().is_some());
-        let corners = watched.map(ground_corners).unwrap_or_default();
+        let corners = posture.map(Posture::ground_corners).unwrap_or_default();
         Self { corners, touches: options.edges == Edges::Contact && !local }
     }
 
@@ -228,8 +219,7 @@ impl<'a> Path<'a> {
     fn see(&self, corner: &Vector2<f64>, t: f64) -> Seen {
         let BodyState { center, spin, .. } = (self.at)(t);
         let turn = Turn::by(-spin.theta);
-        let back =
-            |v: Vector2<f64>| v + Vector2::new(-v.y, v.x) * turn.sin - v * turn.one_minus_cos;
+        let back = |v: Vector2<f64>| turned(&turn, v);
         let from = Vector2::from(self.posture.fields().center_of_mass) + center.r - corner;
         let p = back(-from);
         let v = -Vector2::new(-p.y, p.x) * spin.omega - back(center.v);

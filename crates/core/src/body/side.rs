@@ -1,0 +1,123 @@
+//! Corners of the ground on sides of the body, in a given configuration.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::body::contact::Contact;
+use crate::body::geometry::ContactGeometry;
+use crate::body::posture::Posture;
+use crate::body::terrain::Ground;
+use crate::error::Error;
+use crate::math::turn::Turn;
+use crate::tolerance::{PLACE, TOUCH};
+
+/// A corner of the ground that touches a side between its ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TouchedSide {
+    /// The corner, world axes, in m.
+    pub(crate) corner: Vector2<f64>,
+    /// The number of the side, from 0.
+    pub(crate) side: usize,
+    /// Its axes and arm in this configuration: t along the side with the body on its left, n into the body. As long as nothing turns it is
+    /// a contact point of the body on a line.
+    pub(crate) geometry: ContactGeometry,
+}
+
+/// A vector after this turn.
+pub(crate) fn turned(turn: &Turn, v: Vector2<f64>) -> Vector2<f64> {
+    v + Vector2::new(-v.y, v.x) * turn.sin - v * turn.one_minus_cos
+}
+
+impl Posture {
+    /// The corners of the ground that a side of the body can meet, in a fixed order, each once; none without an outline.
+    pub(crate) fn ground_corners(&self) -> Vec<Vector2<f64>> {
+        if self.outline().is_none() {
+            return Vec::new();
+        }
+        let mut corners: Vec<_> = self.grounds().iter().flat_map(Ground::corners).collect();
+        corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        corners.dedup();
+        corners
+    }
+
+    /// The corners of the ground that touch a side at `q`, within the tolerance of touching and the rounding error of the place.
+    pub(crate) fn sides_touched(&self, q: &Vector3<f64>) -> Vec<TouchedSide> {
+        let Some(outline) = self.outline() else { return Vec::new() };
+        let (fields, turn) = (self.fields(), Turn::by(q.z));
+        let center = Vector2::from(fields.center_of_mass) + q.xy();
+        let mut found = Vec::new();
+        for corner in self.ground_corners() {
+            let arm = corner - center;
+            let place = center.norm() + corner.norm() + outline.radius;
+            let touch = (TOUCH * outline.radius).max(PLACE * place);
+            if arm.norm() > outline.radius + touch {
+                continue;
+            }
+            for side in outline.sides() {
+                let tangent = turned(&turn, side.along());
+                let normal = Vector2::new(-tangent.y, tangent.x);
+                let [from, to] = side.ends().map(|end| side.along().dot(&end));
+                let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+                let gap = Vector2::new(-side.along().y, side.along().x).dot(&side.ends()[0]) - c;
+                if gap.abs() > touch || b - from <= touch || to - b <= touch {
+                    continue;
+                }
+                let [friction, restitution, _] = side.coefficients;
+                let gravity = fields.gravity * normal.y;
+                let geometry = ContactGeometry {
+                    tangent,
+                    normal,
+                    b,
+                    c,
+                    offset: 0.0,
+                    gravity,
+                    restitution,
+                    friction,
+                };
+                found.push(TouchedSide { corner, side: side.index(), geometry });
+            }
+        }
+        found
+    }
+
+    /// The sides of the outline that touch corners of the ground in the nominal posture, each as a contact at the corner on a line along the
+    /// side. Statics, contact modes at rest and stability count them after the contacts of the posture: their rows are equal, as long as
+    /// nothing turns.
+    #[must_use]
+    pub fn side_contacts(&self) -> Vec<Contact> {
+        let contact = |on: &TouchedSide| {
+            let side = self.outline().map(|outline| outline.sides()[on.side]);
+            let [friction, restitution, tangential_restitution] =
+                side.map_or([0.0; 3], |side| side.coefficients);
+            let tangent = on.geometry.tangent;
+            Contact {
+                slope: libm::atan2(tangent.y + 0.0, tangent.x),
+                friction,
+                restitution: Some(restitution),
+                tangential_restitution,
+                ..Contact::at(on.corner.x, on.corner.y)
+            }
+        };
+        self.sides_touched(&Vector3::zeros()).iter().map(contact).collect()
+    }
+
+    /// Refuses a configuration in which a corner of the ground lies in the body.
+    pub(crate) fn check_sides(&self, q: &Vector3<f64>) -> Result<(), Error> {
+        let Some(outline) = self.outline() else { return Ok(()) };
+        let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
+        for corner in self.ground_corners() {
+            let p = turned(&turn, corner - center);
+            if outline.holds(&p) {
+                let depth = outline.nearest_side(&p).distance(&p);
+                return Err(Error::Unusable {
+                    field: "q".into(),
+                    value: format!("({:?}, {:?}, {:?})", q.x, q.y, q.z),
+                    allowed: format!(
+                        "the ground outside the body; its corner at ({:?}, {:?}) m lies {depth:?} m in the body",
+                        corner.x, corner.y
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+}
