@@ -100,22 +100,29 @@ impl Posture {
         self.sides_touched(&Vector3::zeros()).iter().map(contact).collect()
     }
 
-    /// Refuses a configuration in which a corner of the ground lies in the body.
-    pub(crate) fn check_sides(&self, q: &Vector3<f64>) -> Result<(), Error> {
+    /// Refuses a configuration in which a corner of the ground lies in the body. `frozen`: with the Jacobian rows of q = 0, and only the corners
+    /// that touch a side there.
+    pub(crate) fn check_sides(&self, q: &Vector3<f64>, frozen: bool) -> Result<(), Error> {
         let Some(outline) = self.outline() else { return Ok(()) };
+        let refuse = |corner: Vector2<f64>, depth: f64| Error::Unusable {
+            field: "q".into(),
+            value: format!("({:?}, {:?}, {:?})", q.x, q.y, q.z),
+            allowed: format!(
+                "the ground outside the body; its corner at ({:?}, {:?}) m lies {depth:?} m in the body",
+                corner.x, corner.y
+            ),
+        };
+        if frozen {
+            let deep = |on: &&TouchedSide| on.geometry.local_gap(q) < -outline.depth;
+            let found = self.sides_touched(&Vector3::zeros());
+            let found = found.iter().find(deep);
+            return found.map_or(Ok(()), |on| Err(refuse(on.corner, -on.geometry.local_gap(q))));
+        }
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
         for corner in self.ground_corners() {
             let p = turned(&turn, corner - center);
             if outline.holds(&p) {
-                let depth = outline.nearest_side(&p).distance(&p);
-                return Err(Error::Unusable {
-                    field: "q".into(),
-                    value: format!("({:?}, {:?}, {:?})", q.x, q.y, q.z),
-                    allowed: format!(
-                        "the ground outside the body; its corner at ({:?}, {:?}) m lies {depth:?} m in the body",
-                        corner.x, corner.y
-                    ),
-                });
+                return Err(refuse(corner, outline.nearest_side(&p).distance(&p)));
             }
         }
         Ok(())

@@ -336,7 +336,7 @@ impl ContactProblem {
     /// means an impact.
     pub fn of_posture(posture: &Posture, state: &State, wrench: [f64; 3]) -> Result<Self, Error> {
         state.validate()?;
-        posture.check_sides(&state.q)?;
+        posture.check_sides(&state.q, false)?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
             finite(format_args!("wrench.{axis}"), value)?;
         }

@@ -7,12 +7,13 @@
 //!
 //! At both instants the gaps of P and of V are zero.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::body::outline::Side;
 use crate::body::terrain::Piece;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
+use crate::options::Edges;
 use crate::sustained::edges::Entry;
 use crate::sustained::side::SideContact;
 use crate::tolerance::{OVER_VERTEX, PLACE, TOUCH};
@@ -73,14 +74,20 @@ impl Driver<'_, AnyContacts> {
 
     /// Adds the corners of the ground that touch a side at the start, between its ends.
     pub(super) fn touch_corners(&mut self) {
-        if self.edges.contacts().is_empty() {
+        if self.options.edges == Edges::Ignore {
             return;
         }
-        for on in self.body.posture.sides_touched(&self.body.state.state().q) {
+        let q = if self.local { Vector3::zeros() } else { self.body.state.state().q };
+        let touch = TOUCH * self.body.posture.size();
+        for on in self.body.posture.sides_touched(&q) {
             if let Some(i) = self.add_side(on.corner, on.side) {
                 let p = &mut self.body.state.points[i];
-                let still = p.u.abs() <= p.rounding.rate * PLACE / f64::EPSILON;
-                (p.h, p.u) = (0.0, if still { 0.0 } else { p.u });
+                let known = |rounding: f64| rounding * PLACE / f64::EPSILON;
+                let touches = p.h <= touch.max(known(p.rounding.gap));
+                if touches {
+                    let still = p.u.abs() <= known(p.rounding.rate);
+                    (p.h, p.u) = (0.0, if still { 0.0 } else { p.u });
+                }
             }
         }
     }

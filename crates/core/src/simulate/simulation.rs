@@ -56,8 +56,8 @@ impl<'a> Simulation<'a> {
     ) -> Result<Self, Error> {
         solvable(posture, options)?;
         start.validate()?;
-        if options.edges == Edges::Contact && options.model != Model::Local {
-            posture.check_sides(&start.q)?;
+        if options.edges == Edges::Contact {
+            posture.check_sides(&start.q, options.model == Model::Local)?;
         }
         if !excitation.is_none() {
             excitation.validate(options.time, posture.fields().gravity)?;

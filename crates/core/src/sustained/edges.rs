@@ -30,7 +30,7 @@ pub(crate) struct EdgeWatch {
     /// The convex corners of the ground and its ends, world axes, in m; a concave corner cannot enter before another one has. Without
     /// contacts, those that have not entered the body.
     corners: Vec<Vector2<f64>>,
-    /// Whether a corner that meets a side becomes a contact.
+    /// Whether a corner that meets a side becomes a contact. In the local model only those are contacts that touch in the nominal posture.
     touches: bool,
 }
 
@@ -83,7 +83,7 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
 }
 
 impl EdgeWatch {
-    /// A new watch; most postures need none. In the local model, no corner becomes a contact that is none in the nominal posture.
+    /// A new watch; most postures need none.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options, local: bool) -> Self {
         let corners = posture.map(Posture::ground_corners).unwrap_or_default();
         Self { corners, touches: options.edges == Edges::Contact && !local }
@@ -130,7 +130,7 @@ impl EdgeWatch {
             return None;
         }
         let near = path.neighbourhood(dt, outline.radius);
-        let held = if self.touches { (path.at)(0.0).sides } else { Vec::new() };
+        let held = (path.at)(0.0).sides;
         let origin = Vector2::from(path.posture.fields().center_of_mass);
         let is_at = |on: &&SideContact, corner: &Vector2<f64>| on.corner == corner - origin;
         // A corner that is a contact on a side stays in front of this side: it cannot lie in a convex body.
