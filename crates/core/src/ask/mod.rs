@@ -93,6 +93,8 @@ pub struct Drawing {
     pub weight: f64,
     /// Contact points, in m.
     pub contacts: Vec<[f64; 2]>,
+    /// The discs of round contacts: centre and touching point, in m.
+    pub discs: Vec<[[f64; 2]; 2]>,
     /// Coefficient of friction of each contact.
     pub friction: Vec<f64>,
     /// The pieces of the ground.
@@ -110,6 +112,7 @@ impl Drawing {
             size: posture.size(),
             weight: fields.mass * fields.gravity,
             contacts: fields.contacts.iter().map(|contact| contact.point).collect(),
+            discs: posture.drawn_discs(),
             friction: fields.contacts.iter().map(|contact| contact.friction).collect(),
             ground: posture.drawn_ground(),
         }

@@ -127,7 +127,7 @@ impl Coordinates for AnyContacts {
         driver.body.state = body.clone();
         // A contact with upward effective gravity does not come to rest, nor, at the start, one with none.
         let resting = &driver.resting;
-        let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
+        let held = |i: usize| resting[i] || body.second(i).is_some_and(|j| resting[j]);
         let new: ContactValues<usize> = (0..rests.len())
             .filter(|&i| rests[i] && !held(i))
             .filter(|&i| match body.known_pull(i) {

@@ -41,7 +41,7 @@ impl Driver<'_, AnyContacts> {
                 p.h = 0.0;
             }
             let p = self.body.state.points[j];
-            if p.h == 0.0 && p.u < 0.0 || self.body.state.twin(j).is_some() {
+            if p.h == 0.0 && p.u < 0.0 || self.body.state.second(j).is_some() {
                 continue;
             }
             let (body, posture) = (&self.body.state, &self.body.posture);
@@ -98,7 +98,7 @@ impl Driver<'_, AnyContacts> {
         self.cross(i, side);
         for j in 0..self.body.contacts {
             let ContactState { place, h, .. } = self.body.state.points[j];
-            if place.contact == first || h > 0.0 || self.body.state.twin(j).is_some() {
+            if place.contact == first || h > 0.0 || self.body.state.second(j).is_some() {
                 continue;
             }
             let body = &self.body.state;

@@ -30,7 +30,7 @@ impl BodyState {
         ProblemFields {
             mass,
             gyration_radius: self.rho2.sqrt(),
-            arms: self.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
+            arms: self.points.iter().map(|p| p.touching_arm().into()).collect(),
             tangents: self.points.iter().map(|p| p.tangent.into()).collect(),
             friction: self.points.iter().map(|p| p.friction).collect(),
             ..ProblemFields::default()
@@ -66,7 +66,7 @@ impl BodyState {
             *closed.get_mut(n)? = i;
             rows[n] = Row::new(
                 p.tangent,
-                p.arm() / rho,
+                p.touching_arm() / rho,
                 [-p.b * omega_squared, -p.c * omega_squared],
                 p.friction,
                 ways[i],

@@ -133,7 +133,7 @@ impl BodyState {
             };
             rows.push(row(false, p.normal, p.b));
             if self.sticks(contact, modes) {
-                rows.push(row(true, p.tangent, -p.c));
+                rows.push(row(true, p.tangent, -p.touching_c()));
             }
         }
         rows
@@ -354,7 +354,8 @@ impl BodyState {
     /// in m/s). On the other piece it would lift the point off and bring it back here, for ever.
     pub(crate) fn stop_before_end(&mut self, i: usize, side: usize, limit: f64) {
         let inward = if side == 0 { self.slip(i) } else { -self.slip(i) };
-        if !(inward > 0.0 && inward <= limit && self.points[i].friction > 0.0) {
+        let p = &self.points[i];
+        if !(inward > 0.0 && inward <= limit && p.friction > 0.0 && p.radius == 0.0) {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);
@@ -379,7 +380,9 @@ impl BodyState {
         }
         for p in &mut self.points {
             let r = self.center.r;
-            p.held = Some([p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c]);
+            let along = p.tangent.dot(&r) + p.b;
+            let rolled = if p.radius > 0.0 { along + p.radius * self.spin.theta } else { along };
+            p.held = Some([rolled, p.normal.dot(&r) + p.c]);
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);
