@@ -27,6 +27,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, angle, finite, friction, in_range, restitution};
+use crate::tolerance::DISC_CENTER;
 
 /// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
@@ -141,20 +142,27 @@ impl Contact {
         if self.is_round() { point + self.normal() * self.radius } else { point }
     }
 
-    /// Arm of the centre from `origin` along a tangent and a normal, in m.
+    /// Arm of the centre from `origin` along a tangent and a normal, in m; 0 within its rounding error, so that a disc about the centre of
+    /// mass is not turned by its normal force.
     pub(crate) fn arms(
         &self,
         origin: &Vector2<f64>,
         tangent: &Vector2<f64>,
         normal: &Vector2<f64>,
     ) -> (f64, f64) {
-        let arm = Vector2::from(self.point) - origin;
+        let point = Vector2::from(self.point);
+        let arm = point - origin;
         let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
-        match self.normal() {
-            _ if !self.is_round() => (b, c),
-            own if own == *normal => (b, c + self.radius),
-            own => (b + self.radius * tangent.dot(&own), c + self.radius * normal.dot(&own)),
+        if !self.is_round() {
+            return (b, c);
         }
+        let own = self.normal();
+        let up = if own == *normal { [0.0, 1.0] } else { [tangent.dot(&own), normal.dot(&own)] };
+        let terms = point.amax() + origin.amax() + self.radius;
+        let known = |x: f64| {
+            if x.abs() <= DISC_CENTER * f64::EPSILON * terms { 0.0 } else { x }
+        };
+        (known(b + self.radius * up[0]), known(c + self.radius * up[1]))
     }
 
     /// Unit tangent `t = (cos, sin)` of the terrain.

@@ -28,6 +28,8 @@ pub(super) struct Track {
     /// b and c at the start, of the centre of a round contact, and its radius R.
     arm: [f64; 2],
     radius: f64,
+    /// A round contact that touches both pieces of a vertex: its centre does not move.
+    centered: bool,
     /// Gap and rate, of separate contacts.
     pub(super) h: Series,
     pub(super) u: Series,
@@ -238,6 +240,10 @@ impl Step {
                     friction: p.friction,
                     arm: [p.b, p.c],
                     radius: p.radius,
+                    centered: p.radius > 0.0
+                        && [Some(i), state.second(i)]
+                            .iter()
+                            .all(|j| j.is_some_and(|j| modes[j] != Mode::Separate)),
                     h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
                     u: constant(p.u * unit),
                     slip: constant(state.slip(i) * unit),
@@ -496,6 +502,7 @@ impl Step {
         let mut way = ZERO;
         match track.mode {
             Mode::Fixed if track.stuck && track.radius == 0.0 => {}
+            _ if track.centered => {}
             Mode::Separate => {
                 let [b, c] = self.arm(i);
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
