@@ -416,8 +416,9 @@ impl Step {
             let has_arm = tracks.iter().any(|track| track.arm != [0.0; 2]);
             let is_turned = has_arm && rotation[1..order].iter().any(|e| *e != [0.0; 2]);
             let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
-            if state.frozen.is_none() && (is_turned || varies(&omega) || tracks.iter().any(forces))
-            {
+            // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
+            let turned = is_turned || has_arm && varies(&omega);
+            if state.frozen.is_none() && (turned || tracks.iter().any(forces)) {
                 reach.min(LATE)
             } else {
                 reach
