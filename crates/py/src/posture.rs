@@ -393,18 +393,10 @@ impl PyPosture {
     }
 
     /// The corners (k, 2) of the body in its nominal posture as pictures show them, in order, m: its outline; without one, the convex hull of the
-    /// contact points. A body on one contact without an outline has none.
+    /// contacts, with a polygon for each disc. A body on one contact that is a point has none.
     #[getter]
     fn drawn_corners(&self) -> Vec<(f64, f64)> {
         self.0.drawn_corners().into_iter().map(Into::into).collect()
-    }
-
-    /// The discs of the round contacts in the nominal posture: centre and touching point of each, m. A line between them shows how far the
-    /// disc has turned.
-    #[getter]
-    fn drawn_discs(&self) -> Vec<((f64, f64), (f64, f64))> {
-        let points = |[center, rim]: [[f64; 2]; 2]| (center.into(), rim.into());
-        self.0.drawn_discs().into_iter().map(points).collect()
     }
 
     /// The ground as pictures show it: straight pieces (point, direction, low, high), with the air on the left of the direction, which is a unit

@@ -237,6 +237,21 @@ mod tests {
     }
 
     #[test]
+    fn arms_of_a_disc_are_those_of_its_centre() {
+        let disc = Contact::at(1.0, 2.0).on_slope(0.3).with_radius(0.5);
+        let (t, n) = (disc.tangent(), disc.normal());
+        let origin = Vector2::new(0.2, 2.4);
+        let arm = disc.center() - origin;
+        let (b, c) = disc.arms(&origin, &t, &n);
+        assert!((b - t.dot(&arm)).abs() < 1e-15 && (c - n.dot(&arm)).abs() < 1e-15);
+        // On another piece of ground, and about the centre itself.
+        let (b, c) = disc.arms(&origin, &Vector2::x(), &Vector2::y());
+        assert!((b - arm.x).abs() < 1e-15 && (c - arm.y).abs() < 1e-15);
+        assert_eq!(disc.arms(&disc.center(), &t, &n), (0.0, 0.0));
+        assert_eq!(disc.with_radius(0.0).center(), Vector2::new(1.0, 2.0));
+    }
+
+    #[test]
     fn slopes_reach_around_the_circle() {
         let wall = Contact::at(0.0, 0.0).on_slope(FRAC_PI_2);
         assert_eq!((wall.normal(), wall.on_slope(PI).normal().y), (Vector2::new(-1.0, 0.0), -1.0));
@@ -248,6 +263,10 @@ mod tests {
             assert!(error.contains("contacts.1.slope") && error.contains("pi"), "{error}");
         }
         assert!(Contact { segment: [0.0, 0.0], ..wall }.validate("").is_err());
+        for radius in [f64::NAN, -0.1, 2e75, f64::INFINITY] {
+            let error = wall.with_radius(radius).validate("contacts.1.").unwrap_err().to_string();
+            assert!(error.starts_with("contacts.1.radius = "), "{error}");
+        }
         for friction in [f64::NAN, -0.1, 2e12] {
             assert!(Contact { friction, ..wall.on_slope(0.0) }.validate("").is_err());
         }

@@ -75,14 +75,6 @@ impl Posture {
         }
     }
 
-    /// The discs of the round contacts in the nominal posture: centre and the point at which each touches, in m. A line between them shows
-    /// how far a disc has turned.
-    #[must_use]
-    pub fn drawn_discs(&self) -> Vec<[[f64; 2]; 2]> {
-        let rounds = self.contacts().iter().filter(|contact| contact.is_round());
-        rounds.map(|contact| [contact.center().into(), contact.point]).collect()
-    }
-
     /// The ground as straight pieces: those of the terrain, or the line that all contacts share, or the lines of the contacts. The line of a
     /// contact ends where it meets the line of another contact between both. If they do not meet there, it ends halfway to the other contact.
     /// Pieces on one line that overlap are one piece.
