@@ -469,6 +469,9 @@ impl<'a> ContactPhase<'a> {
                         if let Some((j, _)) = body.up_from_vertex(i) {
                             step.breaks_loose(j);
                         }
+                        if let Some(j) = body.second(i) {
+                            step.leaves_corner(j);
+                        }
                     }
                     Some(StretchEnd::Slip(i, mode)) if self.word[i] == mode => {
                         if !step.breaks_loose(i) {

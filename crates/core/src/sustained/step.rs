@@ -30,6 +30,8 @@ pub(super) struct Track {
     radius: f64,
     /// A round contact that touches both pieces of a vertex: its centre does not move.
     centered: bool,
+    /// It has been so up to now: its other point has just lifted off, and speed and acceleration of the centre are zero.
+    leaves_corner: bool,
     /// Gap and rate, of separate contacts.
     pub(super) h: Series,
     pub(super) u: Series,
@@ -240,6 +242,7 @@ impl Step {
                     friction: p.friction,
                     arm: [p.b, p.c],
                     radius: p.radius,
+                    leaves_corner: false,
                     centered: p.radius > 0.0
                         && [Some(i), state.second(i)]
                             .iter()
@@ -478,6 +481,11 @@ impl Step {
         track.u[..2].fill(0.0);
     }
 
+    /// The other point of the round contact `i`, which touches both pieces of a vertex, has just lifted off.
+    pub(crate) fn leaves_corner(&mut self, i: usize) {
+        self.tracks[i].leaves_corner = self.tracks[i].radius > 0.0;
+    }
+
     /// Contact `i` begins to slide from rest: a speed in the opposite direction is rounding error.
     pub(crate) fn starts(&mut self, i: usize) {
         let track = &mut self.tracks[i];
@@ -523,6 +531,9 @@ impl Step {
                         radius => slip - radius * self.omega[k - 1],
                     };
                     way[k] = t * speed / k as f64;
+                }
+                if track.leaves_corner {
+                    way[..3].fill(0.0);
                 }
             }
         }
