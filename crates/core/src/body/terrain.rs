@@ -734,19 +734,15 @@ mod tests {
         let high = low.raised_by(0.25).unwrap();
         // Floor and wall meet at a right angle: exactly one radius away from both.
         assert_eq!(high.pieces[1].ends[1].vertex, Vector2::new(1.75, 0.25));
-        for piece in &low.pieces {
-            let near = |end: &End| (piece.height(&end.vertex) - 0.25).abs() < 1e-15;
-            assert_eq!(
-                high.pieces.iter().flat_map(|k| &k.ends).filter(|end| near(end)).count() % 2,
-                1
-            );
-        }
         for (one, other) in low.pieces.iter().zip(&high.pieces) {
             assert_eq!((one.tangent, one.slope), (other.tangent, other.slope));
+            assert!(other.ends.iter().all(|end| (one.height(&end.vertex) - 0.25).abs() < 1e-15));
             let at = Vector2::new(0.3, 0.7);
             assert!((one.height(&at) - other.height(&at) - 0.25).abs() < 1e-15);
         }
-        assert!(low.raised_by(1.2).unwrap_err().contains("piece of terrain"));
+        let meet = |pair: &[Piece]| pair[0].ends[1].vertex == pair[1].ends[0].vertex;
+        assert!(high.pieces.windows(2).all(meet));
+        assert!(low.raised_by(3.2).unwrap_err().contains("piece of terrain"));
         let ridge = polyline(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
         assert!(ridge.raised_by(0.1).unwrap_err().contains("(0.0, 1.0)"));
     }
