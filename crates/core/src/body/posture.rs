@@ -202,12 +202,19 @@ impl Posture {
             let arm = Vector2::from(contact.point) - center_of_mass;
             let (b, c) = contact.arms(&center_of_mass, &tangent, &normal);
             // The impact matrix contains b²/ρ², which must not overflow.
-            let reach = arm.norm().max(contact.radius) / fields.gyration_radius;
+            let reach = arm.norm() / fields.gyration_radius;
             in_range(
                 format_args!("{at}point"),
                 reach,
                 reach < 1e150,
                 "distance from the centre of mass over gyration_radius < 1e150",
+            )?;
+            let reach = contact.radius / fields.gyration_radius;
+            in_range(
+                format_args!("{at}radius"),
+                reach,
+                reach < 1e150,
+                "radius over gyration_radius < 1e150",
             )?;
             geometry.push(ContactGeometry {
                 tangent,
