@@ -13,7 +13,9 @@ use crate::math::series::{
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
-use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
+use crate::tolerance::{
+    DRIFT, DRIFT_ENERGY, HULL_EDGE, OVER_VERTEX, SINGULAR_FRICTION_MATRIX, TOUCH,
+};
 
 #[derive(Debug, Clone)]
 pub(super) struct Track {
@@ -528,7 +530,13 @@ impl Step {
                     let slip = if track.stuck { 0.0 } else { track.slip[k - 1] };
                     let speed = match track.radius {
                         0.0 => slip,
-                        radius => slip - radius * self.omega[k - 1],
+                        // The speed of the centre at the start may be zero by cancellation, in a vertex.
+                        radius => {
+                            let spin = radius * self.omega[k - 1];
+                            let terms = slip.abs() + spin.abs();
+                            let known = OVER_VERTEX * f64::EPSILON * terms;
+                            if k == 1 && (slip - spin).abs() <= known { 0.0 } else { slip - spin }
+                        }
                     };
                     way[k] = t * speed / k as f64;
                 }
