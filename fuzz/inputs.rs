@@ -150,6 +150,11 @@ impl Bytes<'_> {
         if self.rarely() {
             fields.terrain = (0..self.below(6)).map(|_| self.pair()).collect();
         }
+        if self.rarely() {
+            for contact in &mut fields.contacts {
+                contact.radius = self.number();
+            }
+        }
         fields
     }
 

@@ -139,6 +139,7 @@ class Contact:
         restitution: float | None = None,
         tangential_restitution: float = 0.0,
         segment: _Pair = ...,
+        radius: float = 0.0,
     ) -> Self: ...
     @property
     def point(self) -> tuple[float, float]: ...
@@ -152,6 +153,8 @@ class Contact:
     def tangential_restitution(self) -> float: ...
     @property
     def segment(self) -> tuple[float, float]: ...
+    @property
+    def radius(self) -> float: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -186,6 +189,18 @@ class Posture:
         restitution: float = 0.0,
         gravity: float = 9.81,
         tangential_restitution: float = 0.0,
+        terrain: _Pairs | None = None,
+    ) -> Posture: ...
+    @staticmethod
+    def disc(
+        radius: float,
+        mass: float = 1.0,
+        gyration_radius: float | None = None,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        gravity: float = 9.81,
+        tangential_restitution: float = 0.0,
+        slope: float = 0.0,
         terrain: _Pairs | None = None,
     ) -> Posture: ...
     @staticmethod
@@ -489,7 +504,7 @@ class RunContact:
     @property
     def number(self) -> int: ...
     @property
-    def kind(self) -> Literal["corner", "side"]: ...
+    def kind(self) -> Literal["corner", "round", "side"]: ...
     @property
     def index(self) -> int: ...
     @property

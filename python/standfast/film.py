@@ -621,9 +621,7 @@ class Film:
         self.shape.set_xy(shape.outline)
         self.outline.set_data(*shape.outline.T)
         if run.posture is not None and run.posture.outline is None:
-            arms = np.full((3 * len(shape.contacts), 2), np.nan)
-            arms[0::3], arms[1::3] = shape.center, shape.contacts
-            self.arms.set_data(*arms.T)
+            self.arms.set_data(*shape.spokes.T)
         self.center.set_data(*shape.center[:, None])
         begun = self.view.samples <= t
         self.trail.set_data(*np.vstack([self.view.path[begun], shape.center]).T)

@@ -70,7 +70,7 @@ def sweep(
 
     over : a mapping from the path of each parameter to its values. Paths: mass, gyration_radius, gravity,
     restitution, friction (of all contacts), center_of_mass.x, center_of_mass.y; for contact 1 (2, …)
-    contacts.1.point.x, point.y, slope, friction, restitution, tangential_restitution. quantity : one name or
+    contacts.1.point.x, point.y, slope, friction, restitution, tangential_restitution, radius. quantity : one name or
     several: every field of a Verdict ("stability" is its frictional_stability; "by" is "undecided" where the field
     is None), "theorem_3" (kinematic_strong and clattering), "fate" (the outcome of a run from q, qdot) and
     "zeno_time" (time of its first Zeno point in s; NaN if there is none). q, qdot, options : start and keywords of

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from standfast._core import Modes, Posture, Run, Verdict
 from standfast.page import film_page
 from standfast.report import account, decimal, method_named
-from standfast.scenery import body_outline, ground, placed, surface
+from standfast.scenery import body_outline, ground, spokes, surface, touching_points
 from standfast.table import listed, modes_table, verdict_table
 
 _Floats = npt.NDArray[np.float64]
@@ -129,8 +129,7 @@ def picture(posture: Posture, run: Run | None = None) -> str:
     frozen = run is not None and run.model == "local"
     start, end = (body_outline(posture, q, frozen) for q in (poses[0], poses[-1]))
     course = np.array(posture.center_of_mass) + poses[:, :2]
-    points = np.array([contact.point for contact in posture.contacts])
-    feet = placed(posture, points, poses[-1], frozen)
+    feet = touching_points(posture, poses[-1], frozen)
     seen = np.vstack([start, end, course, feet])
     low, high = seen.min(axis=0), seen.max(axis=0)
     room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
@@ -162,8 +161,12 @@ def picture(posture: Posture, run: Run | None = None) -> str:
         *marks,
     ]
     if posture.outline is None:
-        arms = [np.stack([course[-1], foot]) for foot in feet]
-        drawn += [path(*arms, stroke=ink, stroke_width=0.7)]
+        lines_of_body = spokes(posture, feet, poses[-1], frozen)
+        gaps = np.flatnonzero(np.isnan(lines_of_body[:, 0]))
+        arms = np.split(lines_of_body, gaps + 1)[:-1]
+        drawn += [
+            path(*(arm[:-1] for arm in arms), fill="none", stroke=ink, stroke_width=0.7)
+        ]
     if len(poses) > 1:
         drawn[2:2] = [path(start, fill="none", stroke=ink, stroke_dasharray="3 3")]
         drawn += [path(course, fill="none", stroke=COURSE, stroke_width=1.5)]

@@ -21,7 +21,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from standfast._core import GroundMotion, Kick, Posture, Run, ZenoPoint, write_whole
-from standfast.scenery import Piece, body_outline, ground, surface
+from standfast.scenery import Piece, body_outline, ground, spokes, surface
 from standfast.table import contacts_named, counted, is_infinite
 
 _Floats = npt.NDArray[np.float64]
@@ -628,23 +628,25 @@ def _posture(run: Run) -> Posture:
 
 
 class Pose(NamedTuple):
-    """The body at a time (s): its contacts (n, 2), centre of mass (2,) and closed outline (k + 1, 2), m."""
+    """The body at a time (s): its contacts (n, 2), centre of mass (2,), closed outline (k + 1, 2) and the lines in it, m."""
 
     time: float
     contacts: _Floats
     center: _Floats
     outline: _Floats
+    spokes: _Floats
 
 
 def pose(run: Run, time: float) -> Pose:
     """The body at this time."""
     posture = _posture(run)
-    q = run.at(time)[0]
+    q, contacts, frozen = run.at(time)[0], run.points_at(time), run.model == "local"
     return Pose(
         time,
-        run.points_at(time),
+        contacts,
         np.asarray(posture.center_of_mass) + q[:2],
-        body_outline(posture, q, run.model == "local"),
+        body_outline(posture, q, frozen),
+        spokes(posture, contacts, q, frozen),
     )
 
 
@@ -716,7 +718,7 @@ class View:
         self.kicks = list(kick_arrows(run, kicks))
         self.pieces = ground(self.posture)
         shown = [self.path, *self.kicks, *self._beneath()]
-        for _, contacts, _, outline in self.poses:
+        for _, contacts, _, outline, _ in self.poses:
             shown += [contacts, outline]
         corners = np.vstack(shown)
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -788,14 +790,12 @@ def draw_body(axes: Axes, view: View) -> None:
         axes.fill(*shape.outline.T, color=BODY, alpha=0.15, lw=0.0)
         axes.plot(*shape.outline.T, solid_joinstyle="round", **look)
         if posture.outline is None:
-            arms = np.full((3 * len(shape.contacts), 2), np.nan)
-            arms[0::3], arms[1::3] = shape.center, shape.contacts
-            axes.plot(*arms.T, **{**look, "lw": thin * look["lw"]})
+            axes.plot(*shape.spokes.T, **{**look, "lw": thin * look["lw"]})
         (entries["centre of mass"],) = axes.plot(
             *shape.center, marker="+", color=str(shade), markersize=7, ls="none"
         )
     (entries["its path"],) = axes.plot(*view.path.T, color=PATH, lw=1.0, ls=":")
-    if posture.outline is None and len(posture.contacts) == 1:
+    if not posture.drawn_corners:
         circle = Line2D([], [], ls="none", marker="o", ms=9, mfc="none", mec="black")
         entries["radius of gyration"] = circle
     for tail, head in view.kicks:

@@ -66,7 +66,8 @@ def account(run: sf.Run, title: str) -> str:
                 f"contact {number}",
                 f"point {_tuple(contact.point)} m, slope {contact.slope:zg} rad,"
                 f" friction {contact.friction:g},"
-                f" restitution {posture.restitution if e is None else e:g}",
+                + (f" radius {contact.radius:g} m," if contact.radius else "")
+                + f" restitution {posture.restitution if e is None else e:g}",
             )
     row("model", f"{run.model}: {run.model_reason}")
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from standfast._core import Posture
+from standfast._core import Contact, Posture
 
 _Floats = npt.NDArray[np.float64]
 
@@ -29,14 +29,58 @@ def placed(posture: Posture, points: _Floats, q: _Floats, frozen: bool) -> _Floa
 
 
 def body_outline(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
-    """The closed outline of the body (k + 1, 2), m. Without an outline the convex hull of the contact points stands for it, or for one
-    contact the circle of gyration."""
+    """The closed outline of the body (k + 1, 2), m. Without an outline the convex hull of the contacts stands for it, or for one
+    point the circle of gyration."""
     corners = posture.drawn_corners
     if corners:
         return placed(posture, np.array([*corners, corners[0]]), q, frozen)
     turns = np.linspace(0.0, 2.0 * math.pi, ARC)
     circle = posture.gyration_radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
     return np.array(posture.center_of_mass) + q[:2] + circle
+
+
+def disc_center(contact: Contact) -> _Floats:
+    """The centre (2,) of a round contact in the nominal posture, m; the point of another one."""
+    up = np.array([-math.sin(contact.slope), math.cos(contact.slope)])
+    return np.array(contact.point) + contact.radius * up
+
+
+def touching_points(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
+    """The contacts (n, 2) at the configuration q (3,), m; of a disc, its point nearest to the ground.
+
+    >>> wheel = Posture.disc(radius=0.5)
+    >>> touching_points(wheel, np.array([1.0, 0.0, -2.0]), False)
+    array([[1., 0.]])
+    """
+    contacts = posture.contacts
+    feet = placed(posture, np.array([disc_center(c) for c in contacts]), q, frozen)
+    for foot, contact in zip(feet, contacts, strict=True):
+        if contact.radius > 0.0:
+            away = []
+            for point, tangent, low, high in ground(posture):
+                along = np.clip((foot - point) @ tangent, low, high)
+                away.append(float(np.hypot(*(foot - point - along * tangent))))
+            _, (tx, ty), _, _ = ground(posture)[int(np.argmin(away))]
+            foot -= contact.radius * np.array([-ty, tx])
+    return feet
+
+
+def spokes(posture: Posture, contacts: _Floats, q: _Floats, frozen: bool) -> _Floats:
+    """Lines (k, 2) of the body, with NaN between them, m: from the centre of mass to the contacts (n, 2), and instead of the line to a
+    round contact that to its centre, its circle, and a radius that turns with it."""
+    center = np.array(posture.center_of_mass) + q[:2]
+    gap = np.full(2, np.nan)
+    lines: list[_Floats] = []
+    for contact, foot in zip(posture.contacts, contacts, strict=True):
+        if contact.radius == 0.0:
+            lines += [center, foot, gap]
+            continue
+        points = np.array([disc_center(contact), contact.point])
+        middle, mark = placed(posture, points, q, frozen)
+        turns = np.linspace(0.0, 2.0 * math.pi, ARC)
+        circle = contact.radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        lines += [center, middle, mark, gap, *(middle + circle), gap]
+    return np.array(lines)
 
 
 def ground(posture: Posture) -> list[Piece]:

@@ -14,6 +14,7 @@ UNITS = {
     "friction": ("friction", ""),
     "tangential_restitution": ("tangential restitution", ""),
     "slope": ("slope", "rad"),
+    "radius": ("radius", "m"),
     "center_of_mass.x": ("centre of mass x", "m"),
     "center_of_mass.y": ("centre of mass y", "m"),
     "point.x": ("x", "m"),

@@ -486,7 +486,7 @@ FOUND = {
     "a corner that lands while a side slips": [("newton", 694)],
     "no mode without friction": [("newton", s) for s in (68, 195, 253, 377)],
     "events at one instant": [("newton", s) for s in (73, 164, 290, 341, 371)]
-    + [("poisson", 264), ("poisson", 357)],
+    + [("poisson", 264)],
 }  # fmt: skip
 
 

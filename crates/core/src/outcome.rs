@@ -226,6 +226,8 @@ pub struct Phase {
 pub enum ContactKind {
     /// A point of the body, one of the contacts of its posture.
     Corner,
+    /// A disc about a point of the body, one of the contacts of its posture.
+    Round,
     /// A side of the outline of the body, on a corner of the ground.
     Side,
 }

@@ -63,6 +63,7 @@ enum OfContact {
     Friction,
     Restitution,
     TangentialRestitution,
+    Radius,
 }
 
 const FIELDS: [(&str, Field); 7] = [
@@ -75,13 +76,14 @@ const FIELDS: [(&str, Field); 7] = [
     ("center_of_mass.y", Field::CenterOfMass(1)),
 ];
 
-const OF_CONTACT: [(&str, OfContact); 6] = [
+const OF_CONTACT: [(&str, OfContact); 7] = [
     ("point.x", OfContact::Point(0)),
     ("point.y", OfContact::Point(1)),
     ("slope", OfContact::Slope),
     ("friction", OfContact::Friction),
     ("restitution", OfContact::Restitution),
     ("tangential_restitution", OfContact::TangentialRestitution),
+    ("radius", OfContact::Radius),
 ];
 
 impl Field {
@@ -111,6 +113,7 @@ impl Field {
                     OfContact::Friction => contact.friction = value,
                     OfContact::Restitution => contact.restitution = Some(value),
                     OfContact::TangentialRestitution => contact.tangential_restitution = value,
+                    OfContact::Radius => contact.radius = value,
                 }
             }
         }

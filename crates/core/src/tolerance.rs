@@ -265,6 +265,10 @@ pub(crate) const STILL: f64 = 3e-14;
 /// a body stands tilt the body. Range: 16 ε to 256 ε.
 pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
 
+/// Arm of the centre of a disc below which it counts as zero: the centre is then the centre of mass. Unit: machine epsilon times the sum of
+/// the coordinates of both and the radius. Reason: the rounding errors of cos, sin and of four products and sums. Range: 4 to 64.
+pub(crate) const DISC_CENTER: f64 = 8.0;
+
 /// Distance of a contact in its nominal position from a vertex that counts as zero. Unit: sum of the absolute coordinates of the contact.
 /// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;

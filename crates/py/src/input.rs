@@ -215,7 +215,7 @@ macro_rules! arguments {
 }
 
 arguments! {
-    real -> f64: width, height, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
+    real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy, fps, speed;
     optional -> Option<f64>: time_limit;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
@@ -269,6 +269,11 @@ pub(crate) fn parameter(path: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
 /// The tilts of the ground, or None.
 pub(crate) fn tilt(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<f64>>> {
     if value.is_none() { Ok(None) } else { sequence("tilt", value, real).map(Some) }
+}
+
+/// The radius of gyration of a disc, or None.
+pub(crate) fn own_gyration_radius(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    optional("gyration_radius", value)
 }
 
 /// The restitution of a contact; None for that of the posture.

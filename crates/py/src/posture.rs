@@ -10,7 +10,7 @@ use crate::convert::{array, call, float, local_model, pair_text, vector, word};
 use crate::error::to_py;
 use crate::input;
 
-/// A point of the body and its ground. The ground is the straight line of `slope` through `point`, with ends if `segment` is given;
+/// A point of the body, or a disc about one, and its ground. The ground is the straight line of `slope` through `point`, with ends if `segment` is given;
 /// no other contact touches it. The point passes through the ground of other contacts; a run warns where these grounds contradict
 /// each other. For one ground for all contacts use Posture(terrain=...), which gives slope and segment.
 ///
@@ -18,7 +18,8 @@ use crate::input;
 /// slope : rad, −π < slope ≤ π: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left,
 /// π a ceiling. The terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
 /// restitution : in [0, 1), or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
-/// along t, m.
+/// along t, m. radius : m, ≥ 0, of the disc that touches at `point` in the nominal posture: its centre is at point + radius · n; the disc
+/// turns with the body and rolls. 0: a point of the body.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
 ///
@@ -32,7 +33,8 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], **unknown), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999))")]
+    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], radius=0.0, **unknown), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999), radius=0.0)")]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         #[pyo3(from_py_with = input::point)] point: [f64; 2],
         #[pyo3(from_py_with = input::slope)] slope: f64,
@@ -40,11 +42,19 @@ impl PyContact {
         #[pyo3(from_py_with = input::own_restitution)] restitution: Option<f64>,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::segment)] segment: [f64; 2],
+        #[pyo3(from_py_with = input::radius)] radius: f64,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Contact", unknown)?;
-        let contact =
-            Contact { point, slope, friction, restitution, tangential_restitution, segment };
+        let contact = Contact {
+            point,
+            slope,
+            friction,
+            restitution,
+            tangential_restitution,
+            radius,
+            segment,
+        };
         contact.validate("").map_err(|e| to_py(&e))?;
         Ok(Self(contact))
     }
@@ -79,6 +89,11 @@ impl PyContact {
         self.0.segment.into()
     }
 
+    #[getter]
+    fn radius(&self) -> f64 {
+        self.0.radius
+    }
+
     fn __repr__(&self) -> String {
         let c = &self.0;
         let mut text = format!(
@@ -96,6 +111,9 @@ impl PyContact {
         if c.segment != [f64::NEG_INFINITY, f64::INFINITY] {
             text += &format!(", segment={}", pair_text(c.segment));
         }
+        if c.radius != 0.0 {
+            text += &format!(", radius={}", float(c.radius));
+        }
         text + ")"
     }
 
@@ -103,7 +121,7 @@ impl PyContact {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64))) {
+    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64), f64)) {
         let c = &self.0;
         let arguments = (
             c.point,
@@ -112,6 +130,7 @@ impl PyContact {
             c.restitution,
             c.tangential_restitution,
             c.segment.into(),
+            c.radius,
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
@@ -229,6 +248,36 @@ impl PyPosture {
             Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
         input::no_keywords("Posture.box", unknown)?;
         Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
+    }
+
+    /// A disc on level ground that rolls and slides; the origin is the point at which it touches, its centre is (0, radius).
+    ///
+    /// radius : m, > 0. gyration_radius : m; None: that of a solid disc, radius/√2. slope : of its ground, rad; the centre is then at
+    /// radius · (−sin slope, cos slope). The other arguments are those of `box`; with terrain the disc touches it at the origin.
+    ///
+    /// >>> import standfast as sf
+    /// >>> wheel = sf.Posture.disc(radius=0.1, friction=0.5)
+    /// >>> wheel.center_of_mass, wheel.contacts[0].radius
+    /// ((0.0, 0.1), 0.1)
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
+    #[pyo3(signature = (radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=Vec::new(), **unknown), text_signature = "(radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=None)")]
+    fn disc(
+        #[pyo3(from_py_with = input::radius)] radius: f64,
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::own_gyration_radius)] gyration_radius: Option<f64>,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
+        #[pyo3(from_py_with = input::slope)] slope: f64,
+        #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        unknown: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let lamina =
+            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        input::no_keywords("Posture.disc", unknown)?;
+        Posture::disc(radius, gyration_radius, slope, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
     /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The contacts are its convex corners, in
@@ -351,7 +400,7 @@ impl PyPosture {
     }
 
     /// The corners (k, 2) of the body in its nominal posture as pictures show them, in order, m: its outline; without one, the convex hull of the
-    /// contact points. A body on one contact without an outline has none.
+    /// contacts, with a polygon for each disc. A body on one contact that is a point has none.
     #[getter]
     fn drawn_corners(&self) -> Vec<(f64, f64)> {
         self.0.drawn_corners().into_iter().map(Into::into).collect()

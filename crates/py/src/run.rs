@@ -290,7 +290,8 @@ impl PyRunContact {
         self.0.number.number()
     }
 
-    /// What touches the ground: "corner" (a point of the body, one of the contacts of its posture) or "side" (a side of its outline).
+    /// What touches the ground: "corner" or "round" (a point of the body or a disc about it, one of the contacts of its posture), or "side" (a
+    /// side of its outline).
     #[getter]
     fn kind(&self) -> String {
         word(&self.0.kind)

@@ -58,6 +58,15 @@ export function tangent(point, ground) {
   return best[1];
 }
 
+// Where a contact is in the world: of a disc, the point below its centre.
+export function foot(k, drawing, q, frozen) {
+  const radius = drawing.radii?.[k] ?? 0;
+  if (!radius) return placed(drawing.contacts[k], drawing, q, frozen);
+  const [x, y] = placed(drawing.centers[k], drawing, q, frozen);
+  const [tx, ty] = tangent([x, y], drawing.ground);
+  return [x + radius * ty, y - radius * tx];
+}
+
 // Limits as numbers: JSON has the strings "inf" and "-inf".
 export function limits(ends) {
   return ends.map((end) => (end === "inf" ? Infinity : end === "-inf" ? -Infinity : end));
@@ -83,13 +92,13 @@ function clipped(piece, low, high) {
 // a contact without a force.
 export function forceArrows(drawing, q, frozen, forces, largest) {
   const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
-  return drawing.contacts.map((point, k) => {
+  return drawing.contacts.map((_, k) => {
     const force = forces?.[k];
     if (!force || force[0] === null || force[1] === null || !(Math.hypot(...force) > 1e-9 * (largest || 1))) return null;
-    const foot = placed(point, drawing, q, frozen);
-    const [tx, ty] = tangent(foot, drawing.ground);
+    const at = foot(k, drawing, q, frozen);
+    const [tx, ty] = tangent(at, drawing.ground);
     const vector = ([ft, fn]) => [ft * tx - fn * ty, ft * ty + fn * tx];
-    return { foot, vector, tip: vector(force).map((f, i) => foot[i] + f * unit) };
+    return { foot: at, vector, tip: vector(force).map((f, i) => at[i] + f * unit) };
   });
 }
 
@@ -186,7 +195,13 @@ export class Stage {
       parts.push(`<circle cx="${center[0]}" cy="${center[1]}" r="${drawing.gyration_radius * this.scale}" ${look}/>`);
     }
     if (!drawing.has_outline) {
-      const arms = drawing.contacts.map((point) => path([center, at(point)])).join("");
+      // Of a disc, its circle and a radius that turns with it.
+      const rim = (k) => {
+        const [x, y] = at(drawing.centers[k]), r = drawing.radii[k] * this.scale;
+        return `M${x - r} ${y}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0`;
+      };
+      const line = (point, k) => (drawing.radii?.[k] ? path([center, at(drawing.centers[k]), at(point)]) + rim(k) : path([center, at(point)]));
+      const arms = drawing.contacts.map(line).join("");
       parts.push(`<path d="${arms}" stroke="${ink.ink}" stroke-width="0.8" fill="none" pointer-events="none"/>`);
     }
     // Where the body can be taken hold of: a little around its shape and its centre of mass.
@@ -211,7 +226,7 @@ export class Stage {
     const shape = drawing.corners.length
       ? `<path d="${path(drawing.corners.map(at), drawing.corners.length > 2)}" ${look}/>`
       : `<circle cx="${x}" cy="${y}" r="${drawing.gyration_radius * this.scale}" ${look}/>`;
-    const feet = drawing.contacts.map((point) => at(point)).map(([px, py]) => `<circle cx="${px}" cy="${py}" r="3" fill="${ink.flash}"/>`).join("");
+    const feet = drawing.contacts.map((_, k) => this.toScreen(foot(k, drawing, q, true))).map(([px, py]) => `<circle cx="${px}" cy="${py}" r="3" fill="${ink.flash}"/>`).join("");
     const power = Math.floor(Math.log10(factor));
     const text = factor < 1000 ? `${Math.round(factor)} ` : `${(factor / 10 ** power).toFixed(1)}·10<tspan dy="-5" font-size="10">${power}</tspan><tspan dy="5"> </tspan>`;
     return `<g pointer-events="none">${shape}${feet}<text x="12" y="24" style="font:${FONT}" fill="${ink.flash}">dashed: gaps ${text}times as large</text></g>`;
@@ -220,8 +235,8 @@ export class Stage {
   contacts({ drawing, q, frozen, letters, flash }) {
     const { ink } = this;
     const center = this.toScreen(placed(drawing.center_of_mass, drawing, q, frozen));
-    return drawing.contacts.map((point, k) => {
-      const [x, y] = this.toScreen(placed(point, drawing, q, frozen));
+    return drawing.contacts.map((_, k) => {
+      const [x, y] = this.toScreen(foot(k, drawing, q, frozen));
       const away = Math.hypot(x - center[0], y - center[1]) || 1;
       const [ux, uy] = away > 1 ? [(x - center[0]) / away, (y - center[1]) / away] : [0, 1];
       const letter = letters?.[k] && letters[k] !== "S" ? letters[k] : "";

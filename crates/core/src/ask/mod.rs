@@ -91,8 +91,12 @@ pub struct Drawing {
     pub size: f64,
     /// Mass times gravity, in N.
     pub weight: f64,
-    /// Contact points, in m.
+    /// Contact points in the nominal posture, in m.
     pub contacts: Vec<[f64; 2]>,
+    /// Centre of the disc of each contact, in m; the contact point itself if it is a point.
+    pub centers: Vec<[f64; 2]>,
+    /// Radius of the disc of each contact, in m; 0 if it is a point.
+    pub radii: Vec<f64>,
     /// Coefficient of friction of each contact.
     pub friction: Vec<f64>,
     /// The pieces of the ground.
@@ -110,6 +114,8 @@ impl Drawing {
             size: posture.size(),
             weight: fields.mass * fields.gravity,
             contacts: fields.contacts.iter().map(|contact| contact.point).collect(),
+            centers: fields.contacts.iter().map(|contact| contact.center().into()).collect(),
+            radii: fields.contacts.iter().map(|contact| contact.radius).collect(),
             friction: fields.contacts.iter().map(|contact| contact.friction).collect(),
             ground: posture.drawn_ground(),
         }

@@ -65,16 +65,17 @@ pub(crate) fn is_exact(posture: &Posture, state: &State) -> bool {
     let falls = state.qdot.x == 0.0 && every(&|k, _| k.normal.x == 0.0);
     upright
         && every(&|k, _| k.b == 0.0)
-        && (falls || every(&|k, friction| friction == 0.0 || k.c == 0.0))
+        && (falls || every(&|k, friction| friction == 0.0 || k.touching_c() == 0.0))
 }
 
-/// Whether a run can have a shadow. It must have at most two contacts, impacts without friction, a terrain of infinite lines that face up,
+/// Whether a run can have a shadow. It must have at most two contacts, none of them round, impacts without friction, a terrain of infinite lines that face up,
 /// and no limit `neighbourhood`.
 pub(crate) fn has_shadow(posture: &Posture, options: &Options) -> bool {
     posture.contacts().len() <= 2
         && options.is_frictionless(posture)
         && options.neighbourhood == f64::INFINITY
         && posture.ground(0).is_none()
+        && !posture.has_rounds()
         && posture.geometry().iter().all(|k| k.normal.y > 0.0)
 }
 

@@ -9,6 +9,15 @@
 //!   ////////////
 //! ```
 //!
+//! A contact with a radius R is a disc about a point of the body. Its centre C = point + R n is fixed in the body. The disc touches the
+//! ground with the point below its centre, which is another point of the body once the body has turned:
+//!
+//! ```text
+//!    .--.
+//!   ( C  )   the gap is that of the centre over the ground raised by R;
+//! ___`--'___ force and sliding speed are those of the touching point C − R n
+//! ```
+//!
 //! Angles count counterclockwise, in rad. Pairs of forces and velocities are (tangential, normal), points (x, y).
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -18,6 +27,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, angle, finite, friction, in_range, restitution};
+use crate::tolerance::DISC_CENTER;
 
 /// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
@@ -28,7 +38,10 @@ pub(crate) type ContactLetters<T> = smallvec::SmallVec<[T; 16]>;
 /// A number or a word for each contact, without allocation for up to eight contacts.
 pub(crate) type ContactValues<T> = smallvec::SmallVec<[T; 8]>;
 
-/// A frictional point contact: a point of the body and its ground.
+/// Largest radius of a contact, in m: that of the largest body.
+const LARGEST_RADIUS: f64 = 1e75;
+
+/// A frictional contact: a point of the body, or a disc about one, and its ground.
 ///
 /// Unless the posture has a `terrain` or shared ground, only this point can touch its ground, the straight line of `slope` through `point`. It has no ends unless `segment`
 /// gives them. The point passes through the ground of other contacts; a run has a warning where this can hardly be intended.
@@ -49,8 +62,12 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
-    #[serde(default, skip_serializing_if = "is_default_tangential_restitution")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub tangential_restitution: f64,
+    /// Radius R of the disc that touches the ground at `point`, in m: 0 is a point of the body. The centre of the disc is R away from
+    /// `point`, along the normal of the ground.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub radius: f64,
     /// Extent of the terrain along `t` from `point`, in m; `(-∞, ∞)` unless given.
     #[serde(default = "everywhere", skip_serializing_if = "is_everywhere")]
     #[serde(with = "crate::serial::numbers::extended_pair")]
@@ -67,7 +84,7 @@ fn is_everywhere(segment: &[f64; 2]) -> bool {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_default_tangential_restitution(value: &f64) -> bool {
+fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
@@ -97,6 +114,7 @@ impl Contact {
             friction: 0.0,
             restitution: None,
             tangential_restitution: 0.0,
+            radius: 0.0,
             segment: everywhere(),
         }
     }
@@ -105,6 +123,46 @@ impl Contact {
     #[must_use]
     pub fn on_slope(self, slope: f64) -> Self {
         Self { slope, ..self }
+    }
+
+    /// The same contact as a disc of this radius, in m, that touches at the same point.
+    #[must_use]
+    pub fn with_radius(self, radius: f64) -> Self {
+        Self { radius, ..self }
+    }
+
+    /// Whether the contact is a disc, not a point.
+    pub(crate) fn is_round(&self) -> bool {
+        self.radius > 0.0
+    }
+
+    /// The centre of the disc in the nominal posture, in m; the point itself for a point.
+    pub(crate) fn center(&self) -> Vector2<f64> {
+        let point = Vector2::from(self.point);
+        if self.is_round() { point + self.normal() * self.radius } else { point }
+    }
+
+    /// Arm of the centre from `origin` along a tangent and a normal, in m; 0 within its rounding error, so that a disc about the centre of
+    /// mass is not turned by its normal force.
+    pub(crate) fn arms(
+        &self,
+        origin: &Vector2<f64>,
+        tangent: &Vector2<f64>,
+        normal: &Vector2<f64>,
+    ) -> (f64, f64) {
+        let point = Vector2::from(self.point);
+        let arm = point - origin;
+        let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+        if !self.is_round() {
+            return (b, c);
+        }
+        let own = self.normal();
+        let up = if own == *normal { [0.0, 1.0] } else { [tangent.dot(&own), normal.dot(&own)] };
+        let terms = point.amax() + origin.amax() + self.radius;
+        let known = |x: f64| {
+            if x.abs() <= DISC_CENTER * f64::EPSILON * terms { 0.0 } else { x }
+        };
+        (known(b + self.radius * up[0]), known(c + self.radius * up[1]))
     }
 
     /// Unit tangent `t = (cos, sin)` of the terrain.
@@ -118,6 +176,17 @@ impl Contact {
     pub fn normal(&self) -> Vector2<f64> {
         let tangent = self.tangent();
         Vector2::new(-tangent.y, tangent.x)
+    }
+
+    /// Checks the radius.
+    pub(crate) fn validate_radius(&self, at: &str) -> Result<(), Error> {
+        in_range(
+            format_args!("{at}radius"),
+            self.radius,
+            (0.0..=LARGEST_RADIUS).contains(&self.radius),
+            "0 <= radius <= 1e75, in m",
+        )?;
+        Ok(())
     }
 
     /// Checks every field; `at` is the path written in front of a field's name in an error.
@@ -143,6 +212,7 @@ impl Contact {
             (0.0..1.0).contains(&self.tangential_restitution),
             "0 <= tangential_restitution < 1",
         )?;
+        self.validate_radius(at)?;
         let [low, high] = self.segment;
         if !(low <= 0.0 && high >= 0.0 && low < high) {
             return Err(Error::Unusable {
@@ -167,6 +237,21 @@ mod tests {
     }
 
     #[test]
+    fn arms_of_a_disc_are_those_of_its_centre() {
+        let disc = Contact::at(1.0, 2.0).on_slope(0.3).with_radius(0.5);
+        let (t, n) = (disc.tangent(), disc.normal());
+        let origin = Vector2::new(0.2, 2.4);
+        let arm = disc.center() - origin;
+        let (b, c) = disc.arms(&origin, &t, &n);
+        assert!((b - t.dot(&arm)).abs() < 1e-15 && (c - n.dot(&arm)).abs() < 1e-15);
+        // On another piece of ground, and about the centre itself.
+        let (b, c) = disc.arms(&origin, &Vector2::x(), &Vector2::y());
+        assert!((b - arm.x).abs() < 1e-15 && (c - arm.y).abs() < 1e-15);
+        assert_eq!(disc.arms(&disc.center(), &t, &n), (0.0, 0.0));
+        assert_eq!(disc.with_radius(0.0).center(), Vector2::new(1.0, 2.0));
+    }
+
+    #[test]
     fn slopes_reach_around_the_circle() {
         let wall = Contact::at(0.0, 0.0).on_slope(FRAC_PI_2);
         assert_eq!((wall.normal(), wall.on_slope(PI).normal().y), (Vector2::new(-1.0, 0.0), -1.0));
@@ -178,6 +263,10 @@ mod tests {
             assert!(error.contains("contacts.1.slope") && error.contains("pi"), "{error}");
         }
         assert!(Contact { segment: [0.0, 0.0], ..wall }.validate("").is_err());
+        for radius in [f64::NAN, -0.1, 2e75, f64::INFINITY] {
+            let error = wall.with_radius(radius).validate("contacts.1.").unwrap_err().to_string();
+            assert!(error.starts_with("contacts.1.radius = "), "{error}");
+        }
         for friction in [f64::NAN, -0.1, 2e12] {
             assert!(Contact { friction, ..wall.on_slope(0.0) }.validate("").is_err());
         }

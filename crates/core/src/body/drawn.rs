@@ -3,7 +3,9 @@
 use nalgebra::Vector2;
 use serde::Serialize;
 
+use crate::body::contact::Contact;
 use crate::body::posture::{GroundKind, Posture};
+use crate::math::turn::Turn;
 use crate::serial::numbers::extended_pair;
 use crate::tolerance::SAME_LINE;
 
@@ -28,6 +30,24 @@ impl GroundPiece {
     }
 }
 
+/// Number of corners of the polygon that stands for a disc.
+const RIM: usize = 64;
+
+/// The point of a contact, or points of the rim of its disc.
+fn rim(contact: &Contact) -> Vec<[f64; 2]> {
+    if !contact.is_round() {
+        return vec![contact.point];
+    }
+    let center = contact.center();
+    let below = Vector2::from(contact.point) - center;
+    let point = |k: usize| {
+        let turn = Turn::by(std::f64::consts::TAU * k as f64 / RIM as f64);
+        let across = Vector2::new(-below.y, below.x);
+        (center + below * (1.0 - turn.one_minus_cos) + across * turn.sin).into()
+    };
+    (0..RIM).map(point).collect()
+}
+
 /// Whether two lines are the same for a body of this size (m).
 fn same_line(one: Line, other: Line, size: f64) -> bool {
     let side = one.1.perp(&(other.0 - one.0)) / size;
@@ -36,7 +56,7 @@ fn same_line(one: Line, other: Line, size: f64) -> bool {
 
 impl Posture {
     /// The corners of the body in its nominal posture as a picture shows them, in order, in m: its outline; without one, the convex hull of
-    /// the contact points, counterclockwise. A body on one contact without an outline has no corners.
+    /// the contacts, counterclockwise, in which a polygon stands for a disc. A body on one contact that is a point has no corners.
     ///
     /// ```
     /// use standfast::{Contact, Posture};
@@ -50,8 +70,8 @@ impl Posture {
         let fields = self.fields();
         match (fields.outline.is_empty(), fields.contacts.len()) {
             (false, _) => fields.outline.clone(),
-            (true, 1) => Vec::new(),
-            (true, _) => hull(fields.contacts.iter().map(|contact| contact.point).collect()),
+            (true, 1) if !self.has_rounds() => Vec::new(),
+            (true, _) => hull(fields.contacts.iter().flat_map(rim).collect()),
         }
     }
 

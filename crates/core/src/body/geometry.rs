@@ -14,8 +14,10 @@ pub(crate) struct ContactGeometry {
     pub(crate) normal: Vector2<f64>,
     /// b_i at θ = 0, in m.
     pub(crate) b: f64,
-    /// c_i at θ = 0, in m.
+    /// c_i at θ = 0, in m: of the centre of a round contact.
     pub(crate) c: f64,
+    /// Radius of the disc, in m; 0 for a point.
+    pub(crate) radius: f64,
     /// Gap in the nominal posture, in m. The offset is zero unless the terrain has several pieces.
     pub(crate) offset: f64,
     /// g_i = g n_i·e_y, in m/s².
@@ -41,7 +43,8 @@ impl ContactGeometry {
     /// Difference of two contacts: the largest component of the difference of the arms (in units of `size`) and of the normals. It is 0 if
     /// the contacts are equal.
     pub(crate) fn apart(&self, other: &Self, size: f64) -> f64 {
-        let off = (self.b - other.b).abs().max((self.c - other.c).abs()) / size;
+        let off = (self.b - other.b).abs().max((self.c - other.c).abs());
+        let off = off.max((self.radius - other.radius).abs()) / size;
         off.max((self.normal - other.normal).amax())
     }
 }
@@ -53,6 +56,7 @@ impl ContactGeometry {
         normal: Vector2::new(0.0, 0.0),
         b: 0.0,
         c: 0.0,
+        radius: 0.0,
         offset: 0.0,
         gravity: 0.0,
         restitution: 0.0,
@@ -62,6 +66,16 @@ impl ContactGeometry {
     /// (b, c) after a turn.
     pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
         turn.turned([self.b, self.c]).into()
+    }
+
+    /// Arm of the touching point along the normal at θ = 0, in m: c − R.
+    pub(crate) fn touching_c(&self) -> f64 {
+        self.c - self.radius
+    }
+
+    /// The longer one of the arms of the centre and of the touching point at θ = 0, in m.
+    pub(crate) fn reach(&self) -> f64 {
+        libm::hypot(self.b, self.c).max(libm::hypot(self.b, self.touching_c()))
     }
 
     /// Gap at `q`. `turn`: sine and cosine of the rotation of `q`.

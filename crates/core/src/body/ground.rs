@@ -105,7 +105,7 @@ impl Posture {
         all
     }
 
-    /// World position of contact `i` at `q`, in m. `frozen`: with the Jacobian rows of q = 0.
+    /// World position of contact `i` at `q`, of its centre if it is round, in m. `frozen`: with the Jacobian rows of q = 0.
     pub(crate) fn position(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Vector2<f64> {
         let nominal = self.geometry()[i];
         let arm = nominal.tangent * nominal.b + nominal.normal * nominal.c;
@@ -118,7 +118,7 @@ impl Posture {
                 arm.x * sin - 2.0 * arm.y * half * half,
             )
         };
-        Vector2::from(self.contacts()[i].point) + (q.xy() + turned)
+        self.contacts()[i].center() + (q.xy() + turned)
     }
 
     /// Rounding error of the position of contact `i` at `q`, relative to the ground under it, in m.
@@ -194,14 +194,15 @@ impl Posture {
 
     /// Constants of contact `i` on a piece of terrain.
     pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> ContactGeometry {
-        let point = Vector2::from(self.contacts()[i].point);
-        let arm = point - Vector2::from(self.fields().center_of_mass);
-        let offset = piece.height(&point);
+        let contact = &self.contacts()[i];
+        let center_of_mass = Vector2::from(self.fields().center_of_mass);
+        let (b, c) = contact.arms(&center_of_mass, &piece.tangent, &piece.normal);
+        let offset = piece.height(&contact.center());
         ContactGeometry {
             tangent: piece.tangent,
             normal: piece.normal,
-            b: piece.tangent.dot(&arm),
-            c: piece.normal.dot(&arm),
+            b,
+            c,
             // Zero if it touches within its rounding error.
             offset: if offset.abs() <= TOUCH * self.size() { 0.0 } else { offset },
             gravity: self.fields().gravity * piece.normal.y,

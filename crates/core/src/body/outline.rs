@@ -151,8 +151,9 @@ impl Outline {
 /// The smallest coefficients of the contacts at the two ends of a side, or of all contacts if there are none at its ends.
 fn coefficients(fields: &PostureFields, ends: [Vector2<f64>; 2]) -> [f64; 3] {
     let near = SAME_VERTEX * (ends[1] - ends[0]).norm();
-    let at_end =
-        |contact: &&Contact| ends.iter().any(|end| (end - Vector2::from(contact.point)).norm() <= near);
+    let at_end = |contact: &&Contact| {
+        ends.iter().any(|end| (end - Vector2::from(contact.point)).norm() <= near)
+    };
     let of = |contact: &Contact| {
         let restitution = contact.restitution.unwrap_or(fields.restitution);
         [contact.friction, restitution, contact.tangential_restitution]

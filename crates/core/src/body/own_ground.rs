@@ -42,10 +42,10 @@ fn is_endless(contact: &Contact) -> bool {
     contact.segment == [f64::NEG_INFINITY, f64::INFINITY]
 }
 
-/// Height of one contact over the line of another in the nominal posture, in m.
+/// Height of one contact, of its nearest point, over the line of another in the nominal posture, in m.
 fn height(contacts: &[Contact], lines: &[ContactGeometry], one: usize, other: usize) -> f64 {
-    let [from, to] = [other, one].map(|k| Vector2::from(contacts[k].point));
-    lines[other].normal.dot(&(to - from))
+    let (from, to) = (Vector2::from(contacts[other].point), contacts[one].center());
+    lines[other].normal.dot(&(to - from)) - contacts[one].radius
 }
 
 impl OwnGround {

@@ -150,7 +150,7 @@ impl From<Posture> for PostureFields {
 
 /// The longest arm or ρ, in m.
 fn size(geometry: &[ContactGeometry], gyration_radius: f64) -> f64 {
-    geometry.iter().map(|k| libm::hypot(k.b, k.c)).fold(gyration_radius, f64::max)
+    geometry.iter().map(ContactGeometry::reach).fold(gyration_radius, f64::max)
 }
 
 impl Posture {
@@ -175,22 +175,32 @@ impl Posture {
             });
         }
         let mut grounds = Vec::new();
+        let has_rounds = fields.contacts.iter().any(Contact::is_round);
+        if has_rounds {
+            terrain::suits_rounds(&fields)?;
+        }
         if !fields.terrain.is_empty() {
             let ground = terrain::polyline(&fields.terrain)?;
             for (index, contact) in fields.contacts.iter_mut().enumerate() {
                 terrain::place_on(&ground, contact, &format!("contacts.{}.", index + 1))?;
             }
-            grounds.push(ground);
+            if has_rounds {
+                grounds = terrain::raised(&ground, &fields.contacts)?;
+            } else {
+                grounds.push(ground);
+            }
         }
         if fields.ground == GroundKind::Shared {
-            grounds.push(terrain::shared(&fields)?);
+            grounds = terrain::shared(&fields)?;
         }
         let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
             let at = format!("contacts.{}.", index + 1);
             contact.validate(&at)?;
             let (tangent, normal) = (contact.tangent(), contact.normal());
-            let arm = Vector2::from(contact.point) - Vector2::from(fields.center_of_mass);
+            let center_of_mass = Vector2::from(fields.center_of_mass);
+            let arm = Vector2::from(contact.point) - center_of_mass;
+            let (b, c) = contact.arms(&center_of_mass, &tangent, &normal);
             // The impact matrix contains b²/ρ², which must not overflow.
             let reach = arm.norm() / fields.gyration_radius;
             in_range(
@@ -199,11 +209,19 @@ impl Posture {
                 reach < 1e150,
                 "distance from the centre of mass over gyration_radius < 1e150",
             )?;
+            let reach = contact.radius / fields.gyration_radius;
+            in_range(
+                format_args!("{at}radius"),
+                reach,
+                reach < 1e150,
+                "radius over gyration_radius < 1e150",
+            )?;
             geometry.push(ContactGeometry {
                 tangent,
                 normal,
-                b: tangent.dot(&arm),
-                c: normal.dot(&arm),
+                b,
+                c,
+                radius: contact.radius,
                 offset: 0.0,
                 gravity: fields.gravity * normal.y,
                 restitution: contact.restitution.unwrap_or(fields.restitution),
@@ -230,7 +248,12 @@ impl Posture {
                     field: format!("contacts.{}.point", i + 1),
                     value: format!("{:?}", posture.contacts()[i].point),
                     allowed: format!(
-                        "on the terrain or in front of it, on the left of its polyline; it lies {:?} m in the ground",
+                        "on the terrain or in front of it, on the left of its polyline; {} {:?} m in the ground",
+                        if posture.contacts()[i].is_round() {
+                            "its disc reaches"
+                        } else {
+                            "it lies"
+                        },
                         -gap
                     ),
                 });
@@ -270,7 +293,13 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
-    /// Positions of the contact points at `q`. `frozen`: with the Jacobian rows of q = 0.
+    /// Whether a contact is a disc.
+    pub(crate) fn has_rounds(&self) -> bool {
+        self.contacts().iter().any(Contact::is_round)
+    }
+
+    /// Positions of the contact points at `q`; of a disc, the point of it that is nearest to its ground. `frozen`: with the Jacobian rows of
+    /// q = 0.
     pub(crate) fn points(&self, q: &Vector3<f64>, frozen: bool) -> Vec<[f64; 2]> {
         let turn = Turn::by(q.z);
         let (sin, less) = if frozen { (q.z, 0.0) } else { (turn.sin, turn.one_minus_cos) };
@@ -280,7 +309,15 @@ impl Posture {
             let (dx, dy) = (x - cx, y - cy);
             [x + (q.x - dy * sin - dx * less), y + (q.y + dx * sin - dy * less)]
         };
-        self.contacts().iter().map(point).collect::<Vec<_>>().unsigned_zero()
+        let place = |(i, contact): (usize, &Contact)| {
+            if contact.is_round() {
+                let below = self.under(i, q, frozen).geometry.normal * contact.radius;
+                (self.position(i, q, frozen) - below).into()
+            } else {
+                point(contact)
+            }
+        };
+        self.contacts().iter().enumerate().map(place).collect::<Vec<_>>().unsigned_zero()
     }
 
     /// The check of the straight grounds of the contacts; `None`: no check is needed.

@@ -1,4 +1,4 @@
-//! Bodies of uniform density: boxes and polygons.
+//! Bodies of uniform density: boxes, discs and polygons.
 //!
 //! ```text
 //! A = ½ Σ p_k × p_{k+1},   x = (1/6A) Σ (p_k + p_{k+1}) (p_k × p_{k+1}),   ρ² = (1/12A) Σ (p_k² + p_k·p_{k+1} + p_{k+1}²) (p_k × p_{k+1})
@@ -50,6 +50,57 @@ impl Posture {
         )
     }
 
+    /// A disc on ground of this slope (rad), with a contact that is the disc itself. The origin is the point at which it touches; its centre
+    /// of mass is its centre. `gyration_radius`, in m: that of a solid disc, R/√2, if `None`. On a terrain the slope is that of the piece at
+    /// the origin.
+    ///
+    /// ```
+    /// use standfast::Posture;
+    /// use standfast::body::Lamina;
+    ///
+    /// let disc = Posture::disc(0.1, None, 0.0, &Lamina { friction: 0.5, ..Lamina::default() })?;
+    /// assert_eq!(disc.fields().center_of_mass, [0.0, 0.1]);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Posture::new`]; `radius` must be finite and > 0, in m.
+    pub fn disc(
+        radius: f64,
+        gyration_radius: Option<f64>,
+        slope: f64,
+        lamina: &Lamina,
+    ) -> Result<Self, Error> {
+        positive("radius", radius)?;
+        let gyration_radius = gyration_radius.unwrap_or(radius / 2.0_f64.sqrt());
+        let rim = Contact {
+            friction: lamina.friction,
+            tangential_restitution: lamina.tangential_restitution,
+            ..Contact::at(0.0, 0.0).on_slope(slope).with_radius(radius)
+        };
+        rim.validate("")?;
+        let with_center = |center: [f64; 2]| {
+            Self::new(PostureFields {
+                mass: lamina.mass,
+                gyration_radius,
+                center_of_mass: center,
+                contacts: vec![rim],
+                restitution: lamina.restitution,
+                gravity: lamina.gravity,
+                terrain: lamina.terrain.clone(),
+                ground: GroundKind::Own,
+                outline: Vec::new(),
+            })
+        };
+        let placed = with_center(rim.center().into())?;
+        match lamina.terrain.is_empty() {
+            true => Ok(placed),
+            // The terrain gives the slope, and with it the centre.
+            false => with_center(placed.contacts()[0].center().into()),
+        }
+    }
+
     /// A polygon of uniform density, in its nominal posture. `vertices`: its corners in order, in m, in either direction. The contacts are
     /// its convex corners in this order.
     ///
@@ -94,6 +145,20 @@ impl Posture {
             return Err(unusable(format!("[{} convex corners]", convex.len()), &allowed));
         }
         lamina.posture(center.into(), square.sqrt(), convex, vertices)
+    }
+}
+
+impl Default for Lamina {
+    /// 1 kg without friction and restitution on level ground, with g = 9.81 m/s².
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            friction: 0.0,
+            restitution: 0.0,
+            tangential_restitution: 0.0,
+            gravity: 9.81,
+            terrain: Vec::new(),
+        }
     }
 }
 

@@ -70,6 +70,7 @@ impl Posture {
                     c,
                     offset: 0.0,
                     gravity,
+                    radius: 0.0,
                     restitution,
                     friction,
                 };

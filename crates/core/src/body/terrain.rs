@@ -86,6 +86,8 @@ pub(crate) struct Ground {
     pub(crate) has_walls: bool,
     /// Whether the ground is a polyline. Then the vertices of its pieces are exact.
     pub(crate) is_polyline: bool,
+    /// Height, in m, by which it is raised along its normals for the centre of a round contact; 0 for a point.
+    pub(crate) raised: f64,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -113,7 +115,7 @@ impl Piece {
     /// The single piece of a contact's own terrain.
     fn of_contact(contact: &Contact) -> Self {
         let (tangent, normal) = (contact.tangent(), contact.normal());
-        let origin = Vector2::from(contact.point);
+        let origin = contact.center();
         let across = if tangent.x > 0.0 { Vector2::x() } else { tangent };
         let ends = contact.segment.map(|along| match along.is_finite() {
             true => End::new(origin + tangent * along, across),
@@ -184,6 +186,11 @@ impl Piece {
         from.min(to) <= x && x <= from.max(to)
     }
 
+    /// Normal of the separating lines at its ends, unless a bisector replaces it.
+    fn ends_across(&self) -> Vector2<f64> {
+        if self.tangent.x > 0.0 { Vector2::x() } else { self.tangent }
+    }
+
     fn faces_up(&self) -> bool {
         self.tangent.x > 0.0
     }
@@ -192,7 +199,7 @@ impl Piece {
 impl Ground {
     fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
         let has_walls = !pieces.iter().all(Piece::faces_up);
-        let mut ground = Self { pieces, has_walls, is_polyline };
+        let mut ground = Self { pieces, has_walls, is_polyline, raised: 0.0 };
         for k in 1..ground.pieces.len() {
             let [one, two] = [ground.pieces[k - 1], ground.pieces[k]];
             if !(one.faces_up() && two.faces_up()) {
@@ -333,18 +340,77 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.precise_distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance of a point from the nearest point of the ground, in m.
+    /// Distance of a point from the nearest point of the ground, in m; if the ground is raised, a lower bound of the distance from the ground
+    /// below it.
     pub(crate) fn distance(&self, at: &Vector2<f64>) -> f64 {
-        self.pieces.iter().map(|piece| piece.distance(at)).fold(f64::INFINITY, f64::min)
+        let from = |piece: &Piece| match self.raised {
+            0.0 => piece.distance(at),
+            up => (piece.height(at) + up).abs(),
+        };
+        self.pieces.iter().map(from).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The ground over which the centre of a disc of this radius (m) moves as a point: each piece moved along its normal by the radius, and cut
+    /// off where the next one begins. With n₁ and n₂ the normals at a concave vertex, its disc has its centre at R (n₁ + n₂)/(1 + n₁·n₂) from
+    /// the vertex.
+    ///
+    /// # Errors
+    ///
+    /// Why the disc does not fit, in words: a convex vertex, around which it would turn, or a piece that it cannot touch.
+    fn raised_by(&self, radius: f64) -> Result<Self, String> {
+        let count = self.pieces.len();
+        let mut corners: Vec<Vector2<f64>> = Vec::with_capacity(count + 1);
+        for k in 0..=count {
+            let [before, after] =
+                [k.checked_sub(1), (k < count).then_some(k)].map(|k| k.map(|k| &self.pieces[k]));
+            let vertex = match (before, after) {
+                (_, Some(piece)) => piece.ends[0].vertex,
+                (Some(piece), None) => piece.ends[1].vertex,
+                (None, None) => unreachable!("a ground has pieces"),
+            };
+            if k > 0 && k < count && self.turn(k) == Ordering::Less {
+                return Err(format!(
+                    "0, because the terrain has a convex vertex, ({:?}, {:?}), around which a disc would turn: give the body points as contacts, or the terrain concave vertices only",
+                    vertex.x, vertex.y
+                ));
+            }
+            let normals = [before, after].into_iter().flatten().map(|piece| piece.normal);
+            let up = match normals.collect::<Vec<_>>()[..] {
+                [one, two] => (one + two) / (1.0 + one.dot(&two)),
+                [one] => one,
+                _ => Vector2::zeros(),
+            };
+            corners.push(vertex + up * radius);
+        }
+        let pieces: Vec<Piece> = (self.pieces.iter().zip(corners.windows(2)))
+            .map(|(piece, ends)| Piece {
+                ends: [0, 1].map(|k| End::new(ends[k], piece.ends_across())),
+                origin: piece.origin + piece.normal * radius,
+                ..*piece
+            })
+            .collect();
+        for (piece, low) in pieces.iter().zip(&self.pieces) {
+            let left = piece.tangent.dot(&(piece.ends[1].vertex - piece.ends[0].vertex));
+            if !(left > 0.0 && left.is_finite()) {
+                let [from, to] = low.ends.map(|end| end.vertex);
+                return Err(format!(
+                    "small enough for the disc to touch the piece of terrain from ({:?}, {:?}) to ({:?}, {:?})",
+                    from.x, from.y, to.x, to.y
+                ));
+            }
+        }
+        let vertices: Vec<[f64; 2]> = corners.into_iter().map(Into::into).collect();
+        if meeting(&vertices, false).is_some() {
+            return Err("small enough for the disc to fit between the pieces of the terrain".into());
+        }
+        Ok(Self { raised: radius, ..Self::new(pieces, self.is_polyline) })
     }
 
     /// Its convex vertices and its ends: the corners that a side of the body can meet.
     pub(crate) fn corners(&self) -> impl Iterator<Item = Vector2<f64>> {
         let count = self.pieces.len();
         let is_corner = move |k: usize| {
-            k == 0
-                || k == count
-                || self.pieces[k - 1].tangent.perp(&self.pieces[k].tangent) < 0.0
+            k == 0 || k == count || self.pieces[k - 1].tangent.perp(&self.pieces[k].tangent) < 0.0
         };
         let end = move |k: usize| match k {
             0 => self.pieces[0].ends[0],
@@ -549,8 +615,65 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
     Ok(())
 }
 
-/// The ground shared by all contacts: the line with their slope through the lowest contact.
-pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
+/// Checks what a posture with round contacts must not have.
+///
+/// # Errors
+///
+/// A radius out of range, a ground with ends for a round contact, an outline.
+pub(crate) fn suits_rounds(fields: &PostureFields) -> Result<(), Error> {
+    for (i, contact) in fields.contacts.iter().enumerate() {
+        contact.validate_radius(&format!("contacts.{}.", i + 1))?;
+        if !contact.is_round() {
+            continue;
+        }
+        let has_ends = contact.segment != [f64::NEG_INFINITY, f64::INFINITY];
+        if has_ends && fields.terrain.is_empty() {
+            return Err(Error::Unusable {
+                field: format!("contacts.{}.segment", i + 1),
+                value: format!("{:?}", contact.segment),
+                allowed: format!(
+                    "left out, because contacts.{}.radius = {:?} > 0: the ground of a round contact has no ends",
+                    i + 1,
+                    contact.radius
+                ),
+            });
+        }
+        if !fields.outline.is_empty() {
+            return Err(Error::Unusable {
+                field: "outline".into(),
+                value: format!("[{} vertices]", fields.outline.len()),
+                allowed: format!(
+                    "left out, because contacts.{}.radius = {:?} > 0: a body with round contacts has no outline",
+                    i + 1,
+                    contact.radius
+                ),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The ground of each contact on this terrain, raised by its radius.
+///
+/// # Errors
+///
+/// A disc that does not fit.
+pub(crate) fn raised(ground: &Ground, contacts: &[Contact]) -> Result<Vec<Ground>, Error> {
+    let of = |(i, contact): (usize, &Contact)| {
+        if !contact.is_round() {
+            return Ok(ground.clone());
+        }
+        ground.raised_by(contact.radius).map_err(|allowed| Error::Unusable {
+            field: format!("contacts.{}.radius", i + 1),
+            value: format!("{:?}", contact.radius),
+            allowed,
+        })
+    };
+    contacts.iter().enumerate().map(of).collect()
+}
+
+/// The ground shared by all contacts, the line with their slope through the lowest contact; for each contact, if one is round.
+pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
     let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
         field,
         value,
@@ -589,7 +712,16 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Ground, Error> {
             lowest = contact;
         }
     }
-    Ok(Ground::new(vec![Piece::of_contact(lowest)], false))
+    let under = |contact: &Contact| of_line(&Contact { radius: contact.radius, ..*lowest });
+    Ok(match fields.contacts.iter().any(Contact::is_round) {
+        true => fields.contacts.iter().map(under).collect(),
+        false => vec![of_line(lowest)],
+    })
+}
+
+/// The line of a contact, raised by its radius.
+fn of_line(contact: &Contact) -> Ground {
+    Ground { raised: contact.radius, ..Ground::new(vec![Piece::of_contact(contact)], false) }
 }
 
 /// The terrain of each contact. The list is empty if no piece has ends.
@@ -597,6 +729,29 @@ pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
         return Vec::new();
     }
-    let of = |contact| Ground::new(vec![Piece::of_contact(contact)], false);
-    contacts.iter().map(of).collect()
+    contacts.iter().map(of_line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_raised_ground_of_a_disc_keeps_its_distance() {
+        let low = polyline(&[[-3.0, 4.0], [-1.0, 0.0], [2.0, 0.0], [2.0, 3.0]]).unwrap();
+        let high = low.raised_by(0.25).unwrap();
+        // Floor and wall meet at a right angle: exactly one radius away from both.
+        assert_eq!(high.pieces[1].ends[1].vertex, Vector2::new(1.75, 0.25));
+        for (one, other) in low.pieces.iter().zip(&high.pieces) {
+            assert_eq!((one.tangent, one.slope), (other.tangent, other.slope));
+            assert!(other.ends.iter().all(|end| (one.height(&end.vertex) - 0.25).abs() < 1e-15));
+            let at = Vector2::new(0.3, 0.7);
+            assert!((one.height(&at) - other.height(&at) - 0.25).abs() < 1e-15);
+        }
+        let meet = |pair: &[Piece]| pair[0].ends[1].vertex == pair[1].ends[0].vertex;
+        assert!(high.pieces.windows(2).all(meet));
+        assert!(low.raised_by(3.2).unwrap_err().contains("piece of terrain"));
+        let ridge = polyline(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
+        assert!(ridge.raised_by(0.1).unwrap_err().contains("(0.0, 1.0)"));
+    }
 }

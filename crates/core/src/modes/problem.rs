@@ -443,9 +443,10 @@ impl ContactProblem {
             if closed && rate < -tolerance {
                 return Err(approaches(i, rate));
             }
-            let speed = k.tangent.x * v.x + k.tangent.y * v.y - c * omega;
+            let touching = c - k.radius;
+            let speed = k.tangent.x * v.x + k.tangent.y * v.y - touching * omega;
             let sign = i8::from(speed > tolerance) - i8::from(speed < -tolerance);
-            problem.arms.push((k.tangent * b + k.normal * c).into());
+            problem.arms.push((k.tangent * b + k.normal * touching).into());
             problem.tangents.push(k.tangent.into());
             problem.friction.push(posture.contacts()[i].friction);
             problem.sliding.push((closed && rate <= tolerance).then_some(sign));

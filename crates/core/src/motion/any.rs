@@ -17,9 +17,9 @@ use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Method, Outcome};
-use crate::sustained::{BodyState, ContactState};
 use crate::sustained::edges::{Entry, Path};
 use crate::sustained::side::SideContact;
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{DEPARTED, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
@@ -75,7 +75,9 @@ impl Coordinates for AnyContacts {
     fn moment(driver: &Driver<'_, Self>) -> Moment {
         let AnyContacts { posture, state, .. } = &driver.body;
         let (gaps, rates) = state.gaps_and_rates(posture);
-        let closed = |side: &&SideContact| state.points.iter().any(|p| p.place.contact == side.contact && p.h == 0.0);
+        let closed = |side: &&SideContact| {
+            state.points.iter().any(|p| p.place.contact == side.contact && p.h == 0.0)
+        };
         let sides = state.sides.iter().filter(closed).map(|side| side.contact).collect();
         Moment { clock: driver.log.clock, state: state.state(), gaps, rates, sides }
     }
@@ -131,7 +133,7 @@ impl Coordinates for AnyContacts {
         driver.body.state = body.clone();
         // A contact with upward effective gravity does not come to rest, nor, at the start, one with none.
         let resting = &driver.resting;
-        let held = |i: usize| resting[i] || body.twin(i).is_some_and(|j| resting[j]);
+        let held = |i: usize| resting[i] || body.second(i).is_some_and(|j| resting[j]);
         let new: ContactValues<usize> = (0..rests.len())
             .filter(|&i| rests[i] && !held(i))
             .filter(|&i| match body.known_pull(i) {

@@ -41,7 +41,7 @@ impl Driver<'_, AnyContacts> {
                 p.h = 0.0;
             }
             let p = self.body.state.points[j];
-            if p.h == 0.0 && p.u < 0.0 || self.body.state.twin(j).is_some() {
+            if p.h == 0.0 && p.u < 0.0 || self.body.state.second(j).is_some() {
                 continue;
             }
             let (body, posture) = (&self.body.state, &self.body.posture);
@@ -103,7 +103,7 @@ impl Driver<'_, AnyContacts> {
             // The end of a side removes its point.
             let points = &self.body.state.points;
             let Some(j) = points.iter().position(|p| contact(p) == other) else { continue };
-            if points[j].h > 0.0 || self.body.state.twin(j).is_some() {
+            if points[j].h > 0.0 || self.body.state.second(j).is_some() {
                 continue;
             }
             let body = &self.body.state;

@@ -45,8 +45,8 @@ use crate::motion::frame::Snapshot;
 use crate::motion::pair::Pair;
 use crate::options::Impact;
 use crate::outcome::{Method, Outcome};
-use crate::sustained::{BodyState, ContactState};
 use crate::sustained::edges::EdgeWatch;
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of the contact before the first attempt to sum its bounces.
@@ -142,7 +142,7 @@ impl Bouncing<'_> {
         let (b, c) = if frozen { (p.b, p.c) } else { p.turned(turn) };
         let omega = self.body.spin.omega + change[4];
         let along = match self.grip {
-            Grip::Sticks => c * omega,
+            Grip::Sticks => (c - p.radius) * omega,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + change[3],
         };
         [
@@ -198,7 +198,7 @@ impl Bouncing<'_> {
         let [b, c] = if frozen { [p.b, p.c] } else { p.turned(&Turn::by(from[2])).into() };
         let omega = self.body.spin.omega + from[4];
         let v = match self.grip {
-            Grip::Sticks => c * omega,
+            Grip::Sticks => (c - p.radius) * omega,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + from[3],
         };
         // The landing speed is u − d.
@@ -216,9 +216,10 @@ impl Bouncing<'_> {
             return None;
         }
         let bent = b * turn.sin - c * turn.one_minus_cos;
-        let slip = if self.grip == Grip::Sticks { 0.0 } else { v - c * omega };
+        let slip = if self.grip == Grip::Sticks { 0.0 } else { v - (c - p.radius) * omega };
         let slip = slip + along * dt - omega * bent;
         let [b, c] = turn.turned([b, c]);
+        let c = c - p.radius; // of the touching point
         let w = Matrix { nn: 1.0 + b * b / rho2, nt: -b * c / rho2, tt: 1.0 + c * c / rho2 };
         let [t, n] = friction::impulse(self.law, &w, [slip, -landing], &self.material)?;
         if self.grip != Grip::of([t, n], self.material.friction) {
@@ -312,10 +313,10 @@ impl Bouncing<'_> {
         let (g, e) = (body.arc(self.i).effective_gravity(), self.material.restitution);
         let friction = match self.grip {
             Grip::Slides(way) => -way * self.material.friction,
-            Grip::Sticks => p.b * p.c / (rho2 + p.c * p.c),
+            Grip::Sticks => p.b * p.touching_c() / (rho2 + p.touching_c() * p.touching_c()),
         };
         let force = p.normal + p.tangent * friction;
-        let turn = (p.b - p.c * friction) / rho2;
+        let turn = (p.b - p.touching_c() * friction) / rho2;
         let own = p.normal.dot(&force) + p.b * turn;
         (0..body.points.len()).filter(|&j| j != self.i).all(|j| {
             let q = &body.points[j];

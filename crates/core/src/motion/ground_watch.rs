@@ -40,7 +40,7 @@ fn height(posture: &Posture, i: usize, at: &Vector2<f64>) -> (Option<f64>, f64) 
         return (Some(height), height.abs());
     };
     let (piece, exists) = ground.nearest(ground.find(at));
-    (exists.then(|| piece.height(at)), ground.distance(at))
+    (exists.then(|| piece.height(at) + ground.raised), ground.distance(at))
 }
 
 impl GroundWatch {
@@ -114,7 +114,7 @@ impl GroundWatch {
             q.xy() + Vector2::new(-arm.y, arm.x) * turn.sin - arm * turn.one_minus_cos
         };
         if let Some(own) = posture.own_ground().filter(|_| self.lines) {
-            let moved = |i: usize| moved(contacts[i].point.into());
+            let moved = |i: usize| moved(contacts[i].center());
             match own.room(contacts, lines, posture.size(), moved, &touches, &time) {
                 Ok(room) => self.room = room,
                 Err(warning) => {

@@ -283,7 +283,12 @@ impl Driver<'_, AnyContacts> {
 
     /// Applies an impulse (tangential, normal) per unit mass at point `i`.
     pub(super) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
-        let change = self.body.state.apply_impulse(i, impulse);
+        self.push(i, impulse, self.body.state.points[i].touching_c());
+    }
+
+    /// The same at the point on the normal of point `i` with this arm `c`.
+    pub(super) fn push(&mut self, i: usize, impulse: [f64; 2], c: f64) {
+        let change = self.body.state.push(i, impulse, c);
         for cycle in &mut self.body.sequence.cycles {
             cycle.change += change;
         }

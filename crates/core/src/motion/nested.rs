@@ -301,8 +301,21 @@ mod tests {
         let (rounding, held) = (Rounding::default(), None);
         let point = |contact: usize, b: f64, u: f64| {
             let place = Place::anywhere(contact);
-            let (friction, c, h, depth) = (0.0, 0.0, 0.0, 0.0);
-            ContactState { normal, tangent, friction, b, c, held, place, h, depth, u, rounding }
+            let (friction, c, radius, h, depth) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            ContactState {
+                normal,
+                tangent,
+                friction,
+                b,
+                c,
+                radius,
+                held,
+                place,
+                h,
+                depth,
+                u,
+                rounding,
+            }
         };
         let points = PerContact::from([point(0, -1.0, 0.0), point(1, 1.0, -speed)]);
         let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };

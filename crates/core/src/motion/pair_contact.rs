@@ -38,6 +38,7 @@ impl Base {
                 friction,
                 b,
                 c,
+                radius: 0.0, // a pair has no round contacts
                 held: None,
                 place: Place::anywhere(i),
                 h: at.gaps.h[i],

@@ -97,7 +97,9 @@ impl Driver<'_, AnyContacts> {
         let size = self.body.posture.size();
         for i in (0..self.body.contacts).rev() {
             let state = &self.body.state;
-            if state.side_contact(i).is_some() && state.points[i].h == 0.0 && state.is_beyond_side(i, size)
+            if state.side_contact(i).is_some()
+                && state.points[i].h == 0.0
+                && state.is_beyond_side(i, size)
             {
                 self.remove_side(i);
             }
@@ -117,7 +119,8 @@ impl Driver<'_, AnyContacts> {
         let mut corners = self.body.posture.distinct().filter(|&k| {
             (Vector2::from(self.body.posture.contacts()[k].point) - place).norm() <= touch
         });
-        let Some(j) = corners.next().map(|k| self.body.posture.point_of(k)).filter(|_| closed) else {
+        let Some(j) = corners.next().map(|k| self.body.posture.point_of(k)).filter(|_| closed)
+        else {
             return;
         };
         drop(corners);
@@ -129,7 +132,8 @@ impl Driver<'_, AnyContacts> {
         let contact = self.body.state.points[j].place.contact;
         let Some(ground) = self.body.posture.ground(contact) else { return };
         let at_end = |piece: &Piece| (0..2).find(|&end| piece.ends[end].vertex == vertex);
-        let found = ground.pieces.iter().enumerate().find_map(|(k, piece)| Some((k, at_end(piece)?)));
+        let found =
+            ground.pieces.iter().enumerate().find_map(|(k, piece)| Some((k, at_end(piece)?)));
         let Some((k, end)) = found else { return };
         if self.body.state.points[j].h == 0.0 && self.body.state.points[j].u == 0.0 {
             return; // it touches already
@@ -159,7 +163,8 @@ impl Driver<'_, AnyContacts> {
         let posture = self.body.posture.clone();
         let (Some(outline), state) = (posture.outline(), &self.body.state) else { return };
         let center = Vector2::from(posture.fields().center_of_mass);
-        let corner = Vector2::from(posture.contacts()[state.points[i].place.contact].point) - center;
+        let corner =
+            Vector2::from(posture.contacts()[state.points[i].place.contact].point) - center;
         let touch = TOUCH * posture.size();
         let (v, omega) = (state.center.v, state.spin.omega);
         let mut found: Option<(f64, usize, usize)> = None;

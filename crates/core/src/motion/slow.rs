@@ -180,17 +180,19 @@ impl Driver<'_, AnyContacts> {
     }
 
     /// Point `i` hits the two pieces of a vertex in turn at one instant, for ever. In the limit its velocity w is zero; as the impulses of all
-    /// these impacts act at this one point, their sum is P = −W⁻¹w.
+    /// these impacts act at this one point, their sum is P = −W⁻¹w. A disc hits them with two points: it is stopped by the normal impulses,
+    /// which act at its centre.
     pub(super) fn stop_in_vertex(&mut self, i: usize) {
+        let c = self.body.state.points[i].c;
         let (w, slip, rate) = (
-            self.body.state.impact_matrix(i),
-            self.body.state.slip(i),
+            self.body.state.matrix_at(i, c),
+            self.body.state.along(i),
             self.body.state.points[i].u,
         );
         let determinant = w.tt * w.nn - w.nt * w.nt;
         let tangential = (w.nt * rate - w.nn * slip) / determinant;
         let normal = (w.nt * slip - w.tt * rate) / determinant;
-        self.apply_impulse(i, [tangential, normal]);
+        self.push(i, [tangential, normal], c);
         self.body.state.points[i].u = 0.0;
     }
 

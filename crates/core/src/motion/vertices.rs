@@ -74,7 +74,7 @@ impl Driver<'_, AnyContacts> {
         if !ground.has_walls {
             p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
         }
-        let velocity = old.tangent * self.body.state.slip(i) + old.normal * old.u;
+        let velocity = old.tangent * self.body.state.along(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         (p.held, p.depth) = (None, 0.0);
@@ -109,9 +109,9 @@ impl Driver<'_, AnyContacts> {
         let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
         let Some(piece) = self.body.posture.piece(old.place.contact, next) else { return false };
         let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
-        let slip = self.body.state.slip(i);
+        let along = self.body.state.along(i);
         let height = old.h + old.place.sides[side] / old.place.across[side].dot(&old.tangent);
-        let square = slip * slip + old.u * old.u + 2.0 * self.body.state.gravity * height;
+        let square = along * along + old.u * old.u + 2.0 * self.body.state.gravity * height;
         let limit = self.wedged(i);
         // Without gravity a contact may be slow at any height.
         let near = height <= TOUCH * self.body.posture.size();
@@ -143,11 +143,11 @@ impl Driver<'_, AnyContacts> {
     /// rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between them.
     fn meets_both(&self, i: usize, side: usize, other: &Piece) -> bool {
         let (state, p) = (&self.body.state, &self.body.state.points[i]);
-        let slip = state.slip(i);
-        let inwards = if side == 0 { slip < 0.0 } else { slip > 0.0 };
+        let along = state.along(i);
+        let inwards = if side == 0 { along < 0.0 } else { along > 0.0 };
         let speed = state.center.v.norm() + p.arm().norm() * state.spin.omega.abs();
         let least = OVER_VERTEX * f64::EPSILON * speed;
-        let rate = other.normal.dot(&(p.tangent * slip + p.normal * p.u));
+        let rate = other.normal.dot(&(p.tangent * along + p.normal * p.u));
         p.h == 0.0 && p.place.sides[side] == 0.0 && inwards && p.u.abs().max(rate.abs()) <= least
     }
 
@@ -165,7 +165,8 @@ impl Driver<'_, AnyContacts> {
     /// The end of its piece at which point `i`, on the ground, is in a convex vertex.
     pub(super) fn convex_end(&self, i: usize) -> Option<usize> {
         let p = &self.body.state.points[i];
-        if p.h != 0.0 || p.place.sides == [f64::INFINITY; 2] || self.body.state.twin(i).is_some() {
+        if p.h != 0.0 || p.place.sides == [f64::INFINITY; 2] || self.body.state.second(i).is_some()
+        {
             return None;
         }
         let error = self.body.state.position_error(i, &self.body.posture);
@@ -188,7 +189,7 @@ impl Driver<'_, AnyContacts> {
     pub(super) fn choose_by_velocity(&mut self, i: usize) {
         let Some(side) = self.convex_end(i) else { return };
         let (p, other) = (self.body.state.points[i], self.beyond_vertex(i, side));
-        let speed = p.u.abs() + self.body.state.slip(i).abs();
+        let speed = p.u.abs() + self.body.state.along(i).abs();
         if speed <= self.sliding_speed() {
             return;
         }
@@ -206,11 +207,11 @@ impl Driver<'_, AnyContacts> {
     pub(super) fn choose_by_facing(&mut self, i: usize) {
         let p = self.body.state.points[i];
         let free = p.place.sides == [f64::INFINITY; 2];
-        if free || p.h != 0.0 || p.u >= 0.0 || self.body.state.twin(i).is_some() {
+        if free || p.h != 0.0 || p.u >= 0.0 || self.body.state.second(i).is_some() {
             return;
         }
         let fall = self.body.state.fall;
-        let speed = p.u.abs() + self.body.state.slip(i).abs();
+        let speed = p.u.abs() + self.body.state.along(i).abs();
         for side in (0..2).filter(|&side| p.place.sides[side] == 0.0) {
             let other = self.neighbour(i, side);
             let hit = other.h == 0.0 && other.u < -PLACE * speed;

@@ -1,5 +1,6 @@
 //! Ranges of the quantities that can be simulated.
 
+use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
 use crate::modes::LONGEST_ARM;
@@ -71,14 +72,17 @@ const NEAREST: f64 = 1e-6;
 /// mode with a normal force just below zero would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
-/// Whether a motion has at most two contacts, impacts without friction and terrain without ends. Two contacts at one
+/// Whether a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at one
 /// point (ψ = 1) are excluded: no impact separates them.
 pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
     let apart = match posture.geometry() {
         [one, two] => one.apart(two, 1.0) > 0.0,
         few => few.len() <= 1,
     };
-    apart && options.is_frictionless(posture) && posture.ground(0).is_none()
+    apart
+        && options.is_frictionless(posture)
+        && posture.ground(0).is_none()
+        && !posture.has_rounds()
 }
 
 /// Refuses motions that are not supported; the error names the field.
@@ -88,7 +92,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),
-            allowed: "false, except with one contact or two at different points, impact = \"newton\" or no friction, and terrain without ends"
+            allowed: "false, except with one contact or two at different points, none of them round, impact = \"newton\" or no friction, and terrain without ends"
                 .into(),
         });
     }
@@ -104,7 +108,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         });
     }
     let fields = posture.fields();
-    let reach = posture.geometry().iter().map(|k| libm::hypot(k.b, k.c)).fold(0.0, f64::max);
+    let reach = posture.geometry().iter().map(ContactGeometry::reach).fold(0.0, f64::max);
     in_range(
         "gyration_radius / (distance of the farthest contact from center_of_mass)",
         fields.gyration_radius / reach,
@@ -166,7 +170,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     }
     if posture.size() > most * posture.fields().gyration_radius {
         for (i, k) in posture.geometry().iter().enumerate() {
-            let arm = libm::hypot(k.b, k.c) / posture.fields().gyration_radius;
+            let arm = k.reach() / posture.fields().gyration_radius;
             in_range(
                 format_args!(
                     "(distance of contacts.{}.point from center_of_mass) / gyration_radius",

@@ -212,7 +212,8 @@ impl<'a> Reader<'a> {
             }
             Now::Pair(_) => None,
         };
-        let mut forces = body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;
+        let mut forces =
+            body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;
         forces.resize(count, [0.0; 2]);
         Ok(forces)
     }

@@ -42,6 +42,8 @@ const MISSES: &str = "the local model was tried: its error exceeds the tolerance
 const START: &str = "different contacts touch at the start in the local and in the full model";
 const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
 const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
+const ROUND: &str =
+    "the body turns, and the error of the local model is not known with a round contact";
 const EXCITED: &str =
     "the body is kicked or the ground moves: the error of the local model is not known";
 
@@ -182,6 +184,9 @@ impl<'a> Simulation<'a> {
         let state = &self.start;
         let exact = auto::is_exact(posture, state);
         if !exact {
+            if posture.has_rounds() {
+                return Tried::No(ROUND);
+            }
             if !auto::has_shadow(posture, options) {
                 return Tried::No(UNKNOWN);
             }

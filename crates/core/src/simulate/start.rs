@@ -134,6 +134,7 @@ impl Start {
                 friction,
                 b,
                 c,
+                radius: under.geometry.radius,
                 held: None,
                 place,
                 h,

@@ -21,8 +21,8 @@ use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, Outcome, Phase, RunContact,
-    ZenoPoint,
+    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, Outcome,
+    Phase, RunContact, ZenoPoint,
 };
 use crate::simulate::reader::Reader;
 use crate::simulate::{simulate_excited_until, simulate_local_until};
@@ -353,6 +353,14 @@ impl Trajectory {
         self.record.hits
     }
 
+    /// What touches at contact `i` of the posture.
+    fn kind(&self, i: usize) -> ContactKind {
+        match self.posture().map(|posture| posture.contacts()[i].radius) {
+            Some(radius) if radius > 0.0 => ContactKind::Round,
+            _ => ContactKind::Corner,
+        }
+    }
+
     /// The contacts of the run: those of the posture, and the sides of the body that corners of the ground have touched.
     #[must_use]
     pub fn contacts(&self) -> Vec<RunContact> {
@@ -360,7 +368,7 @@ impl Trajectory {
         let number = ContactNumber::of;
         let own = (0..count).map(|i| RunContact {
             number: number(i),
-            kind: ContactKind::Corner,
+            kind: self.kind(i),
             index: i,
             corner: None,
         });

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::body::contact::Contact;
 use crate::body::posture::{GroundKind, Posture, PostureFields};
 use crate::body::state::State;
 use crate::error::Error;
@@ -161,12 +162,18 @@ pub(super) fn touching(posture: &Posture) -> Vec<usize> {
 pub fn with_contacts(posture: &Posture, places: &[usize]) -> Result<Posture, Error> {
     let all = [posture.contacts(), &posture.side_contacts()].concat();
     Posture::new(PostureFields {
-        contacts: places.iter().map(|&k| all[k]).collect(),
+        contacts: places.iter().map(|&k| straight(&all[k])).collect(),
         terrain: Vec::new(),
         ground: GroundKind::Own,
         outline: Vec::new(),
         ..posture.fields().clone()
     })
+}
+
+/// A contact with its piece of ground. That of a round contact has no ends.
+fn straight(contact: &Contact) -> Contact {
+    let endless = [f64::NEG_INFINITY, f64::INFINITY];
+    if contact.is_round() { Contact { segment: endless, ..*contact } } else { *contact }
 }
 
 /// The posture without the contacts that do not touch, and the places of the others in the list of all contacts; `None` if all touch.
@@ -180,7 +187,9 @@ pub(super) fn of_those_that_touch(
 ) -> Result<Option<(Posture, Vec<usize>)>, Error> {
     let places = touching(posture);
     for (i, contact) in posture.contacts().iter().enumerate().filter(|(i, _)| places.contains(i)) {
-        if contact.segment.contains(&0.0) {
+        let in_vertex =
+            contact.is_round() && posture.touched(i, &nalgebra::Vector3::zeros()).len() > 1;
+        if contact.segment.contains(&0.0) || in_vertex {
             return Err(Error::Unusable {
                 field: format!("contacts.{}.point", i + 1),
                 value: format!("{:?}", contact.point),

@@ -60,7 +60,7 @@ fn rows(posture: &Posture, i: usize, j: usize) -> Matrix3<f64> {
     let [own, other] = [i, j].map(|k| posture.geometry()[k]);
     Matrix3::from_rows(&[
         RowVector3::new(own.normal.x, own.normal.y, own.b),
-        RowVector3::new(own.tangent.x, own.tangent.y, -own.c),
+        RowVector3::new(own.tangent.x, own.tangent.y, -own.touching_c()),
         RowVector3::new(other.normal.x, other.normal.y, other.b),
     ])
 }

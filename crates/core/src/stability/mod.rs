@@ -674,7 +674,7 @@ fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
     let [own, other] = [k, 1 - k].map(|i| posture.geometry()[i]);
     let rows = Matrix3::from_rows(&[
         RowVector3::new(own.normal.x, own.normal.y, own.b),
-        RowVector3::new(own.tangent.x, own.tangent.y, -own.c),
+        RowVector3::new(own.tangent.x, own.tangent.y, -own.touching_c()),
         RowVector3::new(other.normal.x, other.normal.y, other.b),
     ]);
     let slip = if side == 0 { 0.0 } else { slip(k) };

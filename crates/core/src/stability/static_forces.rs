@@ -88,7 +88,7 @@ fn edges(posture: &Posture, stance: &Stance) -> Vec<Edge> {
                 let u = on.normal + on.tangent * f;
                 let force = [k.tangent.dot(&u), k.normal.dot(&u)];
                 // (t b + n c) × (t f + n) = b − c f
-                edges.push(Edge { contact, force, u, moment: (on.b - on.c * f) / size });
+                edges.push(Edge { contact, force, u, moment: (on.b - on.touching_c() * f) / size });
             }
         }
     }

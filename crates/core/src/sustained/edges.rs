@@ -134,11 +134,15 @@ impl EdgeWatch {
         let origin = Vector2::from(path.posture.fields().center_of_mass);
         let is_at = |on: &&SideContact, corner: &Vector2<f64>| on.corner == corner - origin;
         // A corner that is a contact on a side stays in front of this side: it cannot lie in a convex body.
-        let watched = |corner: &&Vector2<f64>| !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)));
+        let watched = |corner: &&Vector2<f64>| {
+            !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)))
+        };
         let near = self.corners.iter().filter(watched).filter(|corner| near(corner));
         let mut entries: Vec<Entry> = near
             .filter_map(|corner| path.entry(outline, corner, dt))
-            .filter(|entry| !held.iter().any(|on| is_at(&on, &entry.corner) && on.side == entry.side))
+            .filter(|entry| {
+                !held.iter().any(|on| is_at(&on, &entry.corner) && on.side == entry.side)
+            })
             .collect();
         entries.sort_by(|one, other| one.t.total_cmp(&other.t));
         if self.touches {

@@ -22,11 +22,11 @@ impl BodyState {
     fn slides_clear(&self, word: &[Mode]) -> bool {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let (Some(i), None) = (closed.next(), closed.next()) else { return true };
-        let tangent = self.points[i].tangent;
+        let (tangent, is_round) = (self.points[i].tangent, self.points[i].radius > 0.0);
         let speed = tangent.dot(&self.center.v);
         let way = if tangent.y == 0.0 { speed } else { -tangent.y };
         let clear = |p: &ContactState| p.normal.dot(&tangent) * way >= 0.0;
-        word[i] == Mode::Fixed || way * speed >= 0.0 && self.points.iter().all(clear)
+        word[i] == Mode::Fixed && !is_round || way * speed >= 0.0 && self.points.iter().all(clear)
     }
 }
 
@@ -51,6 +51,9 @@ pub(super) struct ClosedMotion {
 enum Drive {
     /// No sliding friction: one degree of freedom that keeps its energy.
     Smooth,
+    /// The same with a contact that rolls, on level ground or not. Then the place on the ground follows from θ. Only on level ground is the
+    /// motion the same after a turn.
+    Rolls { level: bool },
     /// One contact slides down terrain that is too steep for friction to hold it: θ and ω do not depend on the other
     /// coordinates.
     Downhill,
@@ -67,12 +70,19 @@ impl ClosedMotion {
                 && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
         };
         // Where the side slides on a corner of the ground, its place along the side changes the motion too.
-        let along = |i: usize| word[i] != Mode::Fixed && word[i] != Mode::Separate && body.side_contact(i).is_some();
+        let slides = |mode: Mode| mode != Mode::Fixed && mode != Mode::Separate;
+        let along = |i: usize| slides(word[i]) && body.side_contact(i).is_some();
+        let round = |(p, mode): (&ContactState, &Mode)| *mode != Mode::Separate && p.radius > 0.0;
+        let rolls = |(p, mode): &(&ContactState, &Mode)| **mode == Mode::Fixed && p.radius > 0.0;
+        let pairs = || body.points.iter().zip(word);
         let kind = if (0..word.len()).any(along) {
             Drive::Other
-        } else if !body.points.iter().zip(word).any(rubs) {
-            Drive::Smooth
-        } else if is_single(word) && (0..word.len()).any(downhill) {
+        } else if !pairs().any(rubs) {
+            match pairs().find(rolls) {
+                Some((p, _)) => Drive::Rolls { level: p.tangent.dot(&body.fall) == 0.0 },
+                None => Drive::Smooth,
+            }
+        } else if is_single(word) && (0..word.len()).any(downhill) && !pairs().any(round) {
             Drive::Downhill
         } else {
             Drive::Other
@@ -91,12 +101,16 @@ impl ClosedMotion {
             self.turned = [self.turned[1], self.turned[2], theta];
         }
         self.omega = omega;
-        if body.frozen.is_some() || !body.slides_clear(word) {
+        if body.frozen.is_some() {
             return false;
         }
+        let clear = body.slides_clear(word);
+        let around = (theta - self.theta).abs() > std::f64::consts::TAU;
         let [first, other, last] = self.turned;
         match self.kind {
-            Drive::Smooth => self.turns > 2 || (theta - self.theta).abs() > std::f64::consts::TAU,
+            Drive::Rolls { level } => self.turns > 2 || level && clear && around,
+            _ if !clear => false,
+            Drive::Smooth => self.turns > 2 || around,
             Drive::Downhill => (last - other).abs() <= (first - other).abs(),
             Drive::Other => false,
         }
@@ -130,8 +144,8 @@ impl Swing {
             return None;
         }
         let (p, omega) = (&body.points[contact], body.spin.omega);
-        if p.place.sides != [f64::INFINITY; 2] {
-            return None; // it may slip to an end of its terrain
+        if p.place.sides != [f64::INFINITY; 2] || p.radius > 0.0 {
+            return None; // it may slip to an end of its terrain, or roll there
         }
         // The centre of mass is at −(t b + n c) from the contact.
         let arm = p.arm();

@@ -55,7 +55,9 @@ impl BodyState {
     /// Acceleration of the free body into the terrain of a contact, without rotation: −n·(acceleration of free fall), plus c ω² in frozen geometry.
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
-        -self.fall.dot(&p.normal) + self.frozen.map_or(0.0, |square| p.c * square) + self.coriolis(i)
+        -self.fall.dot(&p.normal)
+            + self.frozen.map_or(0.0, |square| p.c * square)
+            + self.coriolis(i)
     }
 
     /// Effective gravity of a point, in m/s²: zero where it is the rounding error of its terms, as that of a contact at a vertical wall is in a

@@ -26,7 +26,11 @@ impl BodyState {
             .map(|(i, [f_t, f_n])| {
                 let p = &self.points[i];
                 let force = p.tangent * f_t + p.normal * f_n;
-                (i, [f_t, f_n], Vector3::new(force.x, force.y, (p.b * f_n - p.c * f_t) / rho))
+                (
+                    i,
+                    [f_t, f_n],
+                    Vector3::new(force.x, force.y, (p.b * f_n - p.touching_c() * f_t) / rho),
+                )
             })
             .collect();
         let row = |k: usize| (edges.iter().map(|(.., u)| u[k]).collect(), -motion[k] / speed);
@@ -65,7 +69,7 @@ impl BodyState {
         };
         let along = |k: usize| {
             let (p, [slope, _]) = (&self.points[rows[k].unknown.contact], force(k));
-            let side = Vector3::new(p.tangent.x, p.tangent.y, -p.c / rho);
+            let side = Vector3::new(p.tangent.x, p.tangent.y, -p.touching_c() / rho);
             if rows[k].unknown.tangential { rows[k].whole } else { rows[k].whole + side * slope }
         };
         let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
@@ -85,7 +89,7 @@ impl BodyState {
         let mut first: Option<(f64, usize)> = None;
         for (i, p) in self.points.iter().enumerate() {
             let slides = matches!(modes[i], Mode::Right | Mode::Left) && p.friction > 0.0;
-            let slower = p.tangent.dot(&change.xy()) - p.c * turn;
+            let slower = p.tangent.dot(&change.xy()) - p.touching_c() * turn;
             let until = -self.slip(i) / slower;
             if slides && until >= 0.0 && first.is_none_or(|(before, _)| until < before) {
                 first = Some((until, i));

@@ -4,10 +4,13 @@
 //! slides, τ = −σμλ with σ = sign v_t (all per unit mass):
 //!
 //! ```text
-//! n_i·v̇ + b_i ω̇ = c_i ω²,   t_i·v̇ − c_i ω̇ = b_i ω²
-//! v̇ = (0, −g) + Σ_j (n_j λ_j + t_j τ_j),   ρ² ω̇ = Σ_j (b_j λ_j − c_j τ_j)
+//! n_i·v̇ + b_i ω̇ = c_i ω²,   t_i·v̇ − (c_i − R_i) ω̇ = b_i ω²
+//! v̇ = (0, −g) + Σ_j (n_j λ_j + t_j τ_j),   ρ² ω̇ = Σ_j (b_j λ_j − (c_j − R_j) τ_j)
 //! ḃ_i = −c_i ω,   ċ_i = b_i ω
 //! ```
+//!
+//! b and c are the arms of the centre of a round contact, R is its radius, and c − R is the arm of the point with which it touches; for a
+//! point R = 0. A fixed round contact rolls: the touching point is at rest, the centre moves with −R ω along the ground.
 //!
 //! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from each other exactly,
 //! to any order. A step is a polynomial, and its events are roots of polynomials.
@@ -57,8 +60,11 @@ pub(crate) struct ContactState {
     pub(crate) tangent: Vector2<f64>,
     pub(crate) friction: f64,
     pub(crate) b: f64,
+    /// Of the centre, if it is round.
     pub(crate) c: f64,
-    /// (t·r + b, n·r + c) when it began to be held, if it is held: its position up to a constant.
+    /// R; 0 for a point.
+    pub(crate) radius: f64,
+    /// (t·r + b + R θ, n·r + c) when it began to be held, if it is held: its position up to a constant.
     pub(crate) held: Option<[f64; 2]>,
     pub(crate) place: Place,
     /// Gap; ∞ where there is no terrain to meet.
@@ -71,9 +77,19 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
-    /// Arm from the centre of mass, world axes, in m.
+    /// Arm from the centre of mass, of the centre of a round contact, world axes, in m.
     pub(crate) fn arm(&self) -> Vector2<f64> {
         self.tangent * self.b + self.normal * self.c
+    }
+
+    /// Arm of the touching point along the normal: c − R.
+    pub(crate) fn touching_c(&self) -> f64 {
+        self.c - self.radius
+    }
+
+    /// Arm of the touching point, where the forces act, world axes, in m.
+    pub(crate) fn touching_arm(&self) -> Vector2<f64> {
+        self.tangent * self.b + self.normal * self.touching_c()
     }
 
     /// b and c after a turn.
@@ -110,8 +126,14 @@ impl Clone for BodyState {
 }
 
 impl BodyState {
-    /// Tangential speed v_t = t·v − c ω of a contact point.
+    /// Tangential speed v_t = t·v − (c − R) ω of a contact point.
     pub(crate) fn slip(&self, i: usize) -> f64 {
+        let p = &self.points[i];
+        p.tangent.dot(&self.center.v) - p.touching_c() * self.spin.omega
+    }
+
+    /// Speed of a contact along its ground, in m/s: of the centre, if it is round.
+    pub(crate) fn along(&self, i: usize) -> f64 {
         let p = &self.points[i];
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
@@ -121,9 +143,15 @@ impl BodyState {
         0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
     }
 
-    /// The other point of a contact in a vertex of its terrain.
+    /// The other point of a contact in a vertex of its terrain, if they are one point of the body: a disc touches the two pieces with two.
     #[inline]
     pub(crate) fn twin(&self, i: usize) -> Option<usize> {
+        if self.points[i].radius > 0.0 { None } else { self.second(i) }
+    }
+
+    /// The other point of a contact in a vertex of its terrain.
+    #[inline]
+    pub(crate) fn second(&self, i: usize) -> Option<usize> {
         if self.points[i].place.sides == [f64::INFINITY; 2] {
             return None; // a piece without ends has no vertex
         }
@@ -223,15 +251,25 @@ impl BodyState {
 impl BodyState {
     /// Impact matrix of a contact, per unit mass.
     pub(crate) fn impact_matrix(&self, i: usize) -> Matrix {
+        self.matrix_at(i, self.points[i].touching_c())
+    }
+
+    /// The same at the point on the normal of contact `i` with this arm `c`.
+    pub(crate) fn matrix_at(&self, i: usize, c: f64) -> Matrix {
         let (p, rho2) = (&self.points[i], self.rho2);
-        Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * p.c / rho2, tt: 1.0 + p.c * p.c / rho2 }
+        Matrix { nn: 1.0 + p.b * p.b / rho2, nt: -p.b * c / rho2, tt: 1.0 + c * c / rho2 }
     }
 
     /// Applies an impulse (tangential, normal) per unit mass at contact `i`; returns the change of velocity.
-    pub(crate) fn apply_impulse(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Vector3<f64> {
+    pub(crate) fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) -> Vector3<f64> {
+        self.push(i, impulse, self.points[i].touching_c())
+    }
+
+    /// The same at the point on the normal of contact `i` with this arm `c`.
+    pub(crate) fn push(&mut self, i: usize, [p_t, p_n]: [f64; 2], c: f64) -> Vector3<f64> {
         let hit = self.points[i];
         let force = hit.tangent * p_t + hit.normal * p_n;
-        let turn = (hit.b * p_n - hit.c * p_t) / self.rho2;
+        let turn = (hit.b * p_n - c * p_t) / self.rho2;
         self.center.v += force;
         self.spin.omega += turn;
         for p in &mut self.points {

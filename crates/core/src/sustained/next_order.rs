@@ -162,7 +162,8 @@ impl Step {
         tangential: bool,
         from: usize,
     ) -> Option<(usize, f64)> {
-        let (p, [b, c]) = (&state.points[i], self.arm(i));
+        let (p, [b, mut c]) = (&state.points[i], self.arm(i));
+        c[0] -= p.radius;
         let (axis, lever, side) =
             if tangential { (p.tangent, c, -1.0) } else { (p.normal, b, 1.0) };
         let turning = self.turning(i);

@@ -30,7 +30,7 @@ impl BodyState {
         ProblemFields {
             mass,
             gyration_radius: self.rho2.sqrt(),
-            arms: self.points.iter().map(|p| (p.tangent * p.b + p.normal * p.c).into()).collect(),
+            arms: self.points.iter().map(|p| p.touching_arm().into()).collect(),
             tangents: self.points.iter().map(|p| p.tangent.into()).collect(),
             friction: self.points.iter().map(|p| p.friction).collect(),
             ..ProblemFields::default()
@@ -70,7 +70,7 @@ impl BodyState {
             *closed.get_mut(n)? = i;
             rows[n] = Row::new(
                 p.tangent,
-                p.arm() / rho,
+                p.touching_arm() / rho,
                 self.bias(i, ways[i], omega_squared),
                 p.friction,
                 ways[i],
@@ -474,6 +474,9 @@ impl<'a> ContactPhase<'a> {
                         step.lifts_off(i);
                         if let Some((j, _)) = body.up_from_vertex(i) {
                             step.breaks_loose(j);
+                        }
+                        if let Some(j) = body.second(i) {
+                            step.leaves_corner(j);
                         }
                     }
                     Some(StretchEnd::Slip(i, mode)) if self.word[i] == mode => {

@@ -133,7 +133,7 @@ impl BodyState {
             };
             rows.push(row(false, p.normal, p.b));
             if self.sticks(contact, modes) {
-                rows.push(row(true, p.tangent, -p.c));
+                rows.push(row(true, p.tangent, -p.touching_c()));
             }
         }
         rows
@@ -354,7 +354,8 @@ impl BodyState {
     /// in m/s). On the other piece it would lift the point off and bring it back here, for ever.
     pub(crate) fn stop_before_end(&mut self, i: usize, side: usize, limit: f64) {
         let inward = if side == 0 { self.slip(i) } else { -self.slip(i) };
-        if !(inward > 0.0 && inward <= limit && self.points[i].friction > 0.0) {
+        let p = &self.points[i];
+        if !(inward > 0.0 && inward <= limit && p.friction > 0.0 && p.radius == 0.0) {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);
@@ -377,14 +378,13 @@ impl BodyState {
         if !self.has_rows() {
             return;
         }
-        let r = self.center.r;
+        let (r, theta) = (self.center.r, self.spin.theta);
         for i in 0..self.points.len() {
             let turns = self.turning_side(i).is_some();
             let p = &mut self.points[i];
-            p.held = Some(match turns {
-                true => [p.b, p.c],
-                false => [p.tangent.dot(&r) + p.b, p.normal.dot(&r) + p.c],
-            });
+            let along = p.tangent.dot(&r) + p.b;
+            let rolled = if p.radius > 0.0 { along + p.radius * theta } else { along };
+            p.held = Some(if turns { [p.b, p.c] } else { [rolled, p.normal.dot(&r) + p.c] });
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);

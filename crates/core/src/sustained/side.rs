@@ -53,7 +53,12 @@ fn turned_left(v: Vector2<f64>) -> Vector2<f64> {
 
 impl SideContact {
     /// `corner`: world axes, in m.
-    pub(crate) fn new(posture: &Posture, contact: usize, corner: Vector2<f64>, side: &Side) -> Self {
+    pub(crate) fn new(
+        posture: &Posture,
+        contact: usize,
+        corner: Vector2<f64>,
+        side: &Side,
+    ) -> Self {
         let (along, ends) = (side.along(), side.ends());
         let [friction, ..] = side.coefficients;
         Self {
@@ -81,6 +86,7 @@ impl SideContact {
             depth: 0.0,
             u: 0.0,
             rounding: Rounding::default(),
+            radius: 0.0,
         };
         self.set_place(&mut point, state.center.r, state.spin.theta, state.frozen.is_some());
         let (v, omega) = (state.center.v, state.spin.omega);

@@ -14,7 +14,9 @@ use crate::modes::Mode;
 use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
 use crate::sustained::turning::TurningPoint;
-use crate::tolerance::{DRIFT, DRIFT_ENERGY, HULL_EDGE, SINGULAR_FRICTION_MATRIX, TOUCH};
+use crate::tolerance::{
+    DRIFT, DRIFT_ENERGY, HULL_EDGE, OVER_VERTEX, SINGULAR_FRICTION_MATRIX, TOUCH,
+};
 
 #[derive(Debug, Clone)]
 pub(super) struct Track {
@@ -26,8 +28,13 @@ pub(super) struct Track {
     /// Separate, but at the position of the other point of its contact, which is fixed.
     pub(super) pinned: bool,
     pub(super) friction: f64,
-    /// b and c at the start.
+    /// b and c at the start, of the centre of a round contact, and its radius R.
     arm: [f64; 2],
+    radius: f64,
+    /// A round contact that touches both pieces of a vertex: its centre does not move.
+    centered: bool,
+    /// It has been so up to now: its other point has just lifted off, and speed and acceleration of the centre are zero.
+    leaves_corner: bool,
     /// Gap and rate, of separate contacts.
     pub(super) h: Series,
     pub(super) u: Series,
@@ -168,7 +175,7 @@ impl BodyState {
                 }
                 Mode::Fixed => f64::INFINITY,
                 _ => {
-                    let t = -self.slip(i) / (p.tangent.dot(&a) - p.c * turn);
+                    let t = -self.slip(i) / (p.tangent.dot(&a) - p.touching_c() * turn);
                     if t > 0.0 { t } else { f64::INFINITY }
                 }
             }
@@ -239,6 +246,12 @@ impl Step {
                         && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
                     friction: p.friction,
                     arm: [p.b, p.c],
+                    radius: p.radius,
+                    leaves_corner: false,
+                    centered: p.radius > 0.0
+                        && [Some(i), state.second(i)]
+                            .iter()
+                            .all(|j| j.is_some_and(|j| modes[j] != Mode::Separate)),
                     h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
                     u: constant(p.u * unit),
                     slip: constant(state.slip(i) * unit),
@@ -265,7 +278,7 @@ impl Step {
         let mut spin_rate = ZERO; // ω̇
 
         // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero. A lever b is (b₀, −c₀)·e, and
-        // c is (c₀, b₀)·e.
+        // c is (c₀, b₀)·e. `still`: the constant parts of levers and arms of round contacts, R in −(c − R), slope R in b − slope (c − R).
         let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
         let row = |u: Unknown| {
             let p = &state.points[u.contact];
@@ -278,8 +291,13 @@ impl Step {
         let n = unknowns.len();
         let (mut along, mut lever, mut arm, mut centripetal) =
             ([Vector2::zeros(); 3], [[0.0; 2]; 3], [[0.0; 2]; 3], [[0.0; 2]; 3]);
+        let (mut still_lever, mut still_arm) = ([0.0; 3], [0.0; 3]);
         for (l, &u) in unknowns.iter().enumerate() {
             let (p, slope) = (&state.points[u.contact], slope(u));
+            if p.radius > 0.0 {
+                let part = if u.tangential { p.radius } else { 0.0 };
+                (still_lever[l], still_arm[l]) = (part, part + slope * p.radius);
+            }
             (along[l], lever[l], centripetal[l]) = if u.tangential {
                 (p.tangent, [-p.c, -p.b], [p.b, -p.c])
             } else {
@@ -287,8 +305,10 @@ impl Step {
             };
             arm[l] = [lever[l][0] - slope * p.c, lever[l][1] - slope * p.b];
         }
+        let levers: [f64; 3] = std::array::from_fn(|m| lever[m][0] + still_lever[m]);
+        let arms: [f64; 3] = std::array::from_fn(|l| arm[l][0] + still_arm[l]);
         let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
-            (true, true) => lever[i][0] * arm[j][0] / state.rho2 + row(unknowns[i]).dot(&along[j]),
+            (true, true) => levers[i] * arms[j] / state.rho2 + row(unknowns[i]).dot(&along[j]),
             _ => f64::from(u8::from(i == j)),
         });
         // Lengths of the columns before cancellation: a single contact that jams has no other scale.
@@ -296,11 +316,11 @@ impl Step {
             .map(|l| {
                 let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
                 let side = state.points[u.contact].tangent * bent;
-                let reach = lever[l][0].abs() + bent * state.points[u.contact].c.abs();
+                let reach = levers[l].abs() + bent * state.points[u.contact].touching_c().abs();
                 let square = |m: usize| {
                     let axis = row(unknowns[m]);
                     let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
-                    let turn = lever[m][0].abs() * reach / state.rho2;
+                    let turn = levers[m].abs() * reach / state.rho2;
                     (push + turn) * (push + turn)
                 };
                 (0..n).map(square).sum::<f64>().sqrt()
@@ -327,16 +347,18 @@ impl Step {
             let mut right = Vector3::zeros();
             for m in 0..n {
                 right[m] =
-                    dot(centripetal[m], curved) - dot(lever[m], turned) - lever[m][0] * twisted;
+                    dot(centripetal[m], curved) - dot(lever[m], turned) - levers[m] * twisted;
                 if k == 0 {
                     right[m] -= row(unknowns[m]).dot(&pull);
                 }
             }
             let solved = first.solve(&right)?;
             let mut push = if k == 0 { pull } else { Vector2::zeros() };
+            let mut rolling = 0.0; // moment of the forces with their constant arms
             for (l, &u) in unknowns.iter().enumerate() {
                 let force = solved[l];
                 push += along[l] * force;
+                rolling += still_arm[l] * force;
                 torque[k] = [torque[k][0] + arm[l][0] * force, torque[k][1] + arm[l][1] * force];
                 let track = &mut tracks[u.contact];
                 if u.tangential {
@@ -349,7 +371,7 @@ impl Step {
             if k + 1 == order {
                 break;
             }
-            let mut turn = torque[k][0] / state.rho2 + twisted;
+            let mut turn = (torque[k][0] + rolling) / state.rho2 + twisted;
             if let Some([i, j]) = parallel {
                 // (b_i − b_j) ω̇ = (c_i − c_j) ω² − (n_i − n_j)·v̇, and n_i·v̇ = c_i ω² − b_i ω̇
                 let (one, two) = (&state.points[i], &state.points[j]);
@@ -380,7 +402,11 @@ impl Step {
                         track.u[k + 1] = (p.normal.dot(&push) + dot([p.b, -p.c], a)) * next;
                     }
                 } else if !track.stuck {
-                    track.slip[k + 1] = (p.tangent.dot(&push) - dot([p.c, p.b], a)) * next;
+                    let mut slip = p.tangent.dot(&push) - dot([p.c, p.b], a);
+                    if p.radius > 0.0 {
+                        slip += p.radius * turn;
+                    }
+                    track.slip[k + 1] = slip * next;
                 }
             }
         }
@@ -401,8 +427,9 @@ impl Step {
             let has_arm = tracks.iter().any(|track| track.arm != [0.0; 2]);
             let is_turned = has_arm && rotation[1..order].iter().any(|e| *e != [0.0; 2]);
             let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
-            if state.frozen.is_none() && (is_turned || varies(&omega) || tracks.iter().any(forces))
-            {
+            // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
+            let turned = is_turned || has_arm && varies(&omega);
+            if state.frozen.is_none() && (turned || tracks.iter().any(forces)) {
                 reach.min(LATE)
             } else {
                 reach
@@ -412,7 +439,11 @@ impl Step {
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
         let mut determinant = if jams {
             let series = |lever: [f64; 2]| rotation.map(|e| dot(lever, e));
-            let (levers, arms) = (lever.map(series), arm.map(series));
+            let (mut levers, mut arms) = (lever.map(series), arm.map(series));
+            for l in 0..n {
+                levers[l][0] += still_lever[l];
+                arms[l][0] += still_arm[l];
+            }
             let mut whole = [[ZERO; 3]; 3];
             for (i, row) in whole[..n].iter_mut().enumerate() {
                 for (j, entry) in row[..n].iter_mut().enumerate() {
@@ -462,6 +493,11 @@ impl Step {
         track.u[..2].fill(0.0);
     }
 
+    /// The other point of the round contact `i`, which touches both pieces of a vertex, has just lifted off.
+    pub(crate) fn leaves_corner(&mut self, i: usize) {
+        self.tracks[i].leaves_corner = self.tracks[i].radius > 0.0;
+    }
+
     /// Contact `i` begins to slide from rest: a speed in the opposite direction is rounding error.
     pub(crate) fn starts(&mut self, i: usize) {
         let track = &mut self.tracks[i];
@@ -479,14 +515,15 @@ impl Step {
         first.is_none_or(|c| c * track.mode.direction() > 0.0)
     }
 
-    /// Displacement of a point in a direction since the start. A sliding point moves along its terrain; a fixed one does not
-    /// move.
+    /// Displacement of a point in a direction since the start, of the centre of a round contact. A sliding point moves along its terrain; a
+    /// fixed one does not move, unless it is round and rolls.
     pub(super) fn way(&self, i: usize, state: &BodyState, across: Vector2<f64>) -> Series {
         let (track, p) = (&self.tracks[i], &state.points[i]);
         let [t, n] = [p.tangent, p.normal].map(|axis| across.dot(&axis));
         let mut way = ZERO;
         match track.mode {
-            Mode::Fixed if track.stuck => {}
+            Mode::Fixed if track.stuck && track.radius == 0.0 => {}
+            _ if track.centered => {}
             Mode::Separate => {
                 let [b, c] = self.arm(i);
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
@@ -500,7 +537,21 @@ impl Step {
             }
             _ => {
                 for k in 1..ORDER {
-                    way[k] = t * track.slip[k - 1] / k as f64;
+                    let slip = if track.stuck { 0.0 } else { track.slip[k - 1] };
+                    let speed = match track.radius {
+                        0.0 => slip,
+                        // The speed of the centre at the start may be zero by cancellation, in a vertex.
+                        radius => {
+                            let spin = radius * self.omega[k - 1];
+                            let terms = slip.abs() + spin.abs();
+                            let known = OVER_VERTEX * f64::EPSILON * terms;
+                            if k == 1 && (slip - spin).abs() <= known { 0.0 } else { slip - spin }
+                        }
+                    };
+                    way[k] = t * speed / k as f64;
+                }
+                if track.leaves_corner {
+                    way[..3].fill(0.0);
                 }
             }
         }
@@ -613,7 +664,7 @@ impl Step {
             let place = &state.points[i].place;
             // Off one piece of a vertex and sliding up the other: it leaves once the distance exceeds its rounding error.
             let closed = |j: usize| self.tracks[j].mode != Mode::Separate;
-            let slides = track.mode == Mode::Separate && state.twin(i).is_some_and(closed);
+            let slides = track.mode == Mode::Separate && state.second(i).is_some_and(closed);
             let slack = if slides { TOUCH * state.points[i].arm().norm() } else { 0.0 };
             for (side, distance) in place.sides.into_iter().enumerate() {
                 if distance < f64::INFINITY {
@@ -731,9 +782,10 @@ impl Step {
                 }
                 match (tangential, state.frozen.is_some()) {
                     (false, false) => dot([c, b], turned),
+                    (true, false) if p.radius > 0.0 => dot([b, -c], turned) + p.radius * angle,
                     (true, false) => dot([b, -c], turned),
                     (false, true) => p.b * angle,
-                    (true, true) => -p.c * angle,
+                    (true, true) => -p.touching_c() * angle,
                 }
             };
             let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
@@ -749,12 +801,16 @@ impl Step {
                     if let (Some(place), None) = (p.held, state.frozen) {
                         // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                         let r = state.center.r + moved;
-                        let (at, arm) = if tangential { (0, p.b) } else { (1, p.c) };
+                        let (at, mut arm) = if tangential { (0, p.b) } else { (1, p.c) };
+                        let mut size = r.norm() + libm::hypot(p.b, p.c);
+                        if tangential && p.radius > 0.0 {
+                            let rolled = p.radius * (after.spin.theta);
+                            (arm, size) = (arm + rolled, size + rolled.abs());
+                        }
                         let drift = match self.turning(contact) {
                             Some(turning) => turning.side.drift(p, r, place[0])[at],
                             None => axis.dot(&r) + arm - place[at],
                         };
-                        let size = r.norm() + libm::hypot(p.b, p.c);
                         let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
                         if drift.abs() > DRIFT * size && light {
                             off = drift;
@@ -805,6 +861,7 @@ mod tests {
             friction,
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
+            radius: 0.0,
             held: None,
             place: Place::anywhere(i),
             h: 0.0,

@@ -116,8 +116,9 @@ impl Step {
     ) -> Option<Box<Self>> {
         let (points, rho2) = (&state.points, state.rho2);
         let fall = state.fall * (unit * unit);
-        let mut frames: Vec<Frame> =
-            (0..points.len()).map(|i| Frame::new(&points[i], state.turning_side(i).is_some())).collect();
+        let mut frames: Vec<Frame> = (0..points.len())
+            .map(|i| Frame::new(&points[i], state.turning_side(i).is_some()))
+            .collect();
         let mut theta = constant(state.spin.theta);
         let mut omega = constant(state.spin.omega * unit);
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
@@ -199,7 +200,9 @@ impl Step {
             let lacks = |u: Unknown| {
                 let frame = &frames[u.contact];
                 let axis = axis(u, frame);
-                curved(u) - rest(&axis[0], &a[0], k) - rest(&axis[1], &a[1], k)
+                curved(u)
+                    - rest(&axis[0], &a[0], k)
+                    - rest(&axis[1], &a[1], k)
                     - rest(&lever(u, frame), &alpha, k)
             };
             let first = |u: Unknown| {
@@ -248,9 +251,8 @@ impl Step {
                 r[axis][k + 1] = v[axis][k] * next;
                 v[axis][k + 1] = a[axis][k] * next;
             }
-            let spun = [0, 1].map(|part: usize| {
-                (0..=k).map(|j| rotation[j][part] * omega[k - j]).sum::<f64>()
-            });
+            let spun = [0, 1]
+                .map(|part: usize| (0..=k).map(|j| rotation[j][part] * omega[k - j]).sum::<f64>());
             rotation[k + 1] = [-spun[1] * next, spun[0] * next];
             for (i, (track, frame)) in tracks.iter_mut().zip(&mut frames).enumerate() {
                 let p = &points[i];
@@ -301,7 +303,10 @@ impl Step {
                     // The turned axes, with unit size.
                     let mut turned = ends(&frame.normal[0]);
                     let other = ends(&frame.normal[1]);
-                    turned.iter_mut().zip(other).for_each(|(one, two)| *one = one.abs() + two.abs());
+                    turned
+                        .iter_mut()
+                        .zip(other)
+                        .for_each(|(one, two)| *one = one.abs() + two.abs());
                     all.push(turned);
                     all.push(ends(&track.slip));
                 }
@@ -320,8 +325,7 @@ impl Step {
                 let frame = &frames[row.unknown.contact];
                 for (j, force) in forces.iter().enumerate() {
                     let acting = &frames[force.unknown.contact];
-                    let turned =
-                        times(&lever(row.unknown, frame), &force.lever(acting), order);
+                    let turned = times(&lever(row.unknown, frame), &force.lever(acting), order);
                     let direction = force.direction(acting);
                     for k in 0..order {
                         whole[i][j][k] =
