@@ -22,12 +22,13 @@ use smallvec::SmallVec;
 
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
+use crate::body::side::TouchedSide;
 use crate::body::state::State;
 use crate::error::{Error, in_range};
 use crate::excitation::Excitation;
 use crate::math::random::Random;
 use crate::math::turn::Turn;
-use crate::options::{Model, Options, Stop};
+use crate::options::{Edges, Model, Options, Stop};
 use crate::outcome::{ContactNumber, End, Outcome};
 use crate::simulate::batch::ends_until;
 use crate::simulate::{Resources, Start, solvable};
@@ -151,17 +152,23 @@ pub fn robustness_until(
     let count = checked(sizes, trials, &run)?;
     solvable(posture, &run)?;
     let stance = Start::new(posture, &State::at_rest([0.0; 3]), run.model)?.touching();
-    if stance.is_empty() {
+    if stance.is_empty() && posture.side_contacts().is_empty() {
         return Err(unusable(
             "posture",
             "[no contact touches the ground at q = 0]".into(),
             "a posture in which at least one contact touches",
         ));
     }
-    let feet: Vec<Foot> = stance
-        .iter()
-        .map(|contact| (contact, posture.touched(contact.index(), &Vector3::zeros())))
-        .collect();
+    let origin = Vector3::zeros();
+    let sides = posture.sides_touched(&origin);
+    let sides = if run.edges == Edges::Contact { &sides[..] } else { &[] };
+    let count_of_own = posture.contacts().len();
+    let stance = stance.with((count_of_own..).take(sides.len()));
+    let foot = |contact: ContactNumber| match contact.index().checked_sub(count_of_own) {
+        Some(k) => Foot::Side(contact, sides[k]),
+        None => Foot::Own(contact, posture.touched(contact.index(), &origin)),
+    };
+    let feet: Vec<Foot> = stance.iter().map(foot).collect();
     let kicks = directions(seed, trials);
     let rho = posture.fields().gyration_radius;
     let kick = |number: usize| {
@@ -259,26 +266,52 @@ impl Robustness {
     }
 }
 
-/// The placement of a contact that touches at q = 0: the lines of ground on which it stands there, two in a concave vertex.
-type Foot = (ContactNumber, SmallVec<[ContactGeometry; 2]>);
+/// A contact that touches at q = 0.
+enum Foot {
+    /// One of the body, with the lines of ground on which it stands there, two in a concave vertex.
+    Own(ContactNumber, SmallVec<[ContactGeometry; 2]>),
+    /// A side on a corner of the ground.
+    Side(ContactNumber, TouchedSide),
+}
+
+impl Foot {
+    fn contact(&self) -> ContactNumber {
+        match self {
+            Self::Own(contact, _) | Self::Side(contact, _) => *contact,
+        }
+    }
+
+    /// Its gaps at `q`, in m. `frozen`: with the Jacobian rows of q = 0.
+    fn gaps(&self, posture: &Posture, q: &Vector3<f64>, frozen: bool) -> SmallVec<[f64; 2]> {
+        let turn = Turn::by(q.z);
+        match self {
+            Self::Own(_, lines) => {
+                let gap = |line: &ContactGeometry| {
+                    if frozen { line.local_gap(q) } else { line.gap(q, &turn) }
+                };
+                lines.iter().map(gap).collect()
+            }
+            Self::Side(_, on) => SmallVec::from_slice(&[posture.side_gap(on, q, frozen)]),
+        }
+    }
+}
 
 /// Whether the body has come back to the stance on these feet: see the top of this file.
 fn came_back(posture: &Posture, feet: &[Foot], run: &Options, end: &End) -> bool {
     let q = &end.state.q;
-    let (moved, turn) = (libm::hypot(q.x, q.y), Turn::by(q.z));
+    let moved = libm::hypot(q.x, q.y);
     let touching: SmallVec<[ContactNumber; 4]> = end.touching.iter().collect();
-    let stands = |(contact, lines): &Foot| {
-        let mut gaps = lines.iter().map(|line| {
-            if run.model == Model::Local { line.local_gap(q) } else { line.gap(q, &turn) }
-        });
+    let stands = |foot: &Foot| {
         let same = SAME_GROUND * (posture.size() + moved);
-        let allowed = if touching.contains(contact) { same } else { HOVERS * posture.size() };
-        gaps.any(|gap| (-same..=allowed).contains(&gap))
+        let touches = touching.contains(&foot.contact());
+        let allowed = if touches { same } else { HOVERS * posture.size() };
+        let gaps = foot.gaps(posture, q, run.model == Model::Local);
+        gaps.iter().any(|gap| (-same..=allowed).contains(gap))
     };
     end.outcome == Outcome::Rest
         && q.z.abs() < std::f64::consts::PI
         && moved <= run.neighbourhood
-        && touching.iter().all(|contact| feet.iter().any(|(foot, _)| foot == contact))
+        && touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == *contact))
         && feet.iter().all(stands)
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
+use crate::body::outline::Side;
 use crate::body::posture::Posture;
 use crate::body::terrain::Ground;
 use crate::error::Error;
@@ -39,45 +40,68 @@ impl Posture {
         corners
     }
 
+    /// A corner of the ground and a side at `q`: axes and arm of their contact, its gap, and the distances along the side from both its ends to
+    /// the corner, negative beyond them, in m.
+    fn at_side(
+        &self,
+        corner: Vector2<f64>,
+        side: &Side,
+        q: &Vector3<f64>,
+    ) -> (ContactGeometry, f64, [f64; 2]) {
+        let fields = self.fields();
+        let arm = corner - (Vector2::from(fields.center_of_mass) + q.xy());
+        let tangent = turned(&Turn::by(q.z), side.along());
+        let normal = Vector2::new(-tangent.y, tangent.x);
+        let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
+        let [from, to] = side.ends().map(|end| side.along().dot(&end));
+        let [friction, restitution, _] = side.coefficients;
+        let geometry = ContactGeometry {
+            tangent,
+            normal,
+            b,
+            c,
+            offset: 0.0,
+            gravity: fields.gravity * normal.y,
+            radius: 0.0,
+            restitution,
+            friction,
+        };
+        let inwards = Vector2::new(-side.along().y, side.along().x);
+        (geometry, inwards.dot(&side.ends()[0]) - c, [b - from, to - b])
+    }
+
     /// The corners of the ground that touch a side at `q`, within the tolerance of touching and the rounding error of the place.
     pub(crate) fn sides_touched(&self, q: &Vector3<f64>) -> Vec<TouchedSide> {
         let Some(outline) = self.outline() else { return Vec::new() };
-        let (fields, turn) = (self.fields(), Turn::by(q.z));
-        let center = Vector2::from(fields.center_of_mass) + q.xy();
+        let center = Vector2::from(self.fields().center_of_mass) + q.xy();
         let mut found = Vec::new();
         for corner in self.ground_corners() {
-            let arm = corner - center;
             let place = center.norm() + corner.norm() + outline.radius;
             let touch = (TOUCH * outline.radius).max(PLACE * place);
-            if arm.norm() > outline.radius + touch {
+            if (corner - center).norm() > outline.radius + touch {
                 continue;
             }
             for side in outline.sides() {
-                let tangent = turned(&turn, side.along());
-                let normal = Vector2::new(-tangent.y, tangent.x);
-                let [from, to] = side.ends().map(|end| side.along().dot(&end));
-                let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
-                let gap = Vector2::new(-side.along().y, side.along().x).dot(&side.ends()[0]) - c;
-                if gap.abs() > touch || b - from <= touch || to - b <= touch {
-                    continue;
+                let (geometry, gap, from_ends) = self.at_side(corner, side, q);
+                if gap.abs() <= touch && from_ends.iter().all(|way| *way > touch) {
+                    found.push(TouchedSide { corner, side: side.index(), geometry });
                 }
-                let [friction, restitution, _] = side.coefficients;
-                let gravity = fields.gravity * normal.y;
-                let geometry = ContactGeometry {
-                    tangent,
-                    normal,
-                    b,
-                    c,
-                    offset: 0.0,
-                    gravity,
-                    radius: 0.0,
-                    restitution,
-                    friction,
-                };
-                found.push(TouchedSide { corner, side: side.index(), geometry });
             }
         }
         found
+    }
+
+    /// The gap at `q` of a corner of the ground that touches a side in the nominal posture, in m; ∞ beyond the ends of the side. `frozen`:
+    /// with the Jacobian rows of q = 0.
+    pub(crate) fn side_gap(&self, on: &TouchedSide, q: &Vector3<f64>, frozen: bool) -> f64 {
+        let side = self.outline().map(|outline| &outline.sides()[on.side]);
+        match side {
+            Some(side) if !frozen => {
+                let (_, gap, from_ends) = self.at_side(on.corner, side, q);
+                if from_ends.iter().all(|way| *way >= 0.0) { gap } else { f64::INFINITY }
+            }
+            _ => on.geometry.local_gap(q),
+        }
     }
 
     /// The sides of the outline that touch corners of the ground in the nominal posture, each as a contact at the corner on a line along the

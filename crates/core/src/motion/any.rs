@@ -97,7 +97,7 @@ impl Coordinates for AnyContacts {
     }
 
     fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
-        driver.impact(coming)
+        if driver.drop_sides_passed() { None } else { driver.impact(coming) }
     }
 
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
@@ -193,7 +193,7 @@ impl<'a> Driver<'a, AnyContacts> {
         let local = state.frozen.is_some();
         let body = AnyContacts {
             posture: posture.clone(),
-            contacts: posture.distinct().count(),
+            contacts: posture.distinct().count() + state.sides.len(),
             state,
             fastest: 0.0,
             sequence: InstantImpacts::default(),
@@ -423,7 +423,6 @@ impl<'a> Driver<'a, AnyContacts> {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }
-        self.drop_sides_passed();
         None
     }
 

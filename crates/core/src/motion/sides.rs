@@ -92,18 +92,19 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Removes corners of the ground that have come to the line of their side beyond its end.
-    pub(super) fn drop_sides_passed(&mut self) {
-        let size = self.body.posture.size();
-        for i in (0..self.body.contacts).rev() {
+    /// Removes corners of the ground that have come to the line of their side beyond its end. Returns whether there are any.
+    pub(super) fn drop_sides_passed(&mut self) -> bool {
+        if !self.body.state.has_turning_sides() {
+            return false;
+        }
+        let (size, before) = (self.body.posture.size(), self.body.contacts);
+        for i in (0..before).rev() {
             let state = &self.body.state;
-            if state.side_contact(i).is_some()
-                && state.points[i].h == 0.0
-                && state.is_beyond_side(i, size)
-            {
+            if state.points[i].h == 0.0 && state.is_beyond_side(i, size) {
                 self.remove_side(i);
             }
         }
+        self.body.contacts < before
     }
 
     /// Point `i`, a corner of the ground, comes to the start (0) or the end (1) of its side: the corner of the body there takes over.

@@ -65,7 +65,7 @@ impl BodyState {
     pub(crate) fn known_pull(&self, i: usize) -> f64 {
         let (arc, square) = (self.arc(i), self.spin.omega * self.spin.omega);
         let pull = arc.effective_gravity();
-        let terms = self.gravity + arc.c.abs() * square;
+        let terms = self.gravity + arc.c.abs() * square + self.coriolis(i).abs();
         if pull.abs() <= PULL_ROUNDINGS * f64::EPSILON * terms { 0.0 } else { pull }
     }
 

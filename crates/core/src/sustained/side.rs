@@ -117,7 +117,7 @@ impl SideContact {
     }
 
     /// Distances along the side from its start and to its end, in m; negative beyond them. `b`: of the contact.
-    pub(crate) fn from_ends(&self, b: f64) -> [f64; 2] {
+    pub(crate) fn distances(&self, b: f64) -> [f64; 2] {
         [b - self.ends[0], self.ends[1] - b]
     }
 
@@ -290,6 +290,6 @@ impl BodyState {
     pub(crate) fn is_beyond_side(&self, i: usize, size: f64) -> bool {
         let p = &self.points[i];
         self.turning_side(i)
-            .is_some_and(|side| side.from_ends(p.b).iter().any(|way| *way < -TOUCH * size))
+            .is_some_and(|side| side.distances(p.b).iter().any(|way| *way < -TOUCH * size))
     }
 }
