@@ -293,3 +293,138 @@ impl BodyState {
             .is_some_and(|side| side.distances(p.b).iter().any(|way| *way < -TOUCH * size))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::contact::Contact;
+    use crate::body::posture::{GroundKind, PostureFields};
+    use crate::collisions::log::{Center, Spin};
+    use crate::math::random::Random;
+
+    /// A box over a peak at the origin.
+    fn posture() -> Posture {
+        let outline = [[-0.5, 0.0], [0.5, 0.0], [0.5, 0.6], [-0.5, 0.6]];
+        Posture::new(PostureFields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.1, 0.2],
+            contacts: outline.iter().map(|[x, y]| Contact::at(*x, *y)).collect(),
+            restitution: 0.5,
+            gravity: 9.81,
+            terrain: vec![[-9.0, -9.0], [0.0, 0.0], [9.0, -9.0]],
+            ground: GroundKind::Own,
+            outline: outline.to_vec(),
+        })
+        .unwrap()
+    }
+
+    /// A body with the peak as its only contact, on a side that is `h` above it.
+    fn over_peak(random: &mut Random, posture: &Posture, h: f64) -> BodyState {
+        let theta = random.between(-3.1, 3.1);
+        let side = posture.outline().unwrap().sides()[0];
+        let on = SideContact::new(posture, 4, Vector2::zeros(), &side);
+        let turn = Turn::by(theta);
+        let t = on.along + turned_left(on.along) * turn.sin - on.along * turn.one_minus_cos;
+        let arm = t * random.between(-0.4, 0.4) - turned_left(t) * (on.distance + h);
+        let mut state = BodyState {
+            points: [].into_iter().collect(),
+            sides: vec![on],
+            center: Center {
+                r: on.corner - arm,
+                v: Vector2::new(random.between(-2.0, 2.0), random.between(-2.0, 2.0)),
+            },
+            spin: Spin { theta, omega: random.between(-9.0, 9.0) },
+            rho2: 0.09,
+            fall: Vector2::new(0.0, -9.81),
+            gravity: 9.81,
+            frozen: None,
+        };
+        let mut point = on.point(&state, 1.0);
+        point.h = h;
+        state.points.push(point);
+        state
+    }
+
+    /// The gap after a flight is that of the place of the body then, and its change over a short time has all its digits.
+    #[test]
+    fn gaps_in_flight() {
+        let (posture, mut random) = (posture(), Random(5));
+        for _ in 0..1000 {
+            let state = over_peak(&mut random, &posture, 0.3);
+            let dt = random.between(0.0, 0.5);
+            let after = state.flown(dt);
+            let again = after.sides[0].point(&after, 1.0);
+            let [h, u] = state.side_flown(0, dt);
+            assert!((h - again.h).abs() < 1e-14 && (u - again.u).abs() < 1e-13, "{h} {}", again.h);
+            // h − h₀ − u₀ t = ½ ḧ t², with ḧ of the head of this file.
+            let closed = BodyState {
+                points: [ContactState { h: 0.0, ..state.points[0] }].into_iter().collect(),
+                ..state.clone()
+            };
+            let p = &closed.points[0];
+            let lift = -closed.pull(0) - p.c * state.spin.omega * state.spin.omega;
+            let t = 1e-9;
+            let bent = closed.side_flown(0, t)[0] - p.u * t;
+            assert!(
+                (bent / (0.5 * t * t) - lift).abs() < 1e-4 * (10.0 + lift.abs()),
+                "{bent} {lift}"
+            );
+        }
+    }
+
+    /// No gap is negative before the touchdown that is found, and it is zero there.
+    #[test]
+    fn the_first_touchdown() {
+        let (posture, mut random) = (posture(), Random(6));
+        let mut found = 0;
+        for k in 0..2000 {
+            let h = if k % 4 == 0 { 0.0 } else { random.between(0.0, 1.0) };
+            let mut state = over_peak(&mut random, &posture, h);
+            if h == 0.0 {
+                state.points[0].u = state.points[0].u.abs();
+                let p = &state.points[0];
+                let rate = p.normal.dot(&state.center.v) + p.b * state.spin.omega;
+                state.center.v += p.normal * (p.u - rate);
+            }
+            let limit = random.between(0.0, 2.0);
+            let t = state.side_touchdown(0, limit);
+            let end = t.unwrap_or(limit);
+            for j in 1..200 {
+                let [h, _] = state.side_flown(0, end * f64::from(j) / 200.0);
+                assert!(h > 0.0, "{h} before {end}");
+            }
+            if let Some(t) = t {
+                found += 1;
+                let [h, u] = state.side_flown(0, t);
+                assert!(h.abs() < 1e-13 && u <= 1e-6, "{h} {u}");
+            }
+        }
+        assert!(found > 500, "{found}");
+    }
+
+    /// Seen from the body the corner is a point that moves relative to a line, with Euler's, Coriolis's and the centrifugal acceleration.
+    #[test]
+    fn the_acceleration_of_the_gap_in_the_axes_of_the_body() {
+        let (posture, mut random) = (posture(), Random(7));
+        for _ in 0..1000 {
+            let mut state = over_peak(&mut random, &posture, 0.0);
+            let p = state.points[0];
+            // On the side: ḣ = 0.
+            let rate = p.normal.dot(&state.center.v) + p.b * state.spin.omega;
+            state.center.v -= p.normal * rate;
+            let [push, turn] = [random.between(-5.0, 5.0), random.between(-5.0, 5.0)];
+            let a = Vector2::new(push, 1.0 - push);
+            let omega = state.spin.omega;
+            let ways = [Some(1_i8)];
+            let [_, bias] = state.bias(0, ways[0], omega * omega);
+            let lift = p.normal.dot(&a) + p.b * turn + bias;
+            // A = R(−θ)a: Ä = −R(−θ)r̈ − ω̇ × A − 2 ω × Ȧ + ω² A, all in the axes of the body, and h = −n·A − d.
+            let arm = p.arm();
+            let relative = -state.center.v - turned_left(arm) * omega;
+            let second = -a - turned_left(arm) * turn - turned_left(relative) * (2.0 * omega)
+                + arm * (omega * omega);
+            assert!((lift + p.normal.dot(&second)).abs() < 1e-12 * (1.0 + lift.abs()), "{lift}");
+        }
+    }
+}
