@@ -1,5 +1,6 @@
 """Tables as text: contact modes, verdicts and maps."""
 
+import math
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
@@ -53,6 +54,17 @@ def contacts_named(numbers: Sequence[int]) -> str:
     ('contact 2', 'contacts 1 to 3')
     """
     return f"contact{'' if len(numbers) == 1 else 's'} {listed(numbers)}"
+
+
+def side_named(contact: sf.RunContact) -> str:
+    """A side of the body on a corner of the ground, in words. Sides are counted from 1.
+
+    >>> box = sf.Posture.box(1.0, 0.5, terrain=[(-5, 0), (0, 0), (0, -5)])
+    >>> side_named(sf.simulate(box, (-0.1, 0, 0), (0, 0, 0)).contacts[4])
+    'side 1 on the corner of the ground at (0, 0) m'
+    """
+    x, y = contact.corner or (math.nan, math.nan)
+    return f"side {contact.index + 1} on the corner of the ground at ({x:zg}, {y:zg}) m"
 
 
 def is_infinite(point: sf.ZenoPoint) -> bool:
@@ -188,9 +200,15 @@ def verdict_table(verdict: sf.Verdict) -> str:
         lines.append(
             "  jams              end by plastic impacts without collision, under every law of impact"
         )
-    if len(verdict.posture.contacts) > len(verdict.contacts):
+    own, sides = verdict.posture.contacts, verdict.posture.side_contacts
+    if len(own) + len(sides) > len(verdict.contacts):
         lines.append(
             f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
+        )
+    for number, side in enumerate(sides, start=len(own) + 1):
+        place = ", ".join(f"{x:zg}" for x in side.point)
+        lines.append(
+            f"  contact {number:<9} is a side of the body on the corner of the ground at ({place}) m"
         )
     lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
     lines += (
