@@ -399,7 +399,8 @@ class Film:
         self.hits = []
         for index, when in enumerate(impacts(run, times, gaps)):
             self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
-            gaps[np.isin(times, when), index] = 0.0
+            if index < len(run.gaps):
+                gaps[np.isin(times, when), index] = 0.0
         touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
         lowest = CLOSED * self.size
         highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))

@@ -261,7 +261,10 @@ def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
                     "acceleration / (m/s^2, rad/s^2)",
                     "forces (tangential, normal) / N",
                 ),
-                *(_tests(verdict.modes[word]) for word in verdict.modes),
+                *(
+                    _tests(verdict.modes[word], verdict.contacts)
+                    for word in verdict.modes
+                ),
             ]
         ),
         f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
@@ -317,14 +320,16 @@ def _yes(answer: bool | None) -> str:
     return "yes" if answer else "no"
 
 
-def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
-    """A row for a word at rest, with separate columns for its kinematic tests and its force tests."""
+def _tests(
+    mode: sf.ContactMode, numbers: Sequence[int]
+) -> tuple[str, str, str, str, str]:
+    """A row for a word at rest, with separate columns for its kinematic tests and its force tests. `numbers`: of the contacts that touch."""
     if mode.determined == "impossible":
         return mode.word, "no motion", "", "", ""
     words = {}
     for kind in ("a_", "f_"):
         failed = [
-            f"{number}: {test} by {abs(value):.3g}"
+            f"{numbers[number - 1]}: {test} by {abs(value):.3g}"
             for number, test, value in mode.margins
             if kind in test and f"contact {number}: {test}" in mode.violated
         ]
@@ -334,7 +339,7 @@ def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
         words["a_"],
         words["f_"],
         _vector(mode.acceleration),
-        _forces(mode.forces),
+        _forces(mode.forces, numbers),
     )
 
 
@@ -366,9 +371,12 @@ def _row(mode: sf.ContactMode) -> tuple[str, str, str, str]:
     return mode.word, verdict + tie, _vector(mode.acceleration), _forces(mode.forces)
 
 
-def _forces(forces: npt.NDArray[np.float64]) -> str:
-    """The forces that are not zero, with the numbers of their contacts."""
-    acting = [f"{i}: {_vector(f)}" for i, f in enumerate(forces, start=1) if f.any()]
+def _forces(
+    forces: npt.NDArray[np.float64], numbers: Sequence[int] | None = None
+) -> str:
+    """The forces that are not zero, with the numbers of their contacts: from 1 on, if none are given."""
+    named = zip(numbers or range(1, len(forces) + 1), forces, strict=True)
+    acting = [f"{i}: {_vector(f)}" for i, f in named if f.any()]
     if len(acting) > FORCES:
         acting[FORCES:] = [f"and {len(acting) - FORCES} more"]
     return "  ".join(acting) or "none"

@@ -267,16 +267,6 @@ impl PyZenoPoint {
     }
 }
 
-/// A run: its outcome, its events, and the motion at any time.
-///
-/// >>> import standfast as sf
-/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
-/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
-/// >>> run.outcome, run.zeno_points[0].kind, [phase.mode for phase in run.phases]
-/// ('rest', '2-zeno', ['SS', 'FF'])
-/// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
-/// >>> float(qdot[1])
-/// -0.0981
 /// A contact of a run, see `Run.contacts`.
 #[pyclass(frozen, eq, name = "RunContact", module = "standfast")]
 #[derive(Clone, PartialEq)]
@@ -328,6 +318,16 @@ impl PyRunContact {
     }
 }
 
+/// A run: its outcome, its events, and the motion at any time.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
+/// >>> run.outcome, run.zeno_points[0].kind, [phase.mode for phase in run.phases]
+/// ('rest', '2-zeno', ['SS', 'FF'])
+/// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
+/// >>> float(qdot[1])
+/// -0.0981
 #[pyclass(frozen, name = "Run", module = "standfast")]
 pub(crate) struct PyRun(pub(crate) Trajectory);
 

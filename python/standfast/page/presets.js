@@ -44,8 +44,8 @@ export const PRESETS = {
     ground: "shared",
     body: { mass: 1, gyration_radius: 0.3 * Math.SQRT1_2, center_of_mass: [0, 0.3] },
     contact: [{ point: [0, 0], radius: 0.3, friction: 0.3 }],
-    start: { qdot: [2, 0, 20] },
-    run: { impact: "moreau" },
+    start: { q: [0, 0.4, 0], qdot: [2, 0, 20] },
+    run: { impact: "moreau", stop: "time", time_limit: 4 },
   },
   "Three feet": {
     ...ground,
