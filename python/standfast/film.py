@@ -407,8 +407,8 @@ class Film:
         if zeno:
             axes.set_yscale("log")
             gaps = np.maximum(gaps, 1e-3 * lowest)
-        touched = sorted(index for index in touched if index < len(run.gaps))
-        for index in touched:
+        shown_gaps = sorted(index for index in touched if index < len(run.gaps))
+        for index in shown_gaps:
             look: dict[str, Any] = {
                 "color": COLORS[index % 4],
                 "ls": LINES[style(index)],
@@ -442,9 +442,9 @@ class Film:
         self.cursor = self._moves(axes.axvline(0.0, color="black", lw=1.2))
         self.dots = [
             self._moves(Line2D([], [], clip_on=False, **self._look(index)))
-            for index in touched
+            for index in shown_gaps
         ]
-        self.dotted = touched
+        self.dotted = shown_gaps
         for dot in self.dots:
             axes.add_line(dot)
 

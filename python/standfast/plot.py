@@ -368,16 +368,16 @@ def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
         if index not in touched:
             look |= {"color": ALOOF, "linestyle": "-", "lw": 0.8, "zorder": 1.0}
         (line,) = axes.plot(t, gaps[:, index], **look)
-        if (marked_ones := mark_impacts(index)) is not None:
-            label, marks = marked_ones
+        if (hits := mark_impacts(index)) is not None:
+            label, marks = hits
             entries[label] = line, marks
         elif index in touched:
             entries[f"contact {index + 1}"] = line
         else:
             entries["contacts that never touch"] = line
     for index in range(len(run.gaps), len(run.contacts)):  # sides have no gaps
-        if (marked_ones := mark_impacts(index)) is not None:
-            label, marks = marked_ones
+        if (hits := mark_impacts(index)) is not None:
+            label, marks = hits
             entries[label] = marks
     ends = np.array([point.time for point in infinite])
     for time in ends[apart(ends, least)]:
@@ -594,10 +594,12 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
 
     rest, gaps = (values[::-1] for values in sharpened(rest, gaps_before))
     low, high = _decades(rest, gaps)
-    for index, look in _contacts(run):
+    looks = dict(_contacts(run))
+    for index in range(len(run.contacts)):
         hits = left[before["index"] == index]
-        height = np.where(np.isin(rest, hits), 0.0, gaps[:, index])
-        axes.plot(rest, np.maximum(height, 1e-3 * low), **look)
+        if index in looks:  # sides have no gaps
+            height = np.where(np.isin(rest, hits), 0.0, gaps[:, index])
+            axes.plot(rest, np.maximum(height, 1e-3 * low), **looks[index])
         if 0 < len(hits) and len(before) <= MARKS:
             at_bottom = {"transform": axes.get_xaxis_transform(), **_mark(index)}
             axes.plot(hits, np.full_like(hits, 0.05), **at_bottom)

@@ -139,7 +139,7 @@ def seek(shown, share):
 
 def letters(shown):
     """The numbers and letters of the contacts in the picture."""
-    texts = shown.locator(".sf-view svg text").all_inner_texts()
+    texts = shown.locator(".sf-view svg text").all_text_contents()
     return [text.replace(" ", "") for text in texts]
 
 
