@@ -43,6 +43,7 @@ from standfast.plot import (
     View,
     apart,
     body_size,
+    called,
     curves,
     draw_ground,
     event_times,
@@ -204,23 +205,27 @@ def modes_at(run: Run, times: _Floats) -> list[str]:
     """The letters of the contact modes at these times: after an event at one of them."""
     starts = [phase.start for phase in run.phases]
     found = np.searchsorted(starts, times, side="right")
-    modes = ["S" * len(run.gaps), *(phase.mode for phase in run.phases)]
+    modes = ["S" * len(run.contacts), *(phase.mode for phase in run.phases)]
     return [modes[index] for index in found]
 
 
 def impacts(run: Run, times: _Floats, gaps: _Floats) -> list[_Floats]:
     """The times of the impacts of each contact, in s on the clock of the run: those on record, and those that are summed, as far as the
-    gaps (k, n) at these times (k,) show them."""
+    gaps (k, n) at these times (k,) show them. Sides have no gaps; their impacts are all on record."""
+
+    def recorded_of(index: int) -> _Floats:
+        recorded = run.impacts["time"][run.impacts["index"] == index]
+        return np.unique(np.clip(recorded, start(run), run.time))
+
     found = []
     for index, gap in enumerate(gaps.T):
         falls = gap[1:-1] < gap[:-2]
         low = 1 + np.flatnonzero(falls & (gap[1:-1] <= gap[2:]))
         peaks = np.maximum.reduceat(gap, [0, *low]) if len(low) else np.array([0.0])
         hits = gap[low] <= TOUCHED * np.minimum(peaks[:-1], peaks[1:])
-        recorded = run.impacts["time"][run.impacts["index"] == index]
-        recorded = np.clip(recorded, start(run), run.time)
-        found.append(np.unique([*recorded, *times[low[hits]]]))
-    return found
+        found.append(np.unique([*recorded_of(index), *times[low[hits]]]))
+    sides = range(len(found), len(run.contacts))
+    return found + [recorded_of(index) for index in sides]
 
 
 def decimals(times: _Floats) -> int:
@@ -239,8 +244,8 @@ def decimals(times: _Floats) -> int:
 class Film:
     """The figure of a film, and what changes in it from frame to frame.
 
-    t (k,), s: times of the frames on the clock of the run; film (k,), s: their times in the film; points (k, n, 2), forces (k, n, 2) and gaps
-    (k, n): of the contacts.
+    t (k,), s: times of the frames on the clock of the run; film (k,), s: their times in the film; points (k, m, 2) and forces (k, m, 2): of the
+    contacts of the run, sides included; gaps (k, n): of those of the posture.
     """
 
     def __init__(self, run: Run, fps: float, speed: float, clock: str) -> None:
@@ -252,11 +257,13 @@ class Film:
         self.gaps = run.gaps_at(self.t)
         self.forces = run.forces_at(self.t)
         self.modes = modes_at(run, self.t)
+        self.frictions = [contact.friction for contact in run.contacts]
         self.posture = run.posture
         assert self.posture is not None
         self.size = body_size(self.posture)
         self.infinite = [point for point in run.zeno_points if is_infinite(point)]
-        centers = run.at(self.t)[0][:, :2]
+        self.q = run.at(self.t)[0]
+        centers = self.q[:, :2]
         self.follows = bool(np.ptp(centers, axis=0).max() > JOURNEY * self.size)
         self.view = View(run, None if self.follows else self.t)
         if self.follows:
@@ -283,15 +290,24 @@ class Film:
         self.view.scale *= more
 
     def _tangents(self) -> _Floats:
-        """Directions (k, n, 2) of the ground at the contacts."""
+        """Directions (k, m, 2) of the ground at the contacts; of a side, its own direction."""
         assert self.posture is not None
+        own = len(self.run.gaps)
+        tangents = np.empty_like(self.points)
         if self.posture.terrain is None and self.posture.ground == "own":
             slopes = np.array([contact.slope for contact in self.posture.contacts])
-            own = np.column_stack([np.cos(slopes), np.sin(slopes)])
-            return np.broadcast_to(own, self.points.shape)
-        pieces = ground(self.posture)
-        found = [nearest(pieces, foot)[1] for foot in self.points.reshape(-1, 2)]
-        return np.array(found).reshape(self.points.shape)
+            tangents[:, :own] = np.column_stack([np.cos(slopes), np.sin(slopes)])
+        else:
+            pieces = ground(self.posture)
+            feet = self.points[:, :own].reshape(-1, 2)
+            found = np.array([nearest(pieces, foot)[1] for foot in feet])
+            tangents[:, :own] = found.reshape(len(self.t), own, 2)
+        for index, contact in enumerate(self.run.contacts[own:], start=own):
+            assert contact.along is not None
+            turns = 0.0 * self.t if self.run.model == "local" else self.q[:, 2]
+            (x, y), c, s = contact.along, np.cos(turns), np.sin(turns)
+            tangents[:, index] = np.column_stack([c * x - s * y, s * x + c * y])
+        return tangents
 
     def _longest(self) -> tuple[float, float]:
         """The largest contact force, N, and the length of its arrow, m: such that the arrows stay in the picture, as far as they are then
@@ -383,20 +399,28 @@ class Film:
         self.hits = []
         for index, when in enumerate(impacts(run, times, gaps)):
             self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
-            gaps[np.isin(times, when), index] = 0.0
+            if index < len(run.gaps):
+                gaps[np.isin(times, when), index] = 0.0
         touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
         lowest = CLOSED * self.size
         highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))
         if zeno:
             axes.set_yscale("log")
             gaps = np.maximum(gaps, 1e-3 * lowest)
-        for index in sorted(touched):
+        shown_gaps = sorted(index for index in touched if index < len(run.gaps))
+        for index in shown_gaps:
             look: dict[str, Any] = {
                 "color": COLORS[index % 4],
                 "ls": LINES[style(index)],
             }
             (line,) = axes.plot(shown, gaps[:, index], lw=1.4, **look)
             self.entries[f"contact {index + 1}"] = (line, self._mark(index))
+        sides = range(len(run.gaps), len(run.contacts))  # which have no gaps
+        if len(sides) > FEW:
+            label = f"{contacts_named([k + 1 for k in sides])} (sides)"
+            self.entries[label] = tuple(self._mark(k) for k in sides[:FEW])
+        else:
+            self.entries |= {called(run, k): self._mark(k) for k in sides}
         if zeno:
             axes.set_ylim(lowest, max(3.0 * highest, 10.0 * lowest))
             axes.yaxis.set_major_locator(LogLocator(numticks=8))
@@ -418,9 +442,9 @@ class Film:
         self.cursor = self._moves(axes.axvline(0.0, color="black", lw=1.2))
         self.dots = [
             self._moves(Line2D([], [], clip_on=False, **self._look(index)))
-            for index in sorted(touched)
+            for index in shown_gaps
         ]
-        self.dotted = sorted(touched)
+        self.dotted = shown_gaps
         for dot in self.dots:
             axes.add_line(dot)
 
@@ -502,7 +526,7 @@ class Film:
         self.letters: list[Text] = []
         self.rings: list[Line2D] = []
         self.feet: list[Line2D] = []
-        for index, contact in enumerate(self.posture.contacts):
+        for index, contact in enumerate(self.run.contacts):
             color = COLORS[index % 4]
             half = math.degrees(math.atan(contact.friction))
             cone = Wedge(
@@ -529,7 +553,7 @@ class Film:
         if self.largest > 0.0:
             label = f"contact force (longest {self.largest:.3g} N)"
             self.entries[label] = Line2D([], [], color="black", lw=2.0, marker=">")
-        rough = any(contact.friction > 0.0 for contact in self.posture.contacts)
+        rough = any(contact.friction > 0.0 for contact in self.run.contacts)
         if self.largest > 0.0 and rough:
             self.entries["friction cone"] = Patch(fc="black", alpha=0.18)
         if any(len(times) for times, _ in self.hits):
@@ -646,11 +670,12 @@ class Film:
             force = pull * tangent + push * normal
             pressed = closed and bool(np.isfinite(force).all()) and force.any()
             self.feet[index].set_data(*point[:, None])
-            self.cones[index].set_visible(bool(pressed) and self._friction(index) > 0.0)
+            self.feet[index].set_visible(closed or index < len(self.run.gaps))
+            self.cones[index].set_visible(bool(pressed) and self.frictions[index] > 0.0)
             self.arrows[index].set_visible(bool(pressed))
             if pressed:
                 turn = math.degrees(math.atan2(normal[1], normal[0]))
-                half = math.degrees(math.atan(self._friction(index)))
+                half = math.degrees(math.atan(self.frictions[index]))
                 self.cones[index].set_center(tuple(point))
                 self.cones[index].set_theta1(turn - half)
                 self.cones[index].set_theta2(turn + half)
@@ -663,10 +688,6 @@ class Film:
                 self.letters[index].set_position(tuple(place))
                 written.append(place)
             self._flash(index, film)
-
-    def _friction(self, index: int) -> float:
-        assert self.posture is not None
-        return float(self.posture.contacts[index].friction)
 
     def _flash(self, index: int, film: float) -> None:
         """The ring of the last impact of a contact, which grows and fades."""

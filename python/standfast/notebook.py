@@ -44,13 +44,15 @@ def of_posture(posture: Posture) -> str:
     header = ("contact", "point / m", "slope / rad", "friction", "restitution")
     contacts = [
         (
-            str(number),
+            f"{number}{' (side)' if number > len(posture.contacts) else ''}",
             f"({_point(contact.point)})",
             f"{contact.slope:zg}",
             f"{contact.friction:g}",
             f"{posture.restitution if contact.restitution is None else contact.restitution:g}",
         )
-        for number, contact in enumerate(posture.contacts, start=1)
+        for number, contact in enumerate(
+            [*posture.contacts, *posture.side_contacts], start=1
+        )
     ]
     return _beside(picture(posture), _facts(rows) + _table([header, *contacts]))
 
@@ -119,6 +121,20 @@ def show(
     return Player(film_page(run, name, speed, clock), height, name)
 
 
+def closed_sides(posture: Posture, run: Run | None) -> dict[int, _Floats]:
+    """The corners of the ground (2,) on sides of the body, by the numbers of these contacts: in the nominal posture, or at the end of a
+    run."""
+    if run is None:
+        sides = enumerate(posture.side_contacts, start=len(posture.contacts) + 1)
+        return {number: np.array(side.point) for number, side in sides}
+    letters = run.phases[-1].mode if run.phases else ""
+    return {
+        on.number: np.array(on.corner)
+        for on, letter in zip(run.contacts, letters, strict=False)
+        if on.corner is not None and letter != "S"
+    }
+
+
 def picture(posture: Posture, run: Run | None = None) -> str:
     """An SVG picture of a posture; of a run, at its end, with the path of its centre of mass and in dashes at its start."""
     poses = np.zeros((1, 3))
@@ -130,7 +146,8 @@ def picture(posture: Posture, run: Run | None = None) -> str:
     start, end = (body_outline(posture, q, frozen) for q in (poses[0], poses[-1]))
     course = np.array(posture.center_of_mass) + poses[:, :2]
     feet = touching_points(posture, poses[-1], frozen)
-    seen = np.vstack([start, end, course, feet])
+    marked = dict(enumerate(feet, start=1)) | closed_sides(posture, run)
+    seen = np.vstack([start, end, course, *marked.values()])
     low, high = seen.min(axis=0), seen.max(axis=0)
     room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
     scale = float((room / np.maximum(high - low, SMALLEST)).min())
@@ -148,7 +165,9 @@ def picture(posture: Posture, run: Run | None = None) -> str:
 
     ink, center = "currentColor", at(course[-1])
     marks = []
-    for number, (x, y) in enumerate(at(feet).tolist(), start=1):
+    for number, (x, y) in zip(
+        marked, at(np.array([*marked.values()])).tolist(), strict=True
+    ):
         marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3"/>')
         beside, below = x + 0.2 * LABEL * np.sign(x - center[0]), y >= center[1] - 1.0
         marks.append(

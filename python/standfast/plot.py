@@ -298,8 +298,21 @@ def marked(impacts: npt.NDArray[Any], least: float) -> list[int]:
     return sorted([*firsts, *others[apart(times[others], least)]])
 
 
+def called(run: Run, index: int) -> str:
+    """A contact in words: its number, and whether it is a side.
+
+    >>> box = Posture.box(1.0, 0.5, friction=0.5, terrain=[(-5, 0), (0, 0), (0, -5)])
+    >>> from standfast import simulate
+    >>> run = simulate(box, (-0.1, 0, 0), (0, 0, 0), impact="moreau")
+    >>> called(run, 0), called(run, 4)
+    ('contact 1', 'contact 5 (side)')
+    """
+    side = " (side)" if run.contacts[index].kind == "side" else ""
+    return f"contact {index + 1}{side}"
+
+
 def _contacts(run: Run) -> Iterator[tuple[int, dict[str, Any]]]:
-    """The index of every contact and the style of its line."""
+    """The index of every contact that has a gap, and the style of its line: a side has none."""
     for index in range(len(run.gaps)):
         look = {"color": COLORS[index % 4], "linestyle": LINES[style(index)]}
         yield index, {"lw": 1.6, **look}
@@ -311,7 +324,7 @@ def style(index: int) -> int:
 
 
 def touching(run: Run) -> set[int]:
-    """The contacts that touch the ground at some instant, counted from 0."""
+    """The contacts that touch the ground at some instant, sides included, counted from 0."""
     closed = {
         index
         for phase in run.phases
@@ -338,6 +351,16 @@ def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
     touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
     infinite = [point for point in run.zeno_points if is_infinite(point)]
     summed = {number for point in infinite for number in point.contacts}
+
+    def mark_impacts(index: int) -> tuple[str, Line2D] | None:
+        seen = shown["time"][shown["index"] == index]
+        if not len(seen):
+            return None
+        on_ground = np.zeros_like(seen)
+        (marks,) = axes.plot(seen, on_ground, clip_on=False, **_mark(index))
+        many = (impacts["index"] == index).sum() > 1 or index + 1 in summed
+        return f"{called(run, index)}, impact{'s' if many else ''}", marks
+
     entries: dict[str, Any] = {}
     for index, look in _contacts(run):
         if not run.elapsed:  # one point needs a marker
@@ -345,17 +368,17 @@ def draw_gaps(axes: Axes, run: Run, spacing: float) -> None:
         if index not in touched:
             look |= {"color": ALOOF, "linestyle": "-", "lw": 0.8, "zorder": 1.0}
         (line,) = axes.plot(t, gaps[:, index], **look)
-        seen = shown["time"][shown["index"] == index]
-        if len(seen):
-            on_ground = np.zeros_like(seen)
-            (marks,) = axes.plot(seen, on_ground, clip_on=False, **_mark(index))
-            many = (impacts["index"] == index).sum() > 1 or index + 1 in summed
-            label = f"contact {index + 1}, impact{'s' if many else ''}"
+        if (hits := mark_impacts(index)) is not None:
+            label, marks = hits
             entries[label] = line, marks
         elif index in touched:
             entries[f"contact {index + 1}"] = line
         else:
             entries["contacts that never touch"] = line
+    for index in range(len(run.gaps), len(run.contacts)):  # sides have no gaps
+        if (hits := mark_impacts(index)) is not None:
+            label, marks = hits
+            entries[label] = marks
     ends = np.array([point.time for point in infinite])
     for time in ends[apart(ends, least)]:
         label = "Zeno point" if len(infinite) == 1 else "Zeno points"
@@ -422,7 +445,7 @@ def over_time(run: Run) -> Iterator[Callable[[Axes], None]]:
     if pressed is not None:
 
         def draw(axes: Axes) -> None:
-            draw_forces(axes, *pressed)
+            draw_forces(axes, run, *pressed)
 
         yield draw
     motion = run.ground_motion
@@ -453,14 +476,14 @@ def forces(run: Run) -> tuple[_Floats, _Floats] | None:
     # At the end of a piece the forces may be those after an event.
     shares = np.append(np.linspace(0.0, 1.0 - 1e-6, FORCES), np.nan)
     times = np.concatenate([begin + (end - begin) * shares for begin, end in pieces])
-    values = np.full((len(times), len(run.gaps), 2), np.nan)
+    values = np.full((len(times), len(run.contacts), 2), np.nan)
     known = np.isfinite(times)
     values[known] = run.forces_at(times[known])
     values[(values == 0.0).all(axis=2)] = np.nan  # open contacts
     return times, values
 
 
-def draw_forces(axes: Axes, times: _Floats, values: _Floats) -> None:
+def draw_forces(axes: Axes, run: Run, times: _Floats, values: _Floats) -> None:
     """Normal and tangential forces over time. See `forces`."""
     normal = Line2D([], [], color="black")
     tangential = Line2D([], [], color="black", ls=LINES[1])
@@ -472,7 +495,7 @@ def draw_forces(axes: Axes, times: _Floats, values: _Floats) -> None:
         }
         (line,) = axes.plot(times, values[:, index, 1], **look)
         axes.plot(times, values[:, index, 0], ls=LINES[1], **look)
-        entries[f"contact {index + 1}"] = line
+        entries[called(run, int(index))] = line
     axes.axhline(0.0, color=PATH, lw=0.6, zorder=0)
     axes.set_ylabel("force / N")
     _legend(axes, entries, row=True)
@@ -571,10 +594,12 @@ def draw_approach(axes: Axes, run: Run, point: ZenoPoint) -> None:
 
     rest, gaps = (values[::-1] for values in sharpened(rest, gaps_before))
     low, high = _decades(rest, gaps)
-    for index, look in _contacts(run):
+    looks = dict(_contacts(run))
+    for index in range(len(run.contacts)):
         hits = left[before["index"] == index]
-        height = np.where(np.isin(rest, hits), 0.0, gaps[:, index])
-        axes.plot(rest, np.maximum(height, 1e-3 * low), **look)
+        if index in looks:  # sides have no gaps
+            height = np.where(np.isin(rest, hits), 0.0, gaps[:, index])
+            axes.plot(rest, np.maximum(height, 1e-3 * low), **looks[index])
         if 0 < len(hits) and len(before) <= MARKS:
             at_bottom = {"transform": axes.get_xaxis_transform(), **_mark(index)}
             axes.plot(hits, np.full_like(hits, 0.05), **at_bottom)
@@ -628,7 +653,7 @@ def _posture(run: Run) -> Posture:
 
 
 class Pose(NamedTuple):
-    """The body at a time (s): its contacts (n, 2), centre of mass (2,), closed outline (k + 1, 2) and the lines in it, m."""
+    """The body at a time (s): its contacts (n, 2), without sides, centre of mass (2,), closed outline (k + 1, 2) and the lines in it, m."""
 
     time: float
     contacts: _Floats
@@ -637,10 +662,15 @@ class Pose(NamedTuple):
     spokes: _Floats
 
 
+def own_points(run: Run, t: npt.ArrayLike) -> _Floats:
+    """The points (..., n, 2) of the contacts of the posture, without sides, at times (...), m."""
+    return run.points_at(t)[..., : len(run.gaps), :]
+
+
 def pose(run: Run, time: float) -> Pose:
     """The body at this time."""
     posture = _posture(run)
-    q, contacts, frozen = run.at(time)[0], run.points_at(time), run.model == "local"
+    q, contacts, frozen = run.at(time)[0], own_points(run, time), run.model == "local"
     return Pose(
         time,
         contacts,
@@ -668,7 +698,7 @@ def instants(run: Run) -> list[float]:
         return [run.time]
     # The centre of mass counts twice: a body that turns at its place is drawn over itself.
     q = run.at(times)[0]
-    points = np.concatenate([run.points_at(times), q[:, None, :2]], axis=1)
+    points = np.concatenate([own_points(run, times), q[:, None, :2]], axis=1)
     shapes = np.column_stack([points.reshape(len(times), -1), q[:, :2]])
 
     def distance(i: int, chosen: list[int]) -> float:
@@ -718,6 +748,7 @@ class View:
         self.kicks = list(kick_arrows(run, kicks))
         self.pieces = ground(self.posture)
         shown = [self.path, *self.kicks, *self._beneath()]
+        shown += [point[None] for _, point in self.marked()]
         for _, contacts, _, outline, _ in self.poses:
             shown += [contacts, outline]
         corners = np.vstack(shown)
@@ -730,6 +761,22 @@ class View:
         low, high = low - margin, high + margin
         room = self.scale * np.array([PANEL, self.height]) - (high - low)
         self.low, self.high = low - BELOW * room, high + (1.0 - BELOW) * room
+
+    def marked(self) -> list[tuple[int, _Floats]]:
+        """The indices of the contacts at the last pose, and their points (2,): those of the posture, and the sides that have touched since
+        the first pose."""
+        run, own, begin = self.run, len(self.run.gaps), self.poses[0].time
+        hits = run.impacts["index"][run.impacts["time"] >= begin]
+        closed = {
+            index
+            for phase in run.phases
+            if phase.end >= begin
+            for index, letter in enumerate(phase.mode)
+            if letter != "S"
+        }
+        seen = closed | {int(index) for index in np.unique(hits)}
+        points = run.points_at(self.poses[-1].time)
+        return [(k, p) for k, p in enumerate(points) if k < own or k in seen]
 
     def shades(self) -> list[float]:
         """The grey of each pose, from light to black."""
@@ -803,7 +850,7 @@ def draw_body(axes: Axes, view: View) -> None:
         axes.annotate("", head, tail, arrowprops={**arrow, "shrinkA": 0, "shrinkB": 0})
         label = "kick" if len(view.kicks) == 1 else "kicks"
         entries[label] = Line2D([], [], color=KICK, lw=2.0, marker=">")
-    for index, corner in enumerate(view.poses[-1].contacts):
+    for index, corner in view.marked():
         axes.plot(*corner, **{**_mark(index), "markersize": 6})
     write_times(axes, view)
     frame = "" if view.run.ground_motion is None else ", relative to the ground"
@@ -854,13 +901,15 @@ def write_times(axes: Axes, view: View) -> None:
             look: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 6}
             axes.text(x, y, text, fontsize=SMALL, color=color, **look)
 
-    if len(end.contacts) <= FEW:
-        for index, corner in enumerate(end.contacts):
-            out = corner - end.center
-            if not out.any():
-                out = np.array([0.0, -1.0])
-            far = 0.18 * view.scale / math.hypot(*out)
-            write(str(index + 1), [corner + far * out])
+    own = len(end.contacts)
+    sides = view.marked()[own:]
+    numbered = list(enumerate(end.contacts)) if own <= FEW else []
+    for index, corner in [*numbered, *(sides if len(sides) <= FEW else [])]:
+        out = corner - end.center
+        if not out.any():
+            out = np.array([0.0, -1.0])
+        far = 0.18 * view.scale / math.hypot(*out)
+        write(str(index + 1), [corner + far * out, corner - far * out])
     # Upwards; then to both sides and downwards.
     turns = math.pi * np.array([6, 5, 7, 4, 8, 3, 9, 2, 10, 0, 12, 18]) / 12.0
     ways = np.column_stack([np.cos(turns), np.sin(turns)])

@@ -15,6 +15,7 @@ from standfast.table import (
     counted,
     is_infinite,
     listed,
+    side_named,
 )
 
 
@@ -69,13 +70,19 @@ def account(run: sf.Run, title: str) -> str:
                 + (f" radius {contact.radius:g} m," if contact.radius else "")
                 + f" restitution {posture.restitution if e is None else e:g}",
             )
+    sides = [contact for contact in run.contacts if contact.corner is not None]
+    for side in sides[:ROWS]:
+        row(f"contact {side.number}", f"{side_named(side)}, friction {side.friction:g}")
+    if len(sides) > ROWS:
+        row("", f"... and {len(sides) - ROWS} more sides (all with --json)")
     row("model", f"{run.model}: {run.model_reason}")
 
     impacts = run.impacts
     lines.append("")
     if len(impacts):
+        no_gap = "; a side has no gap" if sides else ""
         lines.append(
-            "  impacts simulated one by one (rates: all gaps, in contact order)"
+            f"  impacts simulated one by one (rates: all gaps, in contact order{no_gap})"
         )
         table, listed_impacts = _impact_table(impacts)
         lines.extend(table)

@@ -20,14 +20,19 @@ SAMPLES = 1000
 def impact_table(run: Run) -> dict[str, npt.NDArray[Any]]:
     """The impacts of a run as one-dimensional columns; see `Run.impact_table`."""
     hits = run.impacts
-    hit = np.arange(len(hits)), hits["index"]
     columns = {name: hits[name] for name in ("time", "elapsed", "contact")}
-    columns |= {
-        f"rate_{when}": hits[f"rates_{when}"][hit] for when in ("before", "after")
-    }
+    hit = np.arange(len(hits)), hits["index"]
+    for when in ("before", "after"):
+        columns[f"rate_{when}"] = _with_sides(run, hits[f"rates_{when}"])[hit]
     for k, name in enumerate(("tangential", "normal")):
         columns[f"impulse_{name}"] = hits["impulse"][:, k]
     return {name: column.copy() for name, column in columns.items()}
+
+
+def _with_sides(run: Run, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Values (k, n) of the contacts of the posture as those of all contacts of the run: NaN of sides, which have no gaps."""
+    more = np.full((len(values), len(run.contacts) - len(run.gaps)), np.nan)
+    return np.hstack([values, more])
 
 
 def _times(run: Run) -> npt.NDArray[np.float64]:
@@ -51,7 +56,8 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
             f"t = array of shape {times.shape} cannot be used: times in one dimension are allowed"
         )
     q, qdot = run.at(times)
-    gaps, rates = run.gaps_at(times), run.gap_rates_at(times)
+    gaps = _with_sides(run, run.gaps_at(times))
+    rates = _with_sides(run, run.gap_rates_at(times))
     starts = [phase.start for phase in run.phases]
     letters = np.array([list(phase.mode) for phase in run.phases])
     mode = letters[np.searchsorted(starts, times, side="right") - 1]

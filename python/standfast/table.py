@@ -1,5 +1,6 @@
 """Tables as text: contact modes, verdicts and maps."""
 
+import math
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from typing import TYPE_CHECKING
@@ -53,6 +54,17 @@ def contacts_named(numbers: Sequence[int]) -> str:
     ('contact 2', 'contacts 1 to 3')
     """
     return f"contact{'' if len(numbers) == 1 else 's'} {listed(numbers)}"
+
+
+def side_named(contact: sf.RunContact) -> str:
+    """A side of the body on a corner of the ground, in words. Sides are counted from 1.
+
+    >>> box = sf.Posture.box(1.0, 0.5, terrain=[(-5, 0), (0, 0), (0, -5)])
+    >>> side_named(sf.simulate(box, (-0.1, 0, 0), (0, 0, 0)).contacts[4])
+    'side 1 on the corner of the ground at (0, 0) m'
+    """
+    x, y = contact.corner or (math.nan, math.nan)
+    return f"side {contact.index + 1} on the corner of the ground at ({x:zg}, {y:zg}) m"
 
 
 def is_infinite(point: sf.ZenoPoint) -> bool:
@@ -188,9 +200,15 @@ def verdict_table(verdict: sf.Verdict) -> str:
         lines.append(
             "  jams              end by plastic impacts without collision, under every law of impact"
         )
-    if len(verdict.posture.contacts) > len(verdict.contacts):
+    own, sides = verdict.posture.contacts, verdict.posture.side_contacts
+    if len(own) + len(sides) > len(verdict.contacts):
         lines.append(
             f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
+        )
+    for number, side in enumerate(sides, start=len(own) + 1):
+        place = ", ".join(f"{x:zg}" for x in side.point)
+        lines.append(
+            f"  contact {number:<9} is a side of the body on the corner of the ground at ({place}) m"
         )
     lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
     lines += (
@@ -243,7 +261,10 @@ def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
                     "acceleration / (m/s^2, rad/s^2)",
                     "forces (tangential, normal) / N",
                 ),
-                *(_tests(verdict.modes[word]) for word in verdict.modes),
+                *(
+                    _tests(verdict.modes[word], verdict.contacts)
+                    for word in verdict.modes
+                ),
             ]
         ),
         f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
@@ -299,14 +320,16 @@ def _yes(answer: bool | None) -> str:
     return "yes" if answer else "no"
 
 
-def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
-    """A row for a word at rest, with separate columns for its kinematic tests and its force tests."""
+def _tests(
+    mode: sf.ContactMode, numbers: Sequence[int]
+) -> tuple[str, str, str, str, str]:
+    """A row for a word at rest, with separate columns for its kinematic tests and its force tests. `numbers`: of the contacts that touch."""
     if mode.determined == "impossible":
         return mode.word, "no motion", "", "", ""
     words = {}
     for kind in ("a_", "f_"):
         failed = [
-            f"{number}: {test} by {abs(value):.3g}"
+            f"{numbers[number - 1]}: {test} by {abs(value):.3g}"
             for number, test, value in mode.margins
             if kind in test and f"contact {number}: {test}" in mode.violated
         ]
@@ -316,7 +339,7 @@ def _tests(mode: sf.ContactMode) -> tuple[str, str, str, str, str]:
         words["a_"],
         words["f_"],
         _vector(mode.acceleration),
-        _forces(mode.forces),
+        _forces(mode.forces, numbers),
     )
 
 
@@ -348,9 +371,12 @@ def _row(mode: sf.ContactMode) -> tuple[str, str, str, str]:
     return mode.word, verdict + tie, _vector(mode.acceleration), _forces(mode.forces)
 
 
-def _forces(forces: npt.NDArray[np.float64]) -> str:
-    """The forces that are not zero, with the numbers of their contacts."""
-    acting = [f"{i}: {_vector(f)}" for i, f in enumerate(forces, start=1) if f.any()]
+def _forces(
+    forces: npt.NDArray[np.float64], numbers: Sequence[int] | None = None
+) -> str:
+    """The forces that are not zero, with the numbers of their contacts: from 1 on, if none are given."""
+    named = zip(numbers or range(1, len(forces) + 1), forces, strict=True)
+    acting = [f"{i}: {_vector(f)}" for i, f in named if f.any()]
     if len(acting) > FORCES:
         acting[FORCES:] = [f"and {len(acting) - FORCES} more"]
     return "  ".join(acting) or "none"

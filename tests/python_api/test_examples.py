@@ -134,6 +134,24 @@ def test_stairs():
     assert first.start == pytest.approx((3 - math.sqrt(9 - 1.5 * pull)) / pull)
 
 
+def test_table_edge():
+    run = run_of("table_edge.toml")
+    side = run.contacts[4]
+    assert (side.kind, side.index, side.corner) == ("side", 0, (0.0, 0.0))
+    modes = [phase.mode for phase in run.phases[:3]]
+    assert modes == ["SSSSF", "SSSSR", "SSSSS"]
+    # It turns about the edge: a rotation keeps its energy, with the arm (0.01, 0.25) m of the centre of mass.
+    arm = np.array([0.01, 0.25])
+    for t in np.linspace(0.1, run.phases[0].end, 5):
+        q, qdot = run.at(t)
+        c, s = math.cos(q[2]), math.sin(q[2])
+        assert q[:2] + arm == pytest.approx([[c, -s], [s, c]] @ arm, abs=1e-12)
+        inertia = run.posture.gyration_radius**2 + arm @ arm
+        assert 0.5 * inertia * qdot[2] ** 2 == pytest.approx(-9.81 * q[1], abs=1e-12)
+    assert run.outcome == "rest"
+    assert run.q[1:] == pytest.approx([-2.0, -math.pi], abs=1e-12)
+
+
 def test_fast_spin():
     run = run_of("fast_spin.toml")
     first = run.impacts[0]["time"]

@@ -126,6 +126,52 @@ def drag(shown, at, by):
     shown.mouse.up()
 
 
+def seek(shown, share):
+    """Shows this share of the film."""
+    shown.locator(".sf-play").click()
+    shown.locator(".sf-play").click()
+    shown.evaluate(
+        """(share) => { const seek = document.querySelector(".sf-seek");
+        seek.value = share * Number(seek.max); seek.dispatchEvent(new Event("input")); }""",
+        share,
+    )
+
+
+def letters(shown):
+    """The numbers and letters of the contacts in the picture."""
+    texts = shown.locator(".sf-view svg text").all_text_contents()
+    return [text.replace(" ", "") for text in texts]
+
+
+def test_a_side_on_the_edge_of_a_table_has_its_letter_and_force(browser):
+    with explorer(browser) as (shown, _):
+        shown.select_option(".sf-preset", "Box over a table edge")
+        settled(shown, "unstable")
+        assert letters(shown)[:5] == ["1", "2", "3", "4", "5F"]
+        # Its marker is at the corner of the ground.
+        handle = shown.locator('[aria-label^="vertex 2 of the ground"]')
+        x, y = (handle.get_attribute(name) for name in ("cx", "cy"))
+        assert shown.locator(f'.sf-view circle[cx="{x}"][cy="{y}"][r="4"]').count() == 1
+        seek(shown, 0.3)
+        assert "SSSSF" in shown.locator(".sf-readout").inner_text()
+        assert "5F" in letters(shown)
+        seek(shown, 0.75)
+        assert "SSSSS" in shown.locator(".sf-readout").inner_text()
+        assert not any(text.startswith("5") for text in letters(shown))
+
+
+def test_the_scenes_to_begin_with_have_answers(browser):
+    with explorer(browser) as (shown, _):
+        names = shown.locator(".sf-preset option").all_inner_texts()[1:]
+        assert {"Box over a table edge", "Box on stairs", "Ball with backspin"} <= {*names}  # fmt: skip
+        for name in names:
+            shown.select_option(".sf-preset", name)
+            answered(shown)
+            assert shown.locator(".sf-error").is_hidden(), name
+            seek(shown, 0.5)
+            assert "mode" in shown.locator(".sf-readout").inner_text(), name
+
+
 def test_dragging_the_centre_of_mass_out_of_the_region_changes_the_verdict(browser):
     with explorer(browser, LEGS) as (shown, asked):
         settled(shown, "stable")

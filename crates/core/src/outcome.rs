@@ -244,6 +244,10 @@ pub struct RunContact {
     pub index: usize,
     /// The corner of the ground on the side, world axes, in m.
     pub corner: Option<[f64; 2]>,
+    /// Unit vector along the side in the nominal posture, with the body on its left.
+    pub along: Option<[f64; 2]>,
+    /// Coefficient of friction; of a side, the smallest one of the contacts at its ends, or of all contacts if none is there.
+    pub friction: f64,
 }
 
 /// Why a phase begins.

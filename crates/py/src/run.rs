@@ -267,16 +267,6 @@ impl PyZenoPoint {
     }
 }
 
-/// A run: its outcome, its events, and the motion at any time.
-///
-/// >>> import standfast as sf
-/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
-/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
-/// >>> run.outcome, run.zeno_points[0].kind, [phase.mode for phase in run.phases]
-/// ('rest', '2-zeno', ['SS', 'FF'])
-/// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
-/// >>> float(qdot[1])
-/// -0.0981
 /// A contact of a run, see `Run.contacts`.
 #[pyclass(frozen, eq, name = "RunContact", module = "standfast")]
 #[derive(Clone, PartialEq)]
@@ -309,6 +299,18 @@ impl PyRunContact {
         self.0.corner.map(Into::into)
     }
 
+    /// Unit vector (x, y) along the side in the nominal posture, with the body on its left; None for a corner of the body.
+    #[getter]
+    fn along(&self) -> Option<(f64, f64)> {
+        self.0.along.map(Into::into)
+    }
+
+    /// Coefficient of friction; of a side, the smallest one of the contacts at its ends, or of all contacts if none is there.
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.0.friction
+    }
+
     fn __repr__(&self) -> String {
         let RunContact { number, index, corner, .. } = &self.0;
         let corner = corner.map(|[x, y]| format!(", corner=({x:?}, {y:?})")).unwrap_or_default();
@@ -316,6 +318,16 @@ impl PyRunContact {
     }
 }
 
+/// A run: its outcome, its events, and the motion at any time.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
+/// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
+/// >>> run.outcome, run.zeno_points[0].kind, [phase.mode for phase in run.phases]
+/// ('rest', '2-zeno', ['SS', 'FF'])
+/// >>> q, qdot = run.at(0.01)          # still falling: ṙ_y = −g t
+/// >>> float(qdot[1])
+/// -0.0981
 #[pyclass(frozen, name = "Run", module = "standfast")]
 pub(crate) struct PyRun(pub(crate) Trajectory);
 
@@ -456,8 +468,8 @@ impl PyRun {
     }
 
     /// The collisions simulated one by one: structured array with the fields time, elapsed (s), contact
-    /// (from 1), index (from 0), rates_before, rates_after ((n,) m/s), impulse ((2,) N s, tangential and
-    /// normal; NaN without a mass). Empty unless recorded.
+    /// (from 1), index (from 0), rates_before, rates_after ((n,) m/s, of the contacts of the posture), impulse ((2,) N s, tangential and
+    /// normal; NaN without a mass). The contact is one of `run.contacts`. Empty unless recorded.
     #[getter]
     fn impacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let impacts = self.0.impacts();
@@ -536,7 +548,7 @@ impl PyRun {
         Ok((half(0)?, half(3)?))
     }
 
-    /// Gaps of the contacts, (..., n) m, at times t : (...) s of the run. See `at`.
+    /// Gaps of the contacts of the posture, (..., n) m, at times t : (...) s of the run. See `at`.
     fn gaps_at<'py>(
         &self,
         py: Python<'py>,
@@ -545,7 +557,7 @@ impl PyRun {
         self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.gaps))
     }
 
-    /// Gap rates of the contacts, (..., n) m/s, at times t : (...) s of the run. See `at`.
+    /// Gap rates of the contacts of the posture, (..., n) m/s, at times t : (...) s of the run. See `at`.
     fn gap_rates_at<'py>(
         &self,
         py: Python<'py>,
@@ -760,8 +772,8 @@ impl PyRun {
     /// The collisions of `run.impacts` as one-dimensional columns, a dict for pandas.DataFrame(run.impact_table()).
     ///
     /// time, elapsed : s. contact : its number, from 1. rate_before, rate_after : gap rate of the contact that is hit, m/s.
-    /// impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates of the other contacts are in
-    /// `run.impacts`.
+    /// NaN for a side, which has no gap. impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates
+    /// of the other contacts are in `run.impacts`.
     ///
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 0),
@@ -779,7 +791,8 @@ impl PyRun {
     /// phases. At the time of an event the values are those after it.
     ///
     /// Variables over time: q, qdot (coordinate: x, y, theta), gaps, rates and mode (contact, from 1; mode is the letter of `phases`),
-    /// points (contact, axis: x, y), forces (contact, direction: tangential, normal). Attributes: units and long_name of each variable;
+    /// points (contact, axis: x, y), forces (contact, direction: tangential, normal). The contacts are those of `run.contacts`; sides have no
+    /// gaps and rates (NaN). Attributes: units and long_name of each variable;
     /// outcome, model, model_reason, posture and the version of standfast of the dataset. NaN as in `at`, `points_at` and `forces_at`.
     /// Needs xarray: the extra `map`. Raises ValueError as `at`.
     ///

@@ -1,5 +1,5 @@
 // The explorer: a scene to drag and kick, with its verdict, its modes, the map of stable places of the centre of mass, and its motion.
-import { Stage, INK, escaped, nominal } from "./stage.js";
+import { Stage, INK, escaped, frictions, nominal } from "./stage.js";
 import { Player, few } from "./player.js";
 import { PRESETS } from "./presets.js";
 import { modesHtml, verdictHtml } from "./report.js";
@@ -219,12 +219,13 @@ export class Explorer {
     this.handles();
   }
 
-  // Of each contact, what a list has for those that touch.
+  // Of each contact, sides on corners of the ground included, what a list has for those that touch.
   touching(list) {
     if (!list) return null;
-    if (list.length === this.about.drawing.contacts.length) return list;
+    const all = frictions(this.about.drawing);
+    if (list.length === all.length) return list;
     const touch = this.about.verdict.contacts ?? [];
-    return this.about.drawing.contacts.map((_, k) => (touch.includes(k + 1) ? list[touch.indexOf(k + 1)] : null));
+    return all.map((_, k) => (touch.includes(k + 1) ? list[touch.indexOf(k + 1)] : null));
   }
 
   drawnKick() {

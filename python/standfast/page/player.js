@@ -1,5 +1,5 @@
 // The player: a film of a run on a stage, by two clocks, with its gaps over time.
-import { Stage, INK, escaped, foot, forceArrows, placed, tangent } from "./stage.js";
+import { Stage, INK, axis, escaped, foot, forceArrows, placed } from "./stage.js";
 
 // Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
 const REAL = 5, ZENO = 20;
@@ -279,7 +279,7 @@ export class Player {
     const center = placed(drawing.center_of_mass, drawing, now.q, this.frozen);
     const rows = contacts.map((c) => {
       const at = foot(c, drawing, now.q, this.frozen);
-      const [tx, ty] = tangent(at, drawing.ground);
+      const [tx, ty] = axis(c, drawing, now.q, this.frozen);
       const [dx, dy] = [at[0] - center[0], at[1] - center[1]];
       return [-ty, tx, (dx * tx + dy * ty) / drawing.size];
     });

@@ -4,9 +4,10 @@ const ground = { gravity: 9.81, restitution: 0.1 };
 const box = (width, height, x = 0, y = 0) => [[x - width / 2, y], [x + width / 2, y], [x + width / 2, y + height], [x - width / 2, y + height]];
 const corners = (points, friction) => points.map((point) => ({ point, friction }));
 
-function block(width, height, friction) {
-  const outline = box(width, height);
-  return { body: { mass: 1, gyration_radius: Math.hypot(width, height) / Math.sqrt(12), center_of_mass: [0, height / 2], outline }, contact: corners(outline, friction), ground: "shared" };
+// A box on level ground, with the middle of its lower side at x.
+function block(width, height, friction, x = 0) {
+  const outline = box(width, height, x);
+  return { body: { mass: 1, gyration_radius: Math.hypot(width, height) / Math.sqrt(12), center_of_mass: [x, height / 2], outline }, contact: corners(outline, friction) };
 }
 
 export const PRESETS = {
@@ -16,7 +17,7 @@ export const PRESETS = {
     contact: [{ point: [-1, 0.5333333333333333], slope: -0.4899573262537283, friction: 0.5 }, { point: [1, 0.5333333333333333], slope: 0.4899573262537283, friction: 0.5 }],
     kick: [{ time: 0, impulse: [1.2, 0.8] }],
   },
-  "A box and a push": { ...ground, restitution: 0.2, ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }], run: { impact: "poisson" } },
+  "A box and a push": { ...ground, restitution: 0.2, ground: "shared", ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }], run: { impact: "poisson" } },
   "Clattering rod": {
     ...ground,
     body: { mass: 1, gyration_radius: 0.2, center_of_mass: [0, 0] },
@@ -24,12 +25,27 @@ export const PRESETS = {
     start: { q: [0, 0.011, 0.0020000013333345333] },
     run: { model: "full" },
   },
+  "Box over a table edge": {
+    ...ground,
+    terrain: [[-5, 0], [0, 0], [0, -2], [5, -2]],
+    ...block(1, 0.5, 0.5, 0.01),
+    run: { impact: "moreau" },
+  },
   "Bouncing ball": {
     gravity: 9.81,
     restitution: 0.7,
     body: { mass: 1, gyration_radius: 0.3, center_of_mass: [0, 0.4] },
     contact: [{ point: [0, 0] }],
     start: { q: [0, 1, 0] },
+  },
+  "Ball with backspin": {
+    gravity: 9.81,
+    restitution: 0.5,
+    ground: "shared",
+    body: { mass: 1, gyration_radius: 0.3 * Math.SQRT1_2, center_of_mass: [0, 0.3] },
+    contact: [{ point: [0, 0], radius: 0.3, friction: 0.3 }],
+    start: { q: [0, 0.4, 0], qdot: [2, 0, 20] },
+    run: { impact: "moreau", stop: "time", time_limit: 4 },
   },
   "Three feet": {
     ...ground,
@@ -45,14 +61,15 @@ export const PRESETS = {
   "Box on stairs": {
     gravity: 9.81,
     restitution: 0.2,
-    terrain: [[-3, 1.2], [0, 1.2], [0.001, 0.8], [0.8, 0.8], [0.801, 0.4], [1.6, 0.4], [1.601, 0], [6, 0]],
-    body: { mass: 2, gyration_radius: 0.2041241452319315, center_of_mass: [-1, 1.45] },
+    terrain: [[-3, 1.2], [0, 1.2], [0, 0.8], [0.8, 0.8], [0.8, 0.4], [1.6, 0.4], [1.6, 0], [6, 0]],
+    body: { mass: 2, gyration_radius: 0.2041241452319315, center_of_mass: [-1, 1.45], outline: box(0.5, 0.5, -1, 1.2) },
     contact: corners(box(0.5, 0.5, -1, 1.2), 0.3),
     start: { qdot: [3, 0, 0] },
     run: { impact: "chatterjee-ruina", time_limit: 20 },
   },
   "Shaking ground": {
     ...ground,
+    ground: "shared",
     ...block(0.5, 2, 0.7),
     ground_motion: { times: [0.2, 0.5, 0.8, 1.1], acceleration: [[5, 0], [-7, 0], [5, 0], [0, 0]] },
     run: { impact: "poisson" },

@@ -58,8 +58,23 @@ export function tangent(point, ground) {
   return best[1];
 }
 
-// Where a contact is in the world: of a disc, the point below its centre.
+// The side of the body that is contact k, if it is one: sides on corners of the ground come after the contacts of the posture.
+const side = (k, drawing) => drawing.sides?.[k - drawing.contacts.length];
+
+// The tangent of a contact in the world. Along a side it turns with the body.
+export function axis(k, drawing, q, frozen) {
+  const on = side(k, drawing);
+  if (on) return frozen ? on.along : turned(on.along, q[2], false);
+  return tangent(foot(k, drawing, q, frozen), drawing.ground);
+}
+
+// The coefficients of friction of all contacts.
+export const frictions = ({ friction, sides }) => [...friction, ...(sides ?? []).map((on) => on.friction)];
+
+// Where a contact is in the world: of a disc, the point below its centre; of a side, the corner of the ground.
 export function foot(k, drawing, q, frozen) {
+  const on = side(k, drawing);
+  if (on) return on.corner;
   const radius = drawing.radii?.[k] ?? 0;
   if (!radius) return placed(drawing.contacts[k], drawing, q, frozen);
   const [x, y] = placed(drawing.centers[k], drawing, q, frozen);
@@ -92,11 +107,11 @@ function clipped(piece, low, high) {
 // a contact without a force.
 export function forceArrows(drawing, q, frozen, forces, largest) {
   const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
-  return drawing.contacts.map((_, k) => {
+  return frictions(drawing).map((_, k) => {
     const force = forces?.[k];
     if (!force || force[0] === null || force[1] === null || !(Math.hypot(...force) > 1e-9 * (largest || 1))) return null;
     const at = foot(k, drawing, q, frozen);
-    const [tx, ty] = tangent(at, drawing.ground);
+    const [tx, ty] = axis(k, drawing, q, frozen);
     const vector = ([ft, fn]) => [ft * tx - fn * ty, ft * ty + fn * tx];
     return { foot: at, vector, tip: vector(force).map((f, i) => at[i] + f * unit) };
   });
@@ -235,12 +250,15 @@ export class Stage {
   contacts({ drawing, q, frozen, letters, flash }) {
     const { ink } = this;
     const center = this.toScreen(placed(drawing.center_of_mass, drawing, q, frozen));
-    return drawing.contacts.map((_, k) => {
+    return frictions(drawing).map((_, k) => {
+      const letter = letters?.[k] && letters[k] !== "S" ? letters[k] : "";
+      const hit = flash?.has(k + 1);
+      // A side that does not touch its corner is no point of the picture.
+      if (k >= drawing.contacts.length && letters?.[k] === "S" && !hit) return "";
       const [x, y] = this.toScreen(foot(k, drawing, q, frozen));
       const away = Math.hypot(x - center[0], y - center[1]) || 1;
       const [ux, uy] = away > 1 ? [(x - center[0]) / away, (y - center[1]) / away] : [0, 1];
-      const letter = letters?.[k] && letters[k] !== "S" ? letters[k] : "";
-      const ring = flash?.has(k + 1) ? `<circle cx="${x}" cy="${y}" r="13" fill="none" stroke="${ink.flash}" stroke-width="3"/>` : "";
+      const ring = hit ? `<circle cx="${x}" cy="${y}" r="13" fill="none" stroke="${ink.flash}" stroke-width="3"/>` : "";
       const text = `${k + 1}${letter && `<tspan font-weight="700" dx="3">${escaped(letter)}</tspan>`}`;
       return `${ring}<circle cx="${x}" cy="${y}" r="${MARK}" fill="${ink.ink}" pointer-events="none"/>`
         + `<text x="${x + 20 * ux}" y="${y + 20 * uy + 4}" text-anchor="middle" style="font:${FONT}" fill="${ink.ink}" pointer-events="none"`
@@ -254,7 +272,7 @@ export class Stage {
     forceArrows(drawing, q, frozen, forces, largest).forEach((arrow, k) => {
       if (!arrow) return;
       const { foot, vector, tip } = arrow;
-      const mu = drawing.friction[k];
+      const mu = frictions(drawing)[k];
       if (mu > 0 && letters?.[k] !== "S") {
         const reach = 0.5 * ARROW * drawing.size / Math.hypot(1, mu);
         const edge = (side) => vector([side * mu * reach, reach]).map((v, i) => v + foot[i]);

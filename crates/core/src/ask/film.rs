@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::ask::Drawing;
+use crate::ask::{Drawing, DrawnSide};
 use crate::error::Error;
 use crate::excitation::Excitation;
 use crate::options::Model;
@@ -56,9 +56,9 @@ struct Frames {
     zeno: Vec<f64>,
     /// Configuration (m, m, rad).
     q: Vec<[f64; 3]>,
-    /// Gap of each contact, in m; null where there is no ground under it.
+    /// Gap of each contact of the posture, in m; null where there is no ground under it.
     gaps: Vec<Vec<f32>>,
-    /// Force (tangential, normal) of each contact, in N; null where it is not determined.
+    /// Force (tangential, normal) of each contact of the run, in N; null where it is not determined.
     forces: Vec<Vec<[f32; 2]>>,
 }
 
@@ -107,7 +107,10 @@ impl Film {
             warnings: run.warnings().to_vec(),
             start: run.options().time,
             end: run.time(),
-            drawing: Drawing::of(posture),
+            drawing: Drawing::of(
+                posture,
+                run.contacts().iter().filter_map(DrawnSide::of_run).collect(),
+            ),
             phases: run.phases().to_vec(),
             impacts,
             zeno_points: run.zeno_points().iter().map(zeno).collect(),

@@ -15,10 +15,11 @@ mod film;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::body::{GroundPiece, Posture, State};
+use crate::body::{Contact, GroundPiece, Posture, State};
 use crate::error::Error;
 use crate::modes::{ContactProblem, Method, contact_modes};
 use crate::options::Options;
+use crate::outcome::RunContact;
 use crate::scene::Scene;
 use crate::serial::numbers::Extended;
 use crate::simulate::simulate_excited_until;
@@ -99,14 +100,42 @@ pub struct Drawing {
     pub radii: Vec<f64>,
     /// Coefficient of friction of each contact.
     pub friction: Vec<f64>,
+    /// The sides of the body that touch corners of the ground: the contacts after those of the posture.
+    pub sides: Vec<DrawnSide>,
     /// The pieces of the ground.
     pub ground: Vec<GroundPiece>,
 }
 
+/// A side of the body on a corner of the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DrawnSide {
+    /// The corner, in m.
+    pub corner: [f64; 2],
+    /// Unit vector along the side in the nominal posture, with the body on its left.
+    pub along: [f64; 2],
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl DrawnSide {
+    /// A side that touches a corner of the ground in the nominal posture, as a contact.
+    fn at_rest(side: &Contact) -> Self {
+        Self { corner: side.point, along: side.tangent().into(), friction: side.friction }
+    }
+
+    /// A contact of a run, if it is a side.
+    fn of_run(contact: &RunContact) -> Option<Self> {
+        let RunContact { corner, along, friction, .. } = *contact;
+        Some(Self { corner: corner?, along: along?, friction })
+    }
+}
+
 impl Drawing {
-    fn of(posture: &Posture) -> Self {
+    /// `sides`: those that touch corners of the ground.
+    fn of(posture: &Posture, sides: Vec<DrawnSide>) -> Self {
         let fields = posture.fields();
         Self {
+            sides,
             corners: posture.drawn_corners(),
             has_outline: !fields.outline.is_empty(),
             center_of_mass: fields.center_of_mass,
@@ -256,7 +285,7 @@ fn about(scene: &Scene) -> Value {
         json!({ "status": modes.status().name(), "consistent": words, "modes": modes.answers() })
     });
     json!({
-        "drawing": Drawing::of(posture),
+        "drawing": Drawing::of(posture, posture.side_contacts().iter().map(DrawnSide::at_rest).collect()),
         "region": equilibrium_region(posture).map(|[low, high]| [Extended::from(low), Extended::from(high)]),
         "friction_margin": friction_margin(posture),
         "forces": static_forces(posture),

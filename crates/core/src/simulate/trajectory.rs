@@ -371,12 +371,19 @@ impl Trajectory {
             kind: self.kind(i),
             index: i,
             corner: None,
+            along: None,
+            friction: self.posture().map_or(0.0, |posture| posture.contacts()[i].friction),
         });
-        let sides = self.record.sides.iter().enumerate().map(|(k, (corner, side))| RunContact {
-            number: number(count + k),
-            kind: ContactKind::Side,
-            index: *side,
-            corner: Some([corner.x, corner.y]),
+        let sides = self.record.sides.iter().enumerate().map(|(k, (corner, index))| {
+            let side = self.posture().and_then(Posture::outline).map(|all| all.sides()[*index]);
+            RunContact {
+                number: number(count + k),
+                kind: ContactKind::Side,
+                index: *index,
+                corner: Some([corner.x, corner.y]),
+                along: side.map(|side| side.along().into()),
+                friction: side.map_or(0.0, |side| side.coefficients[0]),
+            }
         });
         own.chain(sides).collect()
     }
