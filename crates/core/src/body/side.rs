@@ -58,7 +58,11 @@ impl Posture {
                 let [from, to] = side.ends().map(|end| side.along().dot(&end));
                 let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
                 let gap = Vector2::new(-side.along().y, side.along().x).dot(&side.ends()[0]) - c;
-                if gap.abs() > touch || b - from <= touch || to - b <= touch {
+                // In a concave corner of the body it touches both sides.
+                let beyond = |end: usize, way: f64| {
+                    if side.concave()[end] { way < -touch } else { way <= touch }
+                };
+                if gap.abs() > touch || beyond(0, b - from) || beyond(1, to - b) {
                     continue;
                 }
                 let [friction, restitution, _] = side.coefficients;

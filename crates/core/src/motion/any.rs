@@ -148,6 +148,12 @@ impl Coordinates for AnyContacts {
         driver.body.state = body;
     }
 
+    fn passes(driver: &mut Driver<'_, Self>) -> bool {
+        let count = driver.body.contacts;
+        driver.drop_sides_passed();
+        driver.body.contacts < count
+    }
+
     fn end_contact(driver: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
         match outcome {
             Outcome::Inconsistent if driver.jam() => driver.stop_after_jam(),
