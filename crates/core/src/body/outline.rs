@@ -27,6 +27,8 @@ pub(crate) struct Side {
     to: Vector2<f64>,
     along: Vector2<f64>,
     length: f64,
+    /// Whether the corner of the body at its start, or its end, is concave: a corner of the ground comes there to another side.
+    concave: [bool; 2],
     /// The number of the side, from 0: its place in the order of the given corners.
     index: usize,
     /// The coefficients of friction, restitution and tangential restitution of a corner of the ground on this side.
@@ -42,6 +44,11 @@ impl Side {
     /// Its two ends, in m.
     pub(crate) fn ends(&self) -> [Vector2<f64>; 2] {
         [self.from, self.to]
+    }
+
+    /// Whether the corners of the body at its two ends are concave.
+    pub(crate) fn concave(&self) -> [bool; 2] {
+        self.concave
     }
 
     /// Coordinates of a point along the side and into the body, in m.
@@ -89,16 +96,20 @@ impl Outline {
         let center = Vector2::from(fields.center_of_mass);
         let count = corners.len();
         let point = |k: usize| Vector2::from(corners[k % count]) - center;
+        let turn = |k: usize| (point(k + 1) - point(k)).perp(&(point(k + 2) - point(k + 1)));
         let side = |k: usize| {
-            let (from, to) =
-                if double_area > 0.0 { (point(k), point(k + 1)) } else { (point(k + 1), point(k)) };
+            let mut concave = [k + count - 1, k].map(|k| turn(k) * double_area < 0.0);
+            let (mut from, mut to) = (point(k), point(k + 1));
+            if double_area <= 0.0 {
+                (from, to) = (to, from);
+                concave.reverse();
+            }
             let (way, length) = (to - from, libm::hypot(to.x - from.x, to.y - from.y));
             let coefficients = coefficients(fields, [from + center, to + center]);
-            Side { from, to, along: way / length, length, index: k, coefficients }
+            Side { from, to, along: way / length, length, concave, index: k, coefficients }
         };
         let radius = (0..count).map(|k| point(k).norm()).fold(0.0, f64::max);
         let sides: Vec<Side> = (0..count).map(side).collect();
-        let turn = |k: usize| (point(k + 1) - point(k)).perp(&(point(k + 2) - point(k + 1)));
         let is_convex = (0..count).all(|k| turn(k) * double_area >= 0.0);
         Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius, is_convex }))
     }
@@ -139,6 +150,16 @@ impl Outline {
     /// Its sides.
     pub(crate) fn sides(&self) -> &[Side] {
         &self.sides
+    }
+
+    /// The sides that meet this one in its concave corners.
+    pub(crate) fn beside(&self, side: &Side) -> impl Iterator<Item = &Side> {
+        let corners = (0..2).filter(|&end| side.concave[end]).map(|end| side.ends()[end]);
+        let corners: Vec<_> = corners.collect();
+        let (index, sides) = (side.index, self.sides.iter());
+        sides.filter(move |other| {
+            other.index != index && other.ends().iter().any(|end| corners.contains(end))
+        })
     }
 
     /// The side that is nearest to a point.

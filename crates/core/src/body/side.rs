@@ -83,7 +83,12 @@ impl Posture {
             }
             for side in outline.sides() {
                 let (geometry, gap, from_ends) = self.at_side(corner, side, q);
-                if gap.abs() <= touch && from_ends.iter().all(|way| *way > touch) {
+                // In a concave corner of the body it touches both sides.
+                let beyond = |end: usize| {
+                    let way = from_ends[end];
+                    if side.concave()[end] { way < -touch } else { way <= touch }
+                };
+                if gap.abs() <= touch && !beyond(0) && !beyond(1) {
                     found.push(TouchedSide { corner, side: side.index(), geometry });
                 }
             }

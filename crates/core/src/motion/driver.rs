@@ -36,6 +36,9 @@ const FACES_DOWN: &str = "no contact is hit, because the ground of all contacts 
 /// Number of times that a contact may leave its piece of ground at one instant before it goes to and fro between two pieces.
 const TO_AND_FRO: usize = 16;
 
+/// Most contact phases in a row for which the errors of sums count.
+const MOST_VAGUE: usize = 256;
+
 pub(crate) struct Driver<'a, C> {
     pub(crate) record: Box<Record>,
     pub(super) options: Options,
@@ -55,6 +58,8 @@ pub(crate) struct Driver<'a, C> {
     pub(super) edges: EdgeWatch,
     /// The last instant at which a sliding contact left its piece of ground, and how often it has at this instant.
     crossings: (Clock, usize),
+    /// Contact phases in a row just after sums whose errors made a larger sliding speed count as zero.
+    vague: usize,
     /// The landing at which this run ends.
     pub(super) lap: Option<Lap>,
 }
@@ -171,6 +176,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             body,
             local,
             crossings: (Clock::default(), 0),
+            vague: 0,
             lap: None,
         }
     }
@@ -342,7 +348,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
         let unknown = last.map_or(0.0, |last| last.error * body.gravity);
         let (options, tolerance) = (self.options, C::sliding_tolerance(self));
-        let tolerance = tolerance.max(unknown.min(SLOWEST_KNOWN * tolerance));
+        // A cycle of such sums has speeds of its own, such as that of a corner of the body that slides while a side comes to lie on its piece.
+        self.vague = if unknown > tolerance { self.vague + 1 } else { 0 };
+        let known = if self.vague > MOST_VAGUE { 1.0 } else { SLOWEST_KNOWN };
+        let tolerance = tolerance.max(unknown.min(known * tolerance));
         let brief = body.frozen.is_some() && !self.local;
         let mut phase = ContactPhase::new(&posture, body, tolerance, brief, &options, self.cause);
         phase.close(&mut rests);

@@ -34,11 +34,40 @@ impl Driver<'_, AnyContacts> {
         self.body.posture.outline().map(|outline| outline.sides()[side])
     }
 
-    /// Adds the contact of a corner of the ground with a side of the body; returns its point.
+    /// Adds the contact of a corner of the ground with a side of the body, and the open ones with the sides beside it that it may come to in
+    /// concave corners of the body; returns the point of the first.
     fn add_side(&mut self, corner: Vector2<f64>, index: usize) -> Option<usize> {
-        let side = self.side(index)?;
+        let posture = self.body.posture.clone();
+        let outline = posture.outline()?;
+        let first = self.add_one_side(corner, &outline.sides()[index])?;
+        let mut next = vec![index];
+        while let Some(index) = next.pop() {
+            for side in outline.beside(&outline.sides()[index]) {
+                let count = self.body.contacts;
+                if let Some(i) = self.add_one_side(corner, side)
+                    && self.body.contacts > count
+                {
+                    if self.body.state.points[i].h < -TOUCH * posture.size() {
+                        self.remove_side(i); // behind the line of a side farther away
+                        continue;
+                    }
+                    self.body.state.points[i].h = self.body.state.points[i].h.max(0.0);
+                    next.push(side.index());
+                }
+            }
+        }
+        Some(first)
+    }
+
+    /// Adds the contact of a corner of the ground with a side of the body, unless it exists; returns its point.
+    fn add_one_side(&mut self, corner: Vector2<f64>, side: &Side) -> Option<usize> {
+        let index = side.index();
         let contact = self.side_number(corner, index);
-        let on = SideContact::new(&self.body.posture, contact, corner, &side);
+        if self.body.state.sides.iter().any(|on| on.contact == contact) {
+            let points = &self.body.state.points;
+            return points.iter().position(|p| p.place.contact == contact);
+        }
+        let on = SideContact::new(&self.body.posture, contact, corner, side);
         let point = on.point(&self.body.state, self.body.posture.size());
         let at = self.body.contacts;
         self.body.state.sides.push(on);

@@ -361,7 +361,8 @@ impl Trajectory {
         }
     }
 
-    /// The contacts of the run: those of the posture, and the sides of the body that corners of the ground have touched.
+    /// The contacts of the run: those of the posture, and the sides of the body that corners of the ground have touched, with the sides beside
+    /// them at concave corners of the body.
     #[must_use]
     pub fn contacts(&self) -> Vec<RunContact> {
         let count = self.count();

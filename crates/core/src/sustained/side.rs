@@ -43,6 +43,8 @@ pub(crate) struct SideContact {
     distance: f64,
     /// b at the start and at the end of the side, in m.
     ends: [f64; 2],
+    /// Whether the corner of the body there is concave. The corner of the ground then lands on the next side, and does not leave this one.
+    concave: [bool; 2],
     /// Coefficient of friction.
     friction: f64,
 }
@@ -68,6 +70,7 @@ impl SideContact {
             along,
             distance: -turned_left(along).dot(&ends[0]),
             ends: ends.map(|end| along.dot(&end)),
+            concave: side.concave(),
             friction,
         }
     }
@@ -111,13 +114,16 @@ impl SideContact {
         (p.tangent, p.normal) = (along, turned_left(along));
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         if !frozen {
-            p.place.sides = [(p.b - self.ends[0]).max(0.0), (self.ends[1] - p.b).max(0.0)];
+            let ways = self.distances_from_ends(p.b);
+            p.place.sides = std::array::from_fn(|end| {
+                if self.concave[end] { f64::INFINITY } else { ways[end].max(0.0) }
+            });
             p.place.across = [along; 2];
         }
     }
 
     /// Distances along the side from its start and to its end, in m; negative beyond them. `b`: of the contact.
-    pub(crate) fn distances(&self, b: f64) -> [f64; 2] {
+    pub(crate) fn distances_from_ends(&self, b: f64) -> [f64; 2] {
         [b - self.ends[0], self.ends[1] - b]
     }
 
@@ -290,7 +296,7 @@ impl BodyState {
     pub(crate) fn is_beyond_side(&self, i: usize, size: f64) -> bool {
         let p = &self.points[i];
         self.turning_side(i)
-            .is_some_and(|side| side.distances(p.b).iter().any(|way| *way < -TOUCH * size))
+            .is_some_and(|side| side.distances_from_ends(p.b).iter().any(|way| *way < -TOUCH * size))
     }
 }
 
