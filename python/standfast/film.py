@@ -415,7 +415,7 @@ class Film:
             }
             (line,) = axes.plot(shown, gaps[:, index], lw=1.4, **look)
             self.entries[f"contact {index + 1}"] = (line, self._mark(index))
-        sides = range(len(run.gaps), len(run.contacts))  # which have no gaps
+        sides = sorted(k for k in touching(run) if k >= len(run.gaps))  # without gaps
         if len(sides) > FEW:
             label = f"{contacts_named([k + 1 for k in sides])} (sides)"
             self.entries[label] = tuple(self._mark(k) for k in sides[:FEW])

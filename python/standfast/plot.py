@@ -189,9 +189,12 @@ def save(figure: Figure, path: str | PathLike[str]) -> None:
 
 
 def accumulation(run: Run) -> ZenoPoint | None:
-    """The Zeno point of a run whose main event it is: the only one, at which infinitely many impacts accumulate over a time."""
+    """The Zeno point of a run whose main event it is: the only one, at which infinitely many impacts accumulate over a time, on a contact
+    that has a gap."""
     points = [point for point in run.zeno_points if is_infinite(point)]
     if len(points) != 1 or not accumulates(run, points[0]):
+        return None
+    if min(points[0].contacts) > len(run.gaps):
         return None
     return points[0] if points[0].elapsed >= MAIN * run.elapsed else None
 

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import standfast as sf
-from drawn import body_panel, gaps_panel
+from drawn import approach_panels, body_panel, gaps_panel
 from standfast import notebook, plot
 from standfast.film import FLASH, Film
 from standfast.report import account
@@ -126,6 +126,20 @@ def test_a_picture_marks_the_corner_with_its_number():
     assert np.nanmax(values[:, 5, 1]) > 0.0
 
 
+def test_bounces_of_a_side_have_no_panel_of_gaps():
+    """The gaps of the corners do not show them."""
+    peak = [(-1, -9), (0, 0), (1, -9)]
+    box = sf.Posture.box(1, 0.5, restitution=0.5, terrain=peak)
+    run = sf.simulate(box, (0, 0.2, 0), (0, 0, 0), impact="moreau")
+    assert [point.contacts for point in run.zeno_points] == [(SIDE,)]
+    figure = run.plot()
+    assert approach_panels(figure) == []
+    [label] = [t.get_text() for t in gaps_panel(figure).get_legend().get_texts() if "side" in t.get_text()]  # fmt: skip
+    assert label == "contact 5 (side), impacts"
+    film = Film(run, 10, 2.0, "zeno")
+    assert len(film.hits[4][0]) == len(np.unique(run.impacts["time"]))
+
+
 def test_a_page_has_the_sides():
     run = over_the_edge()
     drawing = run.film(100)["drawing"]
@@ -154,6 +168,17 @@ def test_texts_and_tables_name_the_side():
     html = notebook.of_run(run)
     assert ">6</text>" in html
     assert "5 (side)" in notebook.of_posture(over_the_edge().posture.replace())
+
+
+def test_a_verdict_names_the_side():
+    """Forces have the numbers of the contacts: 0.5 of 0.7 of the weight are on the edge, 0.7 m from the other support."""
+    ground = [(-9, 0), (0.2, 0), (0.2, -1)]
+    box = sf.Posture.box(1, 0.5, friction=0.5, gravity=7.0, terrain=ground)
+    text = str(sf.stability(box))
+    assert "1 and 5 touch; the others" in text
+    assert "contact 5         is a side of the body on the corner of the ground at (0.2, 0) m" in text  # fmt: skip
+    assert "1: (0, 2)  5: (0, 5)" in text
+    assert sf.static_forces(box) is not None
 
 
 def test_a_dataset_has_sides_without_gaps():
