@@ -88,7 +88,7 @@ fn scenes_with_sides(count: usize) -> (Vec<Posture>, Vec<State>) {
                 },
             );
             let (x, turn) = (w.between(-0.8, 0.8), w.between(-3.0, 3.0));
-            let q = [x, w.between(-0.5, 0.5), turn];
+            let q = [x, w.between(0.0, 0.5), turn];
             (posture.unwrap(), State::new(q, [w.between(-1.0, 1.0), 0.0, w.between(-5.0, 5.0)]))
         })
         .unzip()
@@ -122,7 +122,7 @@ fn scenes_with_discs(count: usize) -> (Vec<Posture>, Vec<State>) {
                 outline: Vec::new(),
             });
             let state = State::new(
-                [0.0, w.between(0.0, 0.1), w.between(-0.03, 0.03)],
+                [0.0, w.between(0.05, 0.15), w.between(-0.03, 0.03)],
                 [w.between(-1.0, 1.0), 0.0, w.between(-3.0, 3.0)],
             );
             (posture.unwrap(), state)
