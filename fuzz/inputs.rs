@@ -150,12 +150,48 @@ impl Bytes<'_> {
         if self.rarely() {
             fields.terrain = (0..self.below(6)).map(|_| self.pair()).collect();
         }
-        if self.rarely() {
-            for contact in &mut fields.contacts {
-                contact.radius = self.number();
+        match self.byte() {
+            224.. => {
+                for contact in &mut fields.contacts {
+                    contact.radius = self.number();
+                }
             }
+            192..224 => self.sides(&mut fields),
+            _ => {}
         }
         fields
+    }
+
+    /// A body with an outline, above a terrain with corners that its sides can meet.
+    fn sides(&mut self, fields: &mut PostureFields) {
+        let count = 3 + self.below(6);
+        let coefficients = self.contact();
+        let size = 0.1 + self.number();
+        let corner = |bytes: &mut Self, k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / count as f64;
+            let radius = size * (1.0 + f64::from(bytes.byte())) / 256.0;
+            [radius * angle.cos(), 2.5 + radius * angle.sin()]
+        };
+        fields.outline = (0..count).map(|k| corner(self, k)).collect();
+        fields.contacts = fields
+            .outline
+            .iter()
+            .map(|&point| Contact {
+                point,
+                segment: Contact::at(0.0, 0.0).segment,
+                slope: 0.0,
+                ..coefficients
+            })
+            .collect();
+        fields.center_of_mass = [0.0, 2.5];
+        let mut x = -10.0;
+        fields.terrain = vec![[x, 0.0]];
+        x = -1.0;
+        for _ in 0..1 + self.below(6) {
+            x += self.number();
+            fields.terrain.push([x, self.number()]);
+        }
+        fields.terrain.push([20.0, 0.0]);
     }
 
     fn state(&mut self) -> State {

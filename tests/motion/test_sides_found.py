@@ -6,6 +6,7 @@ import depths
 import numpy as np
 import pytest
 import standfast as sf
+from scipy.integrate import solve_ivp
 
 #: Two pins, 1 m high, that lean outwards, with their tips at (±0.25, 0).
 PINS = [(-9.0, -1.0), (-0.2, -1.0), (-0.25, 0.0), (-0.15, -1.0), (0.15, -1.0), (0.25, 0.0), (0.2, -1.0), (9.0, -1.0)]  # fmt: skip
@@ -58,6 +59,44 @@ def test_a_body_hangs_on_a_pin_in_its_concave_corner(law, speed, restitution):
     assert not [warning for warning in run.warnings if "was in the body" in warning]
     energy = run.energy(times)
     assert (energy - np.minimum.accumulate(energy)).max() < 1e-10
+    assert run.outcome == "rest"
+    held = [c.number for c, mode in zip(run.contacts, run.phases[-1].mode, strict=True) if mode != "S"]  # fmt: skip
+    assert sum(run.contacts[k - 1].kind == "side" for k in held) == 2
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_body_swings_about_a_pin_in_its_concave_corner(friction, clockwise):
+    """A pendulum, with the sum of the two forces on the corner. θ̈ (ρ² + l²) = −g l sin θ (DOP853, rtol 1e-12)."""
+    shape = [(-0.5, -2.0), (0.0, 0.0), (0.5, -2.0), (0.9, -2.0), (0.0, 0.3), (-0.9, -2.0)]  # fmt: skip
+    if clockwise:
+        shape.reverse()
+    pin = [(-9.0, -9.0), (-0.01, -9.0), (0.0, 0.0), (0.01, -9.0), (9.0, -9.0)]
+    body = sf.Posture.polygon(shape, friction=friction, terrain=pin)
+    length, theta, omega = -body.center_of_mass[1], 0.15, 0.4
+
+    def place(angle, rate):
+        q = length * math.sin(angle), length * (1 - math.cos(angle)), angle
+        v = length * rate * math.cos(angle), length * rate * math.sin(angle), rate
+        return q, v
+
+    ratio = 9.81 * length / (body.gyration_radius**2 + length**2)
+    times = np.linspace(0, 2.0, 21)
+    solved = solve_ivp(
+        lambda _, z: (z[1], -ratio * math.sin(z[0])),
+        (0, 2.0),
+        (theta, omega),
+        "DOP853",
+        times,
+        rtol=1e-12,
+        atol=1e-13,
+    )
+    run = sf.simulate(
+        body, *place(theta, omega), impact="moreau", stop="time", time_limit=2.0
+    )
+    for t, z in zip(times, solved.y.T, strict=True):
+        for found, expected in zip(run.at(t), place(*z), strict=True):
+            assert found == pytest.approx(expected, abs=1e-9), t
 
 
 def test_statics_of_a_pin_in_a_concave_corner():

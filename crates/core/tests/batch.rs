@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use standfast::body::Lamina;
+use standfast::options::Impact;
 use standfast::outcome::End;
 use standfast::simulate::{Resources, simulate_many_until};
 use standfast::{
@@ -48,6 +50,81 @@ fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
             let turn = w.between(-0.9, 0.9) * height;
             let spin = if k % 5 == 0 { w.between(-9.0, 9.0) } else { 0.0 };
             let state = State::new([0.0, height, turn], [0.0, 0.1 * height, spin * height]);
+            (posture.unwrap(), state)
+        })
+        .unzip()
+}
+
+/// Boxes, and bodies with a concave corner, that fall on stairs and on a pin: corners of the ground meet their sides.
+fn scenes_with_sides(count: usize) -> (Vec<Posture>, Vec<State>) {
+    let mut w = Weyl(0.3);
+    let stairs: Vec<[f64; 2]> = [[-200.0, 0.0], [0.0, 0.0], [0.0, -0.3], [0.5, -0.3]]
+        .into_iter()
+        .chain([[0.5, -0.6], [1.0, -0.6], [1.0, -0.9], [200.0, -0.9]])
+        .collect();
+    let pin = vec![[-200.0, -1.0], [-0.01, -1.0], [0.0, 0.0], [0.01, -1.0], [200.0, -1.0]];
+    (0..count)
+        .map(|k| {
+            let (a, b) = (w.between(0.2, 1.0), w.between(0.2, 1.0));
+            let shape = match k % 2 {
+                0 => vec![[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]],
+                _ => vec![
+                    [0.0, 0.0],
+                    [0.3 * a, 0.0],
+                    [0.3 * a, 0.5 * b],
+                    [a, 0.5 * b],
+                    [a, b],
+                    [0.0, b],
+                ],
+            };
+            let vertices: Vec<[f64; 2]> = shape.iter().map(|[x, y]| [*x, y + 2.0]).collect();
+            let posture = Posture::polygon(
+                &vertices,
+                &Lamina {
+                    friction: w.between(0.0, 0.8),
+                    restitution: w.between(0.0, 0.6),
+                    terrain: if k % 3 == 0 { pin.clone() } else { stairs.clone() },
+                    ..Lamina::default()
+                },
+            );
+            let (x, turn) = (w.between(-0.8, 0.8), w.between(-3.0, 3.0));
+            let q = [x, w.between(0.0, 0.5), turn];
+            (posture.unwrap(), State::new(q, [w.between(-1.0, 1.0), 0.0, w.between(-5.0, 5.0)]))
+        })
+        .unzip()
+}
+
+/// Discs alone and beside each other, on level ground and in a groove.
+fn scenes_with_discs(count: usize) -> (Vec<Posture>, Vec<State>) {
+    let mut w = Weyl(0.7);
+    (0..count)
+        .map(|k| {
+            let disc = |w: &mut Weyl, x: f64| Contact {
+                friction: if k % 2 == 0 { 0.0 } else { 0.4 },
+                radius: w.between(0.05, 0.3),
+                ..Contact::at(x, if k % 3 == 0 { 3.0 } else { 0.0 })
+            };
+            let contacts = match k % 4 {
+                0 => vec![disc(&mut w, 0.0)],
+                _ => vec![disc(&mut w, -0.5), disc(&mut w, 0.5)],
+            };
+            let height = if k % 3 == 0 { 3.0 } else { 0.0 };
+            let groove = vec![[-9.0, 2.0], [0.0, 0.0], [9.0, 2.0]];
+            let posture = Posture::new(PostureFields {
+                mass: 1.0,
+                gyration_radius: w.between(0.4, 0.8),
+                center_of_mass: [w.between(-0.2, 0.2), height + w.between(0.2, 0.4)],
+                contacts,
+                restitution: w.between(0.0, 0.8),
+                gravity: 9.81,
+                terrain: if k % 3 == 0 { groove } else { Vec::new() },
+                ground: standfast::body::GroundKind::default(),
+                outline: Vec::new(),
+            });
+            let state = State::new(
+                [0.0, w.between(0.05, 0.15), w.between(-0.03, 0.03)],
+                [w.between(-1.0, 1.0), 0.0, w.between(-3.0, 3.0)],
+            );
             (posture.unwrap(), state)
         })
         .unzip()
@@ -103,6 +180,46 @@ fn a_run_is_the_same_in_any_company() {
         }
     }
     assert!(long > 200 && through > 600, "{long} {through}: too few long runs or sums");
+}
+
+#[test]
+fn sides_and_discs_are_the_same_in_any_company() {
+    for (postures, states) in [scenes_with_sides(60), scenes_with_discs(60)] {
+        let mut sides = 0;
+        for impact in [Impact::Newton, Impact::Poisson, Impact::Moreau] {
+            let options = Options {
+                model: Model::Full,
+                impact,
+                event_limit: 5_000,
+                time_limit: Some(1.5),
+                ..Options::default()
+            };
+            let many = |threads| {
+                let resources = Resources { threads };
+                simulate_many_until(&postures, &states, &options, resources, &|| false)
+            };
+            let by_one = many(1).unwrap().unwrap();
+            for threads in [2, 5] {
+                for (one, other) in many(threads).unwrap().unwrap().iter().zip(&by_one) {
+                    assert_eq!(bits(one), bits(other), "{threads} threads");
+                    assert_eq!(one.touching, other.touching);
+                }
+            }
+            for (k, end) in by_one.iter().enumerate() {
+                for record in [true, false] {
+                    let options = Options { record, ..options };
+                    let run = simulate(&postures[k], &states[k], &options).unwrap();
+                    assert_eq!(run.outcome(), end.outcome, "{k}");
+                    assert_eq!(run.elapsed().to_bits(), end.elapsed.to_bits(), "{k}");
+                    assert_eq!(run.state(), &end.state, "{k}");
+                    assert_eq!(run.collisions(), end.collisions, "{k}");
+                    sides += usize::from(run.contacts().len() > postures[k].contacts().len());
+                }
+            }
+        }
+        let round = postures[0].contacts()[0].radius > 0.0;
+        assert!(round || sides > 60, "{sides}: too few runs with sides");
+    }
 }
 
 #[test]

@@ -149,14 +149,26 @@ impl BodyState {
         if self.points[i].radius > 0.0 { None } else { self.second(i) }
     }
 
-    /// The other point of a contact in a vertex of its terrain.
+    /// The other point of a contact in a vertex of its terrain, or of a corner of the ground in a concave corner of the body.
     #[inline]
     pub(crate) fn second(&self, i: usize) -> Option<usize> {
+        if !self.sides.is_empty() && self.side_contact(i).is_some() {
+            return self.second_side(i);
+        }
         if self.points[i].place.sides == [f64::INFINITY; 2] {
             return None; // a piece without ends has no vertex
         }
         let contact = |j: usize| self.points[j].place.contact;
         (0..self.points.len()).find(|&j| j != i && contact(j) == contact(i))
+    }
+
+    /// Of the two points of a contact in a vertex, whether point `i` is the one on the left piece, which the body leaves to the left.
+    pub(crate) fn is_left_of(&self, i: usize, j: usize) -> bool {
+        let (one, other) = (&self.points[i], &self.points[j]);
+        if self.side_contact(i).is_some() {
+            return one.tangent.perp(&other.tangent) > 0.0;
+        }
+        one.place.piece < other.place.piece
     }
 
     /// Whether point `i` is fixed by friction or in a vertex.

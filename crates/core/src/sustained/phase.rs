@@ -86,10 +86,8 @@ impl BodyState {
     /// After point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
     /// if it has no friction, and the direction in which it then slides up its piece.
     fn up_from_vertex(&self, i: usize) -> Option<(usize, i8)> {
-        let left = &self.points[i];
         let j = self.twin(i).filter(|&j| self.points[j].friction == 0.0)?;
-        let p = &self.points[j];
-        Some((j, if p.place.piece > left.place.piece { 1 } else { -1 }))
+        Some((j, if self.is_left_of(i, j) { 1 } else { -1 }))
     }
 
     /// The sliding speed of a contact has decreased to zero. If it is the only closed one, the body may turn about it. If not,

@@ -146,6 +146,16 @@ impl BodyState {
         self.sides.iter().find(|side| side.contact == contact)
     }
 
+    /// The other point of the corner of the ground that point `i` is, if both touch: it is in a concave corner of the body.
+    pub(super) fn second_side(&self, i: usize) -> Option<usize> {
+        let corner = self.side_contact(i)?.corner;
+        let touches = |j: usize| self.points[j].h == 0.0;
+        let others = (0..self.points.len()).filter(|&j| j != i && touches(i) && touches(j));
+        let mut others =
+            others.filter(|&j| self.side_contact(j).is_some_and(|on| on.corner == corner));
+        others.next()
+    }
+
     /// The same where the normal turns with the body: not in frozen geometry.
     #[inline]
     pub(crate) fn turning_side(&self, i: usize) -> Option<&SideContact> {
@@ -295,8 +305,9 @@ impl BodyState {
     /// Whether point `i`, a corner of the ground, lies beyond an end of its side.
     pub(crate) fn is_beyond_side(&self, i: usize, size: f64) -> bool {
         let p = &self.points[i];
-        self.turning_side(i)
-            .is_some_and(|side| side.distances_from_ends(p.b).iter().any(|way| *way < -TOUCH * size))
+        self.turning_side(i).is_some_and(|side| {
+            side.distances_from_ends(p.b).iter().any(|way| *way < -TOUCH * size)
+        })
     }
 }
 

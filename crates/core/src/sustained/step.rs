@@ -590,8 +590,7 @@ impl Step {
     ) -> SmallVec<[(Series, StepEnd); 2]> {
         let Some(j) = self.tracks[i].partner.filter(|&j| i < j) else { return SmallVec::new() };
         let points = &state.points;
-        let left_first = points[i].place.piece < points[j].place.piece;
-        let (l, r) = if left_first { (i, j) } else { (j, i) };
+        let (l, r) = if state.is_left_of(i, j) { (i, j) } else { (j, i) };
         let edge = |k: usize, side: f64| {
             points[k].normal + points[k].tangent * (side * points[k].friction)
         };
