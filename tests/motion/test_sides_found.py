@@ -178,3 +178,31 @@ def test_an_edge_that_leaves_a_side_as_the_corner_behind_it_lands():
     )
     assert run.outcome == "time-limit"
     assert run.q[2] == pytest.approx(-math.pi / 2, abs=1e-12)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1, 0.3])
+def test_a_corner_of_a_flush_board_passes_over_an_edge_at_no_height(friction):
+    """The walls of these stairs are vertical but for rounding errors. The front corner of the board comes to an edge within its rounding
+    error, passes the wall at once, and must not hit the tread that it has left."""
+    stairs = [(-9.0, 0.0), (0.0, 0.0)]
+    for k in range(10):
+        low = -0.2 * k - 0.2
+        stairs += [(0.3 * k, low), (0.3 * k + 0.3, low)]
+    board = sf.Posture.box(1.0, 0.2, friction=friction, terrain=stairs)
+    theta = -math.atan2(0.2, 0.3)
+    down = np.array([math.cos(theta), math.sin(theta)])
+    center = 0.55 * down + 0.1 * np.array([-down[1], down[0]])
+    q = (*(center - board.center_of_mass), theta)
+    run = sf.simulate(
+        board,
+        q,
+        (0, 0, 0),
+        impact="moreau",
+        stop="time",
+        time_limit=0.9,
+        event_limit=2000,
+    )
+    assert run.outcome == "time-limit"
+    pull = 9.81 * (-down[1] - friction * down[0])
+    way = pull * 0.9**2 / 2
+    assert run.q == pytest.approx((*(np.array(q[:2]) + way * down), theta), abs=1e-9)
