@@ -112,3 +112,97 @@ def test_statics_of_a_pin_in_a_concave_corner():
     for forces in (low, high):
         assert forces[-2:] == pytest.approx(np.array([[0, normal]] * 2), rel=1e-12)
         assert abs(forces[:-2]).max() == 0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+@pytest.mark.parametrize("slit", [0.03, 0.3])
+@pytest.mark.parametrize("turn", [0, 1, 2, 3])
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_rear_corner_of_a_box_passes_a_slit(friction, slit, turn, way):
+    """It comes to the far edge of the slit at the instant at which the edge leaves the side before it: the edge does not stay on the side.
+    The box was turned by right angles, so that its corners have rounding errors."""
+    half = (slit, 0.0), (slit, -1.0)
+    terrain = [(-50, 0), (0, 0), (0, -1), half[1], half[0], (50, 0)]
+    width, height = (0.7, 0.4) if turn % 2 == 0 else (0.4, 0.7)
+    box = sf.Posture.box(width, height, friction=friction, terrain=[(-50, -9), (50, -9)])  # fmt: skip
+    corners = [(x, y + 5.0) for x, y in box.outline]
+    body = sf.Posture.polygon(corners, friction=friction, terrain=terrain)
+    start = slit / 2 - way * 0.6
+    center = np.array(body.center_of_mass)
+    q = (start - center[0], 0.2 - center[1], turn * math.pi / 2)
+    run = sf.simulate(
+        body, q, (3.0 * way, 0, 0), impact="moreau", stop="time", time_limit=0.6, event_limit=2000
+    )  # fmt: skip
+    assert run.outcome == "time-limit"
+    passed = 3.0 * 0.6 - friction * 9.81 * 0.18
+    assert run.q == pytest.approx((q[0] + way * passed, q[1], q[2]), abs=1e-9)
+
+
+def test_an_edge_that_leaves_a_side_as_the_corner_behind_it_lands():
+    """A bridge slides over a slit in a ground that is tilted, and has roundings of its turns: an endless loop of steps of no time."""
+    opening = [
+        (0.0, 5.7877567725068),
+        (0.0622985045000087, 5.7877567725068),
+        (0.0622985045000087, 5.895816586569853),
+        (0.14994472299319136, 5.895816586569853),
+        (0.14994472299319136, 5.7877567725068),
+        (0.21224322749320007, 5.7877567725068),
+        (0.21224322749320007, 6.0),
+        (0.0, 6.0),
+    ]
+    terrain = [
+        (-200.0, 0.0),
+        (0.0, 0.0),
+        (0.0, -1.0),
+        (0.029472870265462386, -1.0),
+        (0.029472870265462386, 0.0),
+        (200.0, 0.0),
+    ]
+    body = sf.Posture.polygon(opening, restitution=0.7300301488795152, terrain=terrain)
+    body = body.replace(gyration_radius=0.09034607754651029)
+    q, qdot = (
+        (1.1211020287830444, -5.751965361585088, 0.4636476090008061),
+        (-0.6414588034600334, 1.2343782823636502, -4.753171598370052),
+    )
+    tilt = sf.GroundMotion(
+        [0.0, 1.0, 2.0, 3.0], tilt=[0.0, -0.02339631024110922, 0.6147308876148692, 0.0]
+    )
+    run = sf.simulate(
+        body,
+        q,
+        qdot,
+        impact="poisson",
+        ground_motion=tilt,
+        time_limit=2.2,
+        event_limit=20_000,
+    )
+    assert run.outcome == "time-limit"
+    assert run.q[2] == pytest.approx(-math.pi / 2, abs=1e-12)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1, 0.3])
+def test_a_corner_of_a_flush_board_passes_over_an_edge_at_no_height(friction):
+    """The walls of these stairs are vertical but for rounding errors. The front corner of the board comes to an edge within its rounding
+    error, passes the wall at once, and must not hit the tread that it has left."""
+    stairs = [(-9.0, 0.0), (0.0, 0.0)]
+    for k in range(10):
+        low = -0.2 * k - 0.2
+        stairs += [(0.3 * k, low), (0.3 * k + 0.3, low)]
+    board = sf.Posture.box(1.0, 0.2, friction=friction, terrain=stairs)
+    theta = -math.atan2(0.2, 0.3)
+    down = np.array([math.cos(theta), math.sin(theta)])
+    center = 0.55 * down + 0.1 * np.array([-down[1], down[0]])
+    q = (*(center - board.center_of_mass), theta)
+    run = sf.simulate(
+        board,
+        q,
+        (0, 0, 0),
+        impact="moreau",
+        stop="time",
+        time_limit=0.9,
+        event_limit=2000,
+    )
+    assert run.outcome == "time-limit"
+    pull = 9.81 * (-down[1] - friction * down[0])
+    way = pull * 0.9**2 / 2
+    assert run.q == pytest.approx((*(np.array(q[:2]) + way * down), theta), abs=1e-9)

@@ -113,7 +113,7 @@ impl Coordinates for AnyContacts {
             driver.rest_in_vertices();
         }
         driver.stay_in_vertices();
-        if fresh {
+        if driver.drop_sides_at_corners() || fresh {
             let points = &driver.body.state.points;
             rests = points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         }

@@ -136,24 +136,50 @@ impl Driver<'_, AnyContacts> {
         self.body.contacts < before
     }
 
+    /// The point of the contact at this place of the body in its nominal posture.
+    fn corner_at(&self, place: Vector2<f64>) -> Option<usize> {
+        let posture = &self.body.posture;
+        let touch = TOUCH * posture.size();
+        let is_at =
+            |k: &usize| (Vector2::from(posture.contacts()[*k].point) - place).norm() <= touch;
+        posture.distinct().find(is_at).map(|k| posture.point_of(k))
+    }
+
+    /// Removes corners of the ground that move out of their sides, with a corner of the body on the ground at the same place. Returns whether
+    /// there are any.
+    pub(super) fn drop_sides_at_corners(&mut self) -> bool {
+        let (count, touch) = (self.body.contacts, TOUCH * self.body.posture.size());
+        let center = Vector2::from(self.body.posture.fields().center_of_mass);
+        for i in (0..count).rev() {
+            let state = &self.body.state;
+            let (Some(on), p) = (state.turning_side(i), &state.points[i]) else { continue };
+            let (Some(side), slip) = (self.side(on.side), state.slip(i)) else { continue };
+            let stands = |end: usize| {
+                let outwards = if end == 0 { slip > 0.0 } else { slip < 0.0 };
+                outwards
+                    && p.h == 0.0
+                    && p.place.sides[end] <= touch
+                    && self
+                        .corner_at(side.ends()[end] + center)
+                        .is_some_and(|j| state.points[j].h == 0.0)
+            };
+            if (0..2).any(stands) {
+                self.remove_side(i);
+            }
+        }
+        self.body.contacts < count
+    }
+
     /// Point `i`, a corner of the ground, comes to the start (0) or the end (1) of its side: the corner of the body there takes over.
     pub(super) fn leave_side(&mut self, i: usize, end: usize) {
         let Some(on) = self.body.state.side_contact(i).copied() else { return };
         let closed = self.body.state.points[i].h == 0.0;
         self.remove_side(i);
         let Some(side) = self.side(on.side) else { return };
-        let f = self.body.posture.fields();
-        let center = Vector2::from(f.center_of_mass);
-        let place = side.ends()[end] + center;
-        let touch = TOUCH * self.body.posture.size();
-        let mut corners = self.body.posture.distinct().filter(|&k| {
-            (Vector2::from(self.body.posture.contacts()[k].point) - place).norm() <= touch
-        });
-        let Some(j) = corners.next().map(|k| self.body.posture.point_of(k)).filter(|_| closed)
-        else {
+        let center = Vector2::from(self.body.posture.fields().center_of_mass);
+        let Some(j) = self.corner_at(side.ends()[end] + center).filter(|_| closed) else {
             return;
         };
-        drop(corners);
         self.put_in_vertex(j, on.corner + center);
     }
 

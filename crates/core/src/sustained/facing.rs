@@ -42,6 +42,12 @@ fn is_between(piece: &Piece, at: &Vector2<f64>, size: f64) -> bool {
     piece.along(at).iter().all(|side| *side >= -TOUCH * size)
 }
 
+/// Whether a point at an end of a piece moves beyond it. `from_ends`: its distances along the piece from the start and from the end, in m.
+/// `error`: of these, in m. `rate`: along the piece, of either unit.
+fn passes_end([from, to]: [f64; 2], rate: f64, error: f64) -> bool {
+    from <= error && rate < 0.0 || to <= error && rate > 0.0
+}
+
 impl BodyState {
     /// World position of point `i`, in m.
     pub(crate) fn position(&self, i: usize, posture: &Posture) -> Vector2<f64> {
@@ -129,10 +135,15 @@ impl BodyState {
         if at_once.h.abs() <= self.position_error(i, posture)
             && is_between(piece, &self.position(i, posture), posture.size())
         {
-            if at_once.u < 0.0 {
+            let arm = self.points[i].arm();
+            let v = self.center.v + Vector2::new(-arm.y, arm.x) * self.spin.omega;
+            let (at, error) = (self.position(i, posture), self.position_error(i, posture));
+            let passes = passes_end(piece.along(&at), piece.tangent.dot(&v), error);
+            if at_once.u < 0.0 && !passes {
                 return Some(0.0);
             }
-            crossed = Some(false); // it leaves the piece to its front
+            // It leaves the piece to its front, or below its line beyond its end.
+            crossed = Some(at_once.u < 0.0);
         } else if at_once.h > 0.0 && at_once.stays_open(limit) {
             return None;
         }
@@ -229,10 +240,12 @@ impl Step {
             let (mut t, end) = (0.0, limit / self.unit);
             let mut behind = gap[0] < 0.0;
             if gap[0].abs() <= error && along[0] >= -slack && along[0] <= length + slack {
-                if gap[1] < 0.0 {
+                let passes = passes_end([along[0], length - along[0]], along[1], error);
+                if gap[1] < 0.0 && !passes {
                     return Some((0.0, k));
                 }
-                (gap[0], behind) = (0.0, false); // it leaves the piece to its front
+                // It leaves the piece to its front, or below its line beyond its end.
+                (gap[0], behind) = (0.0, gap[1] < 0.0);
             }
             for _ in 0..CROSSINGS {
                 let front = if behind { gap.map(|c| -c) } else { gap };
