@@ -103,6 +103,11 @@ explorer: wheel
 	crates/wasm/build.sh
 	$(BIN)/python -m standfast.page target/explorer/standfast.wasm target/explorer/index.html
 
+# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings.
+site: EXTRA := site
+site: wheel
+	$(BIN)/zensical build --clean --strict
+
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:
 	cargo bench -p standfast-benches --bench caps

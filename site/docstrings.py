@@ -6,6 +6,7 @@ from typing import Any
 
 import griffe
 
+
 class Docstrings(griffe.Extension):
     """Adds its docstring to each object of the compiled module."""
 

@@ -136,7 +136,14 @@ def test_the_examples_of_the_scope_table_run():
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/impact_laws.md", "docs/certificates.md", "docs/see.md"]
+    "page",
+    [
+        "README.md",
+        "docs/index.md",
+        "docs/impact_laws.md",
+        "docs/certificates.md",
+        "docs/see.md",
+    ],
 )
 def test_pages_python(page):
     """The blocks of a page, in one namespace."""

@@ -1,0 +1,39 @@
+"""The documentation site: its pages, its API page, and its links. `make site` builds it."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import standfast as sf
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+
+def pages(nav):
+    """The files of a table of contents."""
+    for entry in nav:
+        for value in entry.values():
+            yield from pages(value) if isinstance(value, list) else [value]
+
+
+def test_each_page_is_in_the_table_of_contents_once():
+    site = tomllib.loads((ROOT / "zensical.toml").read_text(encoding="utf-8"))
+    listed = list(pages(site["project"]["nav"]))
+    assert sorted(listed) == sorted(page.name for page in DOCS.glob("*.md"))
+
+
+def test_the_api_page_has_every_public_name():
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^::: standfast\.(\w+)$", text, re.MULTILINE)
+    assert sorted(listed) == sorted(set(sf.__all__) - {"__version__"})
+
+
+def test_links_of_the_pages_stay_in_the_site():
+    """Other files of the project are named, not linked: the site does not have them."""
+    for page in DOCS.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for link in re.findall(r"\]\(([^)#]+)", text):
+            if "://" not in link:
+                assert (DOCS / link).is_file(), (page.name, link)
+                assert not link.startswith(".."), (page.name, link)
