@@ -185,6 +185,11 @@ def test_a_body_with_a_corner_of_the_ground_in_it_does_not_start():
             sf.simulate(box, (0, 0, 0), (0, 0, 0), **keywords)
     with pytest.raises(ValueError, match=r"q = .*\(0\.0, 0\.2\) m lies 0\.2 m in"):
         sf.contact_modes(box, (0, 0, 0), (0, 0, 0))
+    # A narrow peak that passes right through the box, its tip above it.
+    needle = [(-3, -3), (-0.01, -3), (0, 2), (0.01, -3), (3, -3)]
+    pierced = sf.Posture.box(2.0, 1.0, terrain=needle)
+    with pytest.raises(ValueError, match=r"lies 0\.\d+ m in the body.*ignore"):
+        sf.simulate(pierced, (0, 0, 0), (0, 0, 0))
     on = sf.simulate(box, (0, 0, 0), (0, 0, 0), edges="ignore")
     assert "lies in the body" in on.warnings[0]
 

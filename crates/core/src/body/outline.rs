@@ -162,6 +162,25 @@ impl Outline {
         })
     }
 
+    /// A point of this segment that lies deeper in the body than the tolerance: the middle between two of the places at which the segment
+    /// crosses the lines of sides, or ends.
+    pub(crate) fn pierced(&self, [from, to]: [Vector2<f64>; 2]) -> Option<Vector2<f64>> {
+        let way = to - from;
+        let nearest = (-from.dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+        if (from + way * nearest).norm() >= self.radius {
+            return None;
+        }
+        let crossing = |side: &Side| {
+            let [[_, y], [_, z]] = [from, to].map(|p| side.coordinates(&p));
+            ((y > 0.0) != (z > 0.0)).then(|| y / (y - z))
+        };
+        let mut places: Vec<f64> = self.sides.iter().filter_map(crossing).collect();
+        places.extend([0.0, 1.0]);
+        places.sort_by(f64::total_cmp);
+        let mut middles = places.windows(2).map(|pair| from + way * (0.5 * (pair[0] + pair[1])));
+        middles.find(|p| self.holds(p))
+    }
+
     /// The side that is nearest to a point.
     pub(crate) fn nearest_side(&self, p: &Vector2<f64>) -> &Side {
         let nearer = |a: &&Side, b: &&Side| a.distance(p).total_cmp(&b.distance(p));

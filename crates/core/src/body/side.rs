@@ -138,7 +138,8 @@ impl Posture {
             field: "q".into(),
             value: format!("({:?}, {:?}, {:?})", q.x, q.y, q.z),
             allowed: format!(
-                "the ground outside the body; its corner at ({:?}, {:?}) m lies {depth:?} m in the body",
+                "the ground outside the body; its point at ({:?}, {:?}) m lies {depth:?} m in the body (edges = \"ignore\" lets \
+                 it pass)",
                 corner.x, corner.y
             ),
         };
@@ -149,10 +150,21 @@ impl Posture {
             return found.map_or(Ok(()), |on| Err(refuse(on.corner, -on.geometry.local_gap(q))));
         }
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
+        let seen = |corner: Vector2<f64>| turned(&turn, corner - center);
         for corner in self.ground_corners() {
-            let p = turned(&turn, corner - center);
+            let p = seen(corner);
             if outline.holds(&p) {
                 return Err(refuse(corner, outline.nearest_side(&p).distance(&p)));
+            }
+        }
+        // A narrow peak may pass right through the body.
+        let shared = self.grounds().iter().filter(|ground| ground.is_polyline);
+        let pieces = shared.flat_map(|ground| &ground.pieces);
+        let ends = pieces.map(|piece| piece.ends.map(|end| end.vertex));
+        for [from, to] in ends.filter(|ends| ends.iter().all(|end| end.amax() < f64::INFINITY)) {
+            if let Some(p) = outline.pierced([seen(from), seen(to)]) {
+                let at = center + turned(&Turn::by(q.z), p);
+                return Err(refuse(at, outline.nearest_side(&p).distance(&p)));
             }
         }
         Ok(())
