@@ -140,6 +140,7 @@ def test_the_examples_of_the_scope_table_run():
     [
         "README.md",
         "docs/index.md",
+        "docs/gallery.md",
         "docs/impact_laws.md",
         "docs/certificates.md",
         "docs/see.md",
