@@ -26,8 +26,8 @@ check: wheel
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --profile quick --quiet -- -D warnings
 	$(RUST_TESTS) --lib --quiet
-	$(BIN)/ruff format --check --quiet python tests examples benches
-	$(BIN)/ruff check --quiet python tests examples benches
+	$(BIN)/ruff format --check --quiet python tests examples benches site
+	$(BIN)/ruff check --quiet python tests examples benches site
 	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
 # With the binding, so that the tests, the wheel and the documentation are built from the same dependencies.
@@ -51,8 +51,8 @@ rust:
 
 # On the wheel that is installed.
 python:
-	$(BIN)/ruff format --check python tests examples benches
-	$(BIN)/ruff check python tests examples benches
+	$(BIN)/ruff format --check python tests examples benches site
+	$(BIN)/ruff check python tests examples benches site
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest standfast
 	$(BIN)/python -m pytest -n 2 --dist worksteal
