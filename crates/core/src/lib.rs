@@ -78,12 +78,15 @@ pub use body::{Contact, Posture, PostureFields, State};
 pub use error::Error;
 #[doc(hidden)]
 pub use file::write::write_whole;
+/// The crate of the vectors in this interface, in the version that it uses.
+pub use nalgebra;
 pub use options::{Model, Options, Stop};
 pub use outcome::Outcome;
 pub use robustness::robustness;
 pub use scene::Scene;
 pub use simulate::{Trajectory, simulate, simulate_many};
 pub use stability::stability;
+
 /// A column of three: configurations (m, m, rad) and velocities.
 pub type Vector3 = nalgebra::Vector3<f64>;
 
