@@ -206,3 +206,43 @@ def test_a_corner_of_a_flush_board_passes_over_an_edge_at_no_height(friction):
     pull = 9.81 * (-down[1] - friction * down[0])
     way = pull * 0.9**2 / 2
     assert run.q == pytest.approx((*(np.array(q[:2]) + way * down), theta), abs=1e-9)
+
+
+def test_statics_and_verdicts_are_those_of_contacts_at_the_corners():
+    """Boxes over the edge of a table, beside the same bodies on contacts at the corner of the box and at the edge. The certificates hold."""
+    rng = np.random.default_rng(48)
+    stable = 0
+    for _ in range(40):
+        edge, friction = rng.uniform(-0.3, 0.45), rng.uniform(0.05, 1.0)
+        table = [(-9, 0), (edge, 0), (edge, -9), (9, -9)]
+        box = sf.Posture.box(
+            1.0,
+            rng.uniform(0.2, 2.0),
+            friction=friction,
+            restitution=0.2,
+            terrain=table,
+        )
+        feet = [sf.Contact((x, 0), friction=friction) for x in (-0.5, edge)]
+        plain = sf.Posture(1.0, box.gyration_radius, box.center_of_mass, feet, 0.2)
+        assert box.side_contacts[0].point == feet[1].point
+        assert sf.equilibrium_region(box) == pytest.approx(
+            sf.equilibrium_region(plain), abs=1e-12
+        )
+        assert sf.friction_margin(box) == pytest.approx(
+            sf.friction_margin(plain), abs=1e-12
+        )
+        one, other = sf.static_forces(box), sf.static_forces(plain)
+        assert (one is None) == (other is None)
+        if one is not None:
+            for with_side, bare in zip(one, other, strict=True):
+                assert with_side[[0, 4]] == pytest.approx(bare, abs=1e-11)
+        verdict, known = sf.stability(box), sf.stability(plain)
+        assert verdict.contacts == [1, 5]
+        assert (verdict.frictional_stability, verdict.by) == (
+            known.frictional_stability,
+            known.by,
+        )
+        if verdict.frictional_stability != "undecided":
+            sf.certificate.check(verdict.certificate())
+        stable += verdict.frictional_stability == "stable"
+    assert 10 < stable < 40
