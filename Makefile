@@ -108,6 +108,11 @@ site: EXTRA := site
 site: wheel
 	$(BIN)/zensical build --clean --strict
 
+# The pictures of the gallery and of the tutorials, by the code beside them.
+gallery: EXTRA := plot
+gallery: wheel
+	$(BIN)/python site/gallery.py > /dev/null
+
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:
 	cargo bench -p standfast-benches --bench caps
