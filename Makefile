@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps explorer instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
