@@ -143,6 +143,7 @@ def test_the_examples_of_the_scope_table_run():
         "docs/gallery.md",
         "docs/tutorial_block.md",
         "docs/tutorial_footholds.md",
+        "docs/tutorial_kicks.md",
         "docs/tutorial_ladder.md",
         "docs/tutorial_rod.md",
         "docs/impact_laws.md",
