@@ -246,3 +246,22 @@ def test_statics_and_verdicts_are_those_of_contacts_at_the_corners():
             sf.certificate.check(verdict.certificate())
         stable += verdict.frictional_stability == "stable"
     assert 10 < stable < 40
+
+
+@pytest.mark.parametrize("x", [0.0, 1e4])
+def test_a_side_has_the_coefficients_of_the_contacts_at_its_ends(x):
+    """Wherever the body stands: the smaller ones of its two ends, not those of the other contacts."""
+    corners = [(x, 0.0), (x + 0.1, 0.0), (x + 0.1, 0.3), (x, 0.3)]
+    contacts = [
+        sf.Contact(corner, friction=mu, restitution=e)
+        for corner, mu, e in zip(
+            corners, (0.5, 0.6, 0.1, 0.2), (0.3, 0.2, 0.0, 0.1), strict=True
+        )
+    ]
+    edge = x + 0.07
+    table = [(x - 9, 0), (edge, 0), (edge, -9), (x + 9, -9)]
+    box = sf.Posture(
+        1, 0.1, (x + 0.05, 0.15), contacts, 0.5, terrain=table, outline=corners
+    )
+    [side] = box.side_contacts
+    assert (side.friction, side.restitution) == (0.5, 0.2)

@@ -105,7 +105,7 @@ impl Outline {
                 concave.reverse();
             }
             let (way, length) = (to - from, libm::hypot(to.x - from.x, to.y - from.y));
-            let coefficients = coefficients(fields, [from + center, to + center]);
+            let coefficients = coefficients(fields, [corners[k], corners[(k + 1) % count]]);
             Side { from, to, along: way / length, length, concave, index: k, coefficients }
         };
         let radius = (0..count).map(|k| point(k).norm()).fold(0.0, f64::max);
@@ -189,11 +189,11 @@ impl Outline {
 }
 
 /// The smallest coefficients of the contacts at the two ends of a side, or of all contacts if there are none at its ends.
-fn coefficients(fields: &PostureFields, ends: [Vector2<f64>; 2]) -> [f64; 3] {
-    let near = SAME_VERTEX * (ends[1] - ends[0]).norm();
-    let at_end = |contact: &&Contact| {
-        ends.iter().any(|end| (end - Vector2::from(contact.point)).norm() <= near)
+fn coefficients(fields: &PostureFields, ends: [[f64; 2]; 2]) -> [f64; 3] {
+    let is_at = |[x, y]: &[f64; 2], [u, v]: [f64; 2]| {
+        libm::hypot(x - u, y - v) <= SAME_VERTEX * (x.abs() + y.abs())
     };
+    let at_end = |contact: &&Contact| ends.iter().any(|end| is_at(end, contact.point));
     let of = |contact: &Contact| {
         let restitution = contact.restitution.unwrap_or(fields.restitution);
         [contact.friction, restitution, contact.tangential_restitution]
