@@ -72,6 +72,8 @@ struct Parts {
     own_ground: Option<OwnGround>,
     /// The polygon of the body, if it is known.
     outline: Option<Outline>,
+    /// See [`Posture::ground_corners`].
+    corners: Vec<Vector2<f64>>,
 }
 
 /// The fields of a posture, before validation. SI units.
@@ -237,7 +239,17 @@ impl Posture {
         let own_ground =
             (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
         let outline = Outline::new(&fields)?;
-        let parts = Parts { fields, geometry, grounds, points, size: longest, own_ground, outline };
+        let corners = if outline.is_some() { terrain::corners_of(&grounds) } else { Vec::new() };
+        let parts = Parts {
+            fields,
+            geometry,
+            grounds,
+            points,
+            size: longest,
+            own_ground,
+            outline,
+            corners,
+        };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
@@ -323,6 +335,11 @@ impl Posture {
     /// The check of the straight grounds of the contacts; `None`: no check is needed.
     pub(crate) fn own_ground(&self) -> Option<&OwnGround> {
         self.0.own_ground.as_ref()
+    }
+
+    /// The corners of the ground that a side of the body can meet; none without an outline.
+    pub(crate) fn ground_corners(&self) -> &[Vector2<f64>] {
+        &self.0.corners
     }
 
     /// The polygon of the body, if it is known.

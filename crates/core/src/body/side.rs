@@ -6,7 +6,6 @@ use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
 use crate::body::outline::Side;
 use crate::body::posture::Posture;
-use crate::body::terrain::Ground;
 use crate::error::Error;
 use crate::math::turn::Turn;
 use crate::tolerance::{PLACE, TOUCH};
@@ -29,17 +28,6 @@ pub(crate) fn turned(turn: &Turn, v: Vector2<f64>) -> Vector2<f64> {
 }
 
 impl Posture {
-    /// The corners of the ground that a side of the body can meet, in a fixed order, each once; none without an outline.
-    pub(crate) fn ground_corners(&self) -> Vec<Vector2<f64>> {
-        if self.outline().is_none() {
-            return Vec::new();
-        }
-        let mut corners: Vec<_> = self.grounds().iter().flat_map(Ground::corners).collect();
-        corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        corners.dedup();
-        corners
-    }
-
     /// A corner of the ground and a side at `q`: axes and arm of their contact, its gap, and the distances along the side from both its ends to
     /// the corner, negative beyond them, in m.
     fn at_side(
@@ -75,7 +63,7 @@ impl Posture {
         let Some(outline) = self.outline() else { return Vec::new() };
         let center = Vector2::from(self.fields().center_of_mass) + q.xy();
         let mut found = Vec::new();
-        for corner in self.ground_corners() {
+        for &corner in self.ground_corners() {
             let place = center.norm() + corner.norm() + outline.radius;
             let touch = (TOUCH * outline.radius).max(PLACE * place);
             if (corner - center).norm() > outline.radius + touch {
@@ -151,7 +139,7 @@ impl Posture {
         }
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
         let seen = |corner: Vector2<f64>| turned(&turn, corner - center);
-        for corner in self.ground_corners() {
+        for &corner in self.ground_corners() {
             let p = seen(corner);
             if outline.holds(&p) {
                 return Err(refuse(corner, outline.nearest_side(&p).distance(&p)));

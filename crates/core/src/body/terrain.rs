@@ -724,6 +724,14 @@ fn of_line(contact: &Contact) -> Ground {
     Ground { raised: contact.radius, ..Ground::new(vec![Piece::of_contact(contact)], false) }
 }
 
+/// The corners of these grounds that a side of a body can meet, in a fixed order, each once.
+pub(crate) fn corners_of(grounds: &[Ground]) -> Vec<Vector2<f64>> {
+    let mut corners: Vec<_> = grounds.iter().flat_map(Ground::corners).collect();
+    corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    corners.dedup();
+    corners
+}
+
 /// The terrain of each contact. The list is empty if no piece has ends.
 pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
     if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {

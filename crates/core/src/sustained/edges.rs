@@ -85,7 +85,7 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
 impl EdgeWatch {
     /// A new watch; most postures need none.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options, local: bool) -> Self {
-        let corners = posture.map(Posture::ground_corners).unwrap_or_default();
+        let corners = posture.map_or(&[][..], Posture::ground_corners).to_vec();
         Self { corners, touches: options.edges == Edges::Contact && !local }
     }
 
@@ -188,8 +188,8 @@ impl Entry {
             format!("enters the body through side {} of its outline", side + 1)
         };
         format!(
-            "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}, and passes through it, because the model or \
-             edges = \"ignore\" has no contacts of corners of the ground with sides",
+            "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}, and passes through it: with edges = \"ignore\" \
+             no corner of the ground is a contact, in the local model only those that touch a side in the nominal posture",
             corner.x, corner.y,
         )
     }

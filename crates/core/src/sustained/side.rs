@@ -15,6 +15,7 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Side;
 use crate::body::posture::Posture;
+use crate::body::side::turned;
 use crate::body::terrain::Place;
 use crate::flight::parabola_touchdown;
 use crate::math::roots::bracketed;
@@ -106,8 +107,7 @@ impl SideContact {
     fn set_place(&self, p: &mut ContactState, r: Vector2<f64>, theta: f64, frozen: bool) {
         let (mut along, mut arm) = (self.along, self.corner);
         if !frozen {
-            let turn = Turn::by(theta);
-            along += turned_left(along) * turn.sin - along * turn.one_minus_cos;
+            along = turned(&Turn::by(theta), along);
             arm -= r;
             p.place.sides = [0.0, 0.0];
         }
@@ -341,8 +341,7 @@ mod tests {
         let theta = random.between(-3.1, 3.1);
         let side = posture.outline().unwrap().sides()[0];
         let on = SideContact::new(posture, 4, Vector2::zeros(), &side);
-        let turn = Turn::by(theta);
-        let t = on.along + turned_left(on.along) * turn.sin - on.along * turn.one_minus_cos;
+        let t = turned(&Turn::by(theta), on.along);
         let arm = t * random.between(-0.4, 0.4) - turned_left(t) * (on.distance + h);
         let mut state = BodyState {
             points: [].into_iter().collect(),
