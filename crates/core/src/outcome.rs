@@ -233,7 +233,7 @@ pub enum ContactKind {
 }
 
 /// A contact of a run: those of the posture, then the sides of the body that corners of the ground have touched, in the order of their first
-/// touches.
+/// touches, each with the sides beside it at concave corners of the body, which may not have been touched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RunContact {
     /// Its number in the run.

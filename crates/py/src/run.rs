@@ -455,7 +455,7 @@ impl PyRun {
     }
 
     /// The contacts of the run, list of RunContact: those of the posture, then the sides of the body that corners of the ground have touched,
-    /// in the order of their first touches. The letters of a contact mode, and the arrays of `forces_at` and `points_at`, are in this order.
+    /// in the order of their first touches, with the sides beside them at concave corners of the body. The letters of a contact mode, and the arrays of `forces_at` and `points_at`, are in this order.
     #[getter]
     fn contacts(&self) -> Vec<PyRunContact> {
         self.0.contacts().into_iter().map(PyRunContact).collect()
