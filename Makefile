@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -181,9 +181,33 @@ crate:
 	test -f target/crate/alone/LICENSE-MIT -a -f target/crate/alone/LICENSE-APACHE -a -f target/crate/alone/README.md
 	cd target/crate/alone && printf '\n[workspace]\n[profile.test]\nopt-level = 2\n' >> Cargo.toml && cargo test --target-dir ../build
 
-# Licences and origins of all packages that are built in. Needs cargo-deny.
+# Licences, origins and known faults of all packages that are built in. Needs cargo-deny, and the network unless DENY=--offline.
 audit:
-	cargo deny --workspace --all-features check licenses bans sources
+	cargo deny $(DENY) --workspace --all-features check
+
+# What a release uploads, in target/dist: the source distribution, and from it the wheel for Linux; their descriptions, the tag of the
+# wheel (auditwheel), and the types of the public names (pyright) are checked. The workflow `release` does it for every platform.
+DIST := target/dist
+dist: EXTRA := release
+dist: wheel
+	rm -rf $(DIST) && mkdir -p $(DIST)
+	$(BIN)/maturin sdist --out $(DIST)
+	rm -rf target/unpacked && mkdir -p target/unpacked && tar -xzf $(DIST)/standfast-*.tar.gz -C target/unpacked --strip-components=1
+	export PATH="$(CURDIR)/$(BIN):$$PATH" && cd target/unpacked && maturin build --release --locked --zig --compatibility manylinux_2_28 \
+		--target-dir ../dist-build --out ../dist
+	$(BIN)/twine check --strict $(DIST)/*
+	$(BIN)/auditwheel show $(DIST)/*.whl
+	$(BIN)/pyright --outputjson --ignoreexternal --verifytypes standfast | $(BIN)/python -c 'import json, sys; \
+		share = json.load(sys.stdin)["typeCompleteness"]["completenessScore"]; \
+		print(f"{share:.1%} of the public names have known types"); sys.exit(share < 0.99)'
+
+# The wheel of `make dist` in a new environment of each Python that is found, without a compiler.
+pythons:
+	$(BIN)/python tests/pythons.py $(DIST) $$(for v in 11 12 13 14; do command -v python3.$$v; done)
+
+# The next version: its number in every file that has it, its date in the changelog, a commit and a tag. VERSION=0.2.0
+version:
+	$(BIN)/bump-my-version bump --new-version $(VERSION)
 
 # The wheel, compiled in target/ like everything else, installed into .venv with the extra asked for.
 wheel: $(BIN)/maturin

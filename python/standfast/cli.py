@@ -66,7 +66,7 @@ EXIT_CODES = """Exit codes:
   2: wrong input; one line on standard error names it.
   130: interrupted."""
 
-app = App(
+app: App = App(
     name="standfast",
     help="Exact motion of planar rigid bodies on frictional contacts, and the stability of their postures.",
     version=sf.__version__,

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -22,7 +23,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullLocator
 from PIL import Image
 
-from standfast._core import Run, ZenoPoint
+from standfast._core import Posture, Run, ZenoPoint
 from standfast.maps import bar
 from standfast.plot import (
     APART,
@@ -249,31 +250,36 @@ class Film:
     """
 
     def __init__(self, run: Run, fps: float, speed: float, clock: str) -> None:
-        self.run, self.clock = run, clock
+        self.run: Run = run
+        self.clock: str = clock
         self.speed = speed
-        self.t = readable(run, run.frame_times(fps, speed, clock))  # type: ignore[arg-type]
-        self.film = self.in_film(self.t)
-        self.points = run.points_at(self.t)
-        self.gaps = run.gaps_at(self.t)
-        self.forces = run.forces_at(self.t)
-        self.modes = modes_at(run, self.t)
-        self.frictions = [contact.friction for contact in run.contacts]
-        self.posture = run.posture
+        self.t: _Floats = readable(run, run.frame_times(fps, speed, clock))  # type: ignore[arg-type]
+        self.film: _Floats = self.in_film(self.t)
+        self.points: _Floats = run.points_at(self.t)
+        self.gaps: _Floats = run.gaps_at(self.t)
+        self.forces: _Floats = run.forces_at(self.t)
+        self.modes: list[str] = modes_at(run, self.t)
+        self.frictions: list[float] = [contact.friction for contact in run.contacts]
+        self.posture: Posture | None = run.posture
         assert self.posture is not None
-        self.size = body_size(self.posture)
-        self.infinite = [point for point in run.zeno_points if is_infinite(point)]
-        self.q = run.at(self.t)[0]
+        self.size: float = body_size(self.posture)
+        self.infinite: list[ZenoPoint] = [
+            point for point in run.zeno_points if is_infinite(point)
+        ]
+        self.q: _Floats = run.at(self.t)[0]
         centers = self.q[:, :2]
-        self.follows = bool(np.ptp(centers, axis=0).max() > JOURNEY * self.size)
-        self.view = View(run, None if self.follows else self.t)
+        self.follows: bool = bool(np.ptp(centers, axis=0).max() > JOURNEY * self.size)
+        self.view: View = View(run, None if self.follows else self.t)
         if self.follows:
             self._widen()
         if run.ground_motion is not None:
             self.view.low[1] -= BELOW_GROUND * self.view.scale
             self.view.height += BELOW_GROUND
-        self.tangents = self._tangents()
+        self.tangents: _Floats = self._tangents()
+        self.largest: float
+        self.reach: float
         self.largest, self.reach = self._longest()
-        self.decimals = decimals(self.t)
+        self.decimals: int = decimals(self.t)
         self.draw()
 
     def in_film(self, t: npt.ArrayLike) -> _Floats:
@@ -330,14 +336,14 @@ class Film:
         tall = self.view.height + LABELS + GAPS + 0.5
         # H.264 needs even numbers of pixels.
         wide, high = (2 * round(0.5 * DPI * side) / DPI for side in (WIDTH, tall))
-        self.figure = Figure((wide, high), dpi=DPI)
+        self.figure: Figure = Figure((wide, high), dpi=DPI)
         canvas = FigureCanvasAgg(self.figure)
         self.figure.set_layout_engine("constrained", h_pad=0.08)
         grid = self.figure.add_gridspec(
             2, 1, height_ratios=(self.view.height + LABELS, GAPS)
         )
-        self.body = self.figure.add_subplot(grid[0])
-        self.curves = self.figure.add_subplot(grid[1])
+        self.body: Axes = self.figure.add_subplot(grid[0])
+        self.curves: Axes = self.figure.add_subplot(grid[1])
         self.moving: list[Artist] = []
         self.entries: dict[str, Any] = {}
         self._draw_gaps()
@@ -396,7 +402,7 @@ class Film:
         zeno = self.clock == "zeno"
         times, gaps = self._sampled()
         shown = self.in_film(times)
-        self.hits = []
+        self.hits: list[tuple[_Floats, _Floats]] = []
         for index, when in enumerate(impacts(run, times, gaps)):
             self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
             if index < len(run.gaps):
@@ -439,8 +445,8 @@ class Film:
         axes.set_ylabel("gap / m")
         axes.set_xlabel(f"time of the film / s ({self._pace()})")
         axes.spines[["top", "right"]].set_visible(False)
-        self.cursor = self._moves(axes.axvline(0.0, color="black", lw=1.2))
-        self.dots = [
+        self.cursor: Line2D = self._moves(axes.axvline(0.0, color="black", lw=1.2))
+        self.dots: list[Line2D] = [
             self._moves(Line2D([], [], clip_on=False, **self._look(index)))
             for index in shown_gaps
         ]
@@ -494,25 +500,33 @@ class Film:
         axes.set_xlim(view.low[0], view.high[0])
         axes.set_ylim(view.low[1], view.high[1])
         axes.set_autoscale_on(False)
-        self.ground = draw_ground(axes, view)
+        self.ground: list[Artist] = draw_ground(axes, view)
         if self.follows:
-            self.middle = 0.5 * (view.low + view.high)
+            self.middle: _Floats = 0.5 * (view.low + view.high)
         frame = "" if self.run.ground_motion is None else ", relative to the ground"
         axes.set_xlabel(f"x / m{frame}")
         axes.set_ylabel("y / m")
         axes.spines[["top", "right"]].set_visible(False)
+        self.trail: Line2D
         (self.trail,) = axes.plot([], [], color=PATH, lw=1.0, ls=":")
         self._moves(self.trail)
         corners = view.poses[0].outline
-        self.shape = self._moves(Area(corners, closed=True, fc=BODY, alpha=0.35, lw=0))
+        self.shape: Any = self._moves(
+            Area(corners, closed=True, fc=BODY, alpha=0.35, lw=0)
+        )
         axes.add_patch(self.shape)
+        self.outline: Line2D
         (self.outline,) = axes.plot(*corners.T, color="black", lw=1.6)
+        self.arms: Line2D
         (self.arms,) = axes.plot([], [], color="black", lw=0.6)
+        self.center: Line2D
         (self.center,) = axes.plot([], [], color="black", marker="+", ms=7, ls="none")
         for artist in (self.outline, self.arms, self.center):
             self._moves(artist)
         self._draw_contacts()
         self._draw_excitation()
+        self.title: Text
+        self.left: Text
         self.title, self.left = (
             self._moves(axes.set_title(" ", loc=loc, fontsize=11, y=1.0))
             for loc in ("left", "right")
@@ -590,7 +604,7 @@ class Film:
 
     def _draw_excitation(self) -> None:
         kicks = self._kicks()
-        self.kicked = [
+        self.kicked: list[tuple[float, _Floats, Any]] = [
             (float(self.in_film(kick.time)), arrow, self._moves(self._arrow(KICK, 3.0)))
             for kick, arrow in zip(kicks, kick_arrows(self.run, kicks), strict=False)
         ]
@@ -603,8 +617,10 @@ class Film:
             return
         if motion.tilt is not None:
             tilts = np.array([0.0, *motion.tilt])
-            self.steps = -np.column_stack([np.sin(tilts), np.cos(tilts)])
-            self.words = [f"gravity, the ground tilted by {a:z.3g} rad" for a in tilts]
+            self.steps: _Floats = -np.column_stack([np.sin(tilts), np.cos(tilts)])
+            self.words: list[str] = [
+                f"gravity, the ground tilted by {a:z.3g} rad" for a in tilts
+            ]
         else:
             self.steps = np.array([(0.0, 0.0), *(motion.acceleration or ())])
             sizes = np.hypot(*self.steps.T)
@@ -612,7 +628,7 @@ class Film:
         longest = float(np.hypot(*self.steps.T).max())
         self.steps = self.steps * (SHAKE * self.view.scale / (longest or 1.0))
         self.shaken = self._moves(self._arrow("black", 2.6))
-        self.shaking = self._moves(self.body.text(0, 0, "", fontsize=SMALL + 1))
+        self.shaking: Any = self._moves(self.body.text(0, 0, "", fontsize=SMALL + 1))
 
     # --- The frames ---
 

@@ -138,7 +138,7 @@ class Style:
                 raise ValueError(
                     f"colors[{word!r}] = {color!r} cannot be used: a colour of matplotlib is needed"
                 )
-        self.colors = {**COLORS, **colors}
+        self.colors: dict[str, Any] = {**COLORS, **colors}
         self.labels = labels
 
     def text(self, name: str) -> str:

@@ -269,9 +269,11 @@ class Kept:
             else {k: repr(v) for k, v in options.items()},
         }
         text = json.dumps(asked, indent=1, allow_nan=False)
-        self.folder = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
+        self.folder: Path = cache / hashlib.sha256(text.encode()).hexdigest()[:32]
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.dtypes = [column.dtype for column in question.run(0, 0, 1)]
+        self.dtypes: list[np.dtype[Any]] = [
+            column.dtype for column in question.run(0, 0, 1)
+        ]
         if not (self.folder / "question.json").exists():
             write_whole(self.folder / "question.json", text.encode())
 

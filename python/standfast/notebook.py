@@ -99,7 +99,9 @@ class Player:
     """A page in a frame of a cell."""
 
     def __init__(self, page: str, height: int, name: str):
-        self.page, self.height, self.name = page, height, name
+        self.page: str = page
+        self.height: int = height
+        self.name: str = name
 
     def _repr_html_(self) -> str:
         return (

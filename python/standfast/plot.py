@@ -737,19 +737,21 @@ class View:
     def __init__(self, run: Run, times: Iterable[float] | None = None) -> None:
         """The instants of the picture, or these in increasing order."""
         self.run = run
-        self.posture = _posture(run)
-        self.poses = [
+        self.posture: Posture = _posture(run)
+        self.poses: list[Pose] = [
             pose(run, time) for time in (instants(run) if times is None else times)
         ]
         begin = self.poses[0].time
         samples = np.linspace(begin, run.time, CURVE // 4)
         samples = np.unique([*samples, *event_times(run)])
-        self.samples = samples[samples >= begin]
-        self.path = run.at(self.samples)[0][:, :2] + self.posture.center_of_mass
+        self.samples: npt.NDArray[Any] = samples[samples >= begin]
+        self.path: _Floats = (
+            run.at(self.samples)[0][:, :2] + self.posture.center_of_mass
+        )
         shown_kicks = [time for time in kick_times(run) if time >= begin]
         kicks = [kick for kick in run.kicks if kick.time in shown_kicks][:POSES]
-        self.kicks = list(kick_arrows(run, kicks))
-        self.pieces = ground(self.posture)
+        self.kicks: list[_Floats] = list(kick_arrows(run, kicks))
+        self.pieces: list[Piece] = ground(self.posture)
         shown = [self.path, *self.kicks, *self._beneath()]
         shown += [point[None] for _, point in self.marked()]
         for _, contacts, _, outline, _ in self.poses:
@@ -758,12 +760,13 @@ class View:
         low, high = corners.min(axis=0), corners.max(axis=0)
         margin = MARGIN * float((high - low).max())
         wide, tall = high - low + 2.0 * margin
-        self.height = float(np.clip(PANEL * tall / wide, LOW, HIGH))
+        self.height: float = float(np.clip(PANEL * tall / wide, LOW, HIGH))
         # Where the panel is wider or higher than its contents, the ground fills it.
-        self.scale = max(wide / PANEL, tall / self.height)
+        self.scale: float = max(wide / PANEL, tall / self.height)
         low, high = low - margin, high + margin
         room = self.scale * np.array([PANEL, self.height]) - (high - low)
-        self.low, self.high = low - BELOW * room, high + (1.0 - BELOW) * room
+        self.low: _Floats = low - BELOW * room
+        self.high: _Floats = high + (1.0 - BELOW) * room
 
     def marked(self) -> list[tuple[int, _Floats]]:
         """The indices of the contacts at the last pose, and their points (2,): those of the posture, and the sides that have touched since
@@ -935,8 +938,8 @@ def write_times(axes: Axes, view: View) -> None:
         )
         out = turn * np.column_stack([way[:, 1], -way[:, 0]])
         out /= np.maximum(np.hypot(*out.T), np.finfo(float).tiny)[:, None]
-        far = view.scale * (abs(out) @ size(text) + 0.03)
-        sides = begin + 0.5 * way + far[:, None] * out
+        aside = view.scale * (abs(out) @ size(text) + 0.03)
+        sides = begin + 0.5 * way + aside[:, None] * out
         sides = sides[np.argsort(-sides[:, 1], kind="stable")]
         places = [*corners[:-3], *sides, *corners[-3:]]
         write(text, places, str(min(shade, 0.5)))

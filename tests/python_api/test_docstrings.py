@@ -139,6 +139,7 @@ def test_the_examples_of_the_scope_table_run():
     "page",
     [
         "README.md",
+        "python/README.md",
         "docs/index.md",
         "docs/gallery.md",
         "docs/tutorial_block.md",

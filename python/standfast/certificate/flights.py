@@ -61,21 +61,27 @@ class Flights:
 
     def __init__(self, body: Body) -> None:
         require(len(body.feet) == 2, "the body does not stand on two contacts")
-        self.body, self.pair = body, Pair(body)
-        self.g = [body.pull(0), body.pull(1)]
-        self.e = [foot.restitution for foot in body.feet]
-        self.psi, self.alpha = self.pair.psi, self.pair.alpha
+        self.body: Body = body
+        self.pair: Pair = Pair(body)
+        self.g: list[Interval] = [body.pull(0), body.pull(1)]
+        self.e: list[Interval] = [foot.restitution for foot in body.feet]
+        self.psi: list[Interval] = self.pair.psi
+        self.alpha: list[Interval] = self.pair.alpha
         nn = self.pair.coupling
         self.nn = nn
-        self.tn = [
+        self.tn: list[list[Interval]] = [
             [body.couple(one.tangent, two.normal) for two in body.feet]
             for one in body.feet
         ]
-        self.tt = [body.couple(foot.tangent, foot.tangent) for foot in body.feet]
-        self.down = [-(body.gravity * foot.tangent[1]) for foot in body.feet]
-        self.drift = -(body.gravity * self.pair.along[1])
+        self.tt: list[Interval] = [
+            body.couple(foot.tangent, foot.tangent) for foot in body.feet
+        ]
+        self.down: list[Interval] = [
+            -(body.gravity * foot.tangent[1]) for foot in body.feet
+        ]
+        self.drift: Interval = -(body.gravity * self.pair.along[1])
         det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0]
-        self.beta = [
+        self.beta: list[list[Interval]] = [
             [
                 (self.tn[i][j] * nn[1 - j][1 - j] - self.tn[i][1 - j] * nn[1 - j][j])
                 / det
@@ -83,12 +89,16 @@ class Flights:
             ]
             for i in range(2)
         ]
-        self.slides = [
+        self.slides: list[dict[int, Arc | None]] = [
             {way: self.slide(k, self.pair.side(k, way)) for way in (1, -1)}
             for k in range(2)
         ]
-        self.jumps = [{way: self.jump(k, way) for way in (1, -1)} for k in range(2)]
-        self.starts = [self.from_rest(k) for k in range(2)]
+        self.jumps: list[dict[int, Interval | None]] = [
+            {way: self.jump(k, way) for way in (1, -1)} for k in range(2)
+        ]
+        self.starts: list[tuple[int, Arc] | None] = [
+            self.from_rest(k) for k in range(2)
+        ]
         self.courses: dict[int, Course | str | None] = {}
 
     def leaves_alone(self, k: int) -> bool:

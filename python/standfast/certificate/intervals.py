@@ -18,8 +18,8 @@ class Interval:
     __slots__ = ("hi", "lo")
 
     def __init__(self, lo: int, hi: int) -> None:
-        self.lo = lo
-        self.hi = hi
+        self.lo: int = lo
+        self.hi: int = hi
 
     @staticmethod
     def of(value: Fraction | int) -> "Interval":

@@ -52,7 +52,7 @@ class Potential:
             Interval.of(Fraction(x))
             for x in numbers(limits, len(limits), "data.limits")
         ]
-        self.limits = [x.lo for x in exact]
+        self.limits: list[int] = [x.lo for x in exact]
         require(
             all(x.lo == x.hi for x in exact),
             "data.limits has a number that is not a multiple of 2^-256",
@@ -61,13 +61,13 @@ class Potential:
             all(a < b for a, b in pairwise(self.limits)),
             "data.limits are not increasing",
         )
-        self.count = len(limits) + 1
+        self.count: int = len(limits) + 1
         values = entry(data, "potential", "data")
         require(
             isinstance(values, list) and len(values) == 2,
             "data.potential is not two lists",
         )
-        self.values = [
+        self.values: list[list[int]] = [
             [
                 Interval.of(Fraction(v)).lo
                 for v in numbers(part, self.count, f"data.potential[{j}]")
@@ -85,7 +85,7 @@ class Potential:
             and all(isinstance(pair, list) and len(pair) == 2 for pair in ends),
             "data.ends is not two pairs",
         )
-        self.ends = [
+        self.ends: list[dict[int, FastEnd | None]] = [
             {way: self.end(j, way, ends[j][way > 0]) for way in (-1, 1)}
             for j in range(2)
         ]

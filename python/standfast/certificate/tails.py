@@ -137,10 +137,12 @@ class Tails:
     def __init__(
         self, g: list[Interval], e: list[Interval], psi: list[Interval]
     ) -> None:
-        self.g, self.e, self.psi = g, e, psi
+        self.g: list[Interval] = g
+        self.e: list[Interval] = e
+        self.psi: list[Interval] = psi
         self.seen: list[tuple[int, float, float]] = []
-        self.tries = 0
-        self.same = SAME
+        self.tries: int = 0
+        self.same: float = SAME
         self.frame: Frame | None = None
 
     def narrowed(self, a: int, shape: Pair) -> Pair:
