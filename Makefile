@@ -193,7 +193,7 @@ dist: wheel
 	rm -rf $(DIST) && mkdir -p $(DIST)
 	$(BIN)/maturin sdist --out $(DIST)
 	rm -rf target/unpacked && mkdir -p target/unpacked && tar -xzf $(DIST)/standfast-*.tar.gz -C target/unpacked --strip-components=1
-	export PATH="$(CURDIR)/$(BIN):$$PATH" && cd target/unpacked && maturin build --release --locked --zig --compatibility manylinux_2_28 \
+	export PATH="$(CURDIR)/$(BIN):$$PATH" && cd target/unpacked && maturin build --release --zig --compatibility manylinux_2_28 \
 		--target-dir ../dist-build --out ../dist
 	$(BIN)/twine check --strict $(DIST)/*
 	$(BIN)/auditwheel show $(DIST)/*.whl
