@@ -108,8 +108,8 @@ site: EXTRA := site
 site: wheel
 	$(BIN)/zensical build --clean --strict
 
-# The pictures of the gallery and of the tutorials, by the code beside them.
-gallery: EXTRA := plot
+# The pictures and films of the gallery and of the tutorials, by the code beside them: a minute.
+gallery: EXTRA := plot,map
 gallery: wheel
 	$(BIN)/python site/gallery.py > /dev/null
 
