@@ -103,10 +103,12 @@ explorer: wheel
 	crates/wasm/build.sh
 	$(BIN)/python -m standfast.page target/explorer/standfast.wasm target/explorer/index.html
 
-# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings.
+# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings. With the explorer in
+# it, if `make explorer` has built that.
 site: EXTRA := site
 site: wheel
 	$(BIN)/zensical build --clean --strict
+	cp $(firstword $(wildcard target/explorer/index.html) site/no_explorer.html) target/site/explorer.html
 
 # The pictures and films of the gallery and of the tutorials, by the code beside them: a minute.
 gallery: EXTRA := plot,map
