@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -158,6 +158,11 @@ maps: wheel
 	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
 	$(BIN)/python examples/shape_chaos.py
+
+# Seconds for a map of a million postures: one thread, all cores, and a Dask cluster of this machine.
+sweeps: EXTRA := test
+sweeps: wheel
+	$(BIN)/python benches/sweeps.py
 
 # What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
 instructions:
