@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --release
 
-.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -103,13 +103,15 @@ explorer: wheel
 	crates/wasm/build.sh
 	$(BIN)/python -m standfast.page target/explorer/standfast.wasm target/explorer/index.html
 
-# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings.
+# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings. With the explorer in
+# it, if `make explorer` has built that.
 site: EXTRA := site
 site: wheel
 	$(BIN)/zensical build --clean --strict
+	cp $(firstword $(wildcard target/explorer/index.html) site/no_explorer.html) target/site/explorer.html
 
-# The pictures of the gallery and of the tutorials, by the code beside them.
-gallery: EXTRA := plot
+# The pictures and films of the gallery and of the tutorials, by the code beside them: a minute.
+gallery: EXTRA := plot,map
 gallery: wheel
 	$(BIN)/python site/gallery.py > /dev/null
 
@@ -156,6 +158,11 @@ maps: wheel
 	$(BIN)/python examples/second_figure.py
 	$(BIN)/python examples/third_figure.py
 	$(BIN)/python examples/shape_chaos.py
+
+# Seconds for a map of a million postures: one thread, all cores, and a Dask cluster of this machine.
+sweeps: EXTRA := test
+sweeps: wheel
+	$(BIN)/python benches/sweeps.py
 
 # What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
 instructions:

@@ -1,19 +1,39 @@
-"""Draws the pictures gallery_*.png and tutorial_*.png of the pages in docs/ with the code before them: `python site/gallery.py`."""
+"""Draws the pictures and films of the gallery and of the tutorials in docs/ with the code before them: `python site/gallery.py`.
+
+A picture gallery_*.png or tutorial_*.png is what `figure` then is. A block in `py` makes a film. With names of pages, such as
+`gallery.md`, only these are drawn.
+"""
 
 import doctest
+import os
 import re
+import sys
 from pathlib import Path
 
 DOCS = Path(__file__).parents[1] / "docs"
-BLOCK_OR_PICTURE = re.compile(
-    r"^```python\n(.*?)^```|\(((?:gallery|tutorial)_\w+\.png)\)",
+#: Blocks of examples, blocks that make films, and pictures below headings (those before the first are the index).
+PARTS = re.compile(
+    r"^```python\n(.*?)^```|^```py\n(.*?)^```|^!\[[^\]\n]*\]\(((?:gallery|tutorial)_\w+\.png)\)",
     re.DOTALL | re.MULTILINE,
 )
 
-for page in [DOCS / "gallery.md", *sorted(DOCS.glob("tutorial_*.md"))]:
+
+def draw(page: Path) -> None:
+    """Runs the blocks of a page up to its last picture or film."""
+    parts = PARTS.findall(page.read_text(encoding="utf-8"))
+    while parts and parts[-1][0]:
+        parts.pop()
     names: dict[str, object] = {}
-    for block, picture in BLOCK_OR_PICTURE.findall(page.read_text(encoding="utf-8")):
+    for block, film, picture in parts:
         if picture:
-            names["figure"].savefig(DOCS / picture)  # type: ignore[attr-defined]
+            names["figure"].savefig(picture)  # type: ignore[attr-defined]
         for example in doctest.DocTestParser().get_examples(block):
             exec(compile(example.source, page.name, "single"), names)
+        exec(compile(film, page.name, "exec"), names)
+
+
+if __name__ == "__main__":
+    pages = [DOCS / name for name in sys.argv[1:]]
+    os.chdir(DOCS)
+    for page in pages or [DOCS / "gallery.md", *sorted(DOCS.glob("tutorial_*.md"))]:
+        draw(page)

@@ -147,6 +147,10 @@ def test_the_examples_of_the_scope_table_run():
         "docs/tutorial_kicks.md",
         "docs/tutorial_ladder.md",
         "docs/tutorial_rod.md",
+        pytest.param(
+            "docs/tutorial_sweeps.md",
+            marks=pytest.mark.filterwarnings("default"),  # of libraries
+        ),
         "docs/impact_laws.md",
         "docs/certificates.md",
         "docs/see.md",

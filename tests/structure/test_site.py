@@ -37,3 +37,18 @@ def test_links_of_the_pages_stay_in_the_site():
             if "://" not in link:
                 assert (DOCS / link).is_file(), (page.name, link)
                 assert not link.startswith(".."), (page.name, link)
+
+
+def test_the_gallery_shows_each_of_its_pictures_twice():
+    """In the index, whose links zensical checks, and below its heading; films are small enough for a page."""
+    text = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    index, sections = text.split("</div>", 1)
+    shown = [re.findall(r"!\[[^]]*\]\((\S+?)\)", part) for part in (index, sections)]
+    assert set(shown[0]) <= set(shown[1])
+    assert len(shown[0]) == sections.count("\n## ") >= 12
+    films = re.findall(r'^run\.animate\("(\w+\.gif)"', sections, re.MULTILINE)
+    assert films == [name for name in shown[1] if name.endswith(".gif")]
+    for film in films:
+        assert (DOCS / film).stat().st_size < 1e6, film
+    files = {file.name for file in DOCS.glob("gallery_*.*")}
+    assert files <= set(shown[1])

@@ -1,0 +1,112 @@
+"""The documentation site in a real browser: its search, its explorer, the width of its pages, and that it asks no other host. Needs
+`make site`, Chromium and playwright; without them the tests are skipped by name."""
+
+import http.server
+import shutil
+import threading
+from functools import partial
+from pathlib import Path
+
+import pytest
+from test_explorer import ARGUMENTS, opened
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+SITE = Path(__file__).parents[2] / "target" / "site"
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
+    pytest.mark.skipif(
+        not (SITE / "explorer" / "index.html").exists(), reason="needs make site"
+    ),
+    pytest.mark.xdist_group("browser"),
+]
+EXPLORER = SITE / "explorer.html"
+needs_explorer = pytest.mark.skipif(
+    not EXPLORER.exists() or "sf-root" not in EXPLORER.read_text(encoding="utf-8"),
+    reason="needs make explorer, and then make site",
+)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=list(ARGUMENTS)
+        )
+        yield chromium
+        chromium.close()
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """A server that writes no log."""
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture(scope="module")
+def address():
+    """The site below a folder of its server, as project pages are."""
+    handler = partial(Quiet, directory=SITE.parent)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever).start()
+        yield f"http://127.0.0.1:{server.server_port}/{SITE.name}"
+        server.shutdown()
+
+
+def test_the_search_finds_words_of_the_pages(browser, address):
+    with opened(browser, f"{address}/") as shown:
+        shown.keyboard.press("Control+k")
+        entry = shown.get_by_role("combobox", name="Search")
+        for word, title in (
+            ("Zeno", "zeno_points"),
+            ("Painlevé", "Painlevé's rod"),
+            ("restitution", "restitution"),
+            ("simulate_many", "simulate_many"),
+        ):
+            entry.fill(word)
+            shown.get_by_role("option", name=title).first.wait_for()
+
+
+def drag_until_unstable(shown):
+    """Drags the centre of mass of the explorer in the page beyond the right foot."""
+    frame = shown.frame_locator("iframe")
+    frame.locator('.sf-verdict[data-state="stable"]').wait_for()
+    box = frame.locator('[data-handle="0"]').bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    shown.mouse.move(x, y)
+    shown.mouse.down()
+    shown.mouse.move(x + 250, y, steps=10)
+    shown.mouse.up()
+    frame.locator('.sf-verdict[data-state="unstable"]').wait_for()
+
+
+@needs_explorer
+def test_the_explorer_runs_in_its_page(browser, address):
+    with opened(browser, f"{address}/explorer/") as shown:
+        drag_until_unstable(shown)
+
+
+@needs_explorer
+def test_the_explorer_runs_in_its_page_without_a_server(browser):
+    shown = browser.new_page(viewport={"width": 1300, "height": 900})
+    shown.goto((SITE / "explorer" / "index.html").as_uri())
+    drag_until_unstable(shown)
+    shown.close()
+
+
+def test_every_page_fits_a_phone_and_asks_no_other_host(browser, address):
+    pages = sorted(SITE.glob("*/index.html"))
+    assert len(pages) > 20
+    with opened(
+        browser, f"{address}/", viewport={"width": 390, "height": 844}
+    ) as shown:
+        asked = []
+        shown.on("request", lambda request: asked.append(request.url))
+        for page in pages:
+            shown.goto(f"{address}/{page.parent.name}/")
+            wide = shown.evaluate("document.documentElement.scrollWidth")
+            assert wide <= 390, page.parent.name
+        assert len(asked) > len(pages)
+        hosts = ("http://127.0.0.1", "data:", "blob:")
+        assert [url for url in asked if not url.startswith(hosts)] == []
