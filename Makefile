@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
-PROFILE := --release
+PROFILE := --profile dist
 
 .PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
@@ -13,6 +13,7 @@ endif
 
 # Installs standfast with its plots and shows a clattering rod; see clattering_rod.png afterwards.
 demo: EXTRA := plot
+demo: PROFILE := --release
 demo: wheel
 	$(BIN)/standfast run examples/clattering_rod.toml --plot clattering_rod.png
 
@@ -166,7 +167,7 @@ sweeps: wheel
 
 # What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
 instructions:
-	cargo run --release -p standfast-benches --bin instructions
+	cargo run --profile bench -p standfast-benches --bin instructions
 
 # Fuzz targets, each for a quarter of an hour or ten million inputs. Needs nightly Rust and cargo-fuzz.
 fuzz:
@@ -195,22 +196,25 @@ audit:
 # What a release uploads, in target/dist: the source distribution, and from it the wheel for Linux; their descriptions, the tag of the
 # wheel (auditwheel), and the types of the public names (pyright) are checked. The workflow `release` does it for every platform.
 DIST := target/dist
-dist: EXTRA := release
-dist: wheel
-	rm -rf $(DIST) && mkdir -p $(DIST)
+UNPACKED := target/unpacked
+dist: $(BIN)/maturin
+	$(PIP) install --no-compile "maturin[zig]>=1.16,<2"
+	rm -rf $(DIST) $(UNPACKED) && mkdir -p $(DIST) $(UNPACKED)
 	$(BIN)/maturin sdist --out $(DIST)
-	rm -rf target/unpacked && mkdir -p target/unpacked && tar -xzf $(DIST)/standfast-*.tar.gz -C target/unpacked --strip-components=1
-	export PATH="$(CURDIR)/$(BIN):$$PATH" && cd target/unpacked && maturin build --release --zig --compatibility manylinux_2_28 \
-		--target-dir ../dist-build --out ../dist
+	tar -xzf $(DIST)/standfast-*.tar.gz -C $(UNPACKED) --strip-components=1
+	. $(BIN)/activate && cd $(UNPACKED) && maturin build --profile dist --zig --compatibility manylinux_2_28 --target-dir ../dist-build --out ../dist
+	$(PIP) install --no-compile "$$(echo $(DIST)/standfast-*.whl)[map,notebook,plot,release]"
+	$(PIP) install --no-compile --no-deps --force-reinstall $(DIST)/standfast-*.whl
 	$(BIN)/twine check --strict $(DIST)/*
 	$(BIN)/auditwheel show $(DIST)/*.whl
-	$(BIN)/pyright --outputjson --ignoreexternal --verifytypes standfast | $(BIN)/python -c 'import json, sys; \
+	. $(BIN)/activate && pyright --outputjson --ignoreexternal --verifytypes standfast | python -c 'import json, sys; \
 		share = json.load(sys.stdin)["typeCompleteness"]["completenessScore"]; \
 		print(f"{share:.1%} of the public names have known types"); sys.exit(share < 0.99)'
 
 # The wheel of `make dist` in a new environment of each Python that is found, without a compiler.
+PYTHONS ?= $(shell for v in 11 12 13 14; do python3.$$v -c 'import sys; print(sys.executable)' 2> /dev/null; done; true)
 pythons:
-	$(BIN)/python tests/pythons.py $(DIST) $$(for v in 11 12 13 14; do command -v python3.$$v; done)
+	$(PYTHON) tests/pythons.py $(DIST) $(PYTHONS)
 
 # The next version: its number in every file that has it, its date in the changelog, a commit and a tag. VERSION=0.2.0
 version:

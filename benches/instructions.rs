@@ -1,6 +1,6 @@
 //! Instructions of a run: `model = auto` compared with `full` and `local`, on random scenes, counted by callgrind.
 //!
-//! `cargo run --release -p standfast-benches --bin instructions [-- SCENES]` starts itself under valgrind, reads the
+//! `cargo run --profile bench -p standfast-benches --bin instructions [-- SCENES]` starts itself under valgrind, reads the
 //! counts of every single run, and prints their ratios.
 
 use std::hint::black_box;

@@ -27,7 +27,7 @@ ROUNDING = 2**-53
 #: its time of rest v/(g(μ cos α + sin α)) by (4.0 + 2.2 + 1.6 + 1.0) roundings together.
 ALIKE = 9 * ROUNDING
 
-CARGO = ["cargo", "run", "--release", "--quiet"]
+CARGO = ["cargo", "run", "--profile", "bench", "--quiet"]
 #: Name, colour [Okabe & Ito 2008], marker, law of impact and command of each tool, in the order of the legend.
 TOOLS = {
     "standfast": (

@@ -10,7 +10,7 @@
 //! [Jean 1999]. Contacts are solved exactly, word by word: the first word of S, F, R, L per contact whose conditions hold. No
 //! allocation in a step; times are medians of whole runs, the state being looked at after each step.
 //!
-//! `cargo run --release -p standfast-benches --bin moreau-jean -- SCENES.json` prints a line of JSON for each run.
+//! `cargo run --profile bench -p standfast-benches --bin moreau-jean -- SCENES.json` prints a line of JSON for each run.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! standfast called from Rust, for the ratios to the fixed-step baseline, which is Rust as well: whole runs with the call and
 //! the end of the trajectory, unrecorded.
 //!
-//! `cargo run --release -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
+//! `cargo run --profile bench -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
 
 use serde_json::{Value, json};
 use standfast::body::GroundKind;
