@@ -8,8 +8,9 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use standfast::body::LocalState;
 use standfast::simulate::simulate_local;
-use standfast::{Options, Posture, State, Stop, simulate};
+use standfast::{Lamina, Options, Posture, State, Stop, simulate};
 use standfast_benches::self_similar;
 
 /// Length of a reference chain.
@@ -47,7 +48,13 @@ fn collisions(c: &mut Criterion) {
     let (model, gaps, rates) = self_similar(0.999, 0.99963);
     let (rod, start, end) = falling_rod();
     for (record, name) in [(false, "plain"), (true, "recorded")] {
-        let local = || simulate_local(&model, black_box(gaps), rates, 0.0, 0.0, &options(record));
+        let local = || {
+            simulate_local(
+                &model,
+                &LocalState { gaps: black_box(gaps), rates, ..LocalState::default() },
+                &options(record),
+            )
+        };
         let run = local().unwrap_or_else(|e| panic!("{e}"));
         assert!(run.collisions() > 100_000, "{}", run.collisions());
         group.throughput(Throughput::Elements(run.collisions() as u64));
@@ -66,7 +73,11 @@ fn collisions(c: &mut Criterion) {
 /// A rod with hundreds of collisions, and the time of the 300th collision. Until then all are in the full model; later
 /// ones have frozen geometry.
 fn falling_rod() -> (Posture, State, f64) {
-    let rod = Posture::rod(0.5, 0.1, 0.9, 0.0, 9.81).unwrap_or_else(|e| panic!("{e}"));
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.1), restitution: 0.9, ..Lamina::default() },
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     let start = State::at_rest([0.0, 0.011, 0.001]);
     let run = simulate(&rod, &start, &options(true)).unwrap_or_else(|e| panic!("{e}"));
     let end = run.impacts()[300].time;

@@ -8,19 +8,28 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::simulate::simulate_local;
 use standfast::stability::conditions;
 use standfast::{
-    Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, simulate, stability,
+    Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, State, Stop, simulate,
+    stability,
 };
 
 const MODELS: [(Model, &str); 3] =
     [(Model::Local, "local"), (Model::Full, "full"), (Model::Auto, "auto")];
 
 fn rod(gyration_radius: f64, restitution: f64, friction: f64) -> Posture {
-    Posture::rod(0.5, gyration_radius, restitution, friction, 9.81)
-        .unwrap_or_else(|e| panic!("{e}"))
+    Posture::rod(
+        0.5,
+        &Lamina {
+            gyration_radius: Some(gyration_radius),
+            restitution,
+            friction,
+            ..Lamina::default()
+        },
+    )
+    .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Both ends above the floor, one higher than the other.
@@ -64,9 +73,7 @@ fn ball() -> Posture {
         contacts: vec![Contact::at(0.0, 0.0)],
         restitution: 0.8,
         gravity: 9.81,
-        terrain: Vec::new(),
-        ground: standfast::body::GroundKind::default(),
-        outline: Vec::new(),
+        ..PostureFields::default()
     })
     .unwrap_or_else(|e| panic!("{e}"))
 }
@@ -75,10 +82,25 @@ fn ball() -> Posture {
 fn tails(c: &mut Criterion) {
     let mut group = c.benchmark_group("tail");
     let (g, e) = (9.81, 0.8);
-    let model = LocalModel::new([g; 2], [0.3; 2], [0.0; 2], [e; 2]);
+    let model = LocalModel::new(LocalModelFields {
+        gravity: [g; 2],
+        psi: [0.3; 2],
+        restitution: [e; 2],
+        ..LocalModelFields::default()
+    });
     let model = model.unwrap_or_else(|e| panic!("{e}"));
     let options = Options { stop: Stop::Zeno, record: false, ..Options::default() };
-    let closed = || simulate_local(&model, black_box([0.0, 10.0]), [1.0, 0.0], 0.0, 0.0, &options);
+    let closed = || {
+        simulate_local(
+            &model,
+            &LocalState {
+                gaps: black_box([0.0, 10.0]),
+                rates: [1.0, 0.0],
+                ..LocalState::default()
+            },
+            &options,
+        )
+    };
     let plain = || {
         let (mut t, mut u) = (0.0, black_box(1.0));
         while u > f64::EPSILON * g {

@@ -6,10 +6,11 @@
 //! Planar Mechanisms Supported by Frictional Contacts. II", ICRA 2008.
 //!
 //! ```
-//! use standfast::{Options, Posture, State, Stop, simulate};
+//! use standfast::{Lamina, Options, Posture, State, Stop, simulate};
 //!
 //! // A rod with its mass near the middle is dropped, one end lower than the other.
-//! let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+//! let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+//! let rod = Posture::rod(0.5, &lamina)?;
 //! let start = State::at_rest([0.0, 0.011, 0.002_f64.asin()]);
 //! let run = simulate(&rod, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
 //!
@@ -74,7 +75,7 @@ mod scene;
 pub mod ask;
 
 pub use ask::ask;
-pub use body::{Contact, Posture, PostureFields, State};
+pub use body::{Contact, Lamina, Posture, PostureFields, State};
 pub use error::Error;
 #[doc(hidden)]
 pub use file::write::write_whole;

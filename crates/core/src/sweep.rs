@@ -333,11 +333,12 @@ pub enum Column {
 /// Quantities of a posture over a grid of its parameters.
 ///
 /// ```
-/// use standfast::Posture;
+/// use standfast::{Lamina, Posture};
 /// use standfast::sweep::{Axis, Column, Quantity, Sweep};
 ///
 /// // Clattering of a rod converges if its mass is near the middle: ψ = (L² − ρ²)/(L² + ρ²).
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, friction: 0.5, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let radii = Axis::new("gyration_radius", vec![0.2, 0.5], &rod)?;
 /// let sweep = Sweep::new(&rod, vec![radii], vec![Quantity::parse("theorem_3")?])?;
 /// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
@@ -664,9 +665,19 @@ impl fmt::Display for Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Lamina;
 
     fn rod() -> Posture {
-        Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap()
+        Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.2),
+                restitution: 0.1,
+                friction: 0.5,
+                ..Lamina::default()
+            },
+        )
+        .unwrap()
     }
 
     fn grid(quantity: &str) -> Sweep {
@@ -722,7 +733,16 @@ mod tests {
 
     #[test]
     fn a_sweep_can_be_stopped() {
-        let rod = Posture::rod(0.5, 0.45, 0.9, 0.5, 9.81).unwrap();
+        let rod = Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.45),
+                restitution: 0.9,
+                friction: 0.5,
+                ..Lamina::default()
+            },
+        )
+        .unwrap();
         let axis = Axis::new("restitution", (0..4000).map(|k| 2e-4 * f64::from(k)).collect(), &rod);
         let sweep = Sweep::new(&rod, vec![axis.unwrap()], vec![Quantity::Fate]).unwrap();
         let options = Options {

@@ -338,16 +338,17 @@ impl PyRun {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
-        let start = run.start();
-        if let Some((model, gaps, rates)) = run.local_start() {
+        if let Some((model, start)) = run.local_start() {
             for name in ["model", "impact", "neighbourhood", "edges", "jams", "tolerance"] {
                 keywords.del_item(name)?;
             }
             let model = local_model(py, model)?;
-            let arguments = (gaps, rates, start.q.z, start.qdot.z).into_pyobject(py)?;
+            let arguments =
+                (start.gaps, start.rates, start.theta, start.omega).into_pyobject(py)?;
             return Ok((question(model.getattr("simulate")?, &keywords)?, arguments));
         }
         let posture = run.posture().cloned().map(PyPosture);
+        let start = run.start();
         let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
         let simulate = py.import("standfast")?.getattr("simulate")?;
         if !run.excitation().is_none() {

@@ -22,7 +22,7 @@ mod slide;
 mod tails;
 
 use crate::body::geometry::{ContactGeometry, couplings};
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::time_to_rest;
@@ -563,7 +563,12 @@ impl<'a> Shadow<'a> {
         let (psi, phi) = couplings(arms[0].b, arms[1].b, normal, self.rho2);
         let pull = |k: &ContactGeometry, arm: &Arm| k.gravity + arm.c * omega * omega;
         let gravity = [pull(one, &arms[0]), pull(two, &arms[1])];
-        FrozenModel::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
+        FrozenModel::new(&LocalModel::frozen(LocalModelFields {
+            gravity,
+            psi,
+            phi,
+            restitution: [one.restitution, two.restitution],
+        }))
     }
 
     /// The frozen models of the local run and of its shadow, at this instant.
@@ -595,9 +600,7 @@ pub(crate) mod tests {
             contacts: feet.iter().map(foot).collect(),
             restitution: 0.3,
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }

@@ -36,9 +36,10 @@ impl Default for Resources {
 /// Nothing is recorded; [`simulate`](crate::simulate()) computes the same run, to the bit, with its events.
 ///
 /// ```
-/// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
+/// use standfast::{Lamina, Model, Options, Outcome, Posture, State, simulate_many};
 ///
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let starts: Vec<State> = (1..100).map(|k| State::at_rest([0.0, 0.01, 1e-4 * f64::from(k)])).collect();
 /// let ends = simulate_many(&[rod], &starts, &Options { model: Model::Local, ..Options::default() })?;
 /// assert!(ends.iter().all(|end| end.outcome == Outcome::Rest));

@@ -14,7 +14,7 @@ pub use clocks::FilmClock;
 pub use reader::Reader;
 pub use trajectory::Trajectory;
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure;
@@ -89,20 +89,17 @@ pub fn simulate_excited_until(
     Simulation::new(posture, state, options, excitation, cancel)?.run()
 }
 
-/// The motion of the gaps and of θ from a state on. `theta` in rad, `omega` in rad/s.
+/// The motion of the gaps and of θ of a local model that is given by its parameters.
 ///
 /// # Errors
 ///
 /// A wrong option, a state that is not finite, or a negative gap.
 pub fn simulate_local(
     model: &LocalModel,
-    gaps: [f64; 2],
-    rates: [f64; 2],
-    theta: f64,
-    omega: f64,
+    start: &LocalState,
     options: &Options,
 ) -> Result<Trajectory, Error> {
-    simulate_local_until(model, gaps, rates, theta, omega, options, &|| false)
+    simulate_local_until(model, start, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
@@ -113,18 +110,15 @@ pub fn simulate_local(
 /// As [`simulate_local`].
 pub fn simulate_local_until(
     model: &LocalModel,
-    gaps: [f64; 2],
-    rates: [f64; 2],
-    theta: f64,
-    omega: f64,
+    start: &LocalState,
     options: &Options,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trajectory>, Error> {
-    let (gaps, rates) = (gaps.unsigned_zero(), rates.unsigned_zero());
-    let theta = finite("theta", theta)?.unsigned_zero();
-    let omega = finite("omega", omega)?.unsigned_zero();
+    let (gaps, rates) = (start.gaps.unsigned_zero(), start.rates.unsigned_zero());
+    let theta = finite("theta", start.theta)?.unsigned_zero();
+    let omega = finite("omega", start.omega)?.unsigned_zero();
     let (h, warnings) = checked(model, gaps, rates, options)?;
-    let base = Base::of_parameters(model, gaps, rates, [theta, omega]);
+    let base = Base::of_parameters(model, LocalState { gaps, rates, theta, omega });
     let gaps = Gaps { h, u: rates };
     let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
     let first = Frame::reduced(start, model);
@@ -168,6 +162,7 @@ mod tests {
     use super::*;
     use crate::auto::tests::standing;
     use crate::body::GroundKind;
+    use crate::body::Lamina;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
     use crate::motion::Pair;
@@ -195,9 +190,8 @@ mod tests {
             contacts: (-32..32).map(|k| Contact::at(f64::from(k), f64::from(k * k))).collect(),
             restitution: 1.0 - f64::EPSILON,
             gravity: 10.0,
-            terrain: Vec::new(),
             ground: GroundKind::Shared,
-            outline: Vec::new(),
+            ..PostureFields::default()
         };
         let posture = Posture::new(fields).unwrap();
         let run = |event_limit| {
@@ -271,7 +265,16 @@ mod tests {
     }
 
     fn fall(model: Model, record: bool) -> Driver<'static, Pair> {
-        let rod = Posture::rod(0.5, 0.3, 0.6, 0.3, 9.81).expect("a rod");
+        let rod = Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.3),
+                restitution: 0.6,
+                friction: 0.3,
+                ..Lamina::default()
+            },
+        )
+        .expect("a rod");
         let state = State::new([0.0, 0.2, 0.1], [0.3, 0.0, -0.2]);
         let start = Start::new(&rod, &state, model).expect("above the ground");
         let options = Options { record, ..Options::default() };

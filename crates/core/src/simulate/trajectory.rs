@@ -6,7 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::advance;
@@ -103,7 +103,7 @@ struct Written<'a> {
 #[serde(untagged)]
 enum WrittenStart {
     Body(State),
-    Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
+    Gaps(LocalState),
 }
 
 /// The fields of a run that are read: those that define it, and the others, which are compared.
@@ -133,8 +133,8 @@ impl Question {
                     Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
                 simulate_excited_until(posture, &start, &self.options, &excitation, cancel)?
             }
-            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
-                simulate_local_until(model, gaps, rates, theta, omega, &self.options, cancel)?
+            (None, Some(model), WrittenStart::Gaps(start)) => {
+                simulate_local_until(model, &start, &self.options, cancel)?
             }
             _ => {
                 return Err(Error::Unusable {
@@ -282,11 +282,10 @@ impl Trajectory {
         &self.record.base.start
     }
 
-    /// The model without a body, if the run has one, with the gaps (m) and rates (m/s) at the start.
+    /// The model without a body, if the run has one, with its start.
     #[must_use]
-    pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
-        let start = self.record.base.reduced.as_ref()?;
-        Some((&start.model, start.gaps, start.rates))
+    pub fn local_start(&self) -> Option<&(LocalModel, LocalState)> {
+        self.record.base.reduced.as_deref()
     }
 
     /// Time on the clock when the outcome was reached, in s.
@@ -596,9 +595,7 @@ impl Trajectory {
     fn written(&self) -> Written<'_> {
         let body = self.posture().is_some();
         let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
-        let (start, local) = (*self.start(), self.local_start());
-        let spin =
-            |gaps, rates| WrittenStart::Gaps { gaps, rates, theta: start.q.z, omega: start.qdot.z };
+        let local = self.local_start();
         Written {
             outcome: self.outcome(),
             model: self.model,
@@ -622,8 +619,11 @@ impl Trajectory {
             options: &self.options,
             excitation: &self.excitation,
             posture: self.posture(),
-            local_model: local.map(|(model, ..)| model),
-            start: local.map_or(WrittenStart::Body(start), |(_, gaps, rates)| spin(gaps, rates)),
+            local_model: local.map(|(model, _)| model),
+            start: match local {
+                Some((_, start)) => WrittenStart::Gaps(*start),
+                None => WrittenStart::Body(*self.start()),
+            },
         }
     }
 

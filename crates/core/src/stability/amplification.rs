@@ -485,9 +485,7 @@ mod tests {
             ],
             restitution: 0.0,
             gravity: 1.0,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }

@@ -231,11 +231,17 @@ impl ReducedMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::local_model::LocalModel;
+    use crate::body::local_model::{LocalModel, LocalModelFields};
     use crate::stability::clattering::{neimark_sacker, self_similar};
 
     fn fate(e: f64, psi: f64, n: usize) -> Fate {
-        let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap();
+        let model = LocalModel::new(LocalModelFields {
+            gravity: [1.0; 2],
+            psi: [psi; 2],
+            restitution: [e; 2],
+            ..LocalModelFields::default()
+        })
+        .unwrap();
         ReducedMap::new(&model).unwrap().fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
     }
 

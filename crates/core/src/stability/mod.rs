@@ -716,9 +716,7 @@ mod tests {
             contacts: vec![contact(-1.0, 0.0, -0.31), contact(1.0, 0.25, 1.16)],
             restitution,
             gravity: 1.0,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }
