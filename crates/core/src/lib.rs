@@ -15,7 +15,7 @@
 //! let run = simulate(&rod, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
 //!
 //! let zeno = &run.zeno_points()[0];
-//! assert_eq!(zeno.kind, "2-zeno");                       // both ends come to rest at once
+//! assert_eq!(zeno.kind.to_string(), "2-zeno");           // both ends come to rest at once
 //! assert!((zeno.time - 0.04778480706422020).abs() < 2e-17);
 //! assert!(run.impacts().len() <= 10);                    // the rest is summed
 //! # Ok::<(), standfast::Error>(())

@@ -99,8 +99,8 @@ pub struct Level {
     pub share: f64,
     /// Interval of the share that contains the probability with a confidence of 95 %.
     pub interval: [f64; 2],
-    /// Number of runs with each outcome that occurs, by its name. Of those with `rest`, some may rest elsewhere.
-    pub outcomes: BTreeMap<&'static str, usize>,
+    /// Number of runs with each outcome that occurs. Of those with `rest`, some may rest elsewhere.
+    pub outcomes: BTreeMap<Outcome, usize>,
     /// Largest displacement ‖(x, y, ρθ)‖ at rest of a body that has come back, in m; `None` if none has.
     pub largest_displacement: Option<f64>,
     /// For each kick whether the body comes back from it.
@@ -330,7 +330,7 @@ impl Level {
     }
 
     fn add(&mut self, end: &End, returned: bool, rho: f64) {
-        *self.outcomes.entry(end.outcome.as_str()).or_default() += 1;
+        *self.outcomes.entry(end.outcome).or_default() += 1;
         self.returned.push(returned);
         if returned {
             let q = &end.state.q;
@@ -349,7 +349,7 @@ impl Level {
     /// Number of kicks after which the body is at rest, there or elsewhere.
     #[must_use]
     pub fn rest(&self) -> usize {
-        self.outcomes.get(Outcome::Rest.as_str()).copied().unwrap_or(0)
+        self.outcomes.get(&Outcome::Rest).copied().unwrap_or(0)
     }
 }
 

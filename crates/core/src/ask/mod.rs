@@ -282,7 +282,7 @@ fn about(scene: &Scene) -> Value {
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3]);
     let modes = problem.and_then(|problem| contact_modes(&problem, Method::Auto)).map(|modes| {
         let words: Vec<_> = modes.consistent().map(|mode| mode.word).collect();
-        json!({ "status": modes.status().name(), "consistent": words, "modes": modes.answers() })
+        json!({ "status": modes.status().as_str(), "consistent": words, "modes": modes.answers() })
     });
     json!({
         "drawing": Drawing::of(posture, posture.side_contacts().iter().map(DrawnSide::at_rest).collect()),

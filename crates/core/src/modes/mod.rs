@@ -31,6 +31,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::serial::shown_as_str;
+
+shown_as_str!(Status);
 
 /// How contact modes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -67,9 +70,9 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name in Python.
+    /// Its name in Python and in files.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Unique => "unique",
             Self::Ambiguous => "ambiguous",
@@ -138,7 +141,7 @@ impl Modes {
             modes: &'a [ModeAnswer],
         }
         let written = Written {
-            status: self.status().name(),
+            status: self.status().as_str(),
             consistent: self.consistent().map(|mode| mode.word).collect(),
             modes: &self.answers,
         };

@@ -24,6 +24,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::options::{Model, Options};
+use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 use crate::simulate::simulation::Simulation;
@@ -126,7 +127,7 @@ pub fn simulate_local_until(
     if driver.run().is_none() {
         return Ok(None);
     }
-    let run = Trajectory::new(driver.record, Model::Local, "given by its parameters", *options);
+    let run = Trajectory::new(driver.record, Model::Local, ModelReason::Given, *options);
     if !options.certify {
         return Ok(Some(run));
     }
@@ -260,8 +261,8 @@ mod tests {
         assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
         let off = (loose.elapsed() - tight.elapsed()).abs() / tight.elapsed();
         assert!(off > 1e-9 && off < 1e-3, "{off}");
-        assert!(loose.model_reason().contains("below the tolerance"));
-        assert!(tight.model_reason().contains("turns too far"));
+        assert_eq!(loose.model_reason(), ModelReason::Measured);
+        assert_eq!(tight.model_reason(), ModelReason::TurnsAtOnce);
     }
 
     fn fall(model: Model, record: bool) -> Driver<'static, Pair> {

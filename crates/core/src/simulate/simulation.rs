@@ -8,7 +8,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
-use crate::outcome::{End, FirstZeno};
+use crate::outcome::{End, FirstZeno, ModelReason};
 use crate::simulate::limits::{is_pair, solvable};
 use crate::simulate::start::Start;
 use crate::simulate::trajectory::Trajectory;
@@ -27,25 +27,10 @@ pub(crate) struct Simulation<'a> {
 /// The result of the attempt with the local model.
 enum Tried {
     /// Its error is below the tolerance; `None`: cancelled.
-    Run(Option<Box<Record>>, &'static str),
+    Run(Option<Box<Record>>, ModelReason),
     /// It cannot be used, with the reason.
-    No(&'static str),
+    No(ModelReason),
 }
-
-const SET: &str = "set by the option";
-const EXACT: &str = "exact here: the body does not turn";
-const MEASURED: &str =
-    "its error, measured along the run against the full equations, is below the tolerance";
-const TURNS: &str =
-    "the body turns too far for the tolerance already in the first flight and impact";
-const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
-const START: &str = "different contacts touch at the start in the local and in the full model";
-const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
-const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
-const ROUND: &str =
-    "the body turns, and the error of the local model is not known with a round contact";
-const EXCITED: &str =
-    "the body is kicked or the ground moves: the error of the local model is not known";
 
 impl<'a> Simulation<'a> {
     /// Checks the question. `options` have been checked.
@@ -90,8 +75,8 @@ impl<'a> Simulation<'a> {
                     Tried::No(reason) => (full, reason),
                 }
             }
-            Model::Auto => (start(Model::Full)?, EXCITED),
-            model => (start(model)?, SET),
+            Model::Auto => (start(Model::Full)?, ModelReason::Excited),
+            model => (start(model)?, ModelReason::Set),
         };
         let model = start.model;
         if excitation.is_none() {
@@ -185,16 +170,16 @@ impl<'a> Simulation<'a> {
         let exact = auto::is_exact(posture, state);
         if !exact {
             if posture.has_rounds() {
-                return Tried::No(ROUND);
+                return Tried::No(ModelReason::Round);
             }
             if !auto::has_shadow(posture, options) {
-                return Tried::No(UNKNOWN);
+                return Tried::No(ModelReason::Unknown);
             }
             if !auto::has_end(posture, options) {
-                return Tried::No(ENDLESS);
+                return Tried::No(ModelReason::Endless);
             }
             if auto::is_hopeless(posture, state, &full.heights, options) {
-                return Tried::No(TURNS);
+                return Tried::No(ModelReason::TurnsAtOnce);
             }
         }
         let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
@@ -204,24 +189,24 @@ impl<'a> Simulation<'a> {
             {
                 start
             }
-            _ => return Tried::No(START),
+            _ => return Tried::No(ModelReason::OtherStart),
         };
         if exact {
-            return Tried::Run(self.record(start, options), EXACT);
+            return Tried::Run(self.record(start, options), ModelReason::Exact);
         }
         let event_limit = options.event_limit.min(auto::MOST_EVENTS);
         let recorded = Options { record: true, event_limit, ..*options };
         let Some(mut record) = self.record(start, &recorded) else {
-            return Tried::Run(None, MEASURED);
+            return Tried::Run(None, ModelReason::Measured);
         };
         match auto::error(posture, state, &record, options) {
             Ok(error) if error <= options.tolerance => {
                 if !options.record {
                     record.forget();
                 }
-                Tried::Run(Some(record), MEASURED)
+                Tried::Run(Some(record), ModelReason::Measured)
             }
-            Ok(_) => Tried::No(MISSES),
+            Ok(_) => Tried::No(ModelReason::Misses),
             Err(lost) => Tried::No(lost),
         }
     }

@@ -21,8 +21,8 @@ use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, Outcome,
-    Phase, RunContact, ZenoPoint,
+    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
+    Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
 use crate::simulate::reader::Reader;
 use crate::simulate::{simulate_excited_until, simulate_local_until};
@@ -54,7 +54,7 @@ pub struct Trajectory {
     pub(super) record: Box<Record>,
     options: Options,
     model: Model,
-    model_reason: &'static str,
+    model_reason: ModelReason,
     enclosure: Option<Box<Enclosure>>,
     excitation: Excitation,
     // Computed at the first access.
@@ -69,7 +69,7 @@ pub struct Trajectory {
 struct Written<'a> {
     outcome: Outcome,
     model: Model,
-    model_reason: &'a str,
+    model_reason: ModelReason,
     time: f64,
     elapsed: f64,
     q: Option<[f64; 3]>,
@@ -186,7 +186,7 @@ impl Trajectory {
     pub(crate) fn new(
         mut record: Box<Record>,
         model: Model,
-        model_reason: &'static str,
+        model_reason: ModelReason,
         options: Options,
     ) -> Self {
         record.acceleration = record.acceleration.unsigned_zero();
@@ -235,8 +235,8 @@ impl Trajectory {
         &self,
         state: &State,
         options: &Options,
-    ) -> Result<f64, &'static str> {
-        let posture = self.posture().ok_or("no body")?;
+    ) -> Result<f64, ModelReason> {
+        let posture = self.posture().ok_or(ModelReason::Given)?;
         crate::auto::error(posture, state, &self.record, options)
     }
 
@@ -254,7 +254,7 @@ impl Trajectory {
 
     /// The reason for this model.
     #[must_use]
-    pub fn model_reason(&self) -> &'static str {
+    pub fn model_reason(&self) -> ModelReason {
         self.model_reason
     }
 
@@ -437,7 +437,7 @@ impl Trajectory {
         let Moment { clock, state, gaps, rates, .. } = &zeno.at;
         let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
         ZenoPoint {
-            kind: format!("{}-zeno", contacts.len()),
+            kind: ZenoKind(contacts.len()),
             contacts,
             time: self.clock(*clock),
             elapsed: clock.hi,
@@ -448,7 +448,7 @@ impl Trajectory {
             gaps: gaps.to_vec(),
             gap_rates: rates.to_vec(),
             certified: zeno.certified,
-            method: zeno.method.as_str(),
+            method: zeno.method,
             plastic: zeno.plastic,
             first_summed: zeno.first_summed,
         }

@@ -53,12 +53,15 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
+use crate::serial::shown_as_str;
 pub use certify::{Potential, WhyUndecided};
 
 use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
 use conditions::moves;
 use corner::{Away, CornerMap};
+
+shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
 
 /// Whether a body comes back to rest after any small kick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -218,13 +221,13 @@ pub enum Evidence {
     /// A cycle of corners that grows with every repetition.
     Cycle(Vec<CornerStep>),
     /// A word that is consistent at rest and in which the body moves away.
-    Word(String),
+    Word(Word),
     /// A corner after which the body moves away.
     Away(CornerStep),
     /// A motion in which the body moves away.
     Motion {
         /// Its word.
-        word: String,
+        word: Word,
         /// The velocity (ẋ, ẏ, θ̇) at q = 0 with which the motion starts, in m/s and rad/s. The contact on the terrain slides at 1 m/s or
         /// is at rest; if the other contact leaves the terrain with a gap rate, that rate is 1 m/s.
         velocity: [f64; 3],
@@ -499,7 +502,7 @@ impl Verdict {
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
                 *modes = answers.answers().iter().filter(|a| a.consistent).cloned().collect();
-                Ok(modes.iter().find(leaves).map(|answer| answer.word.to_string()))
+                Ok(modes.iter().find(leaves).map(|answer| answer.word))
             })?;
             self.well = well;
             found
@@ -577,7 +580,7 @@ impl Verdict {
         let (stable, unstable) = (Stability::Stable, Stability::Unstable);
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
-            let word = Evidence::Word(answer.word.to_string());
+            let word = Evidence::Word(answer.word);
             return Finding::Decided(unstable, Argument::AcceleratingMode, word);
         }
         let Some(map) = map else { return Finding::Undecided(None) };
@@ -679,7 +682,7 @@ fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
     ]);
     let slip = if side == 0 { 0.0 } else { slip(k) };
     let velocity = rows.lu().solve(&Vector3::new(0.0, slip, lift))?;
-    let word = Word::separate(2).with(0, letter(0)).with(1, letter(1)).to_string();
+    let word = Word::separate(2).with(0, letter(0)).with(1, letter(1));
     Some(Evidence::Motion { word, velocity: velocity.unsigned_zero().into() })
 }
 

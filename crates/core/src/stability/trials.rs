@@ -37,7 +37,7 @@ pub struct Trials {
     /// Number of kicks after which the body came to rest.
     pub rest: usize,
     /// Outcomes of the other kicks, and their numbers.
-    pub others: BTreeMap<String, usize>,
+    pub others: BTreeMap<Outcome, usize>,
 }
 
 /// A displacement (m, m, rad) that opens all contacts: upwards, or in the direction of the force of equal normal forces. `None` if neither does.
@@ -99,7 +99,7 @@ pub fn trials(
         let Some(run) = run else { return Ok(None) };
         match run.outcome() {
             Outcome::Rest => found.rest += 1,
-            other => *found.others.entry(other.as_str().into()).or_default() += 1,
+            other => *found.others.entry(other).or_default() += 1,
         }
     }
     Ok(Some(found))
