@@ -85,7 +85,7 @@ pub use options::{Model, Options, Stop};
 pub use outcome::Outcome;
 pub use robustness::robustness;
 pub use scene::Scene;
-pub use simulate::{Trajectory, simulate, simulate_many};
+pub use simulate::{Simulation, Trajectory, simulate, simulate_many};
 pub use stability::stability;
 
 /// A column of three: configurations (m, m, rad) and velocities.

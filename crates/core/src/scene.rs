@@ -17,7 +17,7 @@ use crate::file::text::Format;
 use crate::file::write::write_whole;
 use crate::options::Options;
 use crate::serial::values;
-use crate::simulate::simulate_excited;
+use crate::simulate::Simulation;
 use crate::simulate::trajectory::Trajectory;
 
 /// Largest scene file that is read, in bytes. A scene with 64 contacts has a few thousand.
@@ -224,9 +224,17 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// As [`simulate_excited`].
+    /// As [`Simulation::run`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        simulate_excited(&self.posture, &self.start, &self.options, &self.excitation)
+        let run = self.simulation().run()?;
+        Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
+    }
+
+    /// The run of the scene, for other options or to stop it.
+    #[must_use]
+    pub fn simulation(&self) -> Simulation<'_> {
+        let Self { posture, start, options, excitation } = self;
+        Simulation { excitation, ..Simulation::new(posture, *start, options) }
     }
 
     fn read(format: Format, text: &str) -> Result<Self, Error> {

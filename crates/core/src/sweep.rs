@@ -12,8 +12,8 @@ use crate::body::state::State;
 use crate::error::Error;
 use crate::options::{Jams, Options};
 use crate::outcome::Outcome;
+use crate::simulate::Simulation;
 use crate::simulate::parallel::in_blocks;
-use crate::simulate::simulate_until;
 use crate::stability::{
     Argument, Conditions, Equilibrium, Stability, WhyUndecided, conditions, judge,
 };
@@ -562,9 +562,8 @@ impl Sweep {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
                 return Err(unusable("q", "None", allowed));
             };
-            let Some(run) = simulate_until(&posture, state, options, stop)? else {
-                return Ok(false);
-            };
+            let run = Simulation { cancel: stop, ..Simulation::new(&posture, *state, options) };
+            let Some(run) = run.run()? else { return Ok(false) };
             Some(run)
         } else {
             None

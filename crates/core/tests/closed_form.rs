@@ -3,10 +3,10 @@
 use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::options::Simultaneous;
 use standfast::outcome::{ZenoKind, ZenoMethod};
-use standfast::simulate::{simulate_local, simulate_until};
+use standfast::simulate::simulate_local;
 use standfast::{
-    Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory,
-    simulate,
+    Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, Simulation, State, Stop,
+    Trajectory, simulate,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -1438,7 +1438,9 @@ fn bounds_are_cancelled() {
             asked.set(0);
             let cancel = || asked.replace(asked.get() + 1) >= most;
             let start = State::at_rest([0.0, 0.2, 0.001]);
-            simulate_until(&body, &start, &Options { certify, ..limited }, &cancel).unwrap()
+            let options = Options { certify, ..limited };
+            let run = Simulation::new(&body, start, &options);
+            Simulation { cancel: &cancel, ..run }.run().unwrap()
         };
         assert!(run(false, usize::MAX).is_some());
         let plain = asked.get();

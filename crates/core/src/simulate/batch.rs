@@ -125,8 +125,9 @@ pub(crate) fn ends_until(
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let end = |run: usize| {
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
-            let one = Simulation::new(posture, &states[run], &options, excitation, stop);
-            one.and_then(|one| one.end()).map_err(|error| (run, error))
+            let (start, options) = (states[run], &options);
+            let one = Simulation { posture, start, options, excitation, cancel: stop };
+            one.end().map_err(|error| (run, error))
         };
         runs.map(end).collect::<Result<Option<Vec<End>>, FailedAt>>()
     };

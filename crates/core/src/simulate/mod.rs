@@ -12,6 +12,7 @@ pub(crate) mod trajectory;
 pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
 pub use clocks::FilmClock;
 pub use reader::Reader;
+pub use simulation::Simulation;
 pub use trajectory::Trajectory;
 
 use crate::body::local_model::{LocalModel, LocalState};
@@ -19,7 +20,6 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure;
 use crate::error::{Error, finite};
-use crate::excitation::Excitation;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::frame::{Base, Frame, Snapshot};
@@ -27,7 +27,6 @@ use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
-use crate::simulate::simulation::Simulation;
 pub(crate) use crate::simulate::start::Start;
 use crate::zeno::Gaps;
 
@@ -38,56 +37,8 @@ use crate::zeno::Gaps;
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
 /// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
-    simulate_until(posture, state, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
-}
-
-/// As [`simulate`]. `cancel` is called from time to time; once it returns true, the result is `None`.
-///
-/// # Errors
-///
-/// As [`simulate`].
-pub fn simulate_until(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
-    simulate_excited_until(posture, state, options, &Excitation::default(), cancel)
-}
-
-/// The motion of `posture` from `state` on, with kicks and a motion of the ground. Up to the first kick the run is, to the last bit, the
-/// run without kicks. There is one exception: if the kick falls into bounces that are summed in the run without kicks, these bounces are
-/// followed one by one, and the states between them differ by rounding errors. A run that is not stopped earlier by its options lasts at
-/// least until the last kick and the last change of the motion of the ground.
-///
-/// # Errors
-///
-/// As [`simulate`]; a kick or a motion of the ground that is out of range; `certify`.
-pub fn simulate_excited(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    excitation: &Excitation,
-) -> Result<Trajectory, Error> {
-    simulate_excited_until(posture, state, options, excitation, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
-}
-
-/// As [`simulate_excited`]. `cancel` is called from time to time; once it returns true, the result is `None`.
-///
-/// # Errors
-///
-/// As [`simulate_excited`].
-pub fn simulate_excited_until(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    excitation: &Excitation,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
-    options.validate()?;
-    Simulation::new(posture, state, options, excitation, cancel)?.run()
+    let run = Simulation::new(posture, *state, options).run()?;
+    Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
 }
 
 /// The motion of the gaps and of θ of a local model that is given by its parameters.

@@ -14,15 +14,41 @@ use crate::simulate::start::Start;
 use crate::simulate::trajectory::Trajectory;
 use crate::{auto, enclosure};
 
-/// What a run is computed from.
-pub(crate) struct Simulation<'a> {
-    posture: &'a Posture,
-    start: State,
-    options: &'a Options,
-    excitation: &'a Excitation,
+/// A run with kicks or a motion of the ground, or one that can be stopped. Without these, [`simulate`](crate::simulate()) is shorter.
+///
+/// Up to the first kick the run is, to the last bit, the run without kicks. There is one exception: if the kick falls into bounces that are
+/// summed in the run without kicks, these bounces are followed one by one, and the states between them differ by rounding errors. A run
+/// that is not stopped earlier by its options lasts at least until the last kick and the last change of the motion of the ground.
+///
+/// ```
+/// use standfast::excitation::{Excitation, Kick};
+/// use standfast::{Lamina, Options, Posture, Simulation, State};
+///
+/// // A block of 2 kg at rest is kicked to v = 3 m/s; friction stops it after v²/(2 μ g) = 0.9 m.
+/// let block = Posture::block(1.0, 0.2, &Lamina { mass: 2.0, friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let kick = Kick { time: 1.0, impulse: [6.0, 0.0], point: None };
+/// let excitation = Excitation { kicks: vec![kick], ..Excitation::default() };
+/// let (start, options) = (State::at_rest([0.0; 3]), Options::default());
+/// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, &options) }.run()?;
+/// let run = run.expect("nothing stops this run");
+/// assert!((run.state().q.x - 0.9).abs() < 1e-15);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Simulation<'a> {
+    /// The body and its contacts.
+    pub posture: &'a Posture,
+    /// Where it starts.
+    pub start: State,
+    /// How the run is made.
+    pub options: &'a Options,
+    /// The kicks and the motion of the ground.
+    pub excitation: &'a Excitation,
     /// Called from time to time; once it returns true, the result is `None`.
-    cancel: &'a dyn Fn() -> bool,
+    pub cancel: &'a dyn Fn() -> bool,
 }
+
+static NOTHING: Excitation = Excitation { kicks: Vec::new(), ground_motion: None };
 
 /// The result of the attempt with the local model.
 enum Tried {
@@ -33,14 +59,25 @@ enum Tried {
 }
 
 impl<'a> Simulation<'a> {
-    /// Checks the question. `options` have been checked.
-    pub(crate) fn new(
-        posture: &'a Posture,
-        start: &State,
-        options: &'a Options,
-        excitation: &'a Excitation,
-        cancel: &'a dyn Fn() -> bool,
-    ) -> Result<Self, Error> {
+    /// A run without kicks and with the ground at rest, which nothing stops.
+    #[must_use]
+    pub fn new(posture: &'a Posture, start: State, options: &'a Options) -> Self {
+        Self { posture, start, options, excitation: &NOTHING, cancel: &|| false }
+    }
+
+    /// The whole motion; `None` if [`cancel`](Self::cancel) has stopped it.
+    ///
+    /// # Errors
+    ///
+    /// As [`simulate`](crate::simulate()); a kick or a motion of the ground that is out of range; [`Options::certify`] with them.
+    pub fn run(&self) -> Result<Option<Trajectory>, Error> {
+        self.options.validate()?;
+        self.checked()?.motion()
+    }
+
+    /// The same with checked start and excitation. `options` have been checked.
+    fn checked(&self) -> Result<Self, Error> {
+        let Self { posture, start, options, excitation, .. } = *self;
         solvable(posture, options)?;
         start.validate()?;
         if options.edges == Edges::Contact {
@@ -56,11 +93,10 @@ impl<'a> Simulation<'a> {
                 });
             }
         }
-        Ok(Self { posture, start: start.unsigned_zero(), options, excitation, cancel })
+        Ok(Self { start: start.unsigned_zero(), ..*self })
     }
 
-    /// The whole motion.
-    pub(crate) fn run(&self) -> Result<Option<Trajectory>, Error> {
+    fn motion(&self) -> Result<Option<Trajectory>, Error> {
         let Self { posture, options, excitation, .. } = *self;
         let start = |model| Start::new(posture, &self.start, model);
         let (start, reason) = match options.model {
@@ -90,11 +126,15 @@ impl<'a> Simulation<'a> {
         Ok(Some(run.excited_by(excitation.clone())))
     }
 
-    /// The end of the motion alone. Nothing is recorded.
-    pub(crate) fn end(&self) -> Result<Option<End>, Error> {
+    /// The end of the motion alone, for options that have been checked. Nothing is recorded.
+    pub(super) fn end(&self) -> Result<Option<End>, Error> {
+        self.checked()?.end_of_motion()
+    }
+
+    fn end_of_motion(&self) -> Result<Option<End>, Error> {
         let Self { posture, options, cancel, .. } = *self;
         if options.model == Model::Auto || !self.excitation.is_none() {
-            return Ok(self.run()?.map(|run| end_of(&run)));
+            return Ok(self.motion()?.map(|run| end_of(&run)));
         }
         let start = Start::new(posture, &self.start, options.model)?;
         Ok(if is_pair(posture, options) {

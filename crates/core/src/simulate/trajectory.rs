@@ -25,7 +25,7 @@ use crate::outcome::{
     Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
 use crate::simulate::reader::Reader;
-use crate::simulate::{simulate_excited_until, simulate_local_until};
+use crate::simulate::{Simulation, simulate_local_until};
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
 /// A piece of smooth motion: between two collisions, or a whole span.
@@ -130,8 +130,9 @@ impl Question {
         let run = match (&self.posture, &self.local_model, self.start) {
             (Some(posture), None, WrittenStart::Body(start)) => {
                 let excitation =
-                    Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
-                simulate_excited_until(posture, &start, &self.options, &excitation, cancel)?
+                    &Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
+                let options = &self.options;
+                Simulation { posture, start, options, excitation, cancel }.run()?
             }
             (None, Some(model), WrittenStart::Gaps(start)) => {
                 simulate_local_until(model, &start, &self.options, cancel)?

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::math::random::Random;
 use crate::options::{Jams, Model, Options};
 use crate::outcome::Outcome;
-use crate::simulate::simulate_until;
+use crate::simulate::Simulation;
 use crate::stability::conditions::{touching, with_contacts};
 use crate::tolerance::START_LIFT;
 
@@ -95,8 +95,8 @@ pub fn trials(
             }
             None => q = [0.0; 3],
         }
-        let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;
-        let Some(run) = run else { return Ok(None) };
+        let run = Simulation::new(posture, State::new(q, qdot), &options);
+        let Some(run) = (Simulation { cancel, ..run }).run()? else { return Ok(None) };
         match run.outcome() {
             Outcome::Rest => found.rest += 1,
             other => *found.others.entry(other).or_default() += 1,
