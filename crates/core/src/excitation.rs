@@ -30,6 +30,17 @@ pub struct Kick {
 
 /// A motion of the ground by steps: `acceleration` or `tilt` has an entry for each of the `times`, which holds from there to the next one.
 /// Before the first time the ground is at rest and level.
+///
+/// ```
+/// use standfast::excitation::{Excitation, GroundMotion};
+///
+/// // The ground accelerates at 1 m/s² for 2 s: in its frame −m A acts on a body of 3 kg.
+/// let (times, acceleration) = (vec![0.0, 2.0], vec![[1.0, 0.0], [0.0, 0.0]]);
+/// let shake = GroundMotion { times, acceleration, ..GroundMotion::default() };
+/// let excitation = Excitation { ground_motion: Some(shake), ..Excitation::default() };
+/// assert_eq!(excitation.wrench(1.0, 3.0, 9.81), [-3.0, 0.0, 0.0]);
+/// assert_eq!(excitation.wrench(2.5, 3.0, 9.81), [0.0, 0.0, 0.0]);
+/// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundMotion {

@@ -89,6 +89,15 @@ pub enum Jams {
 }
 
 /// The options of a run. The field names are the keywords in Python.
+///
+/// ```
+/// use standfast::{Options, Stop};
+///
+/// let options = Options { stop: Stop::Time, time_limit: Some(2.0), ..Options::default() };
+/// assert!(options.validate().is_ok());
+/// // A run that ends at a time needs one.
+/// assert!(Options { time_limit: None, ..options }.validate().is_err());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {

@@ -14,6 +14,17 @@ shown_as_str!(Outcome, ZenoMethod, Cause, ModelReason, Uncertain);
 
 /// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
 /// all give the number from 1.
+///
+/// ```
+/// use standfast::{Lamina, Options, Posture, State, simulate};
+///
+/// // A rod falls on its left end first.
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let run = simulate(&rod, &State::at_rest([0.0, 0.2, 0.1]), &Options::default())?;
+/// let hit = run.impacts()[0].contact;
+/// assert_eq!((hit.number(), hit.index(), hit.to_string()), (1, 0, "1".into()));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContactNumber(usize);
 

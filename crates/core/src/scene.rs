@@ -189,6 +189,20 @@ impl Scene {
     }
 
     /// The scene as TOML. Reading it back gives the same bits.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, Scene, State};
+    ///
+    /// let scene = Scene {
+    ///     posture: Posture::rod(0.5, &Lamina::default())?,
+    ///     start: State::at_rest([0.0, 0.011, 0.002]),
+    ///     options: Options::default(),
+    ///     excitation: Default::default(),
+    /// };
+    /// assert_eq!(Scene::from_toml(&scene.to_toml())?, scene);
+    /// assert_eq!(Scene::from_json(&scene.to_json())?, scene);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.to_file()).unwrap_or_else(|e| unreachable!("a scene is TOML: {e}"))

@@ -23,6 +23,11 @@ pub const MOST_POINTS: usize = 100_000_000;
 
 /// Points of a grid of this shape.
 ///
+/// ```
+/// assert_eq!(standfast::sweep::grid_size(&[2, 3])?, 6);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// More than [`MOST_POINTS`].
@@ -355,6 +360,16 @@ pub struct Sweep {
 }
 
 /// A posture with other values of parameters, by their paths.
+///
+/// ```
+/// use standfast::sweep::replaced;
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let rough = replaced(&rod, &[("contacts.2.friction".into(), 0.4)])?;
+/// assert_eq!(rough.contacts()[1].friction, 0.4);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -423,6 +423,14 @@ impl Posture {
     ///
     /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller than the displacements keeps its
     /// digits. On terrain with ends: the gap over the piece under the point; ∞ if there is no piece under it.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// let rod = Posture::rod(0.5, &Lamina::default())?;
+    /// assert_eq!(rod.gaps(&State::at_rest([0.0, 0.25, 0.0]).q), [0.25, 0.25]);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
         let turn = Turn::by(q.z);
@@ -440,6 +448,17 @@ impl Posture {
 
     /// The configuration in which contact `number` (from 1) is on its ground and the body is turned by `theta`. The body is moved
     /// vertically from the nominal posture, by the smallest displacement for which no other contact is in the ground.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture};
+    ///
+    /// // A rod of half length L that stands on its left end, turned by θ: its middle is at L sin θ, its right end at 2 L sin θ.
+    /// let rod = Posture::rod(0.5, &Lamina::default())?;
+    /// let q = rod.touching(1, 0.1)?;
+    /// assert!((q.y - 0.5 * 0.1_f64.sin()).abs() < 1e-16);
+    /// assert!((rod.gaps(&q)[1] - 0.1_f64.sin()).abs() < 1e-16);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -522,6 +541,16 @@ impl Posture {
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// // ½ · 2 kg · (3 m/s)² + 2 kg · 10 m/s² · 0.5 m
+    /// let rod = Posture::rod(0.5, &Lamina { mass: 2.0, gravity: 10.0, ..Lamina::default() })?;
+    /// let State { q, qdot } = State::new([0.0, 0.5, 0.0], [3.0, 0.0, 0.0]);
+    /// assert_eq!(rod.energy(&q, &qdot), 19.0);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
         let f = &self.0.fields;
@@ -566,6 +595,15 @@ impl Posture {
     }
 
     /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture};
+    ///
+    /// let dumbbell = Posture::rod(0.5, &Lamina { gyration_radius: Some(0.5), ..Lamina::default() })?;
+    /// let model = dumbbell.local(0.0)?;
+    /// assert_eq!((model.gravity(), model.psi()), ([9.81, 9.81], [0.0, 0.0]));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -166,6 +166,21 @@ pub(crate) fn forces(problem: &ContactProblem, word: Word) -> Option<Vec<[f64; 2
 /// Every contact mode that the state of the contacts allows, with its motion, forces and margins. By programmes ([`Method::Qp`], and
 /// [`Method::Auto`] above [`MAX_ENUMERATED`] contacts) only one consistent mode.
 ///
+/// ```
+/// use standfast::modes::{ContactProblem, Method, Status, contact_modes};
+/// use standfast::{Lamina, Posture, State};
+///
+/// // A rod at rest: both ends are fixed, and each carries half of the weight of 10 N.
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let problem = ContactProblem::of_posture(&rod, &State::at_rest([0.0; 3]), [0.0; 3])?;
+/// let modes = contact_modes(&problem, Method::Auto)?;
+/// assert_eq!(modes.status(), Status::Unique);
+/// let mode = modes.consistent().next().expect("one mode");
+/// assert_eq!(mode.word.to_string(), "FF");
+/// assert!(mode.forces.iter().all(|[_, normal]| (normal - 5.0).abs() < 1e-14));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Solver`] if Clarabel refuses a programme; [`Error::Unusable`] for [`Method::Qp`] in a build without the cargo

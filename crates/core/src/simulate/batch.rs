@@ -62,6 +62,20 @@ pub fn simulate_many(
 /// As [`simulate_many`], with these resources. `cancel` is called from time to time; once it returns true, the result is
 /// `None`.
 ///
+/// ```
+/// use standfast::simulate::{Resources, simulate_many_until};
+/// use standfast::{Lamina, Options, Posture, State};
+///
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let starts = [State::at_rest([0.0, 0.01, 0.001])];
+/// let run = |cancel: &dyn Fn() -> bool| {
+///     simulate_many_until(&[rod.clone()], &starts, &Options::default(), Resources { threads: 1 }, cancel)
+/// };
+/// assert_eq!(run(&|| false)?.map(|ends| ends.len()), Some(1));
+/// assert_eq!(run(&|| true)?, None);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// As [`simulate_many`].

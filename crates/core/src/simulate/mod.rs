@@ -32,6 +32,16 @@ use crate::zeno::Gaps;
 
 /// The motion of `posture` from `state` on.
 ///
+/// ```
+/// use standfast::{Lamina, Options, Outcome, Posture, State, simulate};
+///
+/// // A ball of restitution 1/2 falls 5 m: it comes to rest after √(2h/g)·(1 + e)/(1 − e) = 3 s.
+/// let ball = Posture::disc(0.1, 0.0, &Lamina { restitution: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
+/// assert_eq!((run.outcome(), run.time()), (Outcome::Rest, 3.0));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
@@ -42,6 +52,20 @@ pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<T
 }
 
 /// The motion of the gaps and of θ of a local model that is given by its parameters.
+///
+/// ```
+/// use standfast::body::{LocalModel, LocalModelFields, LocalState};
+/// use standfast::simulate::simulate_local;
+/// use standfast::{Options, Stop};
+///
+/// // Without coupling each contact bounces as a ball does; contact 1 rests after √(2h/g)·(1 + e)/(1 − e) = 3 s.
+/// let (gravity, restitution) = ([10.0; 2], [0.5; 2]);
+/// let model = LocalModel::new(LocalModelFields { gravity, restitution, ..LocalModelFields::default() })?;
+/// let start = LocalState { gaps: [5.0, 20.0], ..LocalState::default() };
+/// let run = simulate_local(&model, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
+/// assert_eq!(run.time(), 3.0);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -49,6 +49,25 @@ struct Expanded {
 /// Serde writes it in the form of [`to_json`](Self::to_json). To read it, the run is simulated again from the same start, which
 /// gives the same run to the last bit. Every number of the file is compared with it; a file from another version of this crate may
 /// therefore be refused. Only self-describing formats such as JSON can hold it.
+///
+/// ```
+/// use standfast::{Lamina, Options, Posture, State, simulate};
+///
+/// // A ball of 2 kg and restitution 1/2 falls 5 m at g = 10 m/s².
+/// let lamina = Lamina { mass: 2.0, restitution: 0.5, gravity: 10.0, ..Lamina::default() };
+/// let ball = Posture::disc(0.1, 0.0, &lamina)?;
+/// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
+///
+/// let first = &run.impacts()[0]; // the others are summed to the Zeno point
+/// assert_eq!((first.time, first.rates_before[0], first.rates_after[0]), (1.0, -10.0, 5.0));
+/// assert_eq!(first.impulse, [0.0, 30.0]);
+/// assert_eq!(run.zeno_points()[0].time, 3.0);
+/// let modes: Vec<&str> = run.phases().iter().map(|phase| &*phase.mode).collect();
+/// assert_eq!(modes, ["S", "F"]);
+/// assert_eq!(run.at(0.5)?.gaps, [3.75]); // h − ½ g t²
+/// assert_eq!(run.forces(3.0)?, [[0.0, 20.0]]); // at rest: the weight
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(super) record: Box<Record>,

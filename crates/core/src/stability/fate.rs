@@ -166,6 +166,18 @@ impl ReducedMap {
     /// stored shape is replaced after 1, 2, 4, … impacts (Brent's scheme). A shape that recurs counts as a cycle if its tangent map
     /// contracts.
     ///
+    /// ```
+    /// use standfast::body::{LocalModel, LocalModelFields};
+    /// use standfast::stability::{FateKind, ReducedMap};
+    ///
+    /// // Inside the bound of clattering convergence: both contacts are hit in turn until both rest.
+    /// let (gravity, psi, restitution) = ([1.0; 2], [0.9; 2], [0.1; 2]);
+    /// let model = LocalModel::new(LocalModelFields { gravity, psi, restitution, ..LocalModelFields::default() })?;
+    /// let fate = ReducedMap::new(&model)?.fate([0.0, 0.1], [0.1, -1.9], 1000)?;
+    /// assert_eq!(fate.kind, FateKind::Clattering);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// As [`ReducedMap::orbit`].

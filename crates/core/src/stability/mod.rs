@@ -317,6 +317,18 @@ pub struct Verdict {
 
 /// The verdict on a posture in its nominal configuration q = 0. Contacts in the air have no effect on small motions.
 ///
+/// ```
+/// use standfast::stability::{Argument, Stability};
+/// use standfast::{Lamina, Posture, PostureFields, stability};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// assert_eq!(stability(&rod)?.frictional_stability, Stability::Stable);
+/// // With the centre of mass beside its feet it falls over.
+/// let beside = Posture::new(PostureFields { center_of_mass: [0.6, 0.2], ..rod.fields().clone() })?;
+/// assert_eq!(stability(&beside)?.by, Some(Argument::NotEquilibrium));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain.
@@ -336,6 +348,28 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 
 /// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
 /// can keep closed while it opens all others. Each is the verdict on the body with these two contacts only.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use standfast::options::Jams;
+/// use standfast::stability::holding_pairs;
+/// use standfast::{Contact, Posture, PostureFields};
+///
+/// // Of a body in the corner of a room its feet on the floor can hold it alone.
+/// let foot = |x| Contact { friction: 0.5, ..Contact::at(x, 0.0) };
+/// let at_wall = Contact { friction: 0.5, ..Contact::at(0.6, 0.4).on_slope(FRAC_PI_2) };
+/// let posture = Posture::new(PostureFields {
+///     gyration_radius: 0.3,
+///     center_of_mass: [0.0, 0.3],
+///     contacts: vec![foot(-0.5), foot(0.5), at_wall],
+///     ..PostureFields::default()
+/// })?;
+/// let pairs = holding_pairs(&posture, Jams::None)?;
+/// assert_eq!(pairs.len(), 1);
+/// assert!(pairs[0].contacts.iter().map(|contact| contact.number()).eq([1, 2]));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///

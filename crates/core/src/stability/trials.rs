@@ -53,6 +53,17 @@ fn opening(posture: &Posture) -> Option<Vector3<f64>> {
 /// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
 /// in the terrain. The same `seed` gives the same numbers. `None` once `cancel` returns true.
 ///
+/// ```
+/// use standfast::options::Jams;
+/// use standfast::stability::trials;
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// let found = trials(&rod, 100, 0, Jams::None, &|| false)?.expect("nothing stops it");
+/// assert_eq!((found.rest, found.kicks), (100, 100));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// As [`simulate`](crate::simulate()).
