@@ -35,6 +35,7 @@ fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
     let run =
         simulate_local(&model, &LocalState { gaps, rates, ..LocalState::default() }, &options)
             .unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(run.collisions(), limits::LOCAL_COLLISIONS);
     (model, gaps, rates, until(run.time(), options))
 }
 
@@ -54,6 +55,7 @@ fn rod(record: bool) -> (Posture, State, Options) {
     };
     let start = State::at_rest([0.0, 0.011, 0.001]);
     let run = simulate(&rod, &start, &options).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((run.model(), run.collisions()), (Model::Full, limits::FULL_COLLISIONS));
     (rod, start, until(run.time(), options))
 }
 
