@@ -432,6 +432,7 @@ pub struct RunContact {
 
 /// Why a phase begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cause {
     /// The run starts.
     Start,

@@ -245,7 +245,6 @@ impl Scene {
     }
 
     /// The run of the scene, for other options or to stop it.
-    #[must_use]
     pub fn simulation(&self) -> Simulation<'_> {
         let Self { posture, start, options, excitation } = self;
         Simulation { excitation, ..Simulation::new(posture, *start, options) }

@@ -45,16 +45,6 @@ const LARGEST_RADIUS: f64 = 1e75;
 ///
 /// Unless the posture has a `terrain` or shared ground, only this point can touch its ground, the straight line of `slope` through `point`. It has no ends unless `segment`
 /// gives them. The point passes through the ground of other contacts; a run has a warning where this can hardly be intended.
-///
-/// ```
-/// use std::f64::consts::FRAC_PI_2;
-///
-/// use standfast::Contact;
-///
-/// // A wall on the right of the body: its normal points to the left.
-/// let wall = Contact { friction: 0.5, ..Contact::at(1.0, 0.0).on_slope(FRAC_PI_2) };
-/// assert_eq!((wall.normal().x, wall.normal().y), (-1.0, 0.0));
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
@@ -130,6 +120,16 @@ impl Contact {
     }
 
     /// The same contact on terrain of another slope, in rad.
+    ///
+    /// ```
+    /// use std::f64::consts::FRAC_PI_2;
+    ///
+    /// use standfast::Contact;
+    ///
+    /// // A wall on the right of the body: its normal points to the left.
+    /// let wall = Contact { friction: 0.5, ..Contact::at(1.0, 0.0).on_slope(FRAC_PI_2) };
+    /// assert_eq!((wall.normal().x, wall.normal().y), (-1.0, 0.0));
+    /// ```
     #[must_use]
     pub fn on_slope(self, slope: f64) -> Self {
         Self { slope, ..self }

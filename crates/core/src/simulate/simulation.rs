@@ -26,7 +26,7 @@ use crate::{auto, enclosure};
 ///
 /// // A block of 2 kg at rest is kicked to v = 3 m/s; friction stops it after v²/(2 μ g) = 0.9 m.
 /// let block = Posture::block(1.0, 0.2, &Lamina { mass: 2.0, friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
-/// let kick = Kick { time: 1.0, impulse: [6.0, 0.0], point: None };
+/// let kick = Kick { time: 1.0, impulse: [6.0, 0.0], ..Kick::default() };
 /// let excitation = Excitation { kicks: vec![kick], ..Excitation::default() };
 /// let (start, options) = (State::at_rest([0.0; 3]), Options::default());
 /// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, &options) }.run()?;
@@ -34,6 +34,7 @@ use crate::{auto, enclosure};
 /// assert!((run.state().q.x - 0.9).abs() < 1e-15);
 /// # Ok::<(), standfast::Error>(())
 /// ```
+#[must_use = "nothing is computed until `run` is called"]
 #[derive(Clone, Copy)]
 pub struct Simulation<'a> {
     /// The body and its contacts.
@@ -60,7 +61,6 @@ enum Tried {
 
 impl<'a> Simulation<'a> {
     /// A run without kicks and with the ground at rest, which nothing stops.
-    #[must_use]
     pub fn new(posture: &'a Posture, start: State, options: &'a Options) -> Self {
         Self { posture, start, options, excitation: &NOTHING, cancel: &|| false }
     }

@@ -28,6 +28,7 @@ type I = Interval;
 /// Why there is no bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum NoBound {
     /// The verdict is not "stable".
     NotStable,

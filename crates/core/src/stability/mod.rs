@@ -90,6 +90,7 @@ impl Stability {
 /// The argument behind a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Argument {
     /// The contacts cannot hold the body.
     NotEquilibrium,
