@@ -1,9 +1,10 @@
-//! Whole runs, from the posture to the outcome.
+//! Whole runs, from the posture to the outcome, and verdicts. Each answer is checked before it is timed.
 //!
 //! The time includes dropping the trajectory. Alternatives share a parent: `run/rod/rest/{local,full,auto}`. Rods
 //! inside the bound of clattering convergence come to rest by a closed sum; between the bounds and below them a growing
-//! part of the accumulation is simulated. `tail` compares the closed form of a bounce tail with the plain sum of its
-//! bounces.
+//! part of the accumulation is simulated. `tail/bounce/closed` is a whole run of a local model with a closed sum; `tail/bounce/plain` is
+//! the bare loop that adds the flights of its bounces. `certify/…/{plain,proved}` are the same run without and with proved bounds.
+//! `stability/{conditions,verdict}` are questions about one posture.
 
 use std::hint::black_box;
 

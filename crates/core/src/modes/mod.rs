@@ -50,8 +50,8 @@ pub enum Method {
     Qp,
 }
 
-/// Number of closed contacts up to which enumeration costs no more than programmes (`cargo bench -p standfast-benches --bench
-/// modes`: 31 µs and 41 µs for 6 contacts, 60 µs and 46 µs for 7).
+/// Number of closed contacts up to which enumeration costs no more than programmes (`modes/one_answer` of `cargo bench -p
+/// standfast-benches --bench modes`: 27 µs and 43 µs for 6 contacts, 68 µs and 44 µs for 7).
 pub const MAX_ENUMERATED: usize = 6;
 
 /// The number of consistent words, as a status.
