@@ -23,8 +23,8 @@
 //!
 //! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
 //!
-//! The names of this example and [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything else is
-//! in the module of its subject:
+//! The names of this example and [`Simulation`], [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything
+//! else is in the module of its subject:
 //!
 //! | module | subject |
 //! | --- | --- |
