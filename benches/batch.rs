@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standfast::outcome::End;
 use standfast::simulate::{Resources, simulate_many_until};
-use standfast::{Model, Options, Outcome, Posture, State};
+use standfast::{Lamina, Model, Options, Outcome, Posture, State};
 
 const RODS: u32 = 4096;
 
@@ -24,8 +24,15 @@ fn rests(c: &mut Criterion) {
     let rods: Vec<Posture> = (0..RODS)
         .map(|k| {
             let restitution = 0.05 + 0.1 * share(k * 7919 % RODS);
-            Posture::rod(0.5, 0.15 + 0.1 * share(k), restitution, 0.0, 9.81)
-                .unwrap_or_else(|e| panic!("{e}"))
+            Posture::rod(
+                0.5,
+                &Lamina {
+                    gyration_radius: Some(0.15 + 0.1 * share(k)),
+                    restitution,
+                    ..Lamina::default()
+                },
+            )
+            .unwrap_or_else(|e| panic!("{e}"))
         })
         .collect();
     let starts: Vec<State> = (0..RODS)

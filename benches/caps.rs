@@ -11,10 +11,10 @@ use std::hint::black_box;
 
 use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalState};
 use standfast::modes::{ContactProblem, PairModes, ProblemFields};
 use standfast::simulate::simulate_local;
-use standfast::{Model, Options, Posture, State, Stop, Trajectory, simulate};
+use standfast::{Lamina, Model, Options, Posture, State, Stop, Trajectory, simulate};
 use standfast_benches::self_similar;
 
 /// Ends the run by time instead of at the same collision by `event_limit`, because that outcome has a warning, which
@@ -33,13 +33,19 @@ fn orbit(record: bool) -> (LocalModel, [f64; 2], [f64; 2], Options) {
         ..Options::default()
     };
     let run =
-        simulate_local(&model, gaps, rates, 0.0, 0.0, &options).unwrap_or_else(|e| panic!("{e}"));
+        simulate_local(&model, &LocalState { gaps, rates, ..LocalState::default() }, &options)
+            .unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(run.collisions(), limits::LOCAL_COLLISIONS);
     (model, gaps, rates, until(run.time(), options))
 }
 
 /// A rod with many collisions before its geometry may be frozen.
 fn rod(record: bool) -> (Posture, State, Options) {
-    let rod = Posture::rod(0.5, 0.1, 0.99, 0.0, 9.81).unwrap_or_else(|e| panic!("{e}"));
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.1), restitution: 0.99, ..Lamina::default() },
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     let options = Options {
         model: Model::Full,
         stop: Stop::Zeno,
@@ -49,6 +55,7 @@ fn rod(record: bool) -> (Posture, State, Options) {
     };
     let start = State::at_rest([0.0, 0.011, 0.001]);
     let run = simulate(&rod, &start, &options).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((run.model(), run.collisions()), (Model::Full, limits::FULL_COLLISIONS));
     (rod, start, until(run.time(), options))
 }
 
@@ -78,8 +85,12 @@ fn capped(instructions: u64) -> LibraryBenchmarkConfig {
 #[library_benchmark(config = capped(limits::LOCAL))]
 #[bench::plain(orbit(false))]
 fn local((model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options)) -> Trajectory {
-    black_box(simulate_local(&model, gaps, rates, 0.0, 0.0, &options))
-        .unwrap_or_else(|e| panic!("{e}"))
+    black_box(simulate_local(
+        &model,
+        &LocalState { gaps, rates, ..LocalState::default() },
+        &options,
+    ))
+    .unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[library_benchmark(config = capped(limits::LOCAL_RECORDED))]
@@ -87,8 +98,12 @@ fn local((model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options
 fn local_recorded(
     (model, gaps, rates, options): (LocalModel, [f64; 2], [f64; 2], Options),
 ) -> Trajectory {
-    black_box(simulate_local(&model, gaps, rates, 0.0, 0.0, &options))
-        .unwrap_or_else(|e| panic!("{e}"))
+    black_box(simulate_local(
+        &model,
+        &LocalState { gaps, rates, ..LocalState::default() },
+        &options,
+    ))
+    .unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[library_benchmark(config = capped(limits::FULL))]

@@ -69,9 +69,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
             contacts,
             restitution: r.between(0.0, 0.9),
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: standfast::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         };
         let Ok(posture) = Posture::new(fields) else { continue };
         let height = r.power_of_ten(-7.0, -1.0);

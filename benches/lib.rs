@@ -2,7 +2,7 @@
 
 pub mod harness;
 
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalModelFields};
 
 /// The self-similar orbit below the bound of clattering convergence, with factor `c` per impact: contacts alternate,
 /// gravity does not become negligible, and no sum applies until the precision is exhausted.
@@ -13,6 +13,11 @@ pub fn self_similar(e: f64, c: f64) -> (LocalModel, [f64; 2], [f64; 2]) {
     let psi = (k - 1.0) / (1.0 + e);
     let u_b = (2.0 - (c + c * c * c) / e) / (1.0 - c * c);
     let h_b = 0.5 * ((c / e).powi(2) - u_b * u_b);
-    let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]);
+    let model = LocalModel::new(LocalModelFields {
+        gravity: [1.0; 2],
+        psi: [psi; 2],
+        restitution: [e; 2],
+        ..LocalModelFields::default()
+    });
     (model.unwrap_or_else(|e| panic!("{e}")), [0.0, h_b], [1.0, u_b])
 }

@@ -134,9 +134,7 @@ impl Bytes<'_> {
             contacts: Vec::new(),
             restitution: 0.0,
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: standfast::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         };
         let count = self.pick(&[2, 2, 2, 2, 1, 3, 4, 0]);
         fields.contacts = (0..count).map(|_| self.contact()).collect();

@@ -38,7 +38,7 @@ fn main() {
             gravity: harness::GRAVITY,
             terrain: terrain.unwrap_or_default(),
             ground: if shared { GroundKind::Shared } else { GroundKind::Own },
-            outline: Vec::new(),
+            ..PostureFields::default()
         });
         let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
         let state = State::new([q[0] - x, q[1] - y, q[2]], harness::read(&start["v"]));

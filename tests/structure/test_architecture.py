@@ -224,3 +224,45 @@ def test_each_tolerance_has_a_range():
     blocks = re.findall(r"((?:///[^\n]*\n)+)pub(?:\(crate\))? const (\w+)", text)
     assert len(blocks) > 80
     assert [name for doc, name in blocks if "Range:" not in doc] == []
+
+
+FUNCTION = r"((?:^///.*\n)+)((?:^#\[.*\n)*)^pub (?:const )?fn (\w+)"
+
+
+def functions_without_example(texts: Sources) -> list[str]:
+    """Public functions whose documentation neither has an example with an assertion nor begins with "As" and the function it varies."""
+    found = []
+    for file, text in texts.items():
+        for doc, attributes, name in re.findall(FUNCTION, text, flags=re.MULTILINE):
+            doc = re.sub(r"^/// ?", "", doc, flags=re.MULTILINE)
+            examples = re.findall(
+                r"^```\n(.*?)^```$", doc, flags=re.DOTALL | re.MULTILINE
+            )
+            shown = any(
+                re.search(r"^ *assert", code, re.MULTILINE) for code in examples
+            )
+            if not (shown or doc.startswith("As [`") or "doc(hidden)" in attributes):
+                found.append(f"{file}: {name}")
+    return found
+
+
+def commented_sources() -> Sources:
+    """The text of each file, by path."""
+    return {
+        path.relative_to(CORE).as_posix(): path.read_text(encoding="utf-8")
+        for path in CORE.rglob("*.rs")
+    }
+
+
+def test_each_public_function_has_an_example():
+    texts = commented_sources()
+    for text in texts.values():
+        every = re.findall(r"^pub (?:const )?fn \w+", text, flags=re.MULTILINE)
+        assert len(re.findall(FUNCTION, text, flags=re.MULTILINE)) == len(every)
+    assert functions_without_example(texts) == []
+
+
+def test_a_function_without_example_is_found():
+    for doc in ("/// It.\n", "/// It.\n/// ```\n/// f();\n/// ```\n"):
+        texts = {"flight.rs": f"{doc}#[must_use]\npub fn f() {{}}\n"}
+        assert functions_without_example(texts) == ["flight.rs: f"]

@@ -12,6 +12,14 @@ use serde::{Serialize, Serializer};
 ///
 /// [`source`](std::error::Error::source) is the error that caused it, if there is one: a [`std::io::Error`] or another [`Error`]. Serde
 /// writes errors but does not read them, because an error of the system cannot be restored from its text.
+///
+/// ```
+/// use standfast::{Error, Lamina, Posture};
+///
+/// let error = Posture::rod(0.5, &Lamina { restitution: 1.0, ..Lamina::default() }).unwrap_err();
+/// assert!(error.to_string().starts_with("restitution = 1.0"));
+/// assert!(matches!(error, Error::OutOfRange { field, .. } if field == "restitution"));
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{self, Error, finite};
 
 /// An impulse on the body at an instant. A contact that it drives into the ground is hit at the same instant.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Kick {
     /// Time on the clock, in s, not before the start.
@@ -178,6 +178,17 @@ impl Excitation {
 
     /// The force on the body that replaces the motion of the ground at this time on the clock (s), in the frame of the ground:
     /// −m A, or m times the change of gravity by the tilt, and no moment; in N, N, N m. `gravity`: of the posture, in m/s².
+    ///
+    /// ```
+    /// use standfast::excitation::{Excitation, GroundMotion};
+    ///
+    /// // The ground accelerates at 1 m/s² for 2 s: in its frame −m A acts on a body of 3 kg.
+    /// let (times, acceleration) = (vec![0.0, 2.0], vec![[1.0, 0.0], [0.0, 0.0]]);
+    /// let shake = GroundMotion { times, acceleration, ..GroundMotion::default() };
+    /// let excitation = Excitation { ground_motion: Some(shake), ..Excitation::default() };
+    /// assert_eq!(excitation.wrench(1.0, 3.0, 9.81), [-3.0, 0.0, 0.0]);
+    /// assert_eq!(excitation.wrench(2.5, 3.0, 9.81), [0.0, 0.0, 0.0]);
+    /// ```
     #[must_use]
     pub fn wrench(&self, time: f64, mass: f64, gravity: f64) -> [f64; 3] {
         let motion = self.ground_motion.as_ref();

@@ -39,6 +39,15 @@ pub(crate) fn parabola_touchdown(h: f64, u: f64, g: f64) -> f64 {
 }
 
 /// One gap in flight: constants of its arc at t = 0.
+///
+/// ```
+/// use standfast::flight::GapArc;
+///
+/// // A point that falls 5 m at g = 10 m/s² lands after 1 s, at 10 m/s.
+/// let arc = GapArc { h: 5.0, u: 0.0, g: 10.0, b: 0.0, c: 0.0, omega: 0.0 };
+/// assert_eq!(arc.touchdown(), Some(1.0));
+/// assert_eq!(arc.rate(1.0), -10.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GapArc<T = f64> {
     /// Gap, in m.

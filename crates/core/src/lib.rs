@@ -6,15 +6,16 @@
 //! Planar Mechanisms Supported by Frictional Contacts. II", ICRA 2008.
 //!
 //! ```
-//! use standfast::{Options, Posture, State, Stop, simulate};
+//! use standfast::{Lamina, Options, Posture, State, Stop, simulate};
 //!
 //! // A rod with its mass near the middle is dropped, one end lower than the other.
-//! let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+//! let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+//! let rod = Posture::rod(0.5, &lamina)?;
 //! let start = State::at_rest([0.0, 0.011, 0.002_f64.asin()]);
 //! let run = simulate(&rod, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
 //!
 //! let zeno = &run.zeno_points()[0];
-//! assert_eq!(zeno.kind, "2-zeno");                       // both ends come to rest at once
+//! assert_eq!(zeno.kind.to_string(), "2-zeno");           // both ends come to rest at once
 //! assert!((zeno.time - 0.04778480706422020).abs() < 2e-17);
 //! assert!(run.impacts().len() <= 10);                    // the rest is summed
 //! # Ok::<(), standfast::Error>(())
@@ -22,8 +23,8 @@
 //!
 //! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
 //!
-//! The names of this example and [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything else is
-//! in the module of its subject:
+//! The names of this example and [`Simulation`], [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything
+//! else is in the module of its subject:
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -74,7 +75,7 @@ mod scene;
 pub mod ask;
 
 pub use ask::ask;
-pub use body::{Contact, Posture, PostureFields, State};
+pub use body::{Contact, Lamina, Posture, PostureFields, State};
 pub use error::Error;
 #[doc(hidden)]
 pub use file::write::write_whole;
@@ -84,7 +85,7 @@ pub use options::{Model, Options, Stop};
 pub use outcome::Outcome;
 pub use robustness::robustness;
 pub use scene::Scene;
-pub use simulate::{Trajectory, simulate, simulate_many};
+pub use simulate::{Simulation, Trajectory, simulate, simulate_many};
 pub use stability::stability;
 
 /// A column of three: configurations (m, m, rad) and velocities.

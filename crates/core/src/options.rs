@@ -24,6 +24,7 @@ pub enum Model {
 /// The law of impact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Impact {
     /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run has a warning
     /// if a contact with friction is hit.
@@ -167,6 +168,15 @@ impl Default for Options {
 
 impl Options {
     /// Checks every field.
+    ///
+    /// ```
+    /// use standfast::{Options, Stop};
+    ///
+    /// let options = Options { stop: Stop::Time, time_limit: Some(2.0), ..Options::default() };
+    /// assert!(options.validate().is_ok());
+    /// // A run that ends at a time needs one.
+    /// assert!(Options { time_limit: None, ..options }.validate().is_err());
+    /// ```
     ///
     /// # Errors
     ///

@@ -1,13 +1,30 @@
 //! Results of a run: how it ends, its impacts, Zeno points and phases.
 
+use std::cmp::Ordering;
+use std::fmt;
+
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::posture::MAX_CONTACTS;
 use crate::body::state::State;
+use crate::serial::shown_as_str;
+
+shown_as_str!(Outcome, ZenoMethod, Cause, ModelReason, Uncertain);
 
 /// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
 /// all give the number from 1.
+///
+/// ```
+/// use standfast::{Lamina, Options, Posture, State, simulate};
+///
+/// // A rod falls on its left end first.
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let run = simulate(&rod, &State::at_rest([0.0, 0.2, 0.1]), &Options::default())?;
+/// let hit = run.impacts()[0].contact;
+/// assert_eq!((hit.number(), hit.index(), hit.to_string()), (1, 0, "1".into()));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContactNumber(usize);
 
@@ -64,15 +81,15 @@ impl ContactSet {
     }
 }
 
-impl std::fmt::Display for ContactNumber {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for ContactNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.number().fmt(f)
     }
 }
 
-impl std::fmt::Debug for ContactNumber {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        std::fmt::Display::fmt(self, f)
+impl fmt::Debug for ContactNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 
@@ -141,6 +158,116 @@ impl Outcome {
     }
 }
 
+/// By name.
+impl Ord for Outcome {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.as_str().cmp(other.as_str())
+    }
+}
+
+impl PartialOrd for Outcome {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Why a run has its [`model`](crate::Trajectory::model). Serde writes it as the sentence of [`as_str`](Self::as_str).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(into = "&'static str")]
+#[non_exhaustive]
+pub enum ModelReason {
+    /// The option `model` sets it.
+    Set,
+    /// The run is one of a local model that is given by its parameters.
+    Given,
+    /// Local: exact, because the body does not turn.
+    Exact,
+    /// Local: its error, measured along the run, is below the tolerance.
+    Measured,
+    /// Full: the body turns too far already in the first flight and impact.
+    TurnsAtOnce,
+    /// Full: different contacts touch at the start.
+    OtherStart,
+    /// Full: the body turns and does not come to rest.
+    Endless,
+    /// Full: the error of the local model is not known for such a body or such options.
+    Unknown,
+    /// Full: the error of the local model is not known with a round contact.
+    Round,
+    /// Full: the body is kicked or the ground moves.
+    Excited,
+    /// Full: the local model was tried, and its error exceeds the tolerance.
+    Misses,
+    /// Full: the local model was tried, and the order of its collisions is not certain.
+    OtherOrder,
+    /// Full: the local model was tried, and its contact modes are not certain.
+    OtherModes,
+    /// Full: the local model was tried, and the body turns too far.
+    Turns,
+    /// Full: the local model was tried, and it has very many events.
+    ManyEvents,
+    /// Full: the local model was tried, and its motion does not end, or ends at a limit.
+    NoEnd,
+    /// Full: the local model was tried, and it comes to rest on one contact.
+    Tips,
+}
+
+impl ModelReason {
+    /// The reason as a sentence.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Set => "set by the option",
+            Self::Given => "given by its parameters",
+            Self::Exact => "exact here: the body does not turn",
+            Self::Measured => {
+                "its error, measured along the run against the full equations, is below the tolerance"
+            }
+            Self::TurnsAtOnce => {
+                "the body turns too far for the tolerance already in the first flight and impact"
+            }
+            Self::OtherStart => {
+                "different contacts touch at the start in the local and in the full model"
+            }
+            Self::Endless => {
+                "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound"
+            }
+            Self::Unknown => {
+                "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood"
+            }
+            Self::Round => {
+                "the body turns, and the error of the local model is not known with a round contact"
+            }
+            Self::Excited => {
+                "the body is kicked or the ground moves: the error of the local model is not known"
+            }
+            Self::Misses => "the local model was tried: its error exceeds the tolerance",
+            Self::OtherOrder => {
+                "the local model was tried: the full one may have its collisions in another order"
+            }
+            Self::OtherModes => {
+                "the local model was tried: the full model may have other contact modes"
+            }
+            Self::Turns => "the local model was tried: the body turns too far",
+            Self::ManyEvents => {
+                "the local model was tried: it has so many events that measuring its error would cost more than the full model"
+            }
+            Self::NoEnd => {
+                "the local model was tried: its error is not known for a motion without end, or for a run that ends at a limit"
+            }
+            Self::Tips => {
+                "the local model was tried: it comes to rest on one contact, where the full model tips over"
+            }
+        }
+    }
+}
+
+impl From<ModelReason> for &'static str {
+    fn from(reason: ModelReason) -> Self {
+        reason.as_str()
+    }
+}
+
 /// One collision that was simulated by itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImpactRecord {
@@ -159,11 +286,11 @@ pub struct ImpactRecord {
 }
 
 /// A point in time at which contacts come to rest: where infinitely many impacts accumulate, in an impact without rebound
-/// ([`ZenoPoint::plastic`]), or because they rest from the start (method "rest").
+/// ([`ZenoPoint::plastic`]), or because they rest from the start ([`ZenoMethod::Rest`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ZenoPoint {
-    /// "1-zeno", "2-zeno", …: how many contacts come to rest.
-    pub kind: String,
+    /// How many contacts come to rest.
+    pub kind: ZenoKind,
     /// The contacts that come to rest.
     pub contacts: Vec<ContactNumber>,
     /// Time on the clock, in s.
@@ -185,10 +312,10 @@ pub struct ZenoPoint {
     pub gap_rates: Vec<f64>,
     /// Whether the sum is proved (except for rounding errors) and not estimated.
     pub certified: bool,
-    /// "bounce", "clatter", "chatter", "rest", "self-similar", "mixed" or "nested".
-    pub method: &'static str,
+    /// How the impacts were summed.
+    pub method: ZenoMethod,
     /// Whether these contacts, all of restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. The method
-    /// is then "bounce", or "mixed" if there are several contacts.
+    /// is then [`ZenoMethod::Bounce`], or [`ZenoMethod::Mixed`] if there are several contacts.
     pub plastic: bool,
     /// Index of the first collision that was summed instead of simulated.
     pub first_summed: usize,
@@ -198,7 +325,60 @@ impl ZenoPoint {
     /// Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound.
     #[must_use]
     pub fn is_infinite(&self) -> bool {
-        self.method != "rest" && !self.plastic
+        self.method != ZenoMethod::Rest && !self.plastic
+    }
+}
+
+/// The argument by which a Zeno point was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum ZenoMethod {
+    /// The bounces of one contact are a geometric series; or contacts land without rebound.
+    Bounce,
+    /// Impacts of two contacts in turn: a sum in closed form.
+    Clatter,
+    /// Infinitely many impacts of two contacts in one instant.
+    Chatter,
+    /// The contacts rest from the start.
+    Rest,
+    /// Impacts that repeat on a smaller and smaller scale, followed until the rest is below the rounding error of the time.
+    SelfSimilar,
+    /// Other impacts that are followed so far, or several sums.
+    Mixed,
+    /// An accumulation of accumulations.
+    Nested,
+}
+
+impl ZenoMethod {
+    /// Its name in Python and in files.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Bounce => "bounce",
+            Self::Clatter => "clatter",
+            Self::Chatter => "chatter",
+            Self::Rest => "rest",
+            Self::SelfSimilar => "self-similar",
+            Self::Mixed => "mixed",
+            Self::Nested => "nested",
+        }
+    }
+}
+
+/// The number of contacts that come to rest, written "1-zeno", "2-zeno", ….
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ZenoKind(pub usize);
+
+impl fmt::Display for ZenoKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}-zeno", self.0)
+    }
+}
+
+impl Serialize for ZenoKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
@@ -252,6 +432,7 @@ pub struct RunContact {
 
 /// Why a phase begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cause {
     /// The run starts.
     Start,
@@ -319,32 +500,6 @@ pub struct Instant {
     pub gaps: Vec<f64>,
     /// Gap rates, in m/s.
     pub rates: Vec<f64>,
-}
-
-/// The argument by which a Zeno point was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Method {
-    Bounce,
-    Clatter,
-    Chatter,
-    Rest,
-    SelfSimilar,
-    Mixed,
-    Nested,
-}
-
-impl Method {
-    pub(crate) fn as_str(self) -> &'static str {
-        match self {
-            Self::Bounce => "bounce",
-            Self::Clatter => "clatter",
-            Self::Chatter => "chatter",
-            Self::Rest => "rest",
-            Self::SelfSimilar => "self-similar",
-            Self::Mixed => "mixed",
-            Self::Nested => "nested",
-        }
-    }
 }
 
 /// The end of one of many runs.

@@ -99,8 +99,8 @@ pub struct Level {
     pub share: f64,
     /// Interval of the share that contains the probability with a confidence of 95 %.
     pub interval: [f64; 2],
-    /// Number of runs with each outcome that occurs, by its name. Of those with `rest`, some may rest elsewhere.
-    pub outcomes: BTreeMap<&'static str, usize>,
+    /// Number of runs with each outcome that occurs. Of those with `rest`, some may rest elsewhere.
+    pub outcomes: BTreeMap<Outcome, usize>,
     /// Largest displacement ‖(x, y, ρθ)‖ at rest of a body that has come back, in m; `None` if none has.
     pub largest_displacement: Option<f64>,
     /// For each kick whether the body comes back from it.
@@ -113,9 +113,10 @@ pub struct Level {
 ///
 /// ```
 /// use standfast::robustness::RobustnessOptions;
-/// use standfast::{Posture, robustness};
+/// use standfast::{Lamina, Posture, robustness};
 ///
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, friction: 0.5, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let found = robustness(&rod, &[0.01, 0.1], &RobustnessOptions::default())?;
 /// assert!(found.levels.iter().all(|level| level.share == 1.0));
 /// # Ok::<(), standfast::Error>(())
@@ -329,7 +330,7 @@ impl Level {
     }
 
     fn add(&mut self, end: &End, returned: bool, rho: f64) {
-        *self.outcomes.entry(end.outcome.as_str()).or_default() += 1;
+        *self.outcomes.entry(end.outcome).or_default() += 1;
         self.returned.push(returned);
         if returned {
             let q = &end.state.q;
@@ -348,7 +349,7 @@ impl Level {
     /// Number of kicks after which the body is at rest, there or elsewhere.
     #[must_use]
     pub fn rest(&self) -> usize {
-        self.outcomes.get(Outcome::Rest.as_str()).copied().unwrap_or(0)
+        self.outcomes.get(&Outcome::Rest).copied().unwrap_or(0)
     }
 }
 
@@ -374,6 +375,13 @@ fn wilson(count: usize, trials: usize) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Lamina;
+
+    fn rod() -> Posture {
+        let (gyration_radius, restitution, friction) = (Some(0.2), 0.1, 0.5);
+        let lamina = Lamina { gyration_radius, restitution, friction, ..Lamina::default() };
+        Posture::rod(0.5, &lamina).unwrap()
+    }
 
     #[test]
     fn directions_are_unit_vectors_without_a_preferred_direction() {
@@ -413,7 +421,7 @@ mod tests {
 
     #[test]
     fn threads_chunks_and_trials_leave_no_trace() {
-        let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap();
+        let rod = rod();
         let options = RobustnessOptions { trials: 700, seed: 3, ..RobustnessOptions::default() };
         let with = |threads| {
             let resources = Resources { threads };
@@ -433,7 +441,7 @@ mod tests {
 
     #[test]
     fn it_can_be_stopped() {
-        let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap();
+        let rod = rod();
         let options = RobustnessOptions { trials: 100_000, ..RobustnessOptions::default() };
         let resources = Resources { threads: 2 };
         let found = robustness_until(&rod, &[0.1], &options, resources, &|| true, &|_| {});
@@ -442,7 +450,7 @@ mod tests {
 
     #[test]
     fn wrong_questions_are_named() {
-        let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap();
+        let rod = rod();
         let ask = |sizes: &[f64], trials: usize, run: Options| {
             let options = RobustnessOptions { trials, seed: 0, run };
             robustness(&rod, sizes, &options).unwrap_err().to_string()
@@ -467,7 +475,18 @@ mod tests {
         let fields = crate::body::PostureFields {
             terrain: vec![[-2.0, -1.0], [2.0, -1.0]],
             contacts: feet,
-            ..Posture::rod(1.0, 0.5, 0.0, 0.5, 9.81).unwrap().fields().clone()
+            ..Posture::rod(
+                1.0,
+                &Lamina {
+                    gyration_radius: Some(0.5),
+                    restitution: 0.0,
+                    friction: 0.5,
+                    ..Lamina::default()
+                },
+            )
+            .unwrap()
+            .fields()
+            .clone()
         };
         let error = Posture::new(fields)
             .and_then(|posture| robustness(&posture, &[0.1], &RobustnessOptions::default()))

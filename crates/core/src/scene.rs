@@ -17,7 +17,7 @@ use crate::file::text::Format;
 use crate::file::write::write_whole;
 use crate::options::Options;
 use crate::serial::values;
-use crate::simulate::simulate_excited;
+use crate::simulate::Simulation;
 use crate::simulate::trajectory::Trajectory;
 
 /// Largest scene file that is read, in bytes. A scene with 64 contacts has a few thousand.
@@ -189,6 +189,20 @@ impl Scene {
     }
 
     /// The scene as TOML. Reading it back gives the same bits.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, Scene, State};
+    ///
+    /// let scene = Scene {
+    ///     posture: Posture::rod(0.5, &Lamina::default())?,
+    ///     start: State::at_rest([0.0, 0.011, 0.002]),
+    ///     options: Options::default(),
+    ///     excitation: Default::default(),
+    /// };
+    /// assert_eq!(Scene::from_toml(&scene.to_toml())?, scene);
+    /// assert_eq!(Scene::from_json(&scene.to_json())?, scene);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.to_file()).unwrap_or_else(|e| unreachable!("a scene is TOML: {e}"))
@@ -224,9 +238,16 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// As [`simulate_excited`].
+    /// As [`Simulation::run`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        simulate_excited(&self.posture, &self.start, &self.options, &self.excitation)
+        let run = self.simulation().run()?;
+        Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
+    }
+
+    /// The run of the scene, for other options or to stop it.
+    pub fn simulation(&self) -> Simulation<'_> {
+        let Self { posture, start, options, excitation } = self;
+        Simulation { excitation, ..Simulation::new(posture, *start, options) }
     }
 
     fn read(format: Format, text: &str) -> Result<Self, Error> {

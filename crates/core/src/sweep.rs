@@ -12,8 +12,8 @@ use crate::body::state::State;
 use crate::error::Error;
 use crate::options::{Jams, Options};
 use crate::outcome::Outcome;
+use crate::simulate::Simulation;
 use crate::simulate::parallel::in_blocks;
-use crate::simulate::simulate_until;
 use crate::stability::{
     Argument, Conditions, Equilibrium, Stability, WhyUndecided, conditions, judge,
 };
@@ -22,6 +22,11 @@ use crate::stability::{
 pub const MOST_POINTS: usize = 100_000_000;
 
 /// Points of a grid of this shape.
+///
+/// ```
+/// assert_eq!(standfast::sweep::grid_size(&[2, 3])?, 6);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -333,11 +338,12 @@ pub enum Column {
 /// Quantities of a posture over a grid of its parameters.
 ///
 /// ```
-/// use standfast::Posture;
+/// use standfast::{Lamina, Posture};
 /// use standfast::sweep::{Axis, Column, Quantity, Sweep};
 ///
 /// // Clattering of a rod converges if its mass is near the middle: ψ = (L² − ρ²)/(L² + ρ²).
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, friction: 0.5, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let radii = Axis::new("gyration_radius", vec![0.2, 0.5], &rod)?;
 /// let sweep = Sweep::new(&rod, vec![radii], vec![Quantity::parse("theorem_3")?])?;
 /// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
@@ -354,6 +360,16 @@ pub struct Sweep {
 }
 
 /// A posture with other values of parameters, by their paths.
+///
+/// ```
+/// use standfast::sweep::replaced;
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let rough = replaced(&rod, &[("contacts.2.friction".into(), 0.4)])?;
+/// assert_eq!(rough.contacts()[1].friction, 0.4);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -561,9 +577,8 @@ impl Sweep {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
                 return Err(unusable("q", "None", allowed));
             };
-            let Some(run) = simulate_until(&posture, state, options, stop)? else {
-                return Ok(false);
-            };
+            let run = Simulation { cancel: stop, ..Simulation::new(&posture, *state, options) };
+            let Some(run) = run.run()? else { return Ok(false) };
             Some(run)
         } else {
             None
@@ -664,9 +679,19 @@ impl fmt::Display for Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Lamina;
 
     fn rod() -> Posture {
-        Posture::rod(0.5, 0.2, 0.1, 0.5, 9.81).unwrap()
+        Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.2),
+                restitution: 0.1,
+                friction: 0.5,
+                ..Lamina::default()
+            },
+        )
+        .unwrap()
     }
 
     fn grid(quantity: &str) -> Sweep {
@@ -722,7 +747,16 @@ mod tests {
 
     #[test]
     fn a_sweep_can_be_stopped() {
-        let rod = Posture::rod(0.5, 0.45, 0.9, 0.5, 9.81).unwrap();
+        let rod = Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.45),
+                restitution: 0.9,
+                friction: 0.5,
+                ..Lamina::default()
+            },
+        )
+        .unwrap();
         let axis = Axis::new("restitution", (0..4000).map(|k| 2e-4 * f64::from(k)).collect(), &rod);
         let sweep = Sweep::new(&rod, vec![axis.unwrap()], vec![Quantity::Fate]).unwrap();
         let options = Options {

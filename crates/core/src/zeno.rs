@@ -362,6 +362,7 @@ impl ClatteringConstants {
 
 #[cfg(test)]
 mod tests {
+    use crate::body::local_model::LocalModelFields;
     use proptest::prelude::*;
 
     use super::*;
@@ -371,7 +372,10 @@ mod tests {
     const MANY: usize = 4000;
 
     fn frozen(gravity: [f64; 2], psi: [f64; 2], e: [f64; 2]) -> FrozenModel {
-        FrozenModel::new(&LocalModel::new(gravity, psi, [0.3, -0.2], e).expect("a local model"))
+        FrozenModel::new(
+            &LocalModel::new(LocalModelFields { gravity, psi, phi: [0.3, -0.2], restitution: e })
+                .expect("a local model"),
+        )
     }
 
     /// Gaps after a flight of `dt` and then an impact at contact `i`: u_i⁺ = −e_i u_i, u_j⁺ = u_j + (1 + e_i) ψ_i u_i.

@@ -1,12 +1,18 @@
 //! Impacts that accumulate, followed one by one or summed at one instant.
 
 use standfast::options::Impact;
-use standfast::{Contact, Model, Options, Posture, PostureFields, State, Trajectory, simulate};
+use standfast::{
+    Contact, Lamina, Model, Options, Posture, PostureFields, State, Trajectory, simulate,
+};
 
 /// A run on level ground, impact by impact by Poisson's law, with so little friction that it is Newton's. The feet are in one line with
 /// the centre of mass.
 fn run(feet: &[f64], [e, rho]: [f64; 2], height: f64, qdot: [f64; 3]) -> Trajectory {
-    let rod = Posture::rod(1.0, rho, e, 0.0, 9.81).expect("a rod");
+    let rod = Posture::rod(
+        1.0,
+        &Lamina { gyration_radius: Some(rho), restitution: e, ..Lamina::default() },
+    )
+    .expect("a rod");
     let foot = |&x: &f64| Contact { friction: 1e-300, ..Contact::at(x, 0.0) };
     let contacts = feet.iter().map(foot).collect();
     let posture = Posture::new(PostureFields { contacts, ..rod.fields().clone() });

@@ -42,9 +42,7 @@ fn scenes(count: usize) -> (Vec<Posture>, Vec<State>) {
                 contacts: vec![foot(-0.5, -slope), foot(0.5, slope)],
                 restitution: e,
                 gravity: 9.81,
-                terrain: Vec::new(),
-                ground: standfast::body::GroundKind::default(),
-                outline: Vec::new(),
+                ..PostureFields::default()
             });
             let height = 10_f64.powf(w.between(-5.0, -1.0));
             let turn = w.between(-0.9, 0.9) * height;
@@ -118,8 +116,7 @@ fn scenes_with_discs(count: usize) -> (Vec<Posture>, Vec<State>) {
                 restitution: w.between(0.0, 0.8),
                 gravity: 9.81,
                 terrain: if k % 3 == 0 { groove } else { Vec::new() },
-                ground: standfast::body::GroundKind::default(),
-                outline: Vec::new(),
+                ..PostureFields::default()
             });
             let state = State::new(
                 [0.0, w.between(0.05, 0.15), w.between(-0.03, 0.03)],
@@ -224,7 +221,11 @@ fn sides_and_discs_are_the_same_in_any_company() {
 
 #[test]
 fn the_first_wrong_start_is_named() {
-    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() },
+    )
+    .unwrap();
     let mut states = vec![State::at_rest([0.0, 0.01, 0.0]); 3000];
     states[2000].q.y = -1.0;
     states[1234].q.x = f64::NAN;
@@ -243,7 +244,11 @@ fn the_first_wrong_start_is_named() {
 
 #[test]
 fn runs_are_stopped_at_once() {
-    let rod = [Posture::rod(0.5, 0.2, 0.999, 0.0, 9.81).unwrap()];
+    let rod = [Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.2), restitution: 0.999, ..Lamina::default() },
+    )
+    .unwrap()];
     let states = vec![State::at_rest([0.0, 0.01, 0.001]); 10_000];
     for model in [Model::Local, Model::Full, Model::Auto] {
         let options = Options { model, ..Options::default() };
@@ -275,9 +280,7 @@ fn nothing_depends_on_the_record() {
             contacts: feet[..1 + case % 3 / 2].to_vec(),
             restitution: 0.5 + 0.45 * share(),
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: standfast::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap();
         let state = State::new([0.0, 0.02 * share(), 0.0], [0.0, -share(), 0.0]);

@@ -4,12 +4,12 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::options::Simultaneous;
 use standfast::simulate::simulate_local;
 use standfast::{
-    Contact, Error, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory,
-    simulate,
+    Contact, Error, Lamina, Model, Options, Outcome, Posture, PostureFields, State, Stop,
+    Trajectory, simulate,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -144,9 +144,7 @@ fn body() -> impl Strategy<Value = PostureFields> {
                 contacts,
                 restitution,
                 gravity,
-                terrain: Vec::new(),
-                ground: standfast::body::GroundKind::default(),
-                outline: Vec::new(),
+                ..PostureFields::default()
             }
         })
 }
@@ -694,8 +692,13 @@ fn reduced() -> impl Strategy<Value = Reduced> {
             "ψ_1ψ_2 beyond 1 by rounding",
             |(g, psi, e, h, u, (length, time))| {
                 Some(Reduced {
-                    model: LocalModel::new(g.map(|g| g * length / time / time), psi, [0.0; 2], e)
-                        .ok()?,
+                    model: LocalModel::new(LocalModelFields {
+                        gravity: g.map(|g| g * length / time / time),
+                        psi,
+                        restitution: e,
+                        ..LocalModelFields::default()
+                    })
+                    .ok()?,
                     gaps: h.map(|h| h * length),
                     rates: u.map(|u: f64| u * length / time),
                     options: Options { event_limit: 4000, ..Options::default() },
@@ -727,9 +730,19 @@ fn gap_energy(m: &LocalModel, h: &[f64], u: &[f64]) -> (f64, f64) {
 
 fn check_reduced(case: &Reduced) {
     let m = &case.model;
-    let run = simulate_local(m, case.gaps, case.rates, 0.0, 0.0, &case.options).unwrap();
+    let run = simulate_local(
+        m,
+        &LocalState { gaps: case.gaps, rates: case.rates, ..LocalState::default() },
+        &case.options,
+    )
+    .unwrap();
     let quiet = Options { record: false, ..case.options };
-    let unseen = simulate_local(m, case.gaps, case.rates, 0.0, 0.0, &quiet).unwrap();
+    let unseen = simulate_local(
+        m,
+        &LocalState { gaps: case.gaps, rates: case.rates, ..LocalState::default() },
+        &quiet,
+    )
+    .unwrap();
     assert_eq!(digest(&run).0, digest(&unseen).0);
     assert_eq!(bits(&[run.elapsed()]), bits(&[unseen.elapsed()]));
     assert_eq!(bits(&run.gaps()), bits(&unseen.gaps()));
@@ -803,7 +816,11 @@ laws! {
 
 #[test]
 fn what_no_double_can_say_is_refused_by_name() {
-    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() },
+    )
+    .unwrap();
     let start = State::at_rest([0.0, 0.01, 0.001]);
     for model in [Model::Local, Model::Full, Model::Auto] {
         for (limit, fine) in [(1e149, true), (f64::INFINITY, true), (1e150, false), (1e300, false)]

@@ -93,9 +93,7 @@ fn a_block_on_a_slope_rests_slides_or_tips() {
             contacts: vec![foot(-0.5), foot(0.5)],
             restitution: 0.0,
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: standfast::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap();
         let problem =

@@ -5,15 +5,15 @@ use std::collections::BTreeSet;
 use random::Random;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Jams, Simultaneous};
 use standfast::simulate::simulate_local;
 use standfast::stability::{Argument, Evidence, Stability, Verdict, trials};
 use standfast::{
-    Contact, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop, Trajectory,
-    simulate, stability,
+    Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop,
+    Trajectory, simulate, stability,
 };
 
 #[path = "../src/math/random.rs"]
@@ -48,9 +48,7 @@ impl Random {
             center_of_mass: [self.between(-1.2, 1.2), self.between(-0.5, 2.0)],
             restitution: self.between(0.0, 0.5),
             gravity: 10.0,
-            terrain: Vec::new(),
-            ground: standfast::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }
@@ -58,7 +56,11 @@ impl Random {
 
 /// Runs in both kinds of coordinates and all models, with few and with many steps.
 fn runs() -> Vec<Trajectory> {
-    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() },
+    )
+    .unwrap();
     let tilted = State::at_rest([0.0, 0.011, 0.002]);
     let options = Options::default();
     let mut runs: Vec<_> = [
@@ -81,9 +83,22 @@ fn runs() -> Vec<Trajectory> {
         let start = State::new([0.0, 2.0, 0.1], [0.3, 0.0, 0.2]);
         runs.push(simulate(&random.posture(count), &start, &law).unwrap());
     }
-    let model = LocalModel::new([1.0, 1.0], [0.9, 0.9], [0.5, -0.5], [0.1, 0.1]).unwrap();
+    let model = LocalModel::new(LocalModelFields {
+        gravity: [1.0, 1.0],
+        psi: [0.9, 0.9],
+        phi: [0.5, -0.5],
+        restitution: [0.1, 0.1],
+    })
+    .unwrap();
     let gaps = Options { certify: true, ..options };
-    runs.push(simulate_local(&model, [0.0, 0.1], [0.1, -1.9], 0.2, 0.3, &gaps).unwrap());
+    runs.push(
+        simulate_local(
+            &model,
+            &LocalState { gaps: [0.0, 0.1], rates: [0.1, -1.9], theta: 0.2, omega: 0.3 },
+            &gaps,
+        )
+        .unwrap(),
+    );
     runs
 }
 
@@ -207,7 +222,16 @@ fn modes_are_read_as_they_were_written() {
 fn a_verdict_is_read_as_it_was_written() {
     let mut random = Random(3);
     let mut kinds = BTreeSet::new();
-    let neutral = Posture::rod(0.5, 0.45, 0.6, 0.5, 9.81).unwrap();
+    let neutral = Posture::rod(
+        0.5,
+        &Lamina {
+            gyration_radius: Some(0.45),
+            restitution: 0.6,
+            friction: 0.5,
+            ..Lamina::default()
+        },
+    )
+    .unwrap();
     let drawn: Vec<Posture> =
         (0..600).map(|k| random.posture(2 + usize::from(k % 3 == 0))).collect();
     for posture in drawn.into_iter().chain([neutral]) {
@@ -269,7 +293,11 @@ fn what_a_run_tells_is_made_once() {
 
 #[test]
 fn phases_carry_on_through_the_impacts_inside_them() {
-    let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+    let rod = Posture::rod(
+        0.5,
+        &Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() },
+    )
+    .unwrap();
     let phases = |q: [f64; 3]| {
         let options = Options { model: Model::Full, ..Options::default() };
         let run = simulate(&rod, &State::at_rest(q), &options).unwrap();

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::outcome::{End, FirstZeno};
-use standfast::simulate::{Resources, simulate_excited_until, simulate_many_excited_until};
-use standfast::{Error, Options, Posture, State};
+use standfast::simulate::{Resources, simulate_many_excited_until};
+use standfast::{Error, Options, Posture, Simulation, State};
 
 use crate::convert::{array, question};
 use crate::error::to_py;
@@ -108,7 +108,8 @@ impl PyRuns {
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
         let options = Options { record: true, ..self.options };
         interruptible_run(py, |cancel| {
-            simulate_excited_until(posture, &self.states[i], &options, &self.excitation, cancel)
+            let (start, excitation) = (self.states[i], &self.excitation);
+            Simulation { posture, start, options: &options, excitation, cancel }.run()
         })
     }
 

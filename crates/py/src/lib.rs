@@ -69,8 +69,7 @@ mod _core {
     use crate::options::of_call;
     use crate::run::interruptible_run;
     use standfast::excitation::{Excitation, GroundMotion, Kick};
-    use standfast::simulate::simulate_excited_until;
-    use standfast::{Options, State};
+    use standfast::{Options, Simulation, State};
 
     /// The motion of a posture from a state on, event by event.
     ///
@@ -126,11 +125,10 @@ mod _core {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
-        let state = State::new(q, qdot);
-        let body = posture.0.clone();
-        let excitation = Excitation { kicks, ground_motion };
+        let (options, start, posture) = (&options, State::new(q, qdot), &posture.0.clone());
+        let excitation = &Excitation { kicks, ground_motion };
         interruptible_run(py, |cancel| {
-            simulate_excited_until(&body, &state, &options, &excitation, cancel)
+            Simulation { posture, start, options, excitation, cancel }.run()
         })
     }
 

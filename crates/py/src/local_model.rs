@@ -3,7 +3,7 @@
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::body::LocalModel;
+use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::simulate::simulate_local_until;
 use standfast::stability::ReducedMap;
 use standfast::{Error, Options};
@@ -48,7 +48,9 @@ impl PyLocalModel {
         #[pyo3(from_py_with = input::phi)] phi: [f64; 2],
         #[pyo3(from_py_with = input::restitutions)] restitution: [f64; 2],
     ) -> PyResult<Self> {
-        LocalModel::new(gravity, psi, phi, restitution).map(Self).map_err(|e| to_py(&e))
+        LocalModel::new(LocalModelFields { gravity, psi, phi, restitution })
+            .map(Self)
+            .map_err(|e| to_py(&e))
     }
 
     #[getter]
@@ -99,7 +101,12 @@ impl PyLocalModel {
             }));
         }
         interruptible_run(py, |cancel| {
-            simulate_local_until(&self.0, gaps, rates, theta, omega, &options, cancel)
+            simulate_local_until(
+                &self.0,
+                &LocalState { gaps, rates, theta, omega },
+                &options,
+                cancel,
+            )
         })
     }
 

@@ -320,7 +320,7 @@ impl PyModes {
 impl PyModes {
     #[getter]
     fn status(&self) -> &str {
-        self.modes.status().name()
+        self.modes.status().as_str()
     }
 
     #[getter]

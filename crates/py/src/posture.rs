@@ -215,9 +215,10 @@ impl PyPosture {
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Posture.rod", unknown)?;
-        Posture::rod(half_length, gyration_radius, restitution, friction, gravity)
-            .map(Self)
-            .map_err(|e| to_py(&e))
+        let gyration_radius = Some(gyration_radius);
+        let lamina =
+            Lamina { gyration_radius, restitution, friction, gravity, ..Lamina::default() };
+        Posture::rod(half_length, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
     /// A box of uniform density that stands on its lower side. The origin is the middle of this side. The contacts are its corners, from the
@@ -244,8 +245,15 @@ impl PyPosture {
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let lamina =
-            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        let lamina = Lamina {
+            mass,
+            gyration_radius: None,
+            friction,
+            restitution,
+            tangential_restitution,
+            gravity,
+            terrain,
+        };
         input::no_keywords("Posture.box", unknown)?;
         Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
     }
@@ -274,10 +282,17 @@ impl PyPosture {
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let lamina =
-            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        let lamina = Lamina {
+            mass,
+            gyration_radius,
+            friction,
+            restitution,
+            tangential_restitution,
+            gravity,
+            terrain,
+        };
         input::no_keywords("Posture.disc", unknown)?;
-        Posture::disc(radius, gyration_radius, slope, &lamina).map(Self).map_err(|e| to_py(&e))
+        Posture::disc(radius, slope, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
     /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The contacts are its convex corners, in
@@ -303,8 +318,15 @@ impl PyPosture {
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let lamina =
-            Lamina { mass, friction, restitution, tangential_restitution, gravity, terrain };
+        let lamina = Lamina {
+            mass,
+            gyration_radius: None,
+            friction,
+            restitution,
+            tangential_restitution,
+            gravity,
+            terrain,
+        };
         input::no_keywords("Posture.polygon", unknown)?;
         Posture::polygon(&vertices, &lamina).map(Self).map_err(|e| to_py(&e))
     }

@@ -93,10 +93,10 @@ impl PyRobustness {
     #[getter]
     fn outcomes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let found = PyDict::new(py);
-        for outcome in standfast::Outcome::ALL.map(standfast::Outcome::as_str) {
-            let count = |level: &Level| level.outcomes.get(outcome).copied().unwrap_or(0);
+        for outcome in standfast::Outcome::ALL {
+            let count = |level: &Level| level.outcomes.get(&outcome).copied().unwrap_or(0);
             if self.found.levels.iter().any(|level| count(level) > 0) {
-                found.set_item(outcome, self.counts(py, count))?;
+                found.set_item(outcome.as_str(), self.counts(py, count))?;
             }
         }
         Ok(found)

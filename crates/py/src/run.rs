@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
-use standfast::outcome::{ContactNumber, Phase, RunContact, ZenoPoint};
+use standfast::outcome::{ContactNumber, Phase, RunContact, ZenoMethod, ZenoPoint};
 use standfast::simulate::{FilmClock, Reader};
 use standfast::{Error, Trajectory};
 
@@ -140,7 +140,7 @@ struct ZenoFields {
 impl From<ZenoPoint> for PyZenoPoint {
     fn from(z: ZenoPoint) -> Self {
         Self(ZenoFields {
-            kind: z.kind,
+            kind: z.kind.to_string(),
             contacts: z.contacts.iter().map(|contact| contact.number()).collect(),
             time: z.time,
             elapsed: z.elapsed,
@@ -151,7 +151,7 @@ impl From<ZenoPoint> for PyZenoPoint {
             gaps: z.gaps,
             gap_rates: z.gap_rates,
             certified: z.certified,
-            method: z.method.into(),
+            method: z.method.as_str().into(),
             plastic: z.plastic,
             first_summed: z.first_summed,
         })
@@ -338,16 +338,17 @@ impl PyRun {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
-        let start = run.start();
-        if let Some((model, gaps, rates)) = run.local_start() {
+        if let Some((model, start)) = run.local_start() {
             for name in ["model", "impact", "neighbourhood", "edges", "jams", "tolerance"] {
                 keywords.del_item(name)?;
             }
             let model = local_model(py, model)?;
-            let arguments = (gaps, rates, start.q.z, start.qdot.z).into_pyobject(py)?;
+            let arguments =
+                (start.gaps, start.rates, start.theta, start.omega).into_pyobject(py)?;
             return Ok((question(model.getattr("simulate")?, &keywords)?, arguments));
         }
         let posture = run.posture().cloned().map(PyPosture);
+        let start = run.start();
         let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
         let simulate = py.import("standfast")?.getattr("simulate")?;
         if !run.excitation().is_none() {
@@ -373,7 +374,7 @@ impl PyRun {
     /// The reason for this model.
     #[getter]
     fn model_reason(&self) -> &str {
-        self.0.model_reason()
+        self.0.model_reason().as_str()
     }
 
     /// Time on the clock when the outcome was reached, s.
@@ -837,7 +838,8 @@ impl PyRun {
 
     fn __repr__(&self) -> String {
         let points = self.0.zeno_points();
-        let (rest, moving): (Vec<_>, Vec<_>) = points.iter().partition(|z| z.method == "rest");
+        let (rest, moving): (Vec<_>, Vec<_>) =
+            points.iter().partition(|z| z.method == ZenoMethod::Rest);
         let (plastic, zeno): (Vec<_>, Vec<_>) = moving.into_iter().partition(|z| z.plastic);
         let mut events = vec![counted(self.0.collisions(), "collision")];
         if !plastic.is_empty() {

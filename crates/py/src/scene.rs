@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use standfast::excitation::{Excitation, GroundMotion, Kick};
-use standfast::simulate::simulate_excited_until;
-use standfast::{Options, Scene, State};
+use standfast::{Options, Scene, Simulation, State};
 
 use crate::convert::{float, vector};
 use crate::error::to_py;
@@ -104,11 +103,8 @@ impl PyScene {
         if let Some(keywords) = keywords {
             set(&mut options, keywords)?;
         }
-        let scene = &self.0;
-        interruptible_run(py, |cancel| {
-            let Scene { posture, start, excitation, .. } = scene;
-            simulate_excited_until(posture, start, &options, excitation, cancel)
-        })
+        let (scene, options) = (&self.0, &options);
+        interruptible_run(py, |cancel| Simulation { options, cancel, ..scene.simulation() }.run())
     }
 
     /// Reads a scene from the text of `to_json`. Raises ValueError with the line and the error.

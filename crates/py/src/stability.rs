@@ -247,7 +247,7 @@ impl PyVerdict {
         let Some(trials) = &self.verdict.trials else { return Ok(None) };
         let (found, others) = (PyDict::new(py), PyDict::new(py));
         for (outcome, count) in &trials.others {
-            others.set_item(outcome, count)?;
+            others.set_item(outcome.as_str(), count)?;
         }
         found.set_item("seed", trials.seed)?;
         found.set_item("kicks", trials.kicks)?;

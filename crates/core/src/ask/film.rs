@@ -6,7 +6,7 @@ use crate::ask::{Drawing, DrawnSide};
 use crate::error::Error;
 use crate::excitation::Excitation;
 use crate::options::Model;
-use crate::outcome::{ContactNumber, Outcome, Phase};
+use crate::outcome::{ContactNumber, Outcome, Phase, ZenoKind};
 use crate::simulate::Trajectory;
 use crate::simulate::clocks::{FilmClock, FilmTime};
 
@@ -41,7 +41,7 @@ struct Impact {
 #[derive(Debug, Clone, Serialize)]
 struct ZenoPoint {
     time: f64,
-    kind: String,
+    kind: ZenoKind,
     contacts: Vec<ContactNumber>,
     /// Whether infinitely many impacts end there.
     infinite: bool,
@@ -97,7 +97,7 @@ impl Film {
         let Some(frames) = Frames::of(run, &clock, times, cancel) else { return Ok(None) };
         let zeno = |point: &crate::outcome::ZenoPoint| ZenoPoint {
             time: point.time,
-            kind: point.kind.clone(),
+            kind: point.kind,
             contacts: point.contacts.clone(),
             infinite: point.is_infinite(),
         };

@@ -22,7 +22,7 @@ use crate::options::Options;
 use crate::outcome::RunContact;
 use crate::scene::Scene;
 use crate::serial::numbers::Extended;
-use crate::simulate::simulate_excited_until;
+use crate::simulate::Simulation;
 use crate::stability::{equilibrium_region, friction_margin, stability_with, static_forces};
 use crate::sweep::{Axis, Column, Quantity, Sweep};
 
@@ -194,9 +194,9 @@ fn answer(
             if !(2..=MOST_FRAMES).contains(&frames) {
                 return Err(format!("frames = {frames} is outside 2 to {MOST_FRAMES}"));
             }
-            let Scene { posture, start, options, excitation } = read(scene)?;
-            let options = Options { record: true, certify: false, ..options };
-            let run = simulate_excited_until(&posture, &start, &options, &excitation, cancel);
+            let mut scene = read(scene)?;
+            (scene.options.record, scene.options.certify) = (true, false);
+            let run = Simulation { cancel, ..scene.simulation() }.run();
             let Some(run) = run.map_err(text)? else { return Ok(None) };
             let film = Film::of(&run, frames, cancel).map_err(text)?;
             Ok(film.map(|film| film.to_json()))
@@ -282,7 +282,7 @@ fn about(scene: &Scene) -> Value {
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3]);
     let modes = problem.and_then(|problem| contact_modes(&problem, Method::Auto)).map(|modes| {
         let words: Vec<_> = modes.consistent().map(|mode| mode.word).collect();
-        json!({ "status": modes.status().name(), "consistent": words, "modes": modes.answers() })
+        json!({ "status": modes.status().as_str(), "consistent": words, "modes": modes.answers() })
     });
     json!({
         "drawing": Drawing::of(posture, posture.side_contacts().iter().map(DrawnSide::at_rest).collect()),

@@ -22,7 +22,7 @@ mod slide;
 mod tails;
 
 use crate::body::geometry::{ContactGeometry, couplings};
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::time_to_rest;
@@ -31,7 +31,7 @@ use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::record::{InFrame, Motion, Record, Span, ZenoRecord};
 use crate::options::{Options, Stop};
-use crate::outcome::{Method, Outcome};
+use crate::outcome::{ModelReason, Outcome, ZenoMethod};
 use crate::zeno::{FrozenModel, Gaps};
 
 use crate::tolerance::{
@@ -123,17 +123,6 @@ fn first_defect(posture: &Posture, state: &State, heights: &[f64]) -> f64 {
     if t < f64::INFINITY { early.max(change).max(pull) } else { f64::INFINITY }
 }
 
-/// Why a run has no shadow.
-type NoShadow = &'static str;
-const ORDER: NoShadow =
-    "the local model was tried: the full one may have its collisions in another order";
-const MODES: NoShadow = "the local model was tried: the full model may have other contact modes";
-const TURNS: NoShadow = "the local model was tried: the body turns too far";
-const MANY: NoShadow = "the local model was tried: it has so many events that measuring its error would cost more than the full model";
-const ENDS: NoShadow = "the local model was tried: its error is not known for a motion without end, or for a run that ends at a limit";
-const TIPS: NoShadow =
-    "the local model was tried: it comes to rest on one contact, where the full model tips over";
-
 /// State of the local run at an event, and the difference of its shadow at the same event.
 struct Shadow<'a> {
     contacts: &'a [ContactGeometry],
@@ -179,20 +168,20 @@ pub(crate) fn error(
     start: &State,
     record: &Record,
     options: &Options,
-) -> Result<f64, NoShadow> {
+) -> Result<f64, ModelReason> {
     let contacts = posture.geometry();
     let level = contacts.iter().all(|k| k.normal == contacts[0].normal);
     match record.outcome {
-        Outcome::EventLimit => return Err(MANY),
-        _ if record.hits > MOST_COLLISIONS => return Err(MANY),
+        Outcome::EventLimit => return Err(ModelReason::ManyEvents),
+        _ if record.hits > MOST_COLLISIONS => return Err(ModelReason::ManyEvents),
         Outcome::Rest if record.end.gaps.len() < 2 || record.end.gaps.iter().any(|h| *h > 0.0) => {
-            return Err(TIPS);
+            return Err(ModelReason::Tips);
         }
         Outcome::Rest | Outcome::Zeno => {}
         Outcome::TimeLimit if options.stop == Stop::Time => {}
         // Two contacts on parallel lines keep their sliding mode. In other cases the mode may change later.
         Outcome::Sliding if level && contacts.len() == 2 => {}
-        _ => return Err(ENDS),
+        _ => return Err(ModelReason::NoEnd),
     }
     let elapsed = record.end.clock.hi;
     let mut shadow = Shadow::new(posture, start, elapsed, options.tolerance);
@@ -205,13 +194,13 @@ pub(crate) fn error(
     if record.outcome != Outcome::TimeLimit
         && elapsed * (1.0 + SHADOW_SAFETY * time) > options.end()
     {
-        return Err(ENDS);
+        return Err(ModelReason::NoEnd);
     }
     let size = posture.size();
     let length = |q: &Vector3<f64>| (libm::hypot(q.x, q.y) / size).max(q.z.abs());
     let moved = length(&shadow.dq) + length(&shadow.velocity()) * shadow.slack + shadow.loose;
     let error = SHADOW_SAFETY * time.max(moved);
-    if error.is_finite() { Ok(error) } else { Err(ORDER) }
+    if error.is_finite() { Ok(error) } else { Err(ModelReason::OtherOrder) }
 }
 
 impl<'a> Shadow<'a> {
@@ -299,7 +288,7 @@ impl<'a> Shadow<'a> {
     }
 
     /// Follows all events of a run.
-    fn follow(&mut self, record: &Record) -> Result<(), NoShadow> {
+    fn follow(&mut self, record: &Record) -> Result<(), ModelReason> {
         let mut zeno = 0;
         let mut k = 0;
         while k < record.spans.len() {
@@ -330,7 +319,7 @@ impl<'a> Shadow<'a> {
     }
 
     /// Follows the events of a span, and the Zeno points up to its end.
-    fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), NoShadow> {
+    fn span(&mut self, record: &Record, k: usize, zeno: &mut usize) -> Result<(), ModelReason> {
         let (span, next) = (&record.spans[k], record.spans.get(k + 1));
         let end = next.map_or(record.end.clock, |next| next.clock);
         let last = next.map_or(record.collisions.len(), |next| next.first_collision);
@@ -346,7 +335,7 @@ impl<'a> Shadow<'a> {
                 let until = collisions.first().map_or(end, |c| c.elapsed);
                 // If all contacts come to rest at a touchdown, no collision is listed.
                 let sums = next.is_some_and(|next| matches!(next.motion, Motion::Tail(..)));
-                let stops = point.is_some_and(|point| point.method == Method::Chatter);
+                let stops = point.is_some_and(|point| point.method == ZenoMethod::Chatter);
                 let stop = match collisions.first() {
                     Some(c) => Until::Landing(c.contact),
                     None if sums || stops => Until::Landing(usize::from(word[0] != Mode::Separate)),
@@ -357,19 +346,19 @@ impl<'a> Shadow<'a> {
                 self.clock = until;
             }
             Motion::Tail(InFrame { raw, .. }, tail) => {
-                let point = point.ok_or(ENDS)?;
+                let point = point.ok_or(ModelReason::NoEnd)?;
                 self.u = raw.gaps.u;
                 self.sum(*tail, point, &raw.gaps, end.since(self.clock), next.is_none())?;
                 self.clock = end;
             }
-            Motion::Held(..) | Motion::Cycles { .. } => return Err(ENDS),
+            Motion::Held(..) | Motion::Cycles { .. } => return Err(ModelReason::NoEnd),
         }
         for (n, c) in collisions.iter().enumerate() {
             if *zeno > 0
                 && n % CHECK_INTERVAL == CHECK_INTERVAL - 1
                 && self.is_all_but_over(record, *zeno)
             {
-                return Err(ORDER);
+                return Err(ModelReason::OtherOrder);
             }
             let dt = c.elapsed.since(self.clock);
             if dt > 0.0 {
@@ -383,7 +372,7 @@ impl<'a> Shadow<'a> {
             if !self.touching[c.contact] {
                 // Simultaneous touchdown of both contacts: it is simultaneous in the shadow only if both motions agree.
                 self.touching[c.contact] = true;
-                self.agrees().then_some(()).ok_or(ORDER)?;
+                self.agrees().then_some(()).ok_or(ModelReason::OtherOrder)?;
             }
             self.hit(c.contact, c.jump)?;
             self.u = c.after;
@@ -398,12 +387,12 @@ impl<'a> Shadow<'a> {
             && point.at.clock.since(end) <= 0.0
         {
             match point.method {
-                Method::Chatter => self.chatter()?,
-                Method::Rest if k == 0 => {
+                ZenoMethod::Chatter => self.chatter()?,
+                ZenoMethod::Rest if k == 0 => {
                     self.touching[..point.closed.len()].copy_from_slice(&point.closed);
                 }
                 _ if matches!(span.motion, Motion::Tail(..)) => {}
-                _ => return Err(ORDER),
+                _ => return Err(ModelReason::OtherOrder),
             }
             self.latest = self.latest.max(self.late.abs());
             *zeno += 1;
@@ -445,11 +434,11 @@ impl<'a> Shadow<'a> {
 
     /// A flight of duration `dt`. Contacts with zero gap must separate in the local run and in the shadow.
     #[inline]
-    fn fly(&mut self, dt: f64) -> Result<(), NoShadow> {
+    fn fly(&mut self, dt: f64) -> Result<(), ModelReason> {
         let v = self.velocity();
         for i in 0..self.count() {
             if self.touching[i] && !(self.rate(i) > 0.0) {
-                return Err(ORDER);
+                return Err(ModelReason::OtherOrder);
             }
         }
         self.touching = [false; 2];
@@ -459,7 +448,7 @@ impl<'a> Shadow<'a> {
         // A concave gap that is positive at both ends is positive in between.
         let concave = v.z * v.z * self.reach <= CONCAVE_ARC;
         let small = (self.q.z + self.dq.z).abs() <= SHADOW_TURN;
-        if concave && small { Ok(()) } else { Err(TURNS) }
+        if concave && small { Ok(()) } else { Err(ModelReason::Turns) }
     }
 
     /// Advances the local run.
@@ -486,7 +475,7 @@ impl<'a> Shadow<'a> {
 
     /// Contact j has landed in the local run. Moves the shadow to the time at which its own gap is zero.
     #[inline]
-    fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), NoShadow> {
+    fn land(&mut self, j: usize, acceleration: Vector3<f64>) -> Result<(), ModelReason> {
         let (h, u) = (self.gap_off(j), self.rate(j));
         let (n, arm) = (self.contacts[j].normal, &self.arms[j]);
         let omega = self.qdot.z + self.dqdot.z;
@@ -494,7 +483,7 @@ impl<'a> Shadow<'a> {
             - (n.x * acceleration.x + n.y * acceleration.y + arm.b * acceleration.z);
         let change = 2.0 * pull * h;
         if !(u < 0.0 && change.abs() <= LANDING_SPEED_CHANGE * u * u) {
-            return Err(ORDER);
+            return Err(ModelReason::OtherOrder);
         }
         self.shift(2.0 * h / ((u * u + change).sqrt() - u), acceleration);
         self.touching[j] = true;
@@ -503,17 +492,17 @@ impl<'a> Shadow<'a> {
 
     /// Checks that contact i, whose gap in the local run is `gap`, is above the terrain in the shadow, too.
     #[inline]
-    fn clears(&self, i: usize, gap: f64) -> Result<(), NoShadow> {
+    fn clears(&self, i: usize, gap: f64) -> Result<(), ModelReason> {
         let clear = i >= self.count() || self.touching[i] || gap + self.gap_off(i) > 0.0;
-        if clear { Ok(()) } else { Err(ORDER) }
+        if clear { Ok(()) } else { Err(ModelReason::OtherOrder) }
     }
 
     /// Impact at contact j with the own-rate jump `jump` in the local run.
     #[inline]
-    fn hit(&mut self, j: usize, jump: f64) -> Result<(), NoShadow> {
+    fn hit(&mut self, j: usize, jump: f64) -> Result<(), ModelReason> {
         let off = self.rate_off(j);
         if !(self.u[j] + off < 0.0) {
-            return Err(ORDER);
+            return Err(ModelReason::OtherOrder);
         }
         let (k, arm) = (&self.contacts[j], &self.arms[j]);
         let local = self.velocity_change(k, k.b, jump);
@@ -563,7 +552,12 @@ impl<'a> Shadow<'a> {
         let (psi, phi) = couplings(arms[0].b, arms[1].b, normal, self.rho2);
         let pull = |k: &ContactGeometry, arm: &Arm| k.gravity + arm.c * omega * omega;
         let gravity = [pull(one, &arms[0]), pull(two, &arms[1])];
-        FrozenModel::new(&LocalModel::frozen(gravity, psi, phi, [one.restitution, two.restitution]))
+        FrozenModel::new(&LocalModel::frozen(LocalModelFields {
+            gravity,
+            psi,
+            phi,
+            restitution: [one.restitution, two.restitution],
+        }))
     }
 
     /// The frozen models of the local run and of its shadow, at this instant.
@@ -595,9 +589,7 @@ pub(crate) mod tests {
             contacts: feet.iter().map(foot).collect(),
             restitution: 0.3,
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::auto::{MODES, NoShadow, Shadow, TURNS};
+use crate::auto::Shadow;
 use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
+use crate::outcome::ModelReason;
 use crate::sustained::phase::only_mode_of;
 use crate::tolerance::{LANDING_SPEED_CHANGE, SHADOW_TURN, STILL};
 
@@ -30,7 +31,12 @@ pub(super) enum Until {
 
 impl Shadow<'_> {
     /// A phase of duration `t` in a contact-mode word.
-    pub(super) fn slide(&mut self, word: &[Mode; 2], t: f64, until: Until) -> Result<(), NoShadow> {
+    pub(super) fn slide(
+        &mut self,
+        word: &[Mode; 2],
+        t: f64,
+        until: Until,
+    ) -> Result<(), ModelReason> {
         for i in 0..self.count() {
             let closed = word[i] != Mode::Separate;
             let fits = if closed {
@@ -38,7 +44,7 @@ impl Shadow<'_> {
             } else {
                 !self.touching[i] || self.rate(i) > 0.0
             };
-            fits.then_some(()).ok_or(MODES)?;
+            fits.then_some(()).ok_or(ModelReason::OtherModes)?;
             self.touching[i] = closed;
         }
         self.measure();
@@ -46,7 +52,7 @@ impl Shadow<'_> {
         let Some(start) = self.acceleration(word, 0.0, 0.0)? else {
             self.dqdot = -self.qdot; // at rest
             let rests = until == Until::End && self.acceleration(word, theta, 0.0).is_ok();
-            return rests.then_some(()).ok_or(MODES);
+            return rests.then_some(()).ok_or(ModelReason::OtherModes);
         };
         let mut end = Vector3::zeros();
         let (mut path, mut change) = (Vector3::zeros(), Vector3::zeros());
@@ -54,7 +60,7 @@ impl Shadow<'_> {
             let (at, turn) = (node * t, start.z);
             let angle = theta + at * (omega + 0.5 * turn * at);
             let full = self.acceleration(word, angle, omega + turn * at)?;
-            end = full.ok_or(MODES)? - start;
+            end = full.ok_or(ModelReason::OtherModes)? - start;
             path += end * (weight * t * (t - at));
             change += end * (weight * t);
         }
@@ -64,7 +70,7 @@ impl Shadow<'_> {
         self.turn();
         self.measure();
         if (self.q.z + self.dq.z).abs() > SHADOW_TURN {
-            return Err(TURNS);
+            return Err(ModelReason::Turns);
         }
         let acceleration = start + end;
         let closed = word.map(|mode| mode != Mode::Separate);
@@ -79,11 +85,13 @@ impl Shadow<'_> {
                 let slowest = (0..self.count())
                     .filter(slides)
                     .min_by(|i, j| slow(i).total_cmp(&slow(j)))
-                    .ok_or(MODES)?;
+                    .ok_or(ModelReason::OtherModes)?;
                 let (k, c) = (&self.contacts[slowest], self.arms[slowest].c);
                 let slows = k.tangent.dot(&acceleration.xy()) - c * acceleration.z;
                 let dt = -self.slips(slowest)[1] / slows;
-                (dt.abs() <= LANDING_SPEED_CHANGE * t).then_some(()).ok_or(MODES)?;
+                (dt.abs() <= LANDING_SPEED_CHANGE * t)
+                    .then_some(())
+                    .ok_or(ModelReason::OtherModes)?;
                 self.shift(dt, acceleration);
                 self.stop(closed);
                 if !(closed[0] && closed[1]) {
@@ -109,7 +117,7 @@ impl Shadow<'_> {
         word: &[Mode; 2],
         theta: f64,
         omega: f64,
-    ) -> Result<Option<Vector3<f64>>, NoShadow> {
+    ) -> Result<Option<Vector3<f64>>, ModelReason> {
         let (turn, rho, square) = (Turn::by(theta), self.rho2.sqrt(), omega * omega);
         let mut rows = [Row::ABSENT; 2];
         let mut held = 0;
@@ -125,7 +133,8 @@ impl Shadow<'_> {
             };
         }
         let rows = &mut rows[..self.count()];
-        let (letters, [x, y, turn]) = only_mode_of(rows, self.fall.xy(), rho).ok_or(MODES)?;
+        let (letters, [x, y, turn]) =
+            only_mode_of(rows, self.fall.xy(), rho).ok_or(ModelReason::OtherModes)?;
         // Without friction the direction of sliding has no effect.
         let alike = |i: usize| match word[i] {
             Mode::Separate => letters[i] == Mode::Separate,
@@ -133,7 +142,7 @@ impl Shadow<'_> {
             mode => letters[i] == mode,
         };
         if !(0..self.count()).all(alike) {
-            return Err(MODES);
+            return Err(ModelReason::OtherModes);
         }
         Ok((held <= 2).then(|| Vector3::new(x, y, turn)))
     }

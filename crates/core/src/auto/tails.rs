@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::auto::{NoShadow, ORDER, Shadow, along};
+use crate::auto::{Shadow, along};
 use crate::body::geometry::ContactGeometry;
 use crate::motion::record::{Tail, ZenoRecord};
-use crate::outcome::Method;
+use crate::outcome::{ModelReason, ZenoMethod};
 use crate::tolerance::UNFOLLOWED_FACTOR;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
@@ -18,14 +18,14 @@ impl Shadow<'_> {
         gaps: &Gaps,
         t: f64,
         last: bool,
-    ) -> Result<(), NoShadow> {
+    ) -> Result<(), ModelReason> {
         match tail {
             Tail::Bounce { contact } => self.bounce(contact, t, last),
             Tail::Cycle { .. } => {
                 // Two contacts that bounce in step: the body does not rotate in either motion, and both motions are the
                 // same.
                 if !(self.agrees() && self.qdot.z == 0.0) {
-                    return Err(ORDER);
+                    return Err(ModelReason::OtherOrder);
                 }
                 let (local, _) = self.both_frozen();
                 let own = local.settle(gaps, t);
@@ -36,7 +36,7 @@ impl Shadow<'_> {
     }
 
     /// Contact a bounces until it rests, for a duration `t` in the local run.
-    pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), NoShadow> {
+    pub(super) fn bounce(&mut self, a: usize, mut t: f64, last: bool) -> Result<(), ModelReason> {
         let ContactGeometry { restitution: e, gravity: g, .. } = self.contacts[a];
         let k = &self.contacts[a];
         // T = 2u/(g(1−e)): the next flight takes the part 1 − e of it. The closed sum is used once the change of the
@@ -80,13 +80,13 @@ impl Shadow<'_> {
             self.u[1 - a] = along(other, &self.qdot);
             near.h[1 - a] = along(other, &self.q) + self.gap_off(1 - a);
             near.u = [self.rate(0), self.rate(1)];
-            full.bounce_tail(a, &near).ok_or(ORDER)?;
+            full.bounce_tail(a, &near).ok_or(ModelReason::OtherOrder)?;
         }
         self.close(short, long, [a == 0, a == 1])
     }
 
     /// Checks that contact i is above the terrain in the shadow, at its current gap in the local run.
-    pub(super) fn clears_now(&self, i: usize) -> Result<(), NoShadow> {
+    pub(super) fn clears_now(&self, i: usize) -> Result<(), ModelReason> {
         let gap = self.contacts.get(i).map_or(0.0, |k| along(k, &self.q));
         self.clears(i, gap)
     }
@@ -97,17 +97,17 @@ impl Shadow<'_> {
         point: &ZenoRecord,
         gaps: &Gaps,
         t: f64,
-    ) -> Result<(), NoShadow> {
+    ) -> Result<(), ModelReason> {
         let (local, full) = self.both_frozen();
         let mut near = *gaps;
         for i in 0..2 {
             near.h[i] += if self.touching[i] { 0.0 } else { self.gap_off(i) };
             near.u[i] = self.rate(i);
         }
-        if point.method == Method::Clatter {
+        if point.method == ZenoMethod::Clatter {
             let a = usize::from(gaps.h[1] == 0.0);
             let tail = full.clatter_tail(a, &near).filter(|_| full.certainly_clatters(a, &near));
-            let t_full = tail.ok_or(ORDER)?.duration;
+            let t_full = tail.ok_or(ModelReason::OtherOrder)?.duration;
             let (short, long) = (local.settle(gaps, t), full.settle(&near, t_full));
             return self.close((t, short), (t_full, long), [true, true]);
         }
@@ -137,7 +137,7 @@ impl Shadow<'_> {
         (t, local): (f64, Impulses),
         (t_full, full): (f64, Impulses),
         closed: [bool; 2],
-    ) -> Result<(), NoShadow> {
+    ) -> Result<(), ModelReason> {
         let (v, nominal) = (self.velocity(), self.nominal());
         let place = |v: Vector3<f64>, t: f64| (v + self.fall * (0.5 * t)) * t;
         let path = place(self.qdot, t) + self.velocity_changes(&nominal, local.path);
@@ -169,10 +169,10 @@ impl Shadow<'_> {
     }
 
     /// One contact rests, the other lands, and both stop at that instant after infinitely many impacts.
-    pub(super) fn chatter(&mut self) -> Result<(), NoShadow> {
+    pub(super) fn chatter(&mut self) -> Result<(), ModelReason> {
         let (local, full) = self.both_frozen();
         if !(local.chatters() && full.chatters()) {
-            return Err(ORDER);
+            return Err(ModelReason::OtherOrder);
         }
         let change =
             self.velocity_changes(&self.nominal(), local.solve_coupled(self.u.map(|u| -u)));

@@ -120,6 +120,16 @@ impl Contact {
     }
 
     /// The same contact on terrain of another slope, in rad.
+    ///
+    /// ```
+    /// use std::f64::consts::FRAC_PI_2;
+    ///
+    /// use standfast::Contact;
+    ///
+    /// // A wall on the right of the body: its normal points to the left.
+    /// let wall = Contact { friction: 0.5, ..Contact::at(1.0, 0.0).on_slope(FRAC_PI_2) };
+    /// assert_eq!((wall.normal().x, wall.normal().y), (-1.0, 0.0));
+    /// ```
     #[must_use]
     pub fn on_slope(self, slope: f64) -> Self {
         Self { slope, ..self }

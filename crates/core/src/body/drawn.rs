@@ -59,9 +59,10 @@ impl Posture {
     /// the contacts, counterclockwise, in which a polygon stands for a disc. A body on one contact that is a point has no corners.
     ///
     /// ```
-    /// use standfast::{Contact, Posture};
+    /// use standfast::{Contact, Lamina, Posture};
     ///
-    /// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+    /// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+    /// let rod = Posture::rod(0.5, &lamina)?;
     /// assert_eq!(rod.drawn_corners(), [[-0.5, 0.0], [0.5, 0.0]]);
     /// # Ok::<(), standfast::Error>(())
     /// ```
@@ -80,9 +81,10 @@ impl Posture {
     /// Pieces on one line that overlap are one piece.
     ///
     /// ```
-    /// use standfast::Posture;
+    /// use standfast::{Lamina, Posture};
     ///
-    /// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+    /// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+    /// let rod = Posture::rod(0.5, &lamina)?;
     /// let ground = rod.drawn_ground();
     /// assert_eq!(ground.len(), 1); // both ends on one line
     /// assert_eq!(ground[0].ends, [f64::NEG_INFINITY, f64::INFINITY]);

@@ -16,7 +16,7 @@ pub(crate) mod terrain;
 pub use crate::tolerance::TOUCH;
 pub use contact::Contact;
 pub use drawn::GroundPiece;
-pub use local_model::LocalModel;
+pub use local_model::{LocalModel, LocalModelFields, LocalState};
 pub use posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
 pub use shape::Lamina;
 pub use state::State;

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use crate::body::contact::{Contact, PerContact};
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::ground::Under;
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::Outline;
 use crate::body::own_ground::OwnGround;
 use crate::body::state::State;
@@ -44,15 +44,8 @@ pub const MAX_CONTACTS: usize = 64;
 /// A planar rigid body and the frictional contacts it may stand on. Every field is validated once.
 ///
 /// Each contact touches only its own straight ground, unless [`PostureFields::terrain`] is given as the ground of all contacts: see
-/// [`Contact`].
-///
-/// ```
-/// use standfast::{Contact, Posture};
-///
-/// let rod = Posture::rod(0.5, 0.5, 0.1, 0.0, 9.81)?; // all mass at the ends: ρ = L
-/// assert_eq!(rod.psi()?, [0.0, 0.0]);                // so an impact at one end does not move the other
-/// # Ok::<(), standfast::Error>(())
-/// ```
+/// [`Contact`]. [`Posture::rod`], [`block`](Posture::block), [`disc`](Posture::disc) and [`polygon`](Posture::polygon) are the usual
+/// bodies; [`Posture::new`] takes any other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "PostureFields", into = "PostureFields")]
 pub struct Posture(Arc<Parts>);
@@ -118,6 +111,24 @@ pub struct PostureFields {
     pub outline: Vec<[f64; 2]>,
 }
 
+impl Default for PostureFields {
+    /// 1 kg on level ground without restitution, with g = 9.81 m/s². `gyration_radius` and `contacts` have no default:
+    /// [`Posture::new`] refuses the zero and the empty list that stand for them.
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            gyration_radius: 0.0,
+            center_of_mass: [0.0; 2],
+            contacts: Vec::new(),
+            restitution: 0.0,
+            gravity: 9.81,
+            terrain: Vec::new(),
+            ground: GroundKind::default(),
+            outline: Vec::new(),
+        }
+    }
+}
+
 /// The ground of a posture without a terrain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -157,6 +168,22 @@ fn size(geometry: &[ContactGeometry], gyration_radius: f64) -> f64 {
 
 impl Posture {
     /// Validates `fields`.
+    ///
+    /// ```
+    /// use standfast::{Contact, Posture, PostureFields};
+    ///
+    /// // A table: its feet are 1 m apart, its centre of mass is 0.7 m above the middle.
+    /// let foot = |x| Contact { friction: 0.5, ..Contact::at(x, 0.0) };
+    /// let table = Posture::new(PostureFields {
+    ///     mass: 20.0,
+    ///     gyration_radius: 0.5,
+    ///     center_of_mass: [0.0, 0.7],
+    ///     contacts: vec![foot(-0.5), foot(0.5)],
+    ///     ..PostureFields::default()
+    /// })?;
+    /// assert_eq!(table.psi()?, [0.0, 0.0]); // ρ = half the distance: an impact at one foot does not move the other
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -360,40 +387,6 @@ impl Posture {
         self.0.grounds.get(i.min(self.0.grounds.len().saturating_sub(1)))
     }
 
-    /// The symmetric rod on level ground: ends at (∓L, 0), centre of mass at 0, mass 1 kg.
-    ///
-    /// | argument | meaning | unit |
-    /// | --- | --- | --- |
-    /// | `half_length` | L | m |
-    /// | `gyration_radius` | ρ | m |
-    /// | `restitution`, `friction` | e, μ of both ends | 1 |
-    /// | `gravity` | g | m/s² |
-    ///
-    /// # Errors
-    ///
-    /// As [`Posture::new`]; `half_length` must be finite and > 0.
-    pub fn rod(
-        half_length: f64,
-        gyration_radius: f64,
-        restitution: f64,
-        friction: f64,
-        gravity: f64,
-    ) -> Result<Self, Error> {
-        positive("half_length", half_length)?;
-        let end = |x| Contact { friction, ..Contact::at(x, 0.0) };
-        Self::new(PostureFields {
-            mass: 1.0,
-            gyration_radius,
-            center_of_mass: [0.0, 0.0],
-            contacts: vec![end(-half_length), end(half_length)],
-            restitution,
-            gravity,
-            terrain: Vec::new(),
-            ground: GroundKind::default(),
-            outline: Vec::new(),
-        })
-    }
-
     /// A copy that shares no data with this posture.
     pub(crate) fn detached(&self) -> Self {
         Self(Arc::new(Parts::clone(&self.0)))
@@ -430,6 +423,14 @@ impl Posture {
     ///
     /// Evaluated as n·r + b₀ sin θ − c₀ (1 − cos θ) with a compensated sum, so that a gap far smaller than the displacements keeps its
     /// digits. On terrain with ends: the gap over the piece under the point; ∞ if there is no piece under it.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// let rod = Posture::rod(0.5, &Lamina::default())?;
+    /// assert_eq!(rod.gaps(&State::at_rest([0.0, 0.25, 0.0]).q), [0.25, 0.25]);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn gaps(&self, q: &Vector3<f64>) -> Vec<f64> {
         let turn = Turn::by(q.z);
@@ -447,6 +448,17 @@ impl Posture {
 
     /// The configuration in which contact `number` (from 1) is on its ground and the body is turned by `theta`. The body is moved
     /// vertically from the nominal posture, by the smallest displacement for which no other contact is in the ground.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture};
+    ///
+    /// // A rod of half length L that stands on its left end, turned by θ: its middle is at L sin θ, its right end at 2 L sin θ.
+    /// let rod = Posture::rod(0.5, &Lamina::default())?;
+    /// let q = rod.touching(1, 0.1)?;
+    /// assert!((q.y - 0.5 * 0.1_f64.sin()).abs() < 1e-16);
+    /// assert!((rod.gaps(&q)[1] - 0.1_f64.sin()).abs() < 1e-16);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -529,6 +541,16 @@ impl Posture {
     }
 
     /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, in J; zero at rest in the nominal posture.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// // ½ · 2 kg · (3 m/s)² + 2 kg · 10 m/s² · 0.5 m
+    /// let rod = Posture::rod(0.5, &Lamina { mass: 2.0, gravity: 10.0, ..Lamina::default() })?;
+    /// let State { q, qdot } = State::new([0.0, 0.5, 0.0], [3.0, 0.0, 0.0]);
+    /// assert_eq!(rod.energy(&q, &qdot), 19.0);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn energy(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> f64 {
         let f = &self.0.fields;
@@ -574,6 +596,15 @@ impl Posture {
 
     /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.
     ///
+    /// ```
+    /// use standfast::{Lamina, Posture};
+    ///
+    /// let dumbbell = Posture::rod(0.5, &Lamina { gyration_radius: Some(0.5), ..Lamina::default() })?;
+    /// let model = dumbbell.local(0.0)?;
+    /// assert_eq!((model.gravity(), model.psi()), ([9.81, 9.81], [0.0, 0.0]));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Unusable`] naming `contacts` unless there are two.
@@ -584,18 +615,32 @@ impl Posture {
         let (psi, phi) = couplings(arms[0].0, arms[1].0, n12, self.gyration_squared());
         let gravity = pair.map(|k| k.gravity.unsigned_zero());
         let (psi, phi) = (psi.unsigned_zero(), phi.unsigned_zero());
-        LocalModel::new(gravity, psi, phi, pair.map(|k| k.restitution))
+        LocalModel::new(LocalModelFields {
+            gravity,
+            psi,
+            phi,
+            restitution: pair.map(|k| k.restitution),
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Lamina;
 
     #[test]
     fn rod_couplings_by_hand() {
         // ψ = (L² − ρ²)/(L² + ρ²): ½ for the uniform rod, ρ² = L²/3.
-        let rod = Posture::rod(0.5, 0.5 / 3f64.sqrt(), 0.1, 0.0, 9.81).unwrap();
+        let rod = Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.5 / 3f64.sqrt()),
+                restitution: 0.1,
+                ..Lamina::default()
+            },
+        )
+        .unwrap();
         let [psi1, psi2] = rod.psi().unwrap();
         assert!((psi1 - 0.5).abs() < 1e-15 && (psi2 - 0.5).abs() < 1e-15);
         let [phi1, phi2] = rod.phi().unwrap();
@@ -606,7 +651,11 @@ mod tests {
     #[test]
     fn a_small_gap_keeps_its_digits() {
         // Ends at .01 and .012: r_y = .011, sin θ = .002.
-        let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81).unwrap();
+        let rod = Posture::rod(
+            0.5,
+            &Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() },
+        )
+        .unwrap();
         let gaps = rod.gaps(&Vector3::new(0.0, 0.011, 0.002f64.asin()));
         assert!((gaps[0] - 0.01).abs() < 2e-18 && (gaps[1] - 0.012).abs() < 2e-18, "{gaps:?}");
     }
@@ -623,9 +672,7 @@ mod tests {
             ],
             restitution: 0.3,
             gravity: 9.81,
-            terrain: Vec::new(),
-            ground: GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         };
         let posture = Posture::new(fields).unwrap();
         let (q, v) = (Vector3::new(0.3, -0.2, 1.1), Vector3::new(0.5, -1.5, 2.0));
@@ -639,7 +686,14 @@ mod tests {
 
     #[test]
     fn wrong_fields_are_named() {
-        let rod = |e: f64, rho: f64| Posture::rod(0.5, rho, e, 0.0, 9.81).unwrap_err().to_string();
+        let rod = |e: f64, rho: f64| {
+            Posture::rod(
+                0.5,
+                &Lamina { gyration_radius: Some(rho), restitution: e, ..Lamina::default() },
+            )
+            .unwrap_err()
+            .to_string()
+        };
         assert!(rod(1.0, 0.2).starts_with("restitution = 1.0"), "{}", rod(1.0, 0.2));
         assert!(rod(0.1, 0.0).starts_with("gyration_radius = 0.0"));
         assert!(rod(f64::NAN, 0.2).starts_with("restitution = NaN"));

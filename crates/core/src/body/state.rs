@@ -7,6 +7,12 @@ use crate::error::{Error, LARGEST, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 
 /// Configuration and velocity of a body.
+///
+/// ```
+/// use standfast::State;
+///
+/// assert_eq!(State::at_rest([0.0, 0.01, 0.0]), State::new([0.0, 0.01, 0.0], [0.0; 3]));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// q = (r_x, r_y, θ), in m, m, rad.

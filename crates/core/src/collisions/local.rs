@@ -557,12 +557,20 @@ fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::local_model::LocalModel;
+    use crate::body::local_model::{LocalModel, LocalModelFields};
     use crate::options::Options;
 
     /// The collisions up to the end of the loop.
     fn collisions(g: [f64; 2], psi: [f64; 2], e: [f64; 2], start: Gaps) -> Vec<Collision> {
-        let m = &FrozenModel::new(&LocalModel::new(g, psi, [0.3, -0.2], e).expect("a local model"));
+        let m = &FrozenModel::new(
+            &LocalModel::new(LocalModelFields {
+                gravity: g,
+                psi,
+                phi: [0.3, -0.2],
+                restitution: e,
+            })
+            .expect("a local model"),
+        );
         let (mut gaps, mut sum) = (start, Impulses::default());
         let mut log = Log::new(&Options::default(), 2, &|| false);
         let begun = LocalCollisions::begin(m, &mut gaps, &mut sum, &mut log);

@@ -119,10 +119,18 @@ const RENORMALISE: i32 = 400;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::local_model::LocalModel;
+    use crate::body::local_model::{LocalModel, LocalModelFields};
 
     fn model(e: f64, psi: f64) -> FrozenModel {
-        FrozenModel::new(&LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap())
+        FrozenModel::new(
+            &LocalModel::new(LocalModelFields {
+                gravity: [1.0; 2],
+                psi: [psi; 2],
+                restitution: [e; 2],
+                ..LocalModelFields::default()
+            })
+            .unwrap(),
+        )
     }
 
     #[test]

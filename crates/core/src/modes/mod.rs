@@ -31,6 +31,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::serial::shown_as_str;
+
+shown_as_str!(Status);
 
 /// How contact modes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -47,8 +50,8 @@ pub enum Method {
     Qp,
 }
 
-/// Number of closed contacts up to which enumeration costs no more than programmes (`cargo bench -p standfast-benches --bench
-/// modes`: 31 µs and 41 µs for 6 contacts, 60 µs and 46 µs for 7).
+/// Number of closed contacts up to which enumeration costs no more than programmes (`modes/one_answer` of `cargo bench -p
+/// standfast-benches --bench modes`: 27 µs and 43 µs for 6 contacts, 68 µs and 44 µs for 7).
 pub const MAX_ENUMERATED: usize = 6;
 
 /// The number of consistent words, as a status.
@@ -67,9 +70,9 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name in Python.
+    /// Its name in Python and in files.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             Self::Unique => "unique",
             Self::Ambiguous => "ambiguous",
@@ -138,7 +141,7 @@ impl Modes {
             modes: &'a [ModeAnswer],
         }
         let written = Written {
-            status: self.status().name(),
+            status: self.status().as_str(),
             consistent: self.consistent().map(|mode| mode.word).collect(),
             modes: &self.answers,
         };
@@ -162,6 +165,21 @@ pub(crate) fn forces(problem: &ContactProblem, word: Word) -> Option<Vec<[f64; 2
 
 /// Every contact mode that the state of the contacts allows, with its motion, forces and margins. By programmes ([`Method::Qp`], and
 /// [`Method::Auto`] above [`MAX_ENUMERATED`] contacts) only one consistent mode.
+///
+/// ```
+/// use standfast::modes::{ContactProblem, Method, Status, contact_modes};
+/// use standfast::{Lamina, Posture, State};
+///
+/// // A rod at rest: both ends are fixed, and each carries half of the weight of 10 N.
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let problem = ContactProblem::of_posture(&rod, &State::at_rest([0.0; 3]), [0.0; 3])?;
+/// let modes = contact_modes(&problem, Method::Auto)?;
+/// assert_eq!(modes.status(), Status::Unique);
+/// let mode = modes.consistent().next().expect("one mode");
+/// assert_eq!(mode.word.to_string(), "FF");
+/// assert!(mode.forces.iter().all(|[_, normal]| (normal - 5.0).abs() < 1e-14));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -28,6 +28,26 @@ pub struct Jamming {
 
 impl ContactProblem {
     /// One entry for each closed contact and each direction in which it slides or may begin to slide.
+    ///
+    /// ```
+    /// use standfast::modes::{ContactProblem, ProblemFields};
+    ///
+    /// // A uniform rod of half-length 1 slides to the right on its lower end, leaning back by atan 2: from μ = 4/3 on it jams.
+    /// let (sin, cos) = (2.0 / 5f64.sqrt(), 1.0 / 5f64.sqrt());
+    /// let problem = ContactProblem::new(ProblemFields {
+    ///     mass: 1.0,
+    ///     gyration_radius: (1.0 / 3f64).sqrt(),
+    ///     arms: vec![[cos, -sin]],
+    ///     tangents: vec![[1.0, 0.0]],
+    ///     friction: vec![0.5],
+    ///     sliding: vec![Some(1)],
+    ///     bias: vec![[0.0, 0.0]],
+    ///     free_acceleration: [0.0, -9.81, 0.0],
+    ///     ..ProblemFields::default()
+    /// })?;
+    /// assert!((problem.jamming()[0].critical_friction - 4.0 / 3.0).abs() < 1e-15);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn jamming(&self) -> Vec<Jamming> {
         let mut all = Vec::new();

@@ -217,6 +217,17 @@ impl ContactProblem {
     ///
     /// `None` for more contacts, where rows of two contacts depend on each other (contacts at one point, or with a
     /// common normal), and where a tie decides which words exist.
+    ///
+    /// ```
+    /// use standfast::modes::ContactProblem;
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+    /// let problem = ContactProblem::of_posture(&rod, &State::at_rest([0.0; 3]), [0.0; 3])?;
+    /// let modes = problem.pair_modes().expect("two contacts at two points");
+    /// assert_eq!(modes.consistent().count(), 1);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
     #[must_use]
     pub fn pair_modes(&self) -> Option<PairModes> {
         solve(self.rows(), self.load())

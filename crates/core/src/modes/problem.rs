@@ -330,6 +330,20 @@ impl ContactProblem {
     /// A contact is closed if its gap is within [`TOUCH`] of zero relative to the size of the body, and its
     /// rate is within the same of zero relative to the speeds of the body. A contact with a larger rate separates.
     ///
+    /// ```
+    /// use standfast::modes::{ContactProblem, Method, contact_modes};
+    /// use standfast::{Lamina, Posture, State};
+    ///
+    /// // A rod of 1 kg is pushed with 6 N; friction of 5 N holds it back: it begins to slide at 1 m/s².
+    /// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+    /// let problem = ContactProblem::of_posture(&rod, &State::at_rest([0.0; 3]), [6.0, 0.0, 0.0])?;
+    /// let modes = contact_modes(&problem, Method::Auto)?;
+    /// let mode = modes.consistent().next().expect("one mode");
+    /// assert_eq!(mode.word.to_string(), "RR");
+    /// assert!((mode.acceleration[0] - 1.0).abs() < 1e-14);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// A state that is not finite, a contact in the terrain, a corner of the ground in the body, or a closed contact that approaches it, which

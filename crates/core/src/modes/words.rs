@@ -54,6 +54,14 @@ impl Mode {
 }
 
 /// A mode for each contact, in the order of the contacts: "FS", "RRL", …
+///
+/// ```
+/// use standfast::modes::{Mode, Word};
+///
+/// let word: Word = "FS".parse()?;
+/// assert_eq!((word.mode(0), word.mode(1)), (Mode::Fixed, Mode::Separate));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word {
     // Two bits for each letter, contact 0 in the highest bits, so that words are ordered by their letters.

@@ -16,7 +16,7 @@ use crate::motion::nested::Limit;
 use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{ChatterMonitor, InstantImpacts};
 use crate::options::{Options, Stop};
-use crate::outcome::{Cause, Method, Outcome};
+use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::edges::{Entry, Path};
 use crate::sustained::side::SideContact;
 use crate::sustained::{BodyState, ContactState};
@@ -263,9 +263,10 @@ impl<'a> Driver<'a, AnyContacts> {
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
         let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
-        if let Some(last) = self.record.zeno.last_mut().filter(|last| last.method == Method::Mixed)
+        if let Some(last) =
+            self.record.zeno.last_mut().filter(|last| last.method == ZenoMethod::Mixed)
         {
-            last.method = if limit.repeats { Method::Nested } else { Method::Mixed };
+            last.method = if limit.repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
         }
         outcome
     }
@@ -312,15 +313,15 @@ impl<'a> Driver<'a, AnyContacts> {
                 last.at = Moment { clock: last.at.clock, ..at };
                 last.error = last.error.max(error);
                 last.plastic &= plastic;
-                if last.method == Method::Bounce && distinct(&last.closed) > 1 {
-                    last.method = Method::Mixed;
+                if last.method == ZenoMethod::Bounce && distinct(&last.closed) > 1 {
+                    last.method = ZenoMethod::Mixed;
                 }
             }
             _ => {
                 let method = match distinct(&closed) {
-                    _ if from_start => Method::Rest,
-                    1 => Method::Bounce,
-                    _ => Method::Mixed,
+                    _ if from_start => ZenoMethod::Rest,
+                    1 => ZenoMethod::Bounce,
+                    _ => ZenoMethod::Mixed,
                 };
                 return self.zeno_point(ZenoRecord {
                     closed: closed.into_iter().collect(),

@@ -44,7 +44,7 @@ use crate::motion::driver::Driver;
 use crate::motion::frame::Snapshot;
 use crate::motion::pair::Pair;
 use crate::options::Impact;
-use crate::outcome::{Method, Outcome};
+use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
@@ -560,6 +560,6 @@ impl Driver<'_, Pair> {
         }
         self.log.clock = self.log.clock.after(end.duration);
         self.leave(&end.body, None);
-        self.come_to_rest([i == 0, i == 1], Method::Bounce, false, end.error)
+        self.come_to_rest([i == 0, i == 1], ZenoMethod::Bounce, false, end.error)
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::full::{FullState, PairBody};
@@ -49,16 +49,8 @@ pub(crate) struct Base {
     pub(crate) start: State,
     /// Number of contacts.
     pub(crate) count: usize,
-    /// The start of a model without a body.
-    pub(crate) reduced: Option<Box<ReducedStart>>,
-}
-
-/// A model without a body, its gaps and its rates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ReducedStart {
-    pub(crate) model: LocalModel,
-    pub(crate) gaps: [f64; 2],
-    pub(crate) rates: [f64; 2],
+    /// A model without a body, and its start.
+    pub(crate) reduced: Option<Box<(LocalModel, LocalState)>>,
 }
 
 impl Base {
@@ -73,14 +65,9 @@ impl Base {
         }
     }
 
-    pub(crate) fn of_parameters(
-        model: &LocalModel,
-        gaps: [f64; 2],
-        rates: [f64; 2],
-        [theta, omega]: [f64; 2],
-    ) -> Self {
-        let reduced = Some(Box::new(ReducedStart { model: *model, gaps, rates }));
-        let start = State::new([0.0, 0.0, theta], [0.0, 0.0, omega]);
+    pub(crate) fn of_parameters(model: &LocalModel, start: LocalState) -> Self {
+        let reduced = Some(Box::new((*model, start)));
+        let start = State::new([0.0, 0.0, start.theta], [0.0, 0.0, start.omega]);
         Self { posture: None, body: None, start, count: 2, reduced }
     }
 

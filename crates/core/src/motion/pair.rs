@@ -18,7 +18,7 @@ use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::options::{Options, Simultaneous};
-use crate::outcome::{Cause, ContactNumber, Method, Outcome};
+use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
 use crate::tolerance::{DEPARTED, DEPARTS_AFTER, REACHED, STILL};
 use crate::zeno::{FrozenModel, Gaps, Impulses};
@@ -148,7 +148,7 @@ impl Coordinates for Pair {
         let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
             if held != [false; 2]
-                && let Some(outcome) = driver.zeno_here(held, Method::Rest)
+                && let Some(outcome) = driver.zeno_here(held, ZenoMethod::Rest)
             {
                 return DriverStep::End(outcome);
             }
@@ -157,7 +157,7 @@ impl Coordinates for Pair {
         // A contact stopped by one impact without rebound is an accumulation of one impact.
         let stopped = driver.not_yet(held);
         if stopped != [false; 2]
-            && let Some(outcome) = driver.zeno_here(stopped, Method::Bounce)
+            && let Some(outcome) = driver.zeno_here(stopped, ZenoMethod::Bounce)
         {
             return DriverStep::End(outcome);
         }
@@ -192,7 +192,7 @@ impl Coordinates for Pair {
         // Rates can also underflow to zero, impact by impact. A contact with upward effective gravity has not come to rest.
         let pulled = |i: usize| !matches!(&driver.body.state, PairState::Full(state) if state.effective_gravity(i) < 0.0);
         let new = driver.not_yet([0, 1].map(|i| i < rests.len() && rests[i] && pulled(i)));
-        if new == [false; 2] { None } else { driver.zeno_here(new, Method::Bounce) }
+        if new == [false; 2] { None } else { driver.zeno_here(new, ZenoMethod::Bounce) }
     }
 
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
@@ -448,7 +448,7 @@ impl<'a> Driver<'a, Pair> {
             self.apply_impulses(jump, rates);
             self.body.landings = [None; 2];
             let certified = model.chatters();
-            return self.come_to_rest([true, true], Method::Chatter, certified, 0.0);
+            return self.come_to_rest([true, true], ZenoMethod::Chatter, certified, 0.0);
         }
         let before = gaps;
         let mut turns = self.turns();
@@ -482,14 +482,14 @@ impl<'a> Driver<'a, Pair> {
         self.note([false; 2], Motion::Flight);
         if in_step && let Some(t) = self.bounce_together(rates, turns) {
             let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
-            return self.settle(t, Method::Bounce, true, 0.0, tail);
+            return self.settle(t, ZenoMethod::Bounce, true, 0.0, tail);
         }
         // Repeated ties end when the remaining time is below the rounding error of the clock.
         if together && both_touch && model.g[0] > 0.0 && model.g[1] > 0.0 {
             let left = [0, 1].map(|i| model.bounce[i] * rates[i]);
             let left = 0.5 * left[0].max(left[1]);
             if 0.0 < left && left <= 0.5 * REACHED * self.log.clock.hi {
-                return self.settle(left, Method::Mixed, false, left, Tail::Collisions);
+                return self.settle(left, ZenoMethod::Mixed, false, left, Tail::Collisions);
             }
         }
         self.freeze_if_brief();
@@ -557,7 +557,7 @@ impl<'a> Driver<'a, Pair> {
     pub(super) fn settle(
         &mut self,
         t: f64,
-        method: Method,
+        method: ZenoMethod,
         certified: bool,
         error: f64,
         tail: Tail,
@@ -629,7 +629,7 @@ impl<'a> Driver<'a, Pair> {
     }
 
     /// Records a Zeno point at this instant that needed no sum.
-    fn zeno_here(&mut self, closed: [bool; 2], method: Method) -> Option<Outcome> {
+    fn zeno_here(&mut self, closed: [bool; 2], method: ZenoMethod) -> Option<Outcome> {
         self.come_to_rest(closed, method, true, 0.0)
     }
 
@@ -637,7 +637,7 @@ impl<'a> Driver<'a, Pair> {
     pub(super) fn come_to_rest(
         &mut self,
         closed: [bool; 2],
-        method: Method,
+        method: ZenoMethod,
         certified: bool,
         error: f64,
     ) -> Option<Outcome> {
@@ -646,14 +646,14 @@ impl<'a> Driver<'a, Pair> {
         for (resting, closed) in self.resting.iter_mut().zip(closed) {
             *resting |= closed;
         }
-        if method != Method::Rest {
+        if method != ZenoMethod::Rest {
             self.cause = Some(Cause::Zeno);
         }
         self.zeno_point(ZenoRecord {
             closed: PerContact::from_slice(&closed[..self.body.count]),
             method,
             certified,
-            plastic: method == Method::Bounce && stops,
+            plastic: method == ZenoMethod::Bounce && stops,
             error,
             first_summed: self.log.hits,
             at: Pair::moment(self),

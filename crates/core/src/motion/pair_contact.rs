@@ -15,7 +15,7 @@ use crate::motion::nested::Limit;
 use crate::motion::pair::{Pair, PairState};
 use crate::motion::record::{Motion, Tail};
 use crate::options::Stop;
-use crate::outcome::{Method, Outcome};
+use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::phase::only_mode_of;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{QUIET_LANDING, REMAINDER_FACTOR, STILL};
@@ -165,7 +165,7 @@ impl Driver<'_, Pair> {
         self.leave(&end, self.local.then_some(self.body.frame.spin));
         self.nested.forget();
         let error = REMAINDER_FACTOR * if quiet { left } else { landing } / body.gravity;
-        Some(self.come_to_rest([true; 2], Method::Mixed, false, error))
+        Some(self.come_to_rest([true; 2], ZenoMethod::Mixed, false, error))
     }
 
     /// Moves to the limit of infinitely many cycles.
@@ -183,7 +183,7 @@ impl Driver<'_, Pair> {
         if let PairState::Full(state) = &mut self.body.state {
             state.forget_rounding();
         }
-        let method = if limit.repeats { Method::Nested } else { Method::Mixed };
+        let method = if limit.repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
         self.come_to_rest([true; 2], method, false, limit.error)
     }
 

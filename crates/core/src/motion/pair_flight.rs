@@ -8,7 +8,7 @@ use crate::flight::parabola_touchdown;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::pair::{FrozenState, Pair, PairState};
 use crate::motion::record::{Motion, Tail};
-use crate::outcome::{Method, Outcome};
+use crate::outcome::{Outcome, ZenoMethod};
 
 /// Collisions in progress. The flight owns the state of the run while it lasts and returns it at its end.
 pub(super) enum Flight {
@@ -100,7 +100,7 @@ impl Driver<'_, Pair> {
                 let (end, own) = model.end_bounce(contact, &self.body.gaps(), duration);
                 let closed = [contact == 0, contact == 1];
                 self.tail(&model, duration, own, end, closed, Tail::Bounce { contact });
-                self.come_to_rest(closed, Method::Bounce, true, 0.0)
+                self.come_to_rest(closed, ZenoMethod::Bounce, true, 0.0)
             }
             LoopExit::Settled { contact } => {
                 let end = self.body.settled.take()?;
@@ -108,13 +108,13 @@ impl Driver<'_, Pair> {
             }
             LoopExit::Clatter(tail) => self.settle(
                 tail.duration,
-                Method::Clatter,
+                ZenoMethod::Clatter,
                 tail.proved,
                 tail.error,
                 Tail::Collisions,
             ),
             LoopExit::Reached { remaining, self_similar } => {
-                let method = if self_similar { Method::SelfSimilar } else { Method::Mixed };
+                let method = if self_similar { ZenoMethod::SelfSimilar } else { ZenoMethod::Mixed };
                 // The bound is crude, but below the rounding error of the time.
                 self.settle(0.5 * remaining, method, false, 0.5 * remaining, Tail::Collisions)
             }

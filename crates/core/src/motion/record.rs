@@ -9,7 +9,7 @@ use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::outcome::{Cause, Instant, Method, Outcome};
+use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
 
 /// How the body moves during a span.
@@ -112,7 +112,7 @@ impl Moment {
 pub(crate) struct ZenoRecord {
     /// The contacts that come to rest.
     pub(crate) closed: PerContact<bool>,
-    pub(crate) method: Method,
+    pub(crate) method: ZenoMethod,
     pub(crate) certified: bool,
     /// Whether each of them comes to rest in an impact without rebound.
     pub(crate) plastic: bool,

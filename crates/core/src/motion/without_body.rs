@@ -5,7 +5,7 @@ use crate::motion::driver::Driver;
 use crate::motion::pair::Pair;
 use crate::motion::record::{Motion, Tail};
 use crate::options::Stop;
-use crate::outcome::{Method, Outcome};
+use crate::outcome::{Outcome, ZenoMethod};
 use crate::tolerance::CYCLE_RATIO_ROUNDINGS;
 use crate::zeno::Gaps;
 
@@ -73,7 +73,7 @@ impl Driver<'_, Pair> {
         }
         // The sum amplifies the rounding error of the ratio.
         let error = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
-        self.settle(t, Method::Nested, true, error, Tail::Cycle { ratio, duration: t })
+        self.settle(t, ZenoMethod::Nested, true, error, Tail::Cycle { ratio, duration: t })
     }
 
     /// Both contacts are held. Motion along the terrain is not modelled, so this is rest.

@@ -36,9 +36,10 @@ impl Default for Resources {
 /// Nothing is recorded; [`simulate`](crate::simulate()) computes the same run, to the bit, with its events.
 ///
 /// ```
-/// use standfast::{Model, Options, Outcome, Posture, State, simulate_many};
+/// use standfast::{Lamina, Model, Options, Outcome, Posture, State, simulate_many};
 ///
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let starts: Vec<State> = (1..100).map(|k| State::at_rest([0.0, 0.01, 1e-4 * f64::from(k)])).collect();
 /// let ends = simulate_many(&[rod], &starts, &Options { model: Model::Local, ..Options::default() })?;
 /// assert!(ends.iter().all(|end| end.outcome == Outcome::Rest));
@@ -60,6 +61,20 @@ pub fn simulate_many(
 
 /// As [`simulate_many`], with these resources. `cancel` is called from time to time; once it returns true, the result is
 /// `None`.
+///
+/// ```
+/// use standfast::simulate::{Resources, simulate_many_until};
+/// use standfast::{Lamina, Options, Posture, State};
+///
+/// let rod = Posture::rod(0.5, &Lamina::default())?;
+/// let starts = [State::at_rest([0.0, 0.01, 0.001])];
+/// let run = |cancel: &dyn Fn() -> bool| {
+///     simulate_many_until(&[rod.clone()], &starts, &Options::default(), Resources { threads: 1 }, cancel)
+/// };
+/// assert_eq!(run(&|| false)?.map(|ends| ends.len()), Some(1));
+/// assert_eq!(run(&|| true)?, None);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -124,8 +139,9 @@ pub(crate) fn ends_until(
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let end = |run: usize| {
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
-            let one = Simulation::new(posture, &states[run], &options, excitation, stop);
-            one.and_then(|one| one.end()).map_err(|error| (run, error))
+            let (start, options) = (states[run], &options);
+            let one = Simulation { posture, start, options, excitation, cancel: stop };
+            one.end().map_err(|error| (run, error))
         };
         runs.map(end).collect::<Result<Option<Vec<End>>, FailedAt>>()
     };

@@ -231,9 +231,8 @@ fn counted(frames: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::GroundKind;
     use crate::body::contact::Contact;
-    use crate::body::local_model::LocalModel;
+    use crate::body::local_model::{LocalModel, LocalModelFields, LocalState};
     use crate::body::posture::{Posture, PostureFields};
     use crate::body::state::State;
     use crate::options::{Options, Stop};
@@ -251,9 +250,7 @@ mod tests {
             contacts: vec![Contact::at(0.0, 0.0)],
             restitution: 0.5,
             gravity,
-            terrain: Vec::new(),
-            ground: GroundKind::Own,
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .expect("a ball")
     }
@@ -355,9 +352,20 @@ mod tests {
 
     #[test]
     fn without_a_body_the_film_shows_twelve_decades() {
-        let model = LocalModel::new([10.0; 2], [0.1; 2], [0.0; 2], [0.5; 2]).unwrap();
+        let model = LocalModel::new(LocalModelFields {
+            gravity: [10.0; 2],
+            psi: [0.1; 2],
+            restitution: [0.5; 2],
+            ..LocalModelFields::default()
+        })
+        .unwrap();
         let options = Options { stop: Stop::Zeno, ..Options::default() };
-        let run = simulate_local(&model, [5.0, 4.0], [0.0; 2], 0.0, 0.0, &options).unwrap();
+        let run = simulate_local(
+            &model,
+            &LocalState { gaps: [5.0, 4.0], rates: [0.0; 2], ..LocalState::default() },
+            &options,
+        )
+        .unwrap();
         assert!(!run.zeno_points().is_empty());
         let points = run.zeno_points().iter().filter(|point| point.is_infinite()).count();
         let whole = run.film_time(run.time(), FilmClock::Zeno);

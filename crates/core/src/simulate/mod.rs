@@ -12,97 +12,70 @@ pub(crate) mod trajectory;
 pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
 pub use clocks::FilmClock;
 pub use reader::Reader;
+pub use simulation::Simulation;
 pub use trajectory::Trajectory;
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure;
 use crate::error::{Error, finite};
-use crate::excitation::Excitation;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::options::{Model, Options};
+use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
-use crate::simulate::simulation::Simulation;
 pub(crate) use crate::simulate::start::Start;
 use crate::zeno::Gaps;
 
 /// The motion of `posture` from `state` on.
+///
+/// ```
+/// use standfast::{Lamina, Options, Outcome, Posture, State, simulate};
+///
+/// // A ball of restitution 1/2 falls 5 m: it comes to rest after √(2h/g)·(1 + e)/(1 − e) = 3 s.
+/// let ball = Posture::disc(0.1, 0.0, &Lamina { restitution: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
+/// assert_eq!((run.outcome(), run.time()), (Outcome::Rest, 3.0));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
 /// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
-    simulate_until(posture, state, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
+    let run = Simulation::new(posture, *state, options).run()?;
+    Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
 }
 
-/// As [`simulate`]. `cancel` is called from time to time; once it returns true, the result is `None`.
+/// The motion of the gaps and of θ of a local model that is given by its parameters.
 ///
-/// # Errors
+/// ```
+/// use standfast::body::{LocalModel, LocalModelFields, LocalState};
+/// use standfast::simulate::simulate_local;
+/// use standfast::{Options, Stop};
 ///
-/// As [`simulate`].
-pub fn simulate_until(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
-    simulate_excited_until(posture, state, options, &Excitation::default(), cancel)
-}
-
-/// The motion of `posture` from `state` on, with kicks and a motion of the ground. Up to the first kick the run is, to the last bit, the
-/// run without kicks. There is one exception: if the kick falls into bounces that are summed in the run without kicks, these bounces are
-/// followed one by one, and the states between them differ by rounding errors. A run that is not stopped earlier by its options lasts at
-/// least until the last kick and the last change of the motion of the ground.
-///
-/// # Errors
-///
-/// As [`simulate`]; a kick or a motion of the ground that is out of range; `certify`.
-pub fn simulate_excited(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    excitation: &Excitation,
-) -> Result<Trajectory, Error> {
-    simulate_excited_until(posture, state, options, excitation, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
-}
-
-/// As [`simulate_excited`]. `cancel` is called from time to time; once it returns true, the result is `None`.
-///
-/// # Errors
-///
-/// As [`simulate_excited`].
-pub fn simulate_excited_until(
-    posture: &Posture,
-    state: &State,
-    options: &Options,
-    excitation: &Excitation,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
-    options.validate()?;
-    Simulation::new(posture, state, options, excitation, cancel)?.run()
-}
-
-/// The motion of the gaps and of θ from a state on. `theta` in rad, `omega` in rad/s.
+/// // Without coupling each contact bounces as a ball does; contact 1 rests after √(2h/g)·(1 + e)/(1 − e) = 3 s.
+/// let (gravity, restitution) = ([10.0; 2], [0.5; 2]);
+/// let model = LocalModel::new(LocalModelFields { gravity, restitution, ..LocalModelFields::default() })?;
+/// let start = LocalState { gaps: [5.0, 20.0], ..LocalState::default() };
+/// let run = simulate_local(&model, &start, &Options { stop: Stop::Zeno, ..Options::default() })?;
+/// assert_eq!(run.time(), 3.0);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
 /// A wrong option, a state that is not finite, or a negative gap.
 pub fn simulate_local(
     model: &LocalModel,
-    gaps: [f64; 2],
-    rates: [f64; 2],
-    theta: f64,
-    omega: f64,
+    start: &LocalState,
     options: &Options,
 ) -> Result<Trajectory, Error> {
-    simulate_local_until(model, gaps, rates, theta, omega, options, &|| false)
+    simulate_local_until(model, start, options, &|| false)
         .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
@@ -113,18 +86,15 @@ pub fn simulate_local(
 /// As [`simulate_local`].
 pub fn simulate_local_until(
     model: &LocalModel,
-    gaps: [f64; 2],
-    rates: [f64; 2],
-    theta: f64,
-    omega: f64,
+    start: &LocalState,
     options: &Options,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Option<Trajectory>, Error> {
-    let (gaps, rates) = (gaps.unsigned_zero(), rates.unsigned_zero());
-    let theta = finite("theta", theta)?.unsigned_zero();
-    let omega = finite("omega", omega)?.unsigned_zero();
+    let (gaps, rates) = (start.gaps.unsigned_zero(), start.rates.unsigned_zero());
+    let theta = finite("theta", start.theta)?.unsigned_zero();
+    let omega = finite("omega", start.omega)?.unsigned_zero();
     let (h, warnings) = checked(model, gaps, rates, options)?;
-    let base = Base::of_parameters(model, gaps, rates, [theta, omega]);
+    let base = Base::of_parameters(model, LocalState { gaps, rates, theta, omega });
     let gaps = Gaps { h, u: rates };
     let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
     let first = Frame::reduced(start, model);
@@ -132,7 +102,7 @@ pub fn simulate_local_until(
     if driver.run().is_none() {
         return Ok(None);
     }
-    let run = Trajectory::new(driver.record, Model::Local, "given by its parameters", *options);
+    let run = Trajectory::new(driver.record, Model::Local, ModelReason::Given, *options);
     if !options.certify {
         return Ok(Some(run));
     }
@@ -168,6 +138,7 @@ mod tests {
     use super::*;
     use crate::auto::tests::standing;
     use crate::body::GroundKind;
+    use crate::body::Lamina;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
     use crate::motion::Pair;
@@ -195,9 +166,8 @@ mod tests {
             contacts: (-32..32).map(|k| Contact::at(f64::from(k), f64::from(k * k))).collect(),
             restitution: 1.0 - f64::EPSILON,
             gravity: 10.0,
-            terrain: Vec::new(),
             ground: GroundKind::Shared,
-            outline: Vec::new(),
+            ..PostureFields::default()
         };
         let posture = Posture::new(fields).unwrap();
         let run = |event_limit| {
@@ -266,12 +236,21 @@ mod tests {
         assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
         let off = (loose.elapsed() - tight.elapsed()).abs() / tight.elapsed();
         assert!(off > 1e-9 && off < 1e-3, "{off}");
-        assert!(loose.model_reason().contains("below the tolerance"));
-        assert!(tight.model_reason().contains("turns too far"));
+        assert_eq!(loose.model_reason(), ModelReason::Measured);
+        assert_eq!(tight.model_reason(), ModelReason::TurnsAtOnce);
     }
 
     fn fall(model: Model, record: bool) -> Driver<'static, Pair> {
-        let rod = Posture::rod(0.5, 0.3, 0.6, 0.3, 9.81).expect("a rod");
+        let rod = Posture::rod(
+            0.5,
+            &Lamina {
+                gyration_radius: Some(0.3),
+                restitution: 0.6,
+                friction: 0.3,
+                ..Lamina::default()
+            },
+        )
+        .expect("a rod");
         let state = State::new([0.0, 0.2, 0.1], [0.3, 0.0, -0.2]);
         let start = Start::new(&rod, &state, model).expect("above the ground");
         let options = Options { record, ..Options::default() };

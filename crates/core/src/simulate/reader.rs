@@ -24,9 +24,10 @@ use crate::tolerance::STILL;
 /// fastest in their order.
 ///
 /// ```
-/// use standfast::{Options, Posture, State, simulate};
+/// use standfast::{Lamina, Options, Posture, State, simulate};
 ///
-/// let rod = Posture::rod(0.5, 0.2, 0.1, 0.0, 9.81)?;
+/// let lamina = Lamina { gyration_radius: Some(0.2), restitution: 0.1, ..Lamina::default() };
+/// let rod = Posture::rod(0.5, &lamina)?;
 /// let run = simulate(&rod, &State::at_rest([0.0, 0.011, 0.002]), &Options::default())?;
 /// let mut reader = run.reader();
 /// for k in 0..100 {

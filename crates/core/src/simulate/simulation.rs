@@ -8,54 +8,76 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
-use crate::outcome::{End, FirstZeno};
+use crate::outcome::{End, FirstZeno, ModelReason};
 use crate::simulate::limits::{is_pair, solvable};
 use crate::simulate::start::Start;
 use crate::simulate::trajectory::Trajectory;
 use crate::{auto, enclosure};
 
-/// What a run is computed from.
-pub(crate) struct Simulation<'a> {
-    posture: &'a Posture,
-    start: State,
-    options: &'a Options,
-    excitation: &'a Excitation,
+/// A run with kicks or a motion of the ground, or one that can be stopped. Without these, [`simulate`](crate::simulate()) is shorter.
+///
+/// Up to the first kick the run is, to the last bit, the run without kicks. There is one exception: if the kick falls into bounces that are
+/// summed in the run without kicks, these bounces are followed one by one, and the states between them differ by rounding errors. A run
+/// that is not stopped earlier by its options lasts at least until the last kick and the last change of the motion of the ground.
+///
+/// ```
+/// use standfast::excitation::{Excitation, Kick};
+/// use standfast::{Lamina, Options, Posture, Simulation, State};
+///
+/// // A block of 2 kg at rest is kicked to v = 3 m/s; friction stops it after v²/(2 μ g) = 0.9 m.
+/// let block = Posture::block(1.0, 0.2, &Lamina { mass: 2.0, friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let kick = Kick { time: 1.0, impulse: [6.0, 0.0], ..Kick::default() };
+/// let excitation = Excitation { kicks: vec![kick], ..Excitation::default() };
+/// let (start, options) = (State::at_rest([0.0; 3]), Options::default());
+/// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, &options) }.run()?;
+/// let run = run.expect("nothing stops this run");
+/// assert!((run.state().q.x - 0.9).abs() < 1e-15);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[must_use = "nothing is computed until `run` is called"]
+#[derive(Clone, Copy)]
+pub struct Simulation<'a> {
+    /// The body and its contacts.
+    pub posture: &'a Posture,
+    /// Where it starts.
+    pub start: State,
+    /// How the run is made.
+    pub options: &'a Options,
+    /// The kicks and the motion of the ground.
+    pub excitation: &'a Excitation,
     /// Called from time to time; once it returns true, the result is `None`.
-    cancel: &'a dyn Fn() -> bool,
+    pub cancel: &'a dyn Fn() -> bool,
 }
+
+static NOTHING: Excitation = Excitation { kicks: Vec::new(), ground_motion: None };
 
 /// The result of the attempt with the local model.
 enum Tried {
     /// Its error is below the tolerance; `None`: cancelled.
-    Run(Option<Box<Record>>, &'static str),
+    Run(Option<Box<Record>>, ModelReason),
     /// It cannot be used, with the reason.
-    No(&'static str),
+    No(ModelReason),
 }
 
-const SET: &str = "set by the option";
-const EXACT: &str = "exact here: the body does not turn";
-const MEASURED: &str =
-    "its error, measured along the run against the full equations, is below the tolerance";
-const TURNS: &str =
-    "the body turns too far for the tolerance already in the first flight and impact";
-const MISSES: &str = "the local model was tried: its error exceeds the tolerance";
-const START: &str = "different contacts touch at the start in the local and in the full model";
-const ENDLESS: &str = "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound";
-const UNKNOWN: &str = "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood";
-const ROUND: &str =
-    "the body turns, and the error of the local model is not known with a round contact";
-const EXCITED: &str =
-    "the body is kicked or the ground moves: the error of the local model is not known";
-
 impl<'a> Simulation<'a> {
-    /// Checks the question. `options` have been checked.
-    pub(crate) fn new(
-        posture: &'a Posture,
-        start: &State,
-        options: &'a Options,
-        excitation: &'a Excitation,
-        cancel: &'a dyn Fn() -> bool,
-    ) -> Result<Self, Error> {
+    /// A run without kicks and with the ground at rest, which nothing stops.
+    pub fn new(posture: &'a Posture, start: State, options: &'a Options) -> Self {
+        Self { posture, start, options, excitation: &NOTHING, cancel: &|| false }
+    }
+
+    /// The whole motion; `None` if [`cancel`](Self::cancel) has stopped it.
+    ///
+    /// # Errors
+    ///
+    /// As [`simulate`](crate::simulate()); a kick or a motion of the ground that is out of range; [`Options::certify`] with them.
+    pub fn run(&self) -> Result<Option<Trajectory>, Error> {
+        self.options.validate()?;
+        self.checked()?.motion()
+    }
+
+    /// The same with checked start and excitation. `options` have been checked.
+    fn checked(&self) -> Result<Self, Error> {
+        let Self { posture, start, options, excitation, .. } = *self;
         solvable(posture, options)?;
         start.validate()?;
         if options.edges == Edges::Contact {
@@ -71,11 +93,10 @@ impl<'a> Simulation<'a> {
                 });
             }
         }
-        Ok(Self { posture, start: start.unsigned_zero(), options, excitation, cancel })
+        Ok(Self { start: start.unsigned_zero(), ..*self })
     }
 
-    /// The whole motion.
-    pub(crate) fn run(&self) -> Result<Option<Trajectory>, Error> {
+    fn motion(&self) -> Result<Option<Trajectory>, Error> {
         let Self { posture, options, excitation, .. } = *self;
         let start = |model| Start::new(posture, &self.start, model);
         let (start, reason) = match options.model {
@@ -90,8 +111,8 @@ impl<'a> Simulation<'a> {
                     Tried::No(reason) => (full, reason),
                 }
             }
-            Model::Auto => (start(Model::Full)?, EXCITED),
-            model => (start(model)?, SET),
+            Model::Auto => (start(Model::Full)?, ModelReason::Excited),
+            model => (start(model)?, ModelReason::Set),
         };
         let model = start.model;
         if excitation.is_none() {
@@ -105,11 +126,15 @@ impl<'a> Simulation<'a> {
         Ok(Some(run.excited_by(excitation.clone())))
     }
 
-    /// The end of the motion alone. Nothing is recorded.
-    pub(crate) fn end(&self) -> Result<Option<End>, Error> {
+    /// The end of the motion alone, for options that have been checked. Nothing is recorded.
+    pub(super) fn end(&self) -> Result<Option<End>, Error> {
+        self.checked()?.end_of_motion()
+    }
+
+    fn end_of_motion(&self) -> Result<Option<End>, Error> {
         let Self { posture, options, cancel, .. } = *self;
         if options.model == Model::Auto || !self.excitation.is_none() {
-            return Ok(self.run()?.map(|run| end_of(&run)));
+            return Ok(self.motion()?.map(|run| end_of(&run)));
         }
         let start = Start::new(posture, &self.start, options.model)?;
         Ok(if is_pair(posture, options) {
@@ -185,16 +210,16 @@ impl<'a> Simulation<'a> {
         let exact = auto::is_exact(posture, state);
         if !exact {
             if posture.has_rounds() {
-                return Tried::No(ROUND);
+                return Tried::No(ModelReason::Round);
             }
             if !auto::has_shadow(posture, options) {
-                return Tried::No(UNKNOWN);
+                return Tried::No(ModelReason::Unknown);
             }
             if !auto::has_end(posture, options) {
-                return Tried::No(ENDLESS);
+                return Tried::No(ModelReason::Endless);
             }
             if auto::is_hopeless(posture, state, &full.heights, options) {
-                return Tried::No(TURNS);
+                return Tried::No(ModelReason::TurnsAtOnce);
             }
         }
         let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
@@ -204,24 +229,24 @@ impl<'a> Simulation<'a> {
             {
                 start
             }
-            _ => return Tried::No(START),
+            _ => return Tried::No(ModelReason::OtherStart),
         };
         if exact {
-            return Tried::Run(self.record(start, options), EXACT);
+            return Tried::Run(self.record(start, options), ModelReason::Exact);
         }
         let event_limit = options.event_limit.min(auto::MOST_EVENTS);
         let recorded = Options { record: true, event_limit, ..*options };
         let Some(mut record) = self.record(start, &recorded) else {
-            return Tried::Run(None, MEASURED);
+            return Tried::Run(None, ModelReason::Measured);
         };
         match auto::error(posture, state, &record, options) {
             Ok(error) if error <= options.tolerance => {
                 if !options.record {
                     record.forget();
                 }
-                Tried::Run(Some(record), MEASURED)
+                Tried::Run(Some(record), ModelReason::Measured)
             }
-            Ok(_) => Tried::No(MISSES),
+            Ok(_) => Tried::No(ModelReason::Misses),
             Err(lost) => Tried::No(lost),
         }
     }

@@ -6,7 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::local::advance;
@@ -21,11 +21,11 @@ use crate::modes::ContactProblem;
 use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
-    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, Outcome,
-    Phase, RunContact, ZenoPoint,
+    Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
+    Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
 use crate::simulate::reader::Reader;
-use crate::simulate::{simulate_excited_until, simulate_local_until};
+use crate::simulate::{Simulation, simulate_local_until};
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 
 /// A piece of smooth motion: between two collisions, or a whole span.
@@ -49,12 +49,31 @@ struct Expanded {
 /// Serde writes it in the form of [`to_json`](Self::to_json). To read it, the run is simulated again from the same start, which
 /// gives the same run to the last bit. Every number of the file is compared with it; a file from another version of this crate may
 /// therefore be refused. Only self-describing formats such as JSON can hold it.
+///
+/// ```
+/// use standfast::{Lamina, Options, Posture, State, simulate};
+///
+/// // A ball of 2 kg and restitution 1/2 falls 5 m at g = 10 m/s².
+/// let lamina = Lamina { mass: 2.0, restitution: 0.5, gravity: 10.0, ..Lamina::default() };
+/// let ball = Posture::disc(0.1, 0.0, &lamina)?;
+/// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
+///
+/// let first = &run.impacts()[0]; // the others are summed to the Zeno point
+/// assert_eq!((first.time, first.rates_before[0], first.rates_after[0]), (1.0, -10.0, 5.0));
+/// assert_eq!(first.impulse, [0.0, 30.0]);
+/// assert_eq!(run.zeno_points()[0].time, 3.0);
+/// let modes: Vec<&str> = run.phases().iter().map(|phase| &*phase.mode).collect();
+/// assert_eq!(modes, ["S", "F"]);
+/// assert_eq!(run.at(0.5)?.gaps, [3.75]); // h − ½ g t²
+/// assert_eq!(run.forces(3.0)?, [[0.0, 20.0]]); // at rest: the weight
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(super) record: Box<Record>,
     options: Options,
     model: Model,
-    model_reason: &'static str,
+    model_reason: ModelReason,
     enclosure: Option<Box<Enclosure>>,
     excitation: Excitation,
     // Computed at the first access.
@@ -69,7 +88,7 @@ pub struct Trajectory {
 struct Written<'a> {
     outcome: Outcome,
     model: Model,
-    model_reason: &'a str,
+    model_reason: ModelReason,
     time: f64,
     elapsed: f64,
     q: Option<[f64; 3]>,
@@ -103,7 +122,7 @@ struct Written<'a> {
 #[serde(untagged)]
 enum WrittenStart {
     Body(State),
-    Gaps { gaps: [f64; 2], rates: [f64; 2], theta: f64, omega: f64 },
+    Gaps(LocalState),
 }
 
 /// The fields of a run that are read: those that define it, and the others, which are compared.
@@ -130,11 +149,12 @@ impl Question {
         let run = match (&self.posture, &self.local_model, self.start) {
             (Some(posture), None, WrittenStart::Body(start)) => {
                 let excitation =
-                    Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
-                simulate_excited_until(posture, &start, &self.options, &excitation, cancel)?
+                    &Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
+                let options = &self.options;
+                Simulation { posture, start, options, excitation, cancel }.run()?
             }
-            (None, Some(model), WrittenStart::Gaps { gaps, rates, theta, omega }) => {
-                simulate_local_until(model, gaps, rates, theta, omega, &self.options, cancel)?
+            (None, Some(model), WrittenStart::Gaps(start)) => {
+                simulate_local_until(model, &start, &self.options, cancel)?
             }
             _ => {
                 return Err(Error::Unusable {
@@ -186,7 +206,7 @@ impl Trajectory {
     pub(crate) fn new(
         mut record: Box<Record>,
         model: Model,
-        model_reason: &'static str,
+        model_reason: ModelReason,
         options: Options,
     ) -> Self {
         record.acceleration = record.acceleration.unsigned_zero();
@@ -235,8 +255,8 @@ impl Trajectory {
         &self,
         state: &State,
         options: &Options,
-    ) -> Result<f64, &'static str> {
-        let posture = self.posture().ok_or("no body")?;
+    ) -> Result<f64, ModelReason> {
+        let posture = self.posture().ok_or(ModelReason::Given)?;
         crate::auto::error(posture, state, &self.record, options)
     }
 
@@ -254,7 +274,7 @@ impl Trajectory {
 
     /// The reason for this model.
     #[must_use]
-    pub fn model_reason(&self) -> &'static str {
+    pub fn model_reason(&self) -> ModelReason {
         self.model_reason
     }
 
@@ -282,11 +302,10 @@ impl Trajectory {
         &self.record.base.start
     }
 
-    /// The model without a body, if the run has one, with the gaps (m) and rates (m/s) at the start.
+    /// The model without a body, if the run has one, with its start.
     #[must_use]
-    pub fn local_start(&self) -> Option<(&LocalModel, [f64; 2], [f64; 2])> {
-        let start = self.record.base.reduced.as_ref()?;
-        Some((&start.model, start.gaps, start.rates))
+    pub fn local_start(&self) -> Option<&(LocalModel, LocalState)> {
+        self.record.base.reduced.as_deref()
     }
 
     /// Time on the clock when the outcome was reached, in s.
@@ -438,7 +457,7 @@ impl Trajectory {
         let Moment { clock, state, gaps, rates, .. } = &zeno.at;
         let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
         ZenoPoint {
-            kind: format!("{}-zeno", contacts.len()),
+            kind: ZenoKind(contacts.len()),
             contacts,
             time: self.clock(*clock),
             elapsed: clock.hi,
@@ -449,7 +468,7 @@ impl Trajectory {
             gaps: gaps.to_vec(),
             gap_rates: rates.to_vec(),
             certified: zeno.certified,
-            method: zeno.method.as_str(),
+            method: zeno.method,
             plastic: zeno.plastic,
             first_summed: zeno.first_summed,
         }
@@ -596,9 +615,7 @@ impl Trajectory {
     fn written(&self) -> Written<'_> {
         let body = self.posture().is_some();
         let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
-        let (start, local) = (*self.start(), self.local_start());
-        let spin =
-            |gaps, rates| WrittenStart::Gaps { gaps, rates, theta: start.q.z, omega: start.qdot.z };
+        let local = self.local_start();
         Written {
             outcome: self.outcome(),
             model: self.model,
@@ -622,8 +639,11 @@ impl Trajectory {
             options: &self.options,
             excitation: &self.excitation,
             posture: self.posture(),
-            local_model: local.map(|(model, ..)| model),
-            start: local.map_or(WrittenStart::Body(start), |(_, gaps, rates)| spin(gaps, rates)),
+            local_model: local.map(|(model, _)| model),
+            start: match local {
+                Some((_, start)) => WrittenStart::Gaps(*start),
+                None => WrittenStart::Body(*self.start()),
+            },
         }
     }
 

@@ -28,6 +28,7 @@ type I = Interval;
 /// Why there is no bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum NoBound {
     /// The verdict is not "stable".
     NotStable,
@@ -485,9 +486,7 @@ mod tests {
             ],
             restitution: 0.0,
             gravity: 1.0,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }

@@ -94,6 +94,7 @@ pub(crate) enum Decision {
 /// Why a posture is undecided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum WhyUndecided {
     /// Several words are consistent at rest.
     Ambiguous,

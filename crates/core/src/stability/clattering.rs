@@ -13,18 +13,33 @@
 use serde::Serialize;
 
 /// Reduced coupling ψ of (ψ_1, ψ_2), with their sign.
+///
+/// ```
+/// assert_eq!(standfast::stability::coupling([0.25, 1.0]), 0.5);
+/// ```
 #[must_use]
 pub fn coupling(psi: [f64; 2]) -> f64 {
     (psi[0] * psi[1]).max(0.0).sqrt().copysign(psi[0])
 }
 
 /// The least coupling for which impacts without gravity alternate for ever (Goyal's bound).
+///
+/// ```
+/// // 2√e/(1 + e) for equal restitutions
+/// assert_eq!(standfast::stability::chatter_bound([0.25, 0.25]), 0.8);
+/// ```
 #[must_use]
 pub fn chatter_bound([e1, e2]: [f64; 2]) -> f64 {
     (e1.sqrt() + e2.sqrt()) / ((1.0 + e1) * (1.0 + e2)).sqrt()
 }
 
 /// The coupling above which, in addition, gravity becomes negligible: clattering convergence [Or & Rimon 2008, (10)].
+///
+/// ```
+/// // (e^⅓ + e^⅔)/(1 + e) for equal restitutions
+/// let bound = standfast::stability::clattering_bound([0.125, 0.125]);
+/// assert!((bound - 2.0 / 3.0).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn clattering_bound([e1, e2]: [f64; 2]) -> f64 {
     let third = libm::cbrt(e1) * libm::cbrt(e2);
@@ -32,6 +47,10 @@ pub fn clattering_bound([e1, e2]: [f64; 2]) -> f64 {
 }
 
 /// The restitution e up to which impacts alternate for ever at coupling `psi`: √e = ψ/(1 + √(1 − ψ²)); zero for ψ ≤ 0.
+///
+/// ```
+/// assert!((standfast::stability::chatter_restitution(0.8) - 0.25).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn chatter_restitution(psi: f64) -> f64 {
     let psi = psi.clamp(0.0, 1.0);
@@ -41,6 +60,10 @@ pub fn chatter_restitution(psi: f64) -> f64 {
 
 /// The restitution e below which clattering converges at coupling `psi`; zero for ψ ≤ 0. With x = e^⅓ the bound (10) is (x + 1)(ψx² −
 /// (1+ψ)x + ψ) = 0, hence x = 2ψ/(1 + ψ + √((1−ψ)(1+3ψ))).
+///
+/// ```
+/// assert!((standfast::stability::clattering_restitution(2.0 / 3.0) - 0.125).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn clattering_restitution(psi: f64) -> f64 {
     let psi = psi.clamp(0.0, 1.0);
@@ -64,6 +87,14 @@ pub struct SelfSimilar {
 
 /// The self-similar orbit at restitution `e` and coupling `psi`. There is none, and the result is `None`, at or above the bound of
 /// clattering convergence.
+///
+/// ```
+/// use standfast::stability::self_similar;
+///
+/// let orbit = self_similar(0.5, 0.9).expect("below the bound");
+/// let (c, k) = (orbit.factor, 1.0 + 1.5 * 0.9);
+/// assert!((((c + k) * c + 0.5 - k) * c - 0.5).abs() < 1e-15); // c³ + Kc² + (1 − K − e)c = e
+/// ```
 #[must_use]
 pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
     if !(e > 0.0 && e < 1.0) || psi >= clattering_bound([e, e]) || psi <= -1.0 {
@@ -92,6 +123,13 @@ pub fn self_similar(e: f64, psi: f64) -> Option<SelfSimilar> {
 
 /// The coupling at which the self-similar orbit of restitution `e` changes its stability: c = e^⅖ and K = (e + ec − c −
 /// c³)/(c² − c), hence ψ = s²(1 + s²)/((1 + s)(1 + e)) with s = e^⅕.
+///
+/// ```
+/// use standfast::stability::{neimark_sacker, self_similar};
+///
+/// let orbit = self_similar(0.5, neimark_sacker(0.5)).expect("below the bound");
+/// assert!((orbit.factor - 0.5_f64.powf(0.4)).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn neimark_sacker(e: f64) -> f64 {
     let s = libm::pow(e, 0.2);

@@ -101,6 +101,18 @@ impl Conditions {
 /// The conditions of Theorem 3 for a posture on two contacts, in its nominal configuration q = 0. The values are equal, bit by bit, to
 /// those of [`stability`](super::stability). They take a hundredth of the time if `stability` needs the corner map.
 ///
+/// ```
+/// use standfast::stability::conditions;
+/// use standfast::{Lamina, Posture};
+///
+/// // A uniform rod: ψ = (L² − ρ²)/(L² + ρ²) = 1/2. Without rebound clattering converges for every ψ > 0.
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// let found = conditions(&rod)?;
+/// assert!(found.theorem_3());
+/// assert!((found.clattering_margin - 0.5).abs() < 1e-15);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Unusable`] naming `contacts` unless two touch.
@@ -151,6 +163,15 @@ pub(super) fn touching(posture: &Posture) -> Vec<usize> {
 
 /// The posture with these of its contacts only, by their places from 0, each on its own straight ground. After the contacts of the posture
 /// come its sides on corners of the ground.
+///
+/// ```
+/// use standfast::stability::with_contacts;
+/// use standfast::{Lamina, Posture};
+///
+/// let block = Posture::block(1.0, 3.0, &Lamina::default())?;
+/// assert_eq!(with_contacts(&block, &[0, 1])?.contacts().len(), 2); // its lower corners
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -993,6 +993,7 @@ impl CornerMap {
 
 #[cfg(test)]
 mod tests {
+    use crate::body::Lamina;
     use proptest::prelude::*;
 
     use super::*;
@@ -1004,7 +1005,16 @@ mod tests {
     /// √(u² + 2·2/5·h) = 3/5. Without friction the sliding speed stays.
     #[test]
     fn a_corner_of_a_rod_without_friction_comes_back_with_three_fifths_of_its_speed() {
-        let rod = Posture::rod(1.0, 2.0, 0.2, 0.0, 1.0).expect("a rod");
+        let rod = Posture::rod(
+            1.0,
+            &Lamina {
+                gyration_radius: Some(2.0),
+                restitution: 0.2,
+                gravity: 1.0,
+                ..Lamina::default()
+            },
+        )
+        .expect("a rod");
         let map = CornerMap::new(&rod, Jams::None).expect("a corner map");
         let near = |x: I, exact: f64| x.lo <= exact && exact <= x.hi && x.hi - x.lo < 1e-13;
         for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
@@ -1038,7 +1048,7 @@ mod tests {
         fn the_corner_map_of_a_symmetric_body_is_its_mirror_image_with_the_contacts_exchanged(
             phi in -1.5..1.5, e in 0.05..0.6, rho in 0.3..1.5, mu in 0.0..1.0, height in 0.0..1.0,
         ) {
-            let rod = Posture::rod(1.0, rho, e, mu, 1.0).expect("a rod");
+            let rod = Posture::rod(1.0, &Lamina { gyration_radius: Some(rho), restitution: e, friction: mu, gravity: 1.0, ..Lamina::default() }).expect("a rod");
             let above = PostureFields { center_of_mass: [0.0, height], ..rod.fields().clone() };
             let map = CornerMap::new(&Posture::new(above).expect("a posture"), Jams::None).expect("a corner map");
             let [one, two] = [(0, 1.0), (1, -1.0)].map(|(j, side)| corners(&map.images(j, &Cell::point(side * phi)), side));

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
 use crate::stability::corner::CornerMap;
 
@@ -29,7 +30,7 @@ pub struct NoMotion {
     /// The contacts that slide.
     pub contacts: Vec<ContactNumber>,
     /// Their directions: R or L.
-    pub slides: String,
+    pub slides: Word,
     /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone, per unit mass: negative.
     pub stiffness: Option<f64>,
     /// m, m, rad
@@ -82,11 +83,13 @@ pub(super) fn start(
     let (first, direction) = slides[0];
     let size = posture.size();
     let speed = SMALL * (posture.fields().gravity * size).sqrt();
-    let letter = |(_, way): &(usize, f64)| if *way > 0.0 { 'R' } else { 'L' };
+    let mode = |way: f64| if way > 0.0 { Mode::Right } else { Mode::Left };
+    let directions = slides.iter().enumerate();
     let slip = Vector3::new(0.0, direction * speed, 0.0);
     Some(NoMotion {
         contacts: slides.iter().map(|(i, _)| ContactNumber::of(*i)).collect(),
-        slides: slides.iter().map(letter).collect(),
+        slides: directions
+            .fold(Word::separate(slides.len()), |word, (k, (_, way))| word.with(k, mode(*way))),
         stiffness,
         q: (open * (SMALL * SMALL * size)).unsigned_zero().into(),
         qdot: rows(posture, first, other).lu().solve(&slip)?.unsigned_zero().into(),

@@ -166,6 +166,18 @@ impl ReducedMap {
     /// stored shape is replaced after 1, 2, 4, … impacts (Brent's scheme). A shape that recurs counts as a cycle if its tangent map
     /// contracts.
     ///
+    /// ```
+    /// use standfast::body::{LocalModel, LocalModelFields};
+    /// use standfast::stability::{FateKind, ReducedMap};
+    ///
+    /// // Inside the bound of clattering convergence: both contacts are hit in turn until both rest.
+    /// let (gravity, psi, restitution) = ([1.0; 2], [0.9; 2], [0.1; 2]);
+    /// let model = LocalModel::new(LocalModelFields { gravity, psi, restitution, ..LocalModelFields::default() })?;
+    /// let fate = ReducedMap::new(&model)?.fate([0.0, 0.1], [0.1, -1.9], 1000)?;
+    /// assert_eq!(fate.kind, FateKind::Clattering);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// As [`ReducedMap::orbit`].
@@ -231,11 +243,17 @@ impl ReducedMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::local_model::LocalModel;
+    use crate::body::local_model::{LocalModel, LocalModelFields};
     use crate::stability::clattering::{neimark_sacker, self_similar};
 
     fn fate(e: f64, psi: f64, n: usize) -> Fate {
-        let model = LocalModel::new([1.0; 2], [psi; 2], [0.0; 2], [e; 2]).unwrap();
+        let model = LocalModel::new(LocalModelFields {
+            gravity: [1.0; 2],
+            psi: [psi; 2],
+            restitution: [e; 2],
+            ..LocalModelFields::default()
+        })
+        .unwrap();
         ReducedMap::new(&model).unwrap().fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
     }
 

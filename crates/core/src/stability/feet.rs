@@ -30,6 +30,7 @@ use crate::error::{Error, non_negative};
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::Word;
 use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
@@ -274,7 +275,7 @@ pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
 pub(super) fn decide(
     posture: &Posture,
     jams: Jams,
-    moves_away: impl FnOnce() -> Result<Option<String>, Error>,
+    moves_away: impl FnOnce() -> Result<Option<Word>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
     let open =
         |reason| Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }));

@@ -53,12 +53,15 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
+use crate::serial::shown_as_str;
 pub use certify::{Potential, WhyUndecided};
 
 use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
 use conditions::moves;
 use corner::{Away, CornerMap};
+
+shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
 
 /// Whether a body comes back to rest after any small kick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,6 +90,7 @@ impl Stability {
 /// The argument behind a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Argument {
     /// The contacts cannot hold the body.
     NotEquilibrium,
@@ -218,13 +222,13 @@ pub enum Evidence {
     /// A cycle of corners that grows with every repetition.
     Cycle(Vec<CornerStep>),
     /// A word that is consistent at rest and in which the body moves away.
-    Word(String),
+    Word(Word),
     /// A corner after which the body moves away.
     Away(CornerStep),
     /// A motion in which the body moves away.
     Motion {
         /// Its word.
-        word: String,
+        word: Word,
         /// The velocity (ẋ, ẏ, θ̇) at q = 0 with which the motion starts, in m/s and rad/s. The contact on the terrain slides at 1 m/s or
         /// is at rest; if the other contact leaves the terrain with a gap rate, that rate is 1 m/s.
         velocity: [f64; 3],
@@ -314,6 +318,18 @@ pub struct Verdict {
 
 /// The verdict on a posture in its nominal configuration q = 0. Contacts in the air have no effect on small motions.
 ///
+/// ```
+/// use standfast::stability::{Argument, Stability};
+/// use standfast::{Lamina, Posture, PostureFields, stability};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// assert_eq!(stability(&rod)?.frictional_stability, Stability::Stable);
+/// // With the centre of mass beside its feet it falls over.
+/// let beside = Posture::new(PostureFields { center_of_mass: [0.6, 0.2], ..rod.fields().clone() })?;
+/// assert_eq!(stability(&beside)?.by, Some(Argument::NotEquilibrium));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain.
@@ -333,6 +349,28 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 
 /// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
 /// can keep closed while it opens all others. Each is the verdict on the body with these two contacts only.
+///
+/// ```
+/// use std::f64::consts::FRAC_PI_2;
+///
+/// use standfast::options::Jams;
+/// use standfast::stability::holding_pairs;
+/// use standfast::{Contact, Posture, PostureFields};
+///
+/// // Of a body in the corner of a room its feet on the floor can hold it alone.
+/// let foot = |x| Contact { friction: 0.5, ..Contact::at(x, 0.0) };
+/// let at_wall = Contact { friction: 0.5, ..Contact::at(0.6, 0.4).on_slope(FRAC_PI_2) };
+/// let posture = Posture::new(PostureFields {
+///     gyration_radius: 0.3,
+///     center_of_mass: [0.0, 0.3],
+///     contacts: vec![foot(-0.5), foot(0.5), at_wall],
+///     ..PostureFields::default()
+/// })?;
+/// let pairs = holding_pairs(&posture, Jams::None)?;
+/// assert_eq!(pairs.len(), 1);
+/// assert!(pairs[0].contacts.iter().map(|contact| contact.number()).eq([1, 2]));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -499,7 +537,7 @@ impl Verdict {
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
                 *modes = answers.answers().iter().filter(|a| a.consistent).cloned().collect();
-                Ok(modes.iter().find(leaves).map(|answer| answer.word.to_string()))
+                Ok(modes.iter().find(leaves).map(|answer| answer.word))
             })?;
             self.well = well;
             found
@@ -577,7 +615,7 @@ impl Verdict {
         let (stable, unstable) = (Stability::Stable, Stability::Unstable);
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
         if let Some(answer) = self.modes.iter().find(leaves) {
-            let word = Evidence::Word(answer.word.to_string());
+            let word = Evidence::Word(answer.word);
             return Finding::Decided(unstable, Argument::AcceleratingMode, word);
         }
         let Some(map) = map else { return Finding::Undecided(None) };
@@ -679,7 +717,7 @@ fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
     ]);
     let slip = if side == 0 { 0.0 } else { slip(k) };
     let velocity = rows.lu().solve(&Vector3::new(0.0, slip, lift))?;
-    let word = Word::separate(2).with(0, letter(0)).with(1, letter(1)).to_string();
+    let word = Word::separate(2).with(0, letter(0)).with(1, letter(1));
     Some(Evidence::Motion { word, velocity: velocity.unsigned_zero().into() })
 }
 
@@ -716,9 +754,7 @@ mod tests {
             contacts: vec![contact(-1.0, 0.0, -0.31), contact(1.0, 0.25, 1.16)],
             restitution,
             gravity: 1.0,
-            terrain: Vec::new(),
-            ground: crate::body::GroundKind::default(),
-            outline: Vec::new(),
+            ..PostureFields::default()
         })
         .unwrap()
     }

@@ -34,7 +34,7 @@
 //!
 //! on every infinite orbit. An orbit ends when one contact bounces alone.
 
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::error::{Error, finite, in_range, non_negative};
 use crate::flight::parabola_touchdown;
 use crate::outcome::ContactNumber;
@@ -86,13 +86,14 @@ pub enum OrbitEnd {
 /// The local model up to scale.
 ///
 /// ```
-/// use standfast::body::LocalModel;
+/// use standfast::body::{LocalModel, LocalModelFields};
 /// use standfast::stability::{ReducedMap, self_similar};
 ///
 /// // The self-similar orbit is a fixed point: every impact takes the same share of all speeds.
 /// let (e, psi) = (0.5, 0.9);
 /// let orbit = self_similar(e, psi).unwrap();
-/// let model = LocalModel::new([1.0, 1.0], [psi, psi], [0.0, 0.0], [e, e])?;
+/// let (gravity, psi, restitution) = ([1.0; 2], [psi; 2], [e; 2]);
+/// let model = LocalModel::new(LocalModelFields { gravity, psi, restitution, ..LocalModelFields::default() })?;
 /// let map = ReducedMap::new(&model)?;
 /// let shape = map.shape(0, orbit.rate, orbit.gap)?;
 /// let step = map.step(&shape).unwrap();
@@ -140,7 +141,12 @@ impl ReducedMap {
         let reduced = [ratio.sqrt(), 1.0 / ratio.sqrt()];
         let psi = coupling(psi);
         Ok(Self {
-            frozen: FrozenModel::new(&LocalModel::frozen(reduced, [psi, psi], [0.0; 2], e)),
+            frozen: FrozenModel::new(&LocalModel::frozen(LocalModelFields {
+                gravity: reduced,
+                psi: [psi, psi],
+                restitution: e,
+                ..LocalModelFields::default()
+            })),
             psi,
             back: reduced.map(|g| 2.0 / g),
             weights,
@@ -484,7 +490,16 @@ mod tests {
     use super::*;
 
     fn map(e: [f64; 2], psi: f64, gravity: [f64; 2]) -> ReducedMap {
-        ReducedMap::new(&LocalModel::new(gravity, [psi, psi], [0.0; 2], e).unwrap()).unwrap()
+        ReducedMap::new(
+            &LocalModel::new(LocalModelFields {
+                gravity,
+                psi: [psi, psi],
+                restitution: e,
+                ..LocalModelFields::default()
+            })
+            .unwrap(),
+        )
+        .unwrap()
     }
 
     /// Shapes followed by an impact at the same contact or at the other one, with unequal contacts and both signs of ψ.
@@ -546,7 +561,15 @@ mod tests {
 
     #[test]
     fn what_cannot_be_reduced_is_named() {
-        let model = |g, e| LocalModel::new(g, [0.5, 0.5], [0.0; 2], e).unwrap();
+        let model = |g, e| {
+            LocalModel::new(LocalModelFields {
+                gravity: g,
+                psi: [0.5, 0.5],
+                restitution: e,
+                ..LocalModelFields::default()
+            })
+            .unwrap()
+        };
         for (model, words) in [
             (model([0.0, 1.0], [0.5, 0.5]), "gravity.1 = 0.0"),
             (model([1.0, 1.0], [0.5, 0.0]), "restitution.2 = 0.0"),

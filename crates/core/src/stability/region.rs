@@ -50,6 +50,16 @@ impl Edge {
 ///
 /// Closed form over pairs of cone edges (and single vertical edges, and triples that squeeze the body), for any number of contacts [Or &
 /// Rimon 2008, III]. Only contacts that touch in the nominal posture count, and sides that touch corners of the ground.
+///
+/// ```
+/// use standfast::stability::equilibrium_region;
+/// use standfast::{Lamina, Posture};
+///
+/// // On level ground the region is between the feet.
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// assert_eq!(equilibrium_region(&rod), Some([-0.5, 0.5]));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
     let x = posture.fields().center_of_mass[0];

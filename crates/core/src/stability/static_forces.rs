@@ -35,6 +35,17 @@ struct Edge {
 /// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces. After the
 /// contacts of the posture come the sides that touch corners of the ground, in the axes of the sides, as in
 /// [`Trajectory::contacts`](crate::Trajectory::contacts) of a run from this posture.
+///
+/// ```
+/// use standfast::stability::static_forces;
+/// use standfast::{Lamina, Posture};
+///
+/// // Without friction the forces are unique: each end of a rod carries half of its weight of 10 N.
+/// let rod = Posture::rod(0.5, &Lamina { gravity: 10.0, ..Lamina::default() })?;
+/// let forces = static_forces(&rod).expect("the rod stands");
+/// assert_eq!((&forces.low, &forces.high), (&vec![[0.0, 5.0]; 2], &vec![[0.0, 5.0]; 2]));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[must_use]
 pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
     let stances = posture.stances(&Vector3::zeros());
@@ -112,6 +123,22 @@ const MOST: f64 = 1e9;
 /// Reserve of friction of a posture: 1 − κ. κ is the least factor on all coefficients of friction at which the centre of mass is over the
 /// equilibrium region, or beyond its end by at most [`TOUCH`] of the size of the body. The reserve is 1 if the body stands without
 /// friction, zero at the edge of the region, negative outside, and −∞ if no friction suffices.
+///
+/// ```
+/// use standfast::stability::friction_margin;
+/// use standfast::{Contact, Posture, PostureFields};
+///
+/// // Balanced on a slope of 1 in 4 with μ = 1/2: half of the friction would do.
+/// let foot = Contact { friction: 0.5, ..Contact::at(0.0, 0.0).on_slope(0.25_f64.atan()) };
+/// let posture = Posture::new(PostureFields {
+///     gyration_radius: 0.5,
+///     center_of_mass: [0.0, 1.0],
+///     contacts: vec![foot],
+///     ..PostureFields::default()
+/// })?;
+/// assert!((friction_margin(&posture) - 0.5).abs() < 1e-9);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 #[must_use]
 pub fn friction_margin(posture: &Posture) -> f64 {
     let x = posture.fields().center_of_mass[0];

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::math::random::Random;
 use crate::options::{Jams, Model, Options};
 use crate::outcome::Outcome;
-use crate::simulate::simulate_until;
+use crate::simulate::Simulation;
 use crate::stability::conditions::{touching, with_contacts};
 use crate::tolerance::START_LIFT;
 
@@ -37,7 +37,7 @@ pub struct Trials {
     /// Number of kicks after which the body came to rest.
     pub rest: usize,
     /// Outcomes of the other kicks, and their numbers.
-    pub others: BTreeMap<String, usize>,
+    pub others: BTreeMap<Outcome, usize>,
 }
 
 /// A displacement (m, m, rad) that opens all contacts: upwards, or in the direction of the force of equal normal forces. `None` if neither does.
@@ -52,6 +52,17 @@ fn opening(posture: &Posture) -> Option<Vector3<f64>> {
 
 /// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
 /// in the terrain. The same `seed` gives the same numbers. `None` once `cancel` returns true.
+///
+/// ```
+/// use standfast::options::Jams;
+/// use standfast::stability::trials;
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// let found = trials(&rod, 100, 0, Jams::None, &|| false)?.expect("nothing stops it");
+/// assert_eq!((found.rest, found.kicks), (100, 100));
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -95,11 +106,11 @@ pub fn trials(
             }
             None => q = [0.0; 3],
         }
-        let run = simulate_until(posture, &State::new(q, qdot), &options, cancel)?;
-        let Some(run) = run else { return Ok(None) };
+        let run = Simulation::new(posture, State::new(q, qdot), &options);
+        let Some(run) = (Simulation { cancel, ..run }).run()? else { return Ok(None) };
         match run.outcome() {
             Outcome::Rest => found.rest += 1,
-            other => *found.others.entry(other.as_str().into()).or_default() += 1,
+            other => *found.others.entry(other).or_default() += 1,
         }
     }
     Ok(Some(found))

@@ -8,7 +8,7 @@ mod plain;
 use nalgebra::{Vector2, Vector3};
 
 use crate::body::geometry::{ContactGeometry, couplings};
-use crate::body::local_model::LocalModel;
+use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::collisions::local::{LoopExit, are_one, time_to_rest};
 use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::flight::{GapArc, Touchdown, is_lost};
@@ -104,7 +104,12 @@ impl FullState {
     pub(crate) fn frozen(&self) -> LocalModel {
         let (psi, phi) = self.couplings();
         let e = [0, 1].map(|i| self.body.contacts[i].restitution);
-        LocalModel::frozen([0, 1].map(|i| self.effective_gravity(i)), psi, phi, e)
+        LocalModel::frozen(LocalModelFields {
+            gravity: [0, 1].map(|i| self.effective_gravity(i)),
+            psi,
+            phi,
+            restitution: e,
+        })
     }
 
     /// Whether the flight to the next touchdown is so long that rounding makes the position of the body unknown. For a single contact, and
@@ -582,6 +587,7 @@ impl PairBody {
 
 #[cfg(test)]
 mod tests {
+    use crate::body::Lamina;
     use proptest::prelude::*;
 
     use super::*;
@@ -589,7 +595,11 @@ mod tests {
     use crate::math::cases::fixed;
 
     pub(super) fn rod() -> Posture {
-        Posture::rod(0.5, 0.25, 0.7, 0.0, 9.81).expect("a rod")
+        Posture::rod(
+            0.5,
+            &Lamina { gyration_radius: Some(0.25), restitution: 0.7, ..Lamina::default() },
+        )
+        .expect("a rod")
     }
 
     pub(super) fn state(q: [f64; 3], qdot: [f64; 3]) -> FullState {
