@@ -172,3 +172,25 @@ def test_contacts_that_stop_are_not_moved_by_the_rounding_errors_of_others():
     )
     assert run.outcome == "ambiguous"
     assert len(run.impacts) < 100
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.7])
+def test_a_box_without_friction_slides_for_ever(law, restitution):
+    """Nothing slows it down: it keeps its horizontal velocity to the last bit, and its other corners keep their heights."""
+    rng = np.random.default_rng(78)
+    for _ in range(20):
+        width, height = rng.uniform(0.2, 1, 2)
+        box = sf.Posture.box(width, height, restitution=restitution)
+        q, spin = (0, height + 1, rng.uniform(-3, 3)), rng.uniform(-3, 3)
+        run = sf.simulate(box, q, (1, 0, spin), impact=law)
+        assert run.outcome == "sliding"
+        assert run.time < 10
+        assert run.qdot[0] == 1
+        lying = [
+            side
+            for side in (width, height)
+            if run.gaps.max() == pytest.approx(side, rel=1e-12)
+        ]
+        assert lying, run.gaps
+        assert (run.rates == 0).all()

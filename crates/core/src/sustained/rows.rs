@@ -387,7 +387,18 @@ impl BodyState {
             p.held = Some(if turns { [p.b, p.c] } else { [rolled, p.normal.dot(&r) + p.c] });
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
-        self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);
+        let rows =
+            self.project_on(&modes.iter().map(sliding).collect::<ContactLetters<_>>(), STOPPED_ROW);
+        // On exactly parallel ground of two contacts the body does not turn, and keeps its height over all ground of this direction. A rate
+        // left over from the bounces would end an endless slide without friction after 1e29 s.
+        if let Some(pair) = self.parallel(&rows).filter(|&pair| self.is_level(pair)) {
+            let normal = self.points[pair[0]].normal;
+            for (p, mode) in self.points.iter_mut().zip(modes) {
+                if *mode == Mode::Separate && p.h > 0.0 && p.normal == normal {
+                    (p.u, p.rounding.rate) = (0.0, 0.0);
+                }
+            }
+        }
         let sticks = |(p, mode): (&ContactState, &Mode)| {
             if *mode == Mode::Fixed && p.friction == 0.0 { Mode::Right } else { *mode }
         };
